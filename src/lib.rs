@@ -1,1 +1,27 @@
-//! Five-axis machine accuracy.
+//! Five-axis machine accuracy from double ball bar recordings.
+//!
+//! ```text
+//! recording, machine file ─load─▶ Machine ─build─▶ Chain          (nominal, named error slots, no state)
+//! Chain + errors + Session ─simulate─▶ Trace
+//! Chain + Recordings       ─identify─▶ Fit                        (estimates, covariance, what cannot be told apart)
+//! any of them              ─report─▶ terminal, JSON, HTML
+//! ```
+//!
+//! | room | holds |
+//! |---|---|
+//! | [`units`] | quantities with units as users write them |
+//! | [`machine`] | the machine as its file describes it |
+//! | [`chain`] | compiled kinematics: positions, lengths, closed-form derivatives |
+//! | [`session`] | tests, balls, recordings, planned paths |
+//! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
+//! | [`simulate`] | traces of a session, ideal or through an instrument |
+//!
+//! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad
+//! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.
+
+pub mod chain;
+pub mod load;
+pub mod machine;
+pub mod session;
+pub mod simulate;
+pub mod units;

@@ -1,1 +1,34 @@
-fn main() {}
+//! The command line: one verb per file in `verbs`.
+
+mod verbs;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Five-axis machine accuracy from double ball bar recordings.
+#[derive(Parser)]
+#[command(version, about, long_about = None)]
+struct CommandLine {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
+    Simulate(verbs::simulate::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match CommandLine::parse().verb {
+        Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(refusal) => {
+            eprintln!("fiveaxis: {refusal}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Closed-form derivatives of a ball-to-ball length with respect to every error, axis position and ball coordinate.
+//!
+//! To first order `δL = û·δp − û·δs` with û the bar's direction from spindle ball s to pivot ball p. Walking a branch
+//! from the bed outward, û is carried along as the pull g on the next carrier; an error motion (δ, ε) of a joint adds
+//! `g·δ + (r × g)·ε` with r the lever from the axis's origin to the ball.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::LinkId;
+use super::geometry::{Composition, Geometry, MotionErrors, PlacedJoint};
+use crate::machine::AxisKind;
+
+/// Length and its derivatives at one pose; entries are by axis index, components as EX EY EZ EA EB EC.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// Ball-to-ball distance, mm.
+    pub length_mm: f64,
+    /// Unit vector from the spindle ball to the pivot ball in the bed frame.
+    pub direction: Vector3<f64>,
+    /// ∂L/∂(location error): mm/mm for the first three, mm/rad for the last three.
+    pub location: Vec<[f64; 6]>,
+    /// ∂L/∂(component error of the moment), same units.
+    pub motion: Vec<[f64; 6]>,
+    /// ∂L/∂(axis position): mm/mm or mm/rad.
+    pub position: Vec<f64>,
+    /// ∂L/∂(pivot ball's place on its link), mm/mm.
+    pub pivot: Vector3<f64>,
+    /// ∂L/∂(spindle ball's place on its link), mm/mm.
+    pub spindle: Vector3<f64>,
+}
+
+impl Sensitivity {
+    /// Room for the derivatives of a chain with `axis_count` axes.
+    pub fn zeros(axis_count: usize) -> Sensitivity {
+        Sensitivity {
+            length_mm: 0.0,
+            direction: Vector3::zeros(),
+            location: vec![[0.0; 6]; axis_count],
+            motion: vec![[0.0; 6]; axis_count],
+            position: vec![0.0; axis_count],
+            pivot: Vector3::zeros(),
+            spindle: Vector3::zeros(),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.location.fill([0.0; 6]);
+        self.motion.fill([0.0; 6]);
+        self.position.fill(0.0);
+    }
+}
+
+/// Longest branch for which the ball's way through the chain is kept on the stack.
+const MAX_DEPTH: usize = 32;
+
+impl Geometry<'_> {
+    /// Length and all its derivatives at one pose, written into `out`.
+    ///
+    /// Balls that coincide have no direction: the derivatives are then zero.
+    pub fn sensitivity(
+        &self,
+        pivot: (LinkId, &Vector3<f64>),
+        spindle: (LinkId, &Vector3<f64>),
+        positions: &[f64],
+        motion: Option<&MotionErrors>,
+        out: &mut Sensitivity,
+    ) {
+        out.clear();
+        let mut pivot_way = [Vector3::zeros(); MAX_DEPTH + 1];
+        let mut spindle_way = [Vector3::zeros(); MAX_DEPTH + 1];
+        let pivot_at = self.way(pivot, positions, motion, &mut pivot_way);
+        let spindle_at = self.way(spindle, positions, motion, &mut spindle_way);
+        let bar = pivot_at - spindle_at;
+        out.length_mm = bar.norm();
+        out.direction = if out.length_mm > 0.0 { bar / out.length_mm } else { Vector3::zeros() };
+        out.pivot = self.pull(pivot.0, &pivot_way, out.direction, positions, motion, out);
+        out.spindle = self.pull(spindle.0, &spindle_way, -out.direction, positions, motion, out);
+    }
+
+    /// Ball in the bed frame; `way[d]` becomes its place in the frame of the link of depth d.
+    fn way(
+        &self,
+        ball: (LinkId, &Vector3<f64>),
+        positions: &[f64],
+        motion: Option<&MotionErrors>,
+        way: &mut [Vector3<f64>; MAX_DEPTH + 1],
+    ) -> Vector3<f64> {
+        let path = self.chain.path(ball.0);
+        way[path.len()] = *ball.1;
+        for depth in (0..path.len()).rev() {
+            let axis = path[depth];
+            way[depth] =
+                self.placed[axis].carry(&way[depth + 1], positions[axis], motion.map(|m| &m[axis]), self.composition);
+        }
+        way[0]
+    }
+
+    /// Adds the derivatives of `g·ball` for all joints of the ball's path; returns the pull in the ball's own link.
+    fn pull(
+        &self,
+        link: LinkId,
+        way: &[Vector3<f64>; MAX_DEPTH + 1],
+        direction: Vector3<f64>,
+        positions: &[f64],
+        motion: Option<&MotionErrors>,
+        out: &mut Sensitivity,
+    ) -> Vector3<f64> {
+        let mut g = direction;
+        for (depth, &axis) in self.chain.path(link).iter().enumerate() {
+            let placed = &self.placed[axis];
+            let q = positions[axis];
+            let m = motion.map(|m| &m[axis]);
+            // lever of the carried ball after the nominal motion and M, before E
+            let arm = placed.moved(&way[depth + 1], q, m, self.composition);
+            g = match placed.joint.kind {
+                AxisKind::Rotary => self.pull_rotary(placed, axis, arm, g, q, m, out),
+                AxisKind::Linear => self.pull_linear(placed, axis, arm, g, q, m, out),
+            };
+        }
+        g
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn pull_rotary(
+        &self,
+        placed: &PlacedJoint,
+        axis: usize,
+        arm: Vector3<f64>,
+        g: Vector3<f64>,
+        q: f64,
+        m: Option<&[f64; 6]>,
+        out: &mut Sensitivity,
+    ) -> Vector3<f64> {
+        let exact_arm = match self.composition {
+            Composition::Exact => placed.rotation * arm,
+            Composition::FirstOrder => arm,
+        };
+        add_error(&mut out.location[axis], &g, &exact_arm, &placed.turn_about);
+        // the carrier's pull seen before E
+        let g = placed.rotation.transpose() * g;
+        let (turned, g_turned) = undo_motion(arm, g, m, self.composition);
+        add_motion(&mut out.motion[axis], &g, &turned, m, self.composition);
+        let joint = &placed.joint;
+        out.position[axis] += joint.sign * g_turned.dot(&joint.direction.cross(&turned));
+        turn_back(&g_turned, &joint.direction, joint.sign * q)
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn pull_linear(
+        &self,
+        placed: &PlacedJoint,
+        axis: usize,
+        arm: Vector3<f64>,
+        g: Vector3<f64>,
+        q: f64,
+        m: Option<&[f64; 6]>,
+        out: &mut Sensitivity,
+    ) -> Vector3<f64> {
+        let joint = &placed.joint;
+        let slide = placed.slide(q);
+        let lever = match self.composition {
+            Composition::Exact => slide,
+            Composition::FirstOrder => joint.direction * (joint.sign * q),
+        };
+        add_error(&mut out.location[axis], &g, &lever, &placed.turn_about);
+        out.position[axis] += joint.sign * g.dot(&(placed.rotation * joint.direction));
+        let (carried, g_carried) = undo_motion(arm, g, m, self.composition);
+        add_motion(&mut out.motion[axis], &g, &carried, m, self.composition);
+        g_carried
+    }
+}
+
+/// Adds `g·δ` and `d_k·(arm × g)` to the six derivatives.
+fn add_error(into: &mut [f64; 6], g: &Vector3<f64>, arm: &Vector3<f64>, turn_about: &[Vector3<f64>; 3]) {
+    let moment = arm.cross(g);
+    for k in 0..3 {
+        into[k] += g[k];
+        into[k + 3] += turn_about[k].dot(&moment);
+    }
+}
+
+/// Derivatives with respect to the component errors at their present value `m`; `arm` is the lever before M.
+fn add_motion(
+    into: &mut [f64; 6],
+    g: &Vector3<f64>,
+    arm: &Vector3<f64>,
+    m: Option<&[f64; 6]>,
+    composition: Composition,
+) {
+    let units = [Vector3::x(), Vector3::y(), Vector3::z()];
+    match (m, composition) {
+        (Some(m), Composition::Exact) => {
+            let angles = Vector3::new(m[3], m[4], m[5]);
+            let after = super::geometry::error_rotation(&angles, composition) * arm;
+            add_error(into, g, &after, &super::geometry::turn_directions(&angles, composition));
+        }
+        _ => add_error(into, g, arm, &units),
+    }
+}
+
+/// Lever and pull before M: `arm = M_R·before + M_t`, `g_before = M_Rᵀ·g`.
+fn undo_motion(
+    arm: Vector3<f64>,
+    g: Vector3<f64>,
+    m: Option<&[f64; 6]>,
+    composition: Composition,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let Some(m) = m else { return (arm, g) };
+    let rotation: Matrix3<f64> = super::geometry::error_rotation(&Vector3::new(m[3], m[4], m[5]), composition);
+    let shifted = arm - Vector3::new(m[0], m[1], m[2]);
+    let before = match composition {
+        Composition::Exact => rotation.transpose() * shifted,
+        // I + [ε]× is not orthogonal; it is always invertible (determinant 1 + ε²)
+        Composition::FirstOrder => rotation.try_inverse().unwrap_or_else(Matrix3::identity) * shifted,
+    };
+    (before, rotation.transpose() * g)
+}
+
+/// The pull on the carried part: `J_Rᵀ·g`.
+fn turn_back(g: &Vector3<f64>, about: &Vector3<f64>, angle: f64) -> Vector3<f64> {
+    super::geometry::turn(g, about, -angle)
+}

@@ -1,0 +1,66 @@
+//! The one message a bad file gets: file, place, what was found, what is allowed, what to do.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Why a file was not accepted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LoadError {
+    /// File as named by the user.
+    pub file: PathBuf,
+    /// Line, from 1.
+    pub line: Option<usize>,
+    /// Column, from 1.
+    pub column: Option<usize>,
+    /// What was found, what is allowed, what to do.
+    pub message: String,
+}
+
+impl LoadError {
+    /// A message about a whole file.
+    pub fn file(file: &Path, message: impl Into<String>) -> LoadError {
+        LoadError { file: file.to_path_buf(), line: None, column: None, message: message.into() }
+    }
+
+    /// A message about a line (from 1) of a file.
+    pub fn line(file: &Path, line: usize, message: impl Into<String>) -> LoadError {
+        LoadError { line: Some(line), ..LoadError::file(file, message) }
+    }
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(out, ":{line}")?;
+        }
+        if let (Some(_), Some(column)) = (self.line, self.column) {
+            write!(out, ":{column}")?;
+        }
+        write!(out, ": {}", self.message)
+    }
+}
+
+impl std::error::Error for LoadError {}
+
+/// The valid name nearest to a misspelt one, if any is near.
+pub fn nearest<'a>(found: &str, valid: &[&'a str]) -> Option<&'a str> {
+    let near = |name: &&&str| edit_distance(found, name) <= 1 + found.chars().count() / 3;
+    valid.iter().filter(near).min_by_key(|name| edit_distance(found, name)).copied()
+}
+
+/// Number of insertions, deletions and replacements between two words.
+fn edit_distance(one: &str, other: &str) -> usize {
+    let other: Vec<char> = other.chars().collect();
+    let mut row: Vec<usize> = (0..=other.len()).collect();
+    for (i, a) in one.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &b) in other.iter().enumerate() {
+            let replace = diagonal + usize::from(a != b);
+            diagonal = row[j + 1];
+            row[j + 1] = replace.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[other.len()]
+}

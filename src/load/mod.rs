@@ -1,0 +1,14 @@
+//! Files to values: machine and session YAML, URDF, recordings. The only room that knows formats; nothing here computes positions.
+
+mod document;
+mod machine;
+mod message;
+mod recording;
+mod session;
+mod text;
+
+pub use machine::{load_machine, machine_from_yaml};
+pub use message::LoadError;
+pub use recording::recording_from_csv;
+pub use session::load_session;
+pub use text::read_limited;

@@ -1,0 +1,60 @@
+//! The machine as its file describes it: structural code, axes, error values. It computes no positions; `chain` does.
+
+mod axis;
+mod code;
+mod component;
+mod error_name;
+
+pub use axis::{Axis, AxisKind};
+pub use code::{CodeError, StructuralCode};
+pub use component::{ComponentError, ComponentForm, Harmonic};
+pub use error_name::{Component, ErrorName, ErrorNameError};
+
+use nalgebra::Vector3;
+
+/// A serial machine: axes in the order of the structural code, workpiece first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine {
+    /// Name for people.
+    pub name: String,
+    /// Order of the axes between workpiece and tool, with the bed's place.
+    pub code: StructuralCode,
+    /// Axes in the code's order, workpiece side first.
+    pub axes: Vec<Axis>,
+    /// Direction of gravity in the reference frame R, unit length.
+    pub gravity: Vector3<f64>,
+    /// Machine coordinate (G53, mm or deg) of an axis at our zero, by axis index.
+    pub machine_zero: Vec<Option<f64>>,
+    /// Distance from the spindle nose to the spindle ball, mm.
+    pub gauge_length_mm: Option<f64>,
+    /// Extra names of links (URDF link names), each with the axis that carries it (`None`: the bed).
+    pub link_names: Vec<(String, Option<usize>)>,
+}
+
+impl Machine {
+    /// Index of the axis with this name.
+    pub fn axis_index(&self, name: &str) -> Option<usize> {
+        self.axes.iter().position(|axis| axis.name == name)
+    }
+
+    /// Names of all axes in the code's order.
+    pub fn axis_names(&self) -> Vec<&str> {
+        self.axes.iter().map(|axis| axis.name.as_str()).collect()
+    }
+
+    /// Location errors of all axes, mm and rad, by axis index: what `chain::Geometry` takes.
+    pub fn location_errors(&self) -> Vec<[f64; 6]> {
+        self.axes.iter().map(|axis| axis.location_errors).collect()
+    }
+
+    /// Names of the location errors that an axis has by its kind and direction (its slots), all axes in order.
+    pub fn slots(&self) -> Vec<ErrorName> {
+        (0..self.axes.len()).flat_map(|index| self.axis_slots(index)).collect()
+    }
+
+    /// Slots of one axis: four for a rotary and two for a linear axis along a coordinate direction, six when inclined.
+    pub fn axis_slots(&self, index: usize) -> Vec<ErrorName> {
+        let axis = &self.axes[index];
+        axis.slots().iter().map(|&component| ErrorName::location(component, &axis.name)).collect()
+    }
+}

@@ -1,0 +1,81 @@
+//! A session: tests with their balls, bars and recordings on one machine. It holds what was done, not what it means.
+
+mod motion;
+mod path;
+mod recording;
+mod setups;
+
+pub use motion::{Motion, MotionError};
+pub use path::{CirclePlane, Follow, Path};
+pub use recording::{Clock, Recording};
+pub use setups::{Setup, Setups};
+
+use nalgebra::Vector3;
+
+use crate::machine::Machine;
+
+/// How well setups are known before the fit: standard deviations per coordinate, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    pub pivot_mm: f64,
+    pub spindle_ball_mm: f64,
+    pub bar_length_mm: f64,
+}
+
+impl Default for Spread {
+    /// 20 µm for a pivot cup placed by hand, 3 µm for a ball in a spindle, 0.5 µm for a calibrated bar.
+    fn default() -> Spread {
+        Spread { pivot_mm: 20e-3, spindle_ball_mm: 3e-3, bar_length_mm: 0.5e-3 }
+    }
+}
+
+/// A ball: its centre in R with all axes at zero and the link that carries it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ball {
+    /// Name of the carrying link.
+    pub link: String,
+    /// Centre, mm.
+    pub at: Vector3<f64>,
+    /// Tag of a ball mounted anew at the same place.
+    pub setup: Option<String>,
+    /// Own spread per coordinate, mm.
+    pub spread_mm: Option<f64>,
+}
+
+/// One test: a bar between two balls while some axes move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Test {
+    pub name: String,
+    /// Name of the recording's file, relative to the session file.
+    pub recording_file: Option<String>,
+    pub recording: Option<Recording>,
+    /// Planned path, or the arc of a recording without positions.
+    pub path: Option<Path>,
+    /// Seconds since the session began at the recording's time 0.
+    pub started_at_s: f64,
+    /// Calibrated length of the bar, mm; `None` for an absolute length gauge.
+    pub bar_length_mm: Option<f64>,
+    /// Tag of a bar calibrated anew.
+    pub bar_setup: Option<String>,
+    /// Known error of the reading: reading minus distance, mm.
+    pub bar_error_mm: f64,
+    pub pivot: Ball,
+    pub spindle_ball: Ball,
+    /// Positions of the axes that stand still, mm or rad, by axis index.
+    pub positions: Vec<Option<f64>>,
+    /// Speed of the moving ball, mm/min.
+    pub feed_mm_per_min: Option<f64>,
+    /// How far outside the arc the axes started, in the capture's direction, mm or deg.
+    pub overshoot: Option<f64>,
+}
+
+/// Tests on one machine in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    pub name: String,
+    /// File of the machine as the session names it.
+    pub machine_file: String,
+    pub machine: Machine,
+    pub spread: Spread,
+    pub tests: Vec<Test>,
+}

@@ -1,0 +1,55 @@
+//! Planned paths: the sweep of one axis, with linear axes following or not, and planar circles. Positions are computed in `motion`.
+
+use nalgebra::Vector3;
+
+/// How the linear axes follow a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Follow {
+    /// They stand still.
+    #[default]
+    None,
+    /// The bar points away from the turning axis.
+    Radial,
+    /// The bar points along the direction of turning.
+    Tangential,
+    /// The bar points along the turning axis.
+    Axial,
+}
+
+/// Plane of a circle of two linear axes; the first letter carries the cosine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CirclePlane {
+    /// Axis index of the cosine.
+    pub first: usize,
+    /// Axis index of the sine.
+    pub second: usize,
+}
+
+/// Path of a test that has no recording yet; angles in degrees as in the file, samples every `step` inclusive of both ends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Path {
+    /// One axis from `from` to `to` (mm or deg).
+    Sweep { axis: usize, from: f64, to: f64, step: f64, follow: Follow },
+    /// Circle of the spindle ball about the pivot ball's nominal place.
+    Circle { plane: CirclePlane, radius_mm: f64, from: f64, to: f64, step: f64 },
+}
+
+impl Path {
+    /// Samples of the path parameter in file units.
+    pub fn samples(&self) -> Vec<f64> {
+        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = self;
+        let count = ((to - from).abs() / step.abs()).round().max(1.0) as usize;
+        (0..=count).map(|k| from + (to - from) * k as f64 / count as f64).collect()
+    }
+
+    /// Unit direction of the bar in the turning frame, for a ball at lever `arm` from the axis line.
+    pub(super) fn bar_direction(follow: Follow, about: &Vector3<f64>, arm: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let radial = (arm - about * about.dot(arm)).try_normalize(1e-9);
+        match follow {
+            Follow::None => None,
+            Follow::Axial => Some(*about),
+            Follow::Radial => radial,
+            Follow::Tangential => radial.map(|radial| about.cross(&radial)),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Which tests share a pivot, a spindle ball or a bar, and so an unknown placement error; the errors themselves are fitted elsewhere.
+
+use super::{Ball, Session, Test};
+
+/// A physical setup that several tests share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// Name for people: `pivot on C at (0, 100, 0)`.
+    pub label: String,
+    /// Index of the first test that uses it.
+    pub first_test: usize,
+    /// Prior standard deviation per coordinate (balls) or of the length (bars), mm.
+    pub spread_mm: f64,
+}
+
+/// All setups of a session and, for each test, which ones it uses.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Setups {
+    pub pivots: Vec<Setup>,
+    pub spindle_balls: Vec<Setup>,
+    pub bars: Vec<Setup>,
+    /// Index into `pivots`, by test.
+    pub pivot_of: Vec<usize>,
+    /// Index into `spindle_balls`, by test.
+    pub spindle_ball_of: Vec<usize>,
+    /// Index into `bars`, by test; `None` for an absolute length gauge.
+    pub bar_of: Vec<Option<usize>>,
+}
+
+/// Places closer than this are one place, mm.
+const SAME_PLACE_MM: f64 = 1e-6;
+
+impl Setups {
+    /// Groups the tests of a session by their setups.
+    pub fn of(session: &Session) -> Setups {
+        let mut setups = Setups::default();
+        for (index, test) in session.tests.iter().enumerate() {
+            let pivot = group(
+                &mut setups.pivots,
+                index,
+                |first| same_ball(&session.tests[first].pivot, &test.pivot),
+                || (ball_label("pivot", &test.pivot), test.pivot.spread_mm.unwrap_or(session.spread.pivot_mm)),
+            );
+            setups.pivot_of.push(pivot);
+            let ball = &test.spindle_ball;
+            let spindle = group(
+                &mut setups.spindle_balls,
+                index,
+                |first| same_ball(&session.tests[first].spindle_ball, ball),
+                || (ball_label("spindle ball", ball), ball.spread_mm.unwrap_or(session.spread.spindle_ball_mm)),
+            );
+            setups.spindle_ball_of.push(spindle);
+            let bar = test.bar_length_mm.map(|length| {
+                group(
+                    &mut setups.bars,
+                    index,
+                    |first| same_bar(&session.tests[first], test),
+                    || (bar_label(length, test), session.spread.bar_length_mm),
+                )
+            });
+            setups.bar_of.push(bar);
+        }
+        setups
+    }
+}
+
+/// Index of the setup for which `same` holds, or of a new one.
+fn group(
+    list: &mut Vec<Setup>,
+    test: usize,
+    same: impl Fn(usize) -> bool,
+    describe: impl FnOnce() -> (String, f64),
+) -> usize {
+    if let Some(index) = list.iter().position(|setup| same(setup.first_test)) {
+        return index;
+    }
+    let (label, spread_mm) = describe();
+    list.push(Setup { label, first_test: test, spread_mm });
+    list.len() - 1
+}
+
+fn same_ball(one: &Ball, other: &Ball) -> bool {
+    one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
+}
+
+fn same_bar(one: &Test, other: &Test) -> bool {
+    match (one.bar_length_mm, other.bar_length_mm) {
+        (Some(a), Some(b)) => (a - b).abs() < SAME_PLACE_MM && one.bar_setup == other.bar_setup,
+        _ => false,
+    }
+}
+
+fn ball_label(role: &str, ball: &Ball) -> String {
+    let tag = ball.setup.as_ref().map(|tag| format!(" ({tag})")).unwrap_or_default();
+    format!("{role} on {} at ({}, {}, {}){tag}", ball.link, ball.at.x, ball.at.y, ball.at.z)
+}
+
+fn bar_label(length_mm: f64, test: &Test) -> String {
+    let tag = test.bar_setup.as_ref().map(|tag| format!(" ({tag})")).unwrap_or_default();
+    format!("bar {length_mm}{tag}")
+}

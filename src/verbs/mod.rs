@@ -1,0 +1,7 @@
+//! One file per verb: reads files, calls the rooms, hands results to `report`, writes files whole or not at all.
+
+pub mod output;
+pub mod simulate;
+
+/// Why a verb stopped: one message for the user, exit code 2.
+pub type Refusal = Box<dyn std::error::Error>;

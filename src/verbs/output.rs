@@ -1,0 +1,62 @@
+//! Writing results: whole or not at all, and never over a user's input.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::Refusal;
+
+/// Files to be written into one folder.
+#[derive(Debug, Default)]
+pub struct OutputFolder {
+    files: Vec<(PathBuf, Vec<u8>)>,
+}
+
+impl OutputFolder {
+    /// Adds a file by its name relative to the folder.
+    pub fn add(&mut self, name: impl Into<PathBuf>, content: impl Into<Vec<u8>>) {
+        self.files.push((name.into(), content.into()));
+    }
+
+    /// Writes all files, each under a temporary name first; refuses when a file would replace one of `inputs`.
+    pub fn write(&self, folder: &Path, inputs: &[PathBuf]) -> Result<(), Refusal> {
+        let inputs: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+        for (name, _) in &self.files {
+            let target = folder.join(name);
+            if target.canonicalize().is_ok_and(|target| inputs.contains(&target)) {
+                return Err(format!(
+                    "{} is an input of this command and is not overwritten; name another folder",
+                    target.display()
+                )
+                .into());
+            }
+        }
+        let mut staged = Vec::new();
+        let outcome = self.stage(folder, &mut staged);
+        if let Err(refusal) = outcome {
+            for (temporary, _) in &staged {
+                // the original refusal is what the user must read
+                let _ = fs::remove_file(temporary);
+            }
+            return Err(refusal);
+        }
+        for (temporary, target) in &staged {
+            fs::rename(temporary, target).map_err(|why| format!("{} cannot be written: {why}", target.display()))?;
+        }
+        Ok(())
+    }
+
+    fn stage(&self, folder: &Path, staged: &mut Vec<(PathBuf, PathBuf)>) -> Result<(), Refusal> {
+        for (name, content) in &self.files {
+            let target = folder.join(name);
+            let parent = target.parent().unwrap_or(folder);
+            fs::create_dir_all(parent).map_err(|why| format!("folder {} cannot be made: {why}", parent.display()))?;
+            let mut temporary = target.clone().into_os_string();
+            temporary.push(".part");
+            let temporary = PathBuf::from(temporary);
+            staged.push((temporary.clone(), target));
+            fs::write(&temporary, content)
+                .map_err(|why| format!("{} cannot be written: {why}", temporary.display()))?;
+        }
+        Ok(())
+    }
+}
