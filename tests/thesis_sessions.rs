@@ -196,3 +196,83 @@ fn short_c_tests_carry_the_inserted_position_errors() {
         );
     }
 }
+
+/// Change of length per µm or arcsec of one error, by central differences, µm.
+fn slope(error: usize, at: impl Fn(&Trunnion) -> f64) -> f64 {
+    let with = |value: f64| {
+        let errors = std::array::from_fn(|k| if k == error { value } else { 0.0 });
+        at(&session::trunnion(&errors))
+    };
+    (with(1.0) - with(-1.0)) / 2.0 * 1e3
+}
+
+#[test]
+fn first_order_statements_of_the_documentation_hold() {
+    let arcsec_um = (1.0_f64 / 3600.0).to_radians() * 1e3;
+    let (r, d) = (design::RADIUS_MM, design::cone_height_mm());
+    let (l, p, h) = (design::EXTENDED_MM, 275.0, 150.0);
+    // in the order of ERROR_NAMES, as functions of cosine, sine of the turning angle and [R, D, L, p, h]
+    type Statement = (&'static str, [fn(f64, f64, [f64; 5]) -> f64; 8]);
+    let none = |_: f64, _: f64, _: [f64; 5]| 0.0;
+    let statements: [Statement; 3] = [
+        (
+            "a at p",
+            [
+                |c, _, _| c,
+                |_, s, _| s,
+                |_, s, [_, _, _, p, _]| -p * s,
+                |c, _, [_, _, _, p, _]| p * c,
+                none,
+                |_, _, _| 1.0,
+                none,
+                none,
+            ],
+        ),
+        (
+            "a extended",
+            [
+                |c, _, [r, _, l, ..]| r / l * c,
+                |_, s, [r, _, l, ..]| r / l * s,
+                |_, s, [r, d, l, ..]| r * d / l * s,
+                |c, _, [r, d, l, ..]| -r * d / l * c,
+                |_, _, [_, d, l, ..]| d / l,
+                |_, _, [r, _, l, ..]| r / l,
+                none,
+                none,
+            ],
+        ),
+        (
+            "c at h",
+            [
+                |_, s, _| s,
+                none,
+                |c, _, [.., h]| h * c,
+                none,
+                |c, _, _| c,
+                |_, s, _| s,
+                |_, s, [.., h]| -h * s,
+                |c, _, [.., h]| h * c,
+            ],
+        ),
+    ];
+    let sizes = [r, d, l, p, h];
+    for (name, expected) in statements {
+        for at_deg in [-20.0_f64, 0.0, 33.0, 70.0] {
+            let (s, c) = at_deg.to_radians().sin_cos();
+            for error in 0..8 {
+                let found = slope(error, |machine| match name {
+                    "a at p" => machine.length_mm(at_deg, 0.0, [p, r, 0.0], [p, 0.0, 0.0]),
+                    "a extended" => machine.length_mm(at_deg, 0.0, [0.0, r, 0.0], [-d, 0.0, 0.0]),
+                    _ => machine.length_mm(0.0, at_deg, [r, 0.0, h], [0.0, 0.0, h]),
+                });
+                let (error_name, unit) = design::ERROR_NAMES[error];
+                let scale = if unit == "um" { 1.0 } else { arcsec_um };
+                let stated = expected[error](c, s, sizes) * scale;
+                assert!(
+                    (found - stated).abs() < 1e-6,
+                    "{name} at {at_deg}: {error_name} moves the length {found} µm, stated {stated}"
+                );
+            }
+        }
+    }
+}
