@@ -48,9 +48,7 @@ fn committed_files_are_what_the_generator_writes() {
 fn another_seed_gives_other_readings() {
     let csv = |seed| {
         let files = files::all(seed);
-        let file = files
-            .into_iter()
-            .find(|(name, _)| name == "chapter5/c-short-cw-2.csv");
+        let file = files.into_iter().find(|(name, _)| name == "chapter5/c-short-cw-2.csv");
         file.expect("c-short-cw-2").1
     };
     assert_ne!(csv(1), csv(2));
@@ -58,18 +56,13 @@ fn another_seed_gives_other_readings() {
 
 #[test]
 fn committed_sessions_stay_small() {
-    let total: usize = files::all(files::COMMITTED_SEED)
-        .iter()
-        .map(|(_, text)| text.len())
-        .sum();
+    let total: usize = files::all(files::COMMITTED_SEED).iter().map(|(_, text)| text.len()).sum();
     assert!(total < 1_500_000, "{total} bytes");
 }
 
 /// Truth of a reference case: EB0A EC0A (deg), EY0A EZ0A (mm), EA0C EB0C (deg), EX0C EY0C (mm).
 fn reference_machine(case: &str) -> Option<Trunnion> {
-    let names = [
-        "ty0a", "tz0a", "ey0a", "ez0a", "tx0c", "ty0c", "ex0c", "ey0c",
-    ];
+    let names = ["ty0a", "tz0a", "ey0a", "ez0a", "tx0c", "ty0c", "ex0c", "ey0c"];
     let unit = [0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01];
     let e: [f64; 8] = match case {
         "none" => [0.0; 8],
@@ -82,14 +75,8 @@ fn reference_machine(case: &str) -> Option<Trunnion> {
         }
     };
     Some(Trunnion {
-        a: AxisLocation {
-            shift_mm: [0.0, e[2], e[3]],
-            tilt_rad: [0.0, e[0].to_radians(), e[1].to_radians()],
-        },
-        c: AxisLocation {
-            shift_mm: [e[6], e[7], 0.0],
-            tilt_rad: [e[4].to_radians(), e[5].to_radians(), 0.0],
-        },
+        a: AxisLocation { shift_mm: [0.0, e[2], e[3]], tilt_rad: [0.0, e[0].to_radians(), e[1].to_radians()] },
+        c: AxisLocation { shift_mm: [e[6], e[7], 0.0], tilt_rad: [e[4].to_radians(), e[5].to_radians(), 0.0] },
     })
 }
 
@@ -135,10 +122,7 @@ fn harmonics(csv: &str, pivot_at_deg: f64) -> [f64; 3] {
         .lines()
         .skip(1)
         .map(|line| {
-            let cells: Vec<f64> = line
-                .split(',')
-                .map(|c| c.parse().expect("number"))
-                .collect();
+            let cells: Vec<f64> = line.split(',').map(|c| c.parse().expect("number")).collect();
             [(cells[1] + pivot_at_deg).to_radians(), cells[2]]
         })
         .collect();
@@ -157,23 +141,12 @@ fn harmonics(csv: &str, pivot_at_deg: f64) -> [f64; 3] {
 #[test]
 fn short_c_tests_carry_the_inserted_position_errors() {
     let files: BTreeMap<String, String> = files::all(files::COMMITTED_SEED).into_iter().collect();
-    for (folder, test, pivot_at_deg) in [
-        ("chapter4", "c-short", 0.0),
-        ("chapter5", "c-short", 90.0),
-        ("chapter6", "c-position-1", 0.0),
-    ] {
-        let truth: serde_json::Value =
-            serde_json::from_str(&files[&format!("{folder}/truth.json")]).expect("truth");
-        let error = |name: &str| {
-            truth["location_errors"][name]["value"]
-                .as_f64()
-                .expect(name)
-        };
-        let spindle = |k: usize| {
-            truth["spindle_balls"][0]["error_um"][k]
-                .as_f64()
-                .expect("ball")
-        };
+    for (folder, test, pivot_at_deg) in
+        [("chapter4", "c-short", 0.0), ("chapter5", "c-short", 90.0), ("chapter6", "c-position-1", 0.0)]
+    {
+        let truth: serde_json::Value = serde_json::from_str(&files[&format!("{folder}/truth.json")]).expect("truth");
+        let error = |name: &str| truth["location_errors"][name]["value"].as_f64().expect(name);
+        let spindle = |k: usize| truth["spindle_balls"][0]["error_um"][k].as_f64().expect("ball");
         let runs: Vec<[f64; 3]> = files
             .iter()
             .filter(|(name, _)| name.starts_with(&format!("{folder}/{test}-")))
@@ -184,16 +157,8 @@ fn short_c_tests_carry_the_inserted_position_errors() {
         let expected_x = error("EX0C") - spindle(0);
         let expected_y = error("EY0A") + error("EY0C") - spindle(1);
         // noise and drift average to about 0.1 µm; second-order terms stay below that
-        assert!(
-            (mean(1) - expected_x).abs() < 0.4,
-            "{folder} x {}",
-            mean(1) - expected_x
-        );
-        assert!(
-            (mean(2) - expected_y).abs() < 0.4,
-            "{folder} y {}",
-            mean(2) - expected_y
-        );
+        assert!((mean(1) - expected_x).abs() < 0.4, "{folder} x {}", mean(1) - expected_x);
+        assert!((mean(2) - expected_y).abs() < 0.4, "{folder} y {}", mean(2) - expected_y);
     }
 }
 

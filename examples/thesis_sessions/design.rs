@@ -11,14 +11,8 @@ pub const A_SWEEP_DEG: (f64, f64) = (-20.0, 70.0);
 /// A full turn that leaves room for run-in and run-out within ±360°.
 pub const C_SWEEP_DEG: (f64, f64) = (-180.0, 180.0);
 /// Directions of the repeat runs, balanced so that a drift does not look like a direction effect.
-pub const RUNS: [Direction; 6] = [
-    Direction::Ccw,
-    Direction::Cw,
-    Direction::Cw,
-    Direction::Ccw,
-    Direction::Ccw,
-    Direction::Cw,
-];
+pub const RUNS: [Direction; 6] =
+    [Direction::Ccw, Direction::Cw, Direction::Cw, Direction::Ccw, Direction::Ccw, Direction::Cw];
 
 /// Height of the spindle ball above the circle with the extended bar, `√(150² − 100²) = 50√5`.
 pub fn cone_height_mm() -> f64 {
@@ -81,12 +75,7 @@ pub struct Design {
 }
 
 fn test(name: &'static str, axis: Axis, bar: Bar, spindle_mm: [f64; 3]) -> Test {
-    Test {
-        name,
-        axis,
-        bar,
-        spindle_mm,
-    }
+    Test { name, axis, bar, spindle_mm }
 }
 
 fn chapter_4() -> Design {
@@ -145,39 +134,17 @@ const A_POSITION_MM: f64 = 275.0;
 const C_HEIGHT_MM: f64 = 150.0;
 
 fn chapter_6() -> Design {
-    let at = |name, axis, pivot_mm, spindle_mm| Mounting {
-        pivot_mm,
-        tests: vec![test(name, axis, Bar::Short, spindle_mm)],
-    };
+    let at =
+        |name, axis, pivot_mm, spindle_mm| Mounting { pivot_mm, tests: vec![test(name, axis, Bar::Short, spindle_mm)] };
     Design {
         chapter: 6,
         title: "each axis tested at two positions along it with the short bar",
         errors: [35.1, -19.6, -4.30, 2.90, 0.6, -53.4, -11.50, 4.60],
         mountings: vec![
-            at(
-                "a-position-1",
-                Axis::A,
-                [-A_POSITION_MM, RADIUS_MM, 0.0],
-                [-A_POSITION_MM, 0.0, 0.0],
-            ),
-            at(
-                "a-position-2",
-                Axis::A,
-                [A_POSITION_MM, RADIUS_MM, 0.0],
-                [A_POSITION_MM, 0.0, 0.0],
-            ),
-            at(
-                "c-position-1",
-                Axis::C,
-                [RADIUS_MM, 0.0, 0.0],
-                [0.0, 0.0, 0.0],
-            ),
-            at(
-                "c-position-2",
-                Axis::C,
-                [RADIUS_MM, 0.0, C_HEIGHT_MM],
-                [0.0, 0.0, C_HEIGHT_MM],
-            ),
+            at("a-position-1", Axis::A, [-A_POSITION_MM, RADIUS_MM, 0.0], [-A_POSITION_MM, 0.0, 0.0]),
+            at("a-position-2", Axis::A, [A_POSITION_MM, RADIUS_MM, 0.0], [A_POSITION_MM, 0.0, 0.0]),
+            at("c-position-1", Axis::C, [RADIUS_MM, 0.0, 0.0], [0.0, 0.0, 0.0]),
+            at("c-position-2", Axis::C, [RADIUS_MM, 0.0, C_HEIGHT_MM], [0.0, 0.0, C_HEIGHT_MM]),
         ],
         assumptions: &[
             "the offset of 550 mm is the distance between the two A positions, x = −275 mm and x = +275 mm; position 1 is the one on the −x side",

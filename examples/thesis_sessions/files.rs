@@ -4,9 +4,7 @@ use std::fmt::Write;
 
 use super::design::{Axis, ERROR_NAMES, FEED_MM_MIN, designs};
 use super::noise::{CORRELATED_UM, CORRELATION_S, WALK_UM_PER_ROOT_S, WARM_UP_UM, WHITE_UM};
-use super::session::{
-    BAR_LENGTH_MM, BAR_UM, PIVOT_UM, SPINDLE_BALL_UM, START_UM, Session, bar_length_mm, play,
-};
+use super::session::{BAR_LENGTH_MM, BAR_UM, PIVOT_UM, SPINDLE_BALL_UM, START_UM, Session, bar_length_mm, play};
 
 /// Seed of the committed sessions: the year of the thesis.
 pub const COMMITTED_SEED: u64 = 2014;
@@ -22,8 +20,7 @@ const COMMON_ASSUMPTIONS: [&str; 6] = [
     "the origin is the nominal A∩C intersection, where the spindle ball stands with all axes at zero",
 ];
 
-const MACHINE: &str =
-    "# Nominal Hermle C600U, without errors; see machines/hermle-c600u.yaml for the sources.
+const MACHINE: &str = "# Nominal Hermle C600U, without errors; see machines/hermle-c600u.yaml for the sources.
 name: Hermle C600U
 code: \"[wCAbYXZt]\"
 axes:
@@ -69,11 +66,7 @@ fn point(values: [f64; 3]) -> String {
     let parts = values.map(|v| {
         let text = format!("{v:.6}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
-        if text == "-0" {
-            "0".to_string()
-        } else {
-            text.to_string()
-        }
+        if text == "-0" { "0".to_string() } else { text.to_string() }
     });
     format!("[{}]", parts.join(", "))
 }
@@ -128,11 +121,7 @@ fn truth_json(session: &Session, seed: u64) -> String {
     let mut errors = String::new();
     for (k, (name, unit)) in ERROR_NAMES.iter().enumerate() {
         let comma = if k + 1 < ERROR_NAMES.len() { "," } else { "" };
-        let _ = writeln!(
-            errors,
-            "    \"{name}\": {{\"value\": {:.2}, \"unit\": \"{unit}\"}}{comma}",
-            design.errors[k]
-        );
+        let _ = writeln!(errors, "    \"{name}\": {{\"value\": {:.2}, \"unit\": \"{unit}\"}}{comma}", design.errors[k]);
     }
     let pivots: Vec<String> = design
         .mountings
@@ -150,9 +139,7 @@ fn truth_json(session: &Session, seed: u64) -> String {
         .iter()
         .zip(&session.bar_errors_um)
         .map(|(length_mm, error_um)| {
-            format!(
-                "    {{\"calibrated_mm\": {length_mm:.4}, \"reading_error_um\": {error_um:.4}}}"
-            )
+            format!("    {{\"calibrated_mm\": {length_mm:.4}, \"reading_error_um\": {error_um:.4}}}")
         })
         .collect();
     format!(

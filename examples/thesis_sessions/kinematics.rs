@@ -12,25 +12,16 @@ impl Motion {
     pub fn turn(axis: usize, angle_rad: f64) -> Motion {
         let mut turn = [(angle_rad / 2.0).cos(), 0.0, 0.0, 0.0];
         turn[axis + 1] = (angle_rad / 2.0).sin();
-        Motion {
-            turn,
-            shift_mm: [0.0; 3],
-        }
+        Motion { turn, shift_mm: [0.0; 3] }
     }
 
     pub fn shift(shift_mm: [f64; 3]) -> Motion {
-        Motion {
-            turn: [1.0, 0.0, 0.0, 0.0],
-            shift_mm,
-        }
+        Motion { turn: [1.0, 0.0, 0.0, 0.0], shift_mm }
     }
 
     /// `self` after `inner`: the product `self · inner` read from the bed outward.
     pub fn carrying(self, inner: Motion) -> Motion {
-        Motion {
-            turn: product(self.turn, inner.turn),
-            shift_mm: self.of_point(inner.shift_mm),
-        }
+        Motion { turn: product(self.turn, inner.turn), shift_mm: self.of_point(inner.shift_mm) }
     }
 
     pub fn of_point(self, point_mm: [f64; 3]) -> [f64; 3] {
@@ -75,25 +66,13 @@ pub struct Trunnion {
 impl Trunnion {
     /// Place of a ball carried by the C table, `E_A · Rx(a) · E_C · Rz(c) · p`.
     pub fn table_ball_mm(&self, a_deg: f64, c_deg: f64, point_mm: [f64; 3]) -> [f64; 3] {
-        let tilted = self
-            .a
-            .motion()
-            .carrying(Motion::turn(0, a_deg.to_radians()));
-        let turned = self
-            .c
-            .motion()
-            .carrying(Motion::turn(2, c_deg.to_radians()));
+        let tilted = self.a.motion().carrying(Motion::turn(0, a_deg.to_radians()));
+        let turned = self.c.motion().carrying(Motion::turn(2, c_deg.to_radians()));
         tilted.carrying(turned).of_point(point_mm)
     }
 
     /// True distance between the ball on the table and the ball on the spindle.
-    pub fn length_mm(
-        &self,
-        a_deg: f64,
-        c_deg: f64,
-        table_point_mm: [f64; 3],
-        spindle_mm: [f64; 3],
-    ) -> f64 {
+    pub fn length_mm(&self, a_deg: f64, c_deg: f64, table_point_mm: [f64; 3], spindle_mm: [f64; 3]) -> f64 {
         let ball = self.table_ball_mm(a_deg, c_deg, table_point_mm);
         let square: f64 = (0..3).map(|k| (ball[k] - spindle_mm[k]).powi(2)).sum();
         square.sqrt()

@@ -33,9 +33,7 @@ fn arguments() -> Result<(PathBuf, u64), String> {
         match (word.as_str(), value) {
             ("--out", Some(folder)) => out = Some(PathBuf::from(folder)),
             ("--seed", Some(number)) => {
-                seed = number
-                    .parse()
-                    .map_err(|_| format!("--seed {number}: not a whole number\n{USAGE}"))?;
+                seed = number.parse().map_err(|_| format!("--seed {number}: not a whole number\n{USAGE}"))?;
             }
             _ => return Err(format!("{word}: not understood\n{USAGE}")),
         }

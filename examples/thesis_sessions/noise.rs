@@ -34,13 +34,7 @@ pub struct Instrument {
 impl Instrument {
     pub fn new(mut random: ChaCha8Rng) -> Instrument {
         let warm_up_um = WARM_UP_UM * normal(&mut random);
-        Instrument {
-            random,
-            warm_up_um,
-            walk_um: 0.0,
-            correlated_um: 0.0,
-            now_s: 0.0,
-        }
+        Instrument { random, warm_up_um, walk_um: 0.0, correlated_um: 0.0, now_s: 0.0 }
     }
 
     /// Reading of a true length at a session time; times must not go backwards.

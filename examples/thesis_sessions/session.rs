@@ -4,8 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::design::{
-    A_SWEEP_DEG, Axis, Bar, C_SWEEP_DEG, Design, Direction, FEED_MM_MIN, Mounting, RADIUS_MM, RUNS,
-    Test,
+    A_SWEEP_DEG, Axis, Bar, C_SWEEP_DEG, Design, Direction, FEED_MM_MIN, Mounting, RADIUS_MM, RUNS, Test,
 };
 use super::kinematics::{AxisLocation, Trunnion};
 use super::noise::{Instrument, normal};
@@ -52,14 +51,8 @@ pub fn trunnion(errors: &[f64; 8]) -> Trunnion {
     let um = |k: usize| errors[k] * 1e-3;
     let arcsec = |k: usize| (errors[k] / 3600.0).to_radians();
     Trunnion {
-        a: AxisLocation {
-            shift_mm: [0.0, um(0), um(1)],
-            tilt_rad: [0.0, arcsec(2), arcsec(3)],
-        },
-        c: AxisLocation {
-            shift_mm: [um(4), um(5), 0.0],
-            tilt_rad: [arcsec(6), arcsec(7), 0.0],
-        },
+        a: AxisLocation { shift_mm: [0.0, um(0), um(1)], tilt_rad: [0.0, arcsec(2), arcsec(3)] },
+        c: AxisLocation { shift_mm: [um(4), um(5), 0.0], tilt_rad: [arcsec(6), arcsec(7), 0.0] },
     }
 }
 
@@ -67,13 +60,7 @@ fn sum(a: [f64; 3], b_um: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| a[k] + b_um[k] * 1e-3)
 }
 
-fn length_mm(
-    machine: &Trunnion,
-    axis: Axis,
-    at_deg: f64,
-    ball: [f64; 3],
-    spindle: [f64; 3],
-) -> f64 {
+fn length_mm(machine: &Trunnion, axis: Axis, at_deg: f64, ball: [f64; 3], spindle: [f64; 3]) -> f64 {
     match axis {
         Axis::A => machine.length_mm(at_deg, 0.0, ball, spindle),
         Axis::C => machine.length_mm(0.0, at_deg, ball, spindle),
@@ -110,8 +97,7 @@ fn place_pivot(
 
 /// Plays one design; the seed and the chapter alone decide every draw.
 pub fn play(design: Design, seed: u64) -> Session {
-    let mut random =
-        ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1000).wrapping_add(design.chapter));
+    let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1000).wrapping_add(design.chapter));
     let machine = trunnion(&design.errors);
     let spindle_ball_error_um = std::array::from_fn(|_| SPINDLE_BALL_UM * normal(&mut random));
     let bar_errors_um = std::array::from_fn(|_| BAR_UM * normal(&mut random));
@@ -134,11 +120,7 @@ pub fn play(design: Design, seed: u64) -> Session {
             let mut last = None;
             let mut count = [0, 0];
             for direction in RUNS {
-                now_s += if last == Some(direction) {
-                    DRIVE_BACK_S
-                } else {
-                    TURN_ROUND_S
-                };
+                now_s += if last == Some(direction) { DRIVE_BACK_S } else { TURN_ROUND_S };
                 now_s = (now_s * 10.0).ceil() / 10.0;
                 last = Some(direction);
                 count[direction as usize] += 1;
@@ -152,8 +134,7 @@ pub fn play(design: Design, seed: u64) -> Session {
                 let rows = (0..=(lasts_s / sample_s) as usize).map(|k| {
                     let time_s = k as f64 * sample_s;
                     let at_deg = from + (to - from).signum() * speed_deg_s * time_s;
-                    let expected_mm =
-                        length_mm(&machine, test.axis, at_deg, ball, spindle) + bar_um * 1e-3;
+                    let expected_mm = length_mm(&machine, test.axis, at_deg, ball, spindle) + bar_um * 1e-3;
                     let read_mm = instrument.read_mm(now_s + time_s, expected_mm);
                     noise_um.push((read_mm - expected_mm) * 1e3);
                     [time_s, at_deg, read_mm]
@@ -176,14 +157,7 @@ pub fn play(design: Design, seed: u64) -> Session {
     }
     let square: f64 = noise_um.iter().map(|e| e * e).sum();
     let noise_rms_um = (square / noise_um.len() as f64).sqrt();
-    Session {
-        design,
-        pivot_errors_um,
-        spindle_ball_error_um,
-        bar_errors_um,
-        noise_rms_um,
-        runs,
-    }
+    Session { design, pivot_errors_um, spindle_ball_error_um, bar_errors_um, noise_rms_um, runs }
 }
 
 /// Calibrated length of the bar that a test uses, mm.
