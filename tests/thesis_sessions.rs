@@ -224,7 +224,7 @@ fn first_order_statements_of_the_documentation_hold() {
     for (name, expected) in statements {
         for at_deg in [-20.0_f64, 0.0, 33.0, 70.0] {
             let (s, c) = at_deg.to_radians().sin_cos();
-            for error in 0..8 {
+            for (error, stated) in expected.iter().enumerate() {
                 let found = slope(error, |machine| match name {
                     "a at p" => machine.length_mm(at_deg, 0.0, [p, r, 0.0], [p, 0.0, 0.0]),
                     "a extended" => machine.length_mm(at_deg, 0.0, [0.0, r, 0.0], [-d, 0.0, 0.0]),
@@ -232,7 +232,7 @@ fn first_order_statements_of_the_documentation_hold() {
                 });
                 let (error_name, unit) = design::ERROR_NAMES[error];
                 let scale = if unit == "um" { 1.0 } else { arcsec_um };
-                let stated = expected[error](c, s, sizes) * scale;
+                let stated = stated(c, s, sizes) * scale;
                 assert!(
                     (found - stated).abs() < 1e-6,
                     "{name} at {at_deg}: {error_name} moves the length {found} µm, stated {stated}"
