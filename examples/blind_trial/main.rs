@@ -1,0 +1,343 @@
+//! Blind trial: conceals causes in sessions of its own making, lets the built binary diagnose them, then opens the truth.
+//!
+//! Shares no code with the library: kinematics, physics in the time domain, noise and visibility are its own.
+//! `cargo run --release --example blind_trial -- --seed 1 --trials 100`
+
+mod case;
+mod designs;
+mod draw;
+mod effects;
+mod faults;
+mod kinematics;
+mod machines;
+mod noise;
+mod nuisance;
+mod plan;
+mod recordings;
+mod score;
+mod tally;
+mod visibility;
+
+use case::{Case, Wishes, make};
+use clap::Parser;
+use score::{Answer, Score};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Conceals causes in simulated sessions, runs `fiveaxis diagnose` on each and scores the answers.
+#[derive(Parser)]
+struct Options {
+    /// Any number; the same one makes the same sessions.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How many sessions.
+    #[arg(long, default_value_t = 100)]
+    trials: u64,
+    /// First session, to make a single one again: `--first 17 --trials 1` is case-017.
+    #[arg(long, default_value_t = 1)]
+    first: u64,
+    /// Keep the folders here, with the truth in `truth/` beside them.
+    #[arg(long)]
+    keep: Option<PathBuf>,
+    /// Conceal only this effect (a name of the answer contract, or of a stranger: unknown-clamp, …).
+    #[arg(long)]
+    only: Option<String>,
+    /// Only this design: full, bidirectional, synchronous, planar, thesis4, mixed.
+    #[arg(long)]
+    design: Option<String>,
+    /// Only this machine's structural code.
+    #[arg(long)]
+    code: Option<String>,
+    /// Conceal nothing.
+    #[arg(long)]
+    clean: bool,
+    /// Make the sessions and stop; needs --keep.
+    #[arg(long)]
+    generate_only: bool,
+    /// Score this binary instead of building the crate's own.
+    #[arg(long)]
+    binary: Option<PathBuf>,
+    /// Rows of every recording relative to the usual number.
+    #[arg(long)]
+    density: Option<f64>,
+    /// Give up on a session after this many seconds.
+    #[arg(long, default_value_t = 120)]
+    patience: u64,
+    /// Sessions at a time.
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+}
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    match trial(&options) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn trial(options: &Options) -> Result<(), String> {
+    check(options)?;
+    let scratch = std::env::temp_dir().join(format!("blind-trial-{}", std::process::id()));
+    let folder = options.keep.clone().unwrap_or_else(|| scratch.clone());
+    let binary = if options.generate_only {
+        PathBuf::new()
+    } else {
+        binary(options)?
+    };
+    let next = AtomicU64::new(options.first - 1);
+    let end = options.first - 1 + options.trials;
+    let scores: Mutex<Vec<Score>> = Mutex::new(vec![]);
+    let trouble: Mutex<Option<String>> = Mutex::new(None);
+    std::thread::scope(|scope| {
+        for _ in 0..options.threads.max(1) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= end {
+                        return;
+                    }
+                    match session(options, &folder, &binary, index) {
+                        Ok(score) => scores
+                            .lock()
+                            .unwrap_or_else(|e| e.into_inner())
+                            .extend(score),
+                        Err(e) => {
+                            *trouble.lock().unwrap_or_else(|e| e.into_inner()) = Some(e);
+                            next.store(end, Ordering::Relaxed);
+                            return;
+                        }
+                    }
+                }
+            });
+        }
+    });
+    if options.keep.is_none() {
+        let _ = std::fs::remove_dir_all(&scratch);
+    }
+    if let Some(message) = trouble.into_inner().unwrap_or_else(|e| e.into_inner()) {
+        return Err(message);
+    }
+    let mut scores = scores.into_inner().unwrap_or_else(|e| e.into_inner());
+    scores.sort_by(|a, b| a.case.cmp(&b.case));
+    if options.generate_only {
+        println!("{} sessions in {}", options.trials, folder.display());
+    } else {
+        println!(
+            "Blind trial, seed {}, {} sessions",
+            options.seed,
+            scores.len()
+        );
+        tally::print(&scores);
+        tally::failures(&scores, options.seed, options.keep.as_deref());
+    }
+    Ok(())
+}
+
+fn check(options: &Options) -> Result<(), String> {
+    if options.generate_only && options.keep.is_none() {
+        return Err("--generate-only makes sessions to keep: say where with --keep DIR".into());
+    }
+    if options.first == 0 {
+        return Err("--first counts from 1".into());
+    }
+    let designs: Vec<&str> = designs::DESIGNS.iter().map(|d| d.0).collect();
+    let mut effects: Vec<&str> = effects::KINDS.iter().map(|k| k.0).collect();
+    effects.extend(faults::FAULTS);
+    let codes = machines::codes();
+    for (given, allowed, option) in [
+        (&options.design, &designs, "--design"),
+        (&options.only, &effects, "--only"),
+        (&options.code, &codes, "--code"),
+    ] {
+        if let Some(given) = given
+            && !allowed.contains(&given.as_str())
+        {
+            return Err(format!(
+                "{option} {given}: not known; choose one of {}",
+                allowed.join(", ")
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The crate's own binary, built as the user would.
+fn binary(options: &Options) -> Result<PathBuf, String> {
+    if let Some(path) = &options.binary {
+        return if path.is_file() {
+            Ok(path.clone())
+        } else {
+            Err(format!("no binary at {}", path.display()))
+        };
+    }
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let built = Command::new(cargo)
+        .args([
+            "build",
+            "--release",
+            "--quiet",
+            "--bin",
+            "fiveaxis",
+            "--manifest-path",
+        ])
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
+        .status();
+    if !built.is_ok_and(|s| s.success()) {
+        return Err("could not build the binary; build it and pass --binary PATH".into());
+    }
+    let own = std::env::current_exe().map_err(|e| e.to_string())?;
+    let folder = own
+        .parent()
+        .and_then(Path::parent)
+        .ok_or("no folder above this example")?;
+    Ok(folder.join(format!("fiveaxis{}", std::env::consts::EXE_SUFFIX)))
+}
+
+/// Makes one session, has it diagnosed and scores the answer; the truth is written only afterwards.
+fn session(
+    options: &Options,
+    folder: &Path,
+    binary: &Path,
+    index: u64,
+) -> Result<Option<Score>, String> {
+    let wishes = Wishes {
+        effect: options.only.clone(),
+        design: options.design.clone(),
+        clean: options.clean,
+        density: options.density,
+        code: options.code.clone(),
+    };
+    let case = make(options.seed, index, &wishes);
+    let place = folder.join(&case.name);
+    recordings::write(
+        &place,
+        &case.name,
+        &case.plan,
+        &case.order,
+        &case.recordings,
+    )
+    .map_err(|e| format!("cannot write {}: {e}", place.display()))?;
+    if options.generate_only {
+        open_truth(folder, &case)?;
+        eprintln!("{} {}", case.name, headline(&case));
+        return Ok(None);
+    }
+    let answer = diagnose(binary, &place, options.patience);
+    let score = score::score(&case.truth, &answer);
+    eprintln!(
+        "{} {} → {} {} ({:.1} s)",
+        case.name,
+        headline(&case),
+        score.stated,
+        if tally::failed(&score) { "✗" } else { "✓" },
+        score.seconds
+    );
+    if options.keep.is_some() {
+        open_truth(folder, &case)?;
+        if let Some(json) = &answer.json {
+            let path = folder
+                .join("truth")
+                .join(format!("{}.answer.json", case.name));
+            std::fs::write(&path, format!("{json:#}\n"))
+                .map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+        }
+    } else {
+        let _ = std::fs::remove_dir_all(&place);
+    }
+    Ok(Some(score))
+}
+
+fn headline(case: &Case) -> String {
+    let effects = case.truth["effects"]
+        .as_array()
+        .map(Vec::as_slice)
+        .unwrap_or_default();
+    let said: Vec<String> = effects
+        .iter()
+        .map(|e| {
+            let visible = e["visible_over_noise"]
+                .as_f64()
+                .map_or(String::new(), |v| format!(" {v:.2}×"));
+            format!(
+                "{}@{}{visible}",
+                e["id"].as_str().unwrap_or(""),
+                e["place"].as_str().unwrap_or("")
+            )
+        })
+        .collect();
+    let said = if said.is_empty() {
+        "clean".into()
+    } else {
+        said.join(" + ")
+    };
+    format!("{} {}: {said}", case.plan.machine.code, case.plan.design)
+}
+
+/// Writes the truth outside the folder of the session.
+fn open_truth(folder: &Path, case: &Case) -> Result<(), String> {
+    let place = folder.join("truth");
+    std::fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
+    let path = place.join(format!("{}.json", case.name));
+    std::fs::write(&path, format!("{:#}\n", case.truth))
+        .map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
+
+/// Runs the binary on a folder alone, on one thread.
+fn diagnose(binary: &Path, place: &Path, patience_s: u64) -> Answer {
+    let start = Instant::now();
+    let out = place.join("answer.json");
+    let answer = |failed: String| Answer {
+        json: None,
+        failed: Some(failed),
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    let Ok(file) = std::fs::File::create(&out) else {
+        return answer("cannot write beside the session".into());
+    };
+    let child = Command::new(binary)
+        .arg("diagnose")
+        .arg(place.join("session.yaml"))
+        .arg("--json")
+        .env("RAYON_NUM_THREADS", "1")
+        .stdout(file)
+        .stderr(Stdio::null())
+        .spawn();
+    let mut child = match child {
+        Ok(child) => child,
+        Err(e) => return answer(format!("cannot start: {e}")),
+    };
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) if start.elapsed() > Duration::from_secs(patience_s) => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return answer(format!("no answer in {patience_s} s"));
+            }
+            Ok(None) => std::thread::sleep(Duration::from_millis(5)),
+            Err(e) => return answer(e.to_string()),
+        }
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    let text = std::fs::read_to_string(&out).unwrap_or_default();
+    let _ = std::fs::remove_file(&out);
+    match serde_json::from_str::<serde_json::Value>(&text) {
+        Ok(json) if json["findings"].is_array() => Answer {
+            json: Some(json),
+            failed: None,
+            seconds,
+        },
+        _ => Answer {
+            json: None,
+            failed: Some(format!("no findings on stdout, {status}")),
+            seconds,
+        },
+    }
+}
