@@ -15,6 +15,7 @@
 //! | [`session`] | tests, balls, recordings, planned paths |
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
+//! | [`report`] | values to terminal tables, JSON and SVG |
 //!
 //! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad
 //! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.
@@ -22,6 +23,7 @@
 pub mod chain;
 pub mod load;
 pub mod machine;
+pub mod report;
 pub mod session;
 pub mod simulate;
 pub mod units;

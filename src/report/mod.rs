@@ -1,0 +1,3 @@
+//! Values to text for people: terminal tables, JSON and SVG. It computes no results and writes no files.
+
+pub mod polar;
