@@ -79,7 +79,7 @@ impl PolarPlot {
         let scale = Scale { px_per_um: (OUTER_PX - NOMINAL_PX) / (rings as f64 * division_um) };
         let head = if self.subtitle.is_empty() { 44.0 } else { 62.0 };
         let centre_y = head + 28.0 + OUTER_PX;
-        let legend_y = centre_y + OUTER_PX + 44.0;
+        let legend_y = centre_y + OUTER_PX + 56.0;
         let height = legend_y + 22.0 * (self.traces.len() as f64 / 2.0).ceil() + 14.0;
         let mut svg = String::new();
         let title = escape(&self.title);
@@ -166,7 +166,8 @@ impl PolarPlot {
                 let sign = if sign > 0.0 { "+" } else { "−" };
                 let _ = writeln!(
                     svg,
-                    "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"9\" fill-opacity=\"0.7\">{sign}{}</text>",
+                    "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"9\" class=\"polar-ring\" \
+                     stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\">{sign}{}</text>",
                     y + 3.0,
                     number(value.abs())
                 );
@@ -245,7 +246,7 @@ fn stroke(index: usize) -> String {
 fn dark_style() -> String {
     let mut style = String::from(
         "<style>@media (prefers-color-scheme: dark){.polar{fill:#e6e9ee}.polar-ground{fill:#14181f}\
-         .polar-lines{stroke:#e6e9ee}",
+         .polar-lines{stroke:#e6e9ee}.polar-ring{stroke:#14181f}",
     );
     for (index, (_, dark, _)) in STROKES.iter().enumerate() {
         let _ = write!(style, ".polar-trace-{index}{{stroke:{dark}}}");
