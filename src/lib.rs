@@ -13,6 +13,7 @@
 //! | [`machine`] | the machine as its file describes it |
 //! | [`chain`] | compiled kinematics: positions, lengths, closed-form derivatives |
 //! | [`session`] | tests, balls, recordings, planned paths |
+//! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`report`] | values to terminal tables, JSON and SVG |
@@ -21,6 +22,7 @@
 //! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.
 
 pub mod chain;
+pub mod effects;
 pub mod load;
 pub mod machine;
 pub mod report;

@@ -17,6 +17,16 @@ pub enum Measure {
     Length,
     /// An angle, held in rad.
     Angle,
+    /// A length per length, held in mm/mm.
+    Strain,
+    /// A time, held in s.
+    Time,
+    /// A time squared (position per acceleration), held in s².
+    TimeSquared,
+    /// A length per kelvin, held in mm/K.
+    LengthPerKelvin,
+    /// An angle per kelvin, held in rad/K.
+    AnglePerKelvin,
 }
 
 impl Measure {
@@ -38,10 +48,15 @@ impl Measure {
                 ("mrad", 1e-3),
                 ("rad", 1.0),
             ],
+            Measure::Strain => &[("um/m", 1e-6), ("µm/m", 1e-6), ("μm/m", 1e-6), ("ppm", 1e-6), ("mm/mm", 1.0)],
+            Measure::Time => &[("ms", 1e-3), ("s", 1.0), ("us", 1e-6)],
+            Measure::TimeSquared => &[("ms^2", 1e-6), ("ms²", 1e-6), ("s^2", 1.0)],
+            Measure::LengthPerKelvin => &[("um/K", 1e-3), ("µm/K", 1e-3), ("μm/K", 1e-3), ("mm/K", 1.0)],
+            Measure::AnglePerKelvin => &[("arcsec/K", ARCSEC), ("urad/K", 1e-6), ("rad/K", 1.0)],
         }
     }
 
-    /// Unit used on output: `um` or `arcsec`.
+    /// Unit used on output: `um`, `arcsec`, `ms`, ….
     pub fn output_unit(self) -> &'static str {
         self.units()[0].0
     }
@@ -51,6 +66,7 @@ impl Measure {
         match self {
             Measure::Length => value * UM_PER_MM,
             Measure::Angle => value * ARCSEC_PER_RAD,
+            _ => value / self.units()[0].1,
         }
     }
 }

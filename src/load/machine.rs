@@ -114,7 +114,16 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
     }
     let gauge_length_mm =
         raw.gauge_length.map(|value| finite(&document, &[Step::Key("gauge_length")], value)).transpose()?;
-    Ok(Machine { name: raw.name, code, axes, gravity, machine_zero, gauge_length_mm, link_names: Vec::new() })
+    Ok(Machine {
+        name: raw.name,
+        code,
+        axes,
+        gravity,
+        machine_zero,
+        gauge_length_mm,
+        link_names: Vec::new(),
+        effects: Vec::new(),
+    })
 }
 
 fn structural_code(document: &Document, raw: &MachineFile) -> Result<StructuralCode, LoadError> {

@@ -3,11 +3,13 @@
 mod axis;
 mod code;
 mod component;
+mod effect;
 mod error_name;
 
 pub use axis::{Axis, AxisKind};
 pub use code::{CodeError, StructuralCode};
 pub use component::{ComponentError, ComponentForm, Harmonic};
+pub use effect::{Effect, Outlet, ParameterValue, Place, Size};
 pub use error_name::{Component, ErrorName, ErrorNameError};
 
 use nalgebra::Vector3;
@@ -29,6 +31,8 @@ pub struct Machine {
     pub gauge_length_mm: Option<f64>,
     /// Extra names of links (URDF link names), each with the axis that carries it (`None`: the bed).
     pub link_names: Vec<(String, Option<usize>)>,
+    /// Physics beyond constant location errors.
+    pub effects: Vec<Effect>,
 }
 
 impl Machine {

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::chain::{Chain, Composition, Geometry};
+use crate::effects::{Context, Disturbance, Disturbances, EffectError};
 use crate::session::{Motion, MotionError, Session, Test};
 
 /// A simulated recording: lengths over the rows of a motion.
@@ -14,40 +15,74 @@ pub struct Trace {
     pub length_mm: Vec<f64>,
 }
 
-/// Trace of every test of a session with the errors of its machine file.
-pub fn simulate(session: &Session, composition: Composition) -> Result<Vec<Trace>, MotionError> {
-    let chain = Chain::of(&session.machine);
-    let errors = session.machine.location_errors();
-    let geometry = Geometry::new(&chain, &errors, composition);
-    session.tests.iter().map(|test| trace(session, &geometry, test)).collect()
+/// Why a session cannot be simulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulateError {
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error(transparent)]
+    Effect(#[from] EffectError),
 }
 
-/// Trace of one test for a given geometry.
-pub fn trace(session: &Session, geometry: &Geometry, test: &Test) -> Result<Trace, MotionError> {
-    let chain = geometry.chain();
-    let motion = Motion::of(session, chain, test)?;
-    let length_mm = lengths(session, geometry, test, &motion, (&test.pivot.at, &test.spindle_ball.at))?;
-    Ok(Trace { test: test.name.clone(), motion, length_mm })
+/// Trace of every test of a session with the errors and effects of its machine file.
+pub fn simulate(session: &Session, composition: Composition) -> Result<Vec<Trace>, SimulateError> {
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(session, &chain)?;
+    let disturbances = Disturbances::of(&context, &session.machine.effects)?;
+    let mut errors = session.machine.location_errors();
+    for (error, added) in errors.iter_mut().zip(&disturbances.location) {
+        error.iter_mut().zip(added).for_each(|(error, added)| *error += added);
+    }
+    let geometry = Geometry::new(&chain, &errors, composition);
+    session
+        .tests
+        .iter()
+        .enumerate()
+        .map(|(index, test)| {
+            let motion = context.motion(index);
+            let balls = (&test.pivot.at, &test.spindle_ball.at);
+            let length_mm = lengths(session, &geometry, test, motion, balls, &disturbances.by_test[index])?;
+            Ok(Trace { test: test.name.clone(), motion: motion.clone(), length_mm })
+        })
+        .collect()
 }
 
 /// Readings of one test over a motion with balls at the given places, component errors of the machine included, mm.
+///
+/// `disturbances` are those of the test by row; an empty slice stands for none.
 pub fn lengths(
     session: &Session,
     geometry: &Geometry,
     test: &Test,
     motion: &Motion,
     balls: (&Vector3<f64>, &Vector3<f64>),
+    disturbances: &[Disturbance],
 ) -> Result<Vec<f64>, MotionError> {
     let (pivot, spindle) = test.links(geometry.chain())?;
     let has_component_errors = session.machine.axes.iter().any(|axis| !axis.component_errors.is_empty());
     let mut component = vec![[0.0; 6]; motion.axis_count];
+    let mut actual = vec![0.0; motion.axis_count];
     let readings = (0..motion.rows()).map(|row| {
-        let positions = motion.row(row);
-        let component = has_component_errors.then(|| {
-            component_errors(session, positions, &mut component);
-            component.as_slice()
+        let commanded = motion.row(row);
+        let moves = (has_component_errors || !disturbances.is_empty()).then(|| {
+            component_errors(session, commanded, &mut component);
+            component.as_mut_slice()
         });
-        geometry.length((pivot, balls.0), (spindle, balls.1), positions, component) + test.bar_error_mm
+        let Some(disturbance) = disturbances.get(row) else {
+            return geometry.length((pivot, balls.0), (spindle, balls.1), commanded, moves.as_deref())
+                + test.bar_error_mm;
+        };
+        for (sum, added) in moves.into_iter().flatten().zip(&disturbance.motion) {
+            sum.iter_mut().zip(added).for_each(|(sum, added)| *sum += added);
+        }
+        for ((actual, commanded), off) in actual.iter_mut().zip(commanded).zip(&disturbance.position) {
+            *actual = commanded + off;
+        }
+        let pivot_at = balls.0 + disturbance.pivot_mm;
+        let spindle_at = balls.1 + disturbance.spindle_mm;
+        geometry.length((pivot, &pivot_at), (spindle, &spindle_at), &actual, Some(component.as_slice()))
+            + disturbance.reading_mm
+            + test.bar_error_mm
     });
     Ok(readings.collect())
 }

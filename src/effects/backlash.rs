@@ -1,0 +1,123 @@
+//! Lost motion on reversal: backlash of an axis along its own motion, and play across it. Friction spikes are in `reversal_spike`.
+//!
+//! `δ = −h·[(1 − w)·p + w·ε]`: p the play operator (Prandtl–Ishlinskii stop) of normalised gap, which turns from −1 to +1
+//! over the free gap; ε the elastic wind-up, which relaxes towards the direction of motion as `e^(−travel/take_up)`.
+//! Both depend on travel alone, not on speed, and keep their state from test to test.
+
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, plain_measure, single_function, stated};
+use super::{Context, EffectError};
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, Place};
+
+const PARAMETERS: &[Parameter] = &[
+    Parameter::number(
+        "take_up",
+        ParameterUnit::Position,
+        Default::Number(0.0),
+        (0.0, 1e4),
+        "travel over which wind-up turns round (1/e), mm or deg",
+    ),
+    Parameter::number(
+        "windup_share",
+        ParameterUnit::Plain,
+        Default::Number(0.0),
+        (0.0, 1.0),
+        "share of the size that is elastic wind-up, the rest being free gap",
+    ),
+    Parameter::number(
+        "gap",
+        ParameterUnit::Position,
+        Default::Absent,
+        (0.0, 1e4),
+        "travel over which the free gap turns round, mm or deg; twice the free share of the size when not stated",
+    ),
+];
+
+/// Backlash of a rotary axis about its own line.
+pub static ROTARY_BACKLASH: Kind = Kind {
+    name: "rotary-backlash",
+    driver: Driver::Direction,
+    formula: "own = -h [(1-w) play(q, gap) + w windup(q, take_up)]",
+    size_meaning: "half width",
+    cause: "worm or gear clearance, wind-up of the drive, loose clamping of the encoder",
+    remedy: "adjust the worm or preload, check the drive's stiffness, then set the control's backlash compensation",
+    parameters: PARAMETERS,
+    outlets: |machine, place| own(machine, place, AxisKind::Rotary),
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, effect| lost_motion(&ROTARY_BACKLASH, context, effect),
+};
+
+/// Backlash of a slide along its own direction.
+pub static LINEAR_BACKLASH: Kind = Kind {
+    name: "linear-backlash",
+    driver: Driver::Direction,
+    formula: "own = -h [(1-w) play(q, gap) + w windup(q, take_up)]",
+    size_meaning: "half width",
+    cause: "clearance of screw, nut or its bearings; wind-up of the drive between encoder and slide",
+    remedy: "renew or preload nut and bearings, then set the control's backlash compensation",
+    parameters: PARAMETERS,
+    outlets: |machine, place| own(machine, place, AxisKind::Linear),
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, effect| lost_motion(&LINEAR_BACKLASH, context, effect),
+};
+
+/// Sideways shift or tilt of a joint that follows the direction of motion.
+pub static LATERAL_PLAY: Kind = Kind {
+    name: "lateral-play",
+    driver: Driver::Direction,
+    formula: "E = -h [(1-w) play(q, gap) + w windup(q, take_up)] across the own motion",
+    size_meaning: "half width",
+    cause: "play of bearing or guideway, a drive that pushes off centre, tilt on reversal",
+    remedy: "preload the bearing or gibs, check the drive's alignment",
+    parameters: PARAMETERS,
+    outlets: |machine, place| across(machine, place),
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, effect| lost_motion(&LATERAL_PLAY, context, effect),
+};
+
+fn own(machine: &Machine, place: Place, kind: AxisKind) -> Vec<Outlet> {
+    match place {
+        Place::Axis(axis) if machine.axes[axis].kind == kind => vec![Outlet::own(machine, axis)],
+        _ => Vec::new(),
+    }
+}
+
+/// All components of an axis but its own.
+pub(super) fn across(machine: &Machine, place: Place) -> Vec<Outlet> {
+    let Place::Axis(axis) = place else { return Vec::new() };
+    let own = Outlet::own(machine, axis);
+    let all = Component::ALL.into_iter().map(|component| Outlet::Motion { axis, component });
+    all.filter(|outlet| *outlet != own).collect()
+}
+
+/// State of the two operators, each in −1 … 1.
+#[derive(Clone, Copy)]
+struct LostMotion {
+    play: f64,
+    windup: f64,
+}
+
+fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let Place::Axis(axis) = effect.place else { return Ok(vec![context.profile(|_, _| 0.0)]) };
+    let windup_share = kind.number(context, effect, "windup_share");
+    let take_up = kind.number(context, effect, "take_up");
+    let own = Outlet::own(context.machine(), axis);
+    let size = effect.sizes.iter().find(|size| size.outlet == own).map_or(0.0, |size| size.value.abs());
+    let gap = stated(effect, "gap").unwrap_or(2.0 * size * (1.0 - windup_share));
+    let advance = |state: &mut LostMotion, travel: super::context::Travel| {
+        let way = travel.distance;
+        if way.abs() <= STANDSTILL {
+            return;
+        }
+        state.play = if gap > 0.0 { (state.play + 2.0 * way / gap).clamp(-1.0, 1.0) } else { way.signum() };
+        let decay = if take_up > 0.0 { (-way.abs() / take_up).exp() } else { 0.0 };
+        state.windup = way.signum() + (state.windup - way.signum()) * decay;
+    };
+    let read = |state: &LostMotion| -((1.0 - windup_share) * state.play + windup_share * state.windup);
+    Ok(vec![context.along(axis, LostMotion { play: 0.0, windup: 0.0 }, advance, read)])
+}
+
+/// Commanded moves below this are rounding of the file, mm or rad.
+pub(super) const STANDSTILL: f64 = 1e-7;

@@ -1,0 +1,205 @@
+//! What effects may depend on: positions, speeds, session time and the way by which every test was reached. No effect values.
+
+use crate::chain::Chain;
+use crate::machine::Machine;
+use crate::session::{Clock, Motion, MotionError, Session};
+
+use super::Profile;
+
+/// How far outside the arc the axes start when a test does not say, mm or deg.
+const DEFAULT_OVERSHOOT: f64 = 4.0;
+/// Places on the approach between its start and the first row, as shares of the overshoot.
+const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
+
+/// Motions of all tests of a session, with the history between them.
+#[derive(Debug, Clone)]
+pub struct Context<'a> {
+    session: &'a Session,
+    chain: &'a Chain,
+    motions: Vec<Motion>,
+    /// Tests by time; ties in the order of the file.
+    order: Vec<usize>,
+    /// Positions passed before the first row of each test, row by row.
+    approaches: Vec<Vec<f64>>,
+}
+
+/// One step of the history of an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Travel {
+    /// Distance moved in the mechanical positive sense, mm or rad.
+    pub distance: f64,
+    /// Time it took, s; `None` between tests and on approaches.
+    pub seconds: Option<f64>,
+}
+
+impl<'a> Context<'a> {
+    /// Motions and history of a session.
+    pub fn of(session: &'a Session, chain: &'a Chain) -> Result<Context<'a>, MotionError> {
+        let motions =
+            session.tests.iter().map(|test| Motion::of(session, chain, test)).collect::<Result<Vec<_>, _>>()?;
+        let mut order: Vec<usize> = (0..motions.len()).collect();
+        order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
+        let approaches = (0..motions.len()).map(|test| approach(session, &motions[test], test)).collect();
+        Ok(Context { session, chain, motions, order, approaches })
+    }
+
+    /// The session.
+    pub fn session(&self) -> &Session {
+        self.session
+    }
+
+    /// The machine.
+    pub fn machine(&self) -> &Machine {
+        &self.session.machine
+    }
+
+    /// The nominal chain.
+    pub fn chain(&self) -> &Chain {
+        self.chain
+    }
+
+    /// Motion of a test.
+    pub fn motion(&self, test: usize) -> &Motion {
+        &self.motions[test]
+    }
+
+    /// Number of tests.
+    pub fn tests(&self) -> usize {
+        self.motions.len()
+    }
+
+    /// Tests by time.
+    pub fn order(&self) -> &[usize] {
+        &self.order
+    }
+
+    /// Seconds since the session began at a row; static poses have the time at which their test began.
+    pub fn session_time_s(&self, test: usize, row: usize) -> f64 {
+        let within = self.motions[test].time_s.as_ref().map_or(0.0, |time| time[row]);
+        self.session.tests[test].started_at_s + within
+    }
+
+    /// Seconds since the session began at the last row of a test.
+    pub fn ends_at_s(&self, test: usize) -> f64 {
+        match self.motions[test].rows() {
+            0 => self.session.tests[test].started_at_s,
+            rows => self.session_time_s(test, rows - 1),
+        }
+    }
+
+    /// A profile from a value per test and row.
+    pub fn profile(&self, value: impl Fn(usize, usize) -> f64) -> Profile {
+        (0..self.tests()).map(|test| (0..self.motions[test].rows()).map(|row| value(test, row)).collect()).collect()
+    }
+
+    /// A profile from the position (mm or rad, as commanded) of one axis.
+    pub fn position_profile(&self, axis: usize, value: impl Fn(f64) -> f64) -> Profile {
+        self.profile(|test, row| value(self.motions[test].row(row)[axis]))
+    }
+
+    /// Speed of an axis (mm/s or rad/s, as commanded) by centred differences; zero without times.
+    pub fn speed(&self, test: usize, row: usize, axis: usize) -> f64 {
+        let motion = &self.motions[test];
+        let Some(time) = &motion.time_s else { return 0.0 };
+        let (before, after) = (row.saturating_sub(1), (row + 1).min(motion.rows() - 1));
+        let seconds = time[after] - time[before];
+        if seconds > 0.0 { (motion.row(after)[axis] - motion.row(before)[axis]) / seconds } else { 0.0 }
+    }
+
+    /// Acceleration of an axis (mm/s² or rad/s², as commanded) by second differences; the ends repeat their neighbours.
+    pub fn acceleration(&self, test: usize, row: usize, axis: usize) -> f64 {
+        let motion = &self.motions[test];
+        let Some(time) = &motion.time_s else { return 0.0 };
+        if motion.rows() < 3 {
+            return 0.0;
+        }
+        let row = row.clamp(1, motion.rows() - 2);
+        let q = |row: usize| motion.row(row)[axis];
+        let (early, late) = (time[row] - time[row - 1], time[row + 1] - time[row]);
+        if early > 0.0 && late > 0.0 {
+            2.0 * ((q(row + 1) - q(row)) / late - (q(row) - q(row - 1)) / early) / (early + late)
+        } else {
+            0.0
+        }
+    }
+
+    /// Runs a state along everything an axis has done in the session and reads it at every row.
+    ///
+    /// The axis is followed through tests by time, over the approach of each; `sign` of a reversed axis is applied,
+    /// so that distances are those of the mechanism.
+    pub fn along<S>(
+        &self,
+        axis: usize,
+        mut state: S,
+        mut advance: impl FnMut(&mut S, Travel),
+        read: impl Fn(&S) -> f64,
+    ) -> Profile {
+        let sign = self.chain.joint(axis).sign;
+        let axis_count = self.machine().axes.len();
+        let mut profile = vec![Vec::new(); self.tests()];
+        let mut last: Option<f64> = None;
+        for &test in &self.order {
+            let motion = &self.motions[test];
+            for q in self.approaches[test].iter().skip(axis).step_by(axis_count) {
+                if let Some(last) = last {
+                    advance(&mut state, Travel { distance: sign * (q - last), seconds: None });
+                }
+                last = Some(*q);
+            }
+            profile[test] = (0..motion.rows())
+                .map(|row| {
+                    let q = motion.row(row)[axis];
+                    if let Some(last) = last {
+                        let seconds = motion.time_s.as_ref().filter(|_| row > 0).map(|time| time[row] - time[row - 1]);
+                        advance(&mut state, Travel { distance: sign * (q - last), seconds });
+                    }
+                    last = Some(q);
+                    read(&state)
+                })
+                .collect();
+        }
+        profile
+    }
+}
+
+/// Positions passed on the way to the first row: the path of the first rows carried on backwards by the overshoot.
+///
+/// A parabola through three rows, the overshoot apart, follows arcs and straight sweeps alike. Static poses have none.
+fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
+    let test = &session.tests[test];
+    let overshoot = test.overshoot.unwrap_or(DEFAULT_OVERSHOOT);
+    let is_static = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::Pose(_)));
+    if is_static || overshoot <= 0.0 || motion.rows() < 3 {
+        return Vec::new();
+    }
+    let axes = &session.machine.axes;
+    let longest = (motion.rows() - 1) / 2;
+    let mut way = 0.0;
+    let mut reach = 0;
+    while reach < longest && way < overshoot {
+        let (here, next) = (motion.row(reach), motion.row(reach + 1));
+        way += axes
+            .iter()
+            .zip(here.iter().zip(next))
+            .map(|(axis, (here, next))| axis.kind.to_file_unit(next - here).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        reach += 1;
+    }
+    if way <= 0.0 {
+        return Vec::new();
+    }
+    let scale = overshoot / way;
+    let mut positions = Vec::with_capacity(APPROACH_SHARES.len() * axes.len());
+    for share in APPROACH_SHARES {
+        let u = share * scale;
+        let weights = [(u + 1.0) * (u + 2.0) / 2.0, -u * (u + 2.0), u * (u + 1.0) / 2.0];
+        for axis in 0..axes.len() {
+            let q = |k: usize| motion.row(k * reach)[axis];
+            // exactly still axes stay exactly still
+            let start = q(0);
+            positions.push(start + weights[1] * (q(1) - start) + weights[2] * (q(2) - start));
+        }
+    }
+    positions
+}

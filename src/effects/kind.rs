@@ -1,0 +1,207 @@
+//! The contract of an effect: names, words, parameters and functions. It holds no values; those are in `machine::Effect`.
+
+use super::Context;
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
+use crate::units::Measure;
+
+/// What drives an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Driver {
+    Direction,
+    Position,
+    Gravity,
+    Temperature,
+    Time,
+    Speed,
+    Event,
+    Constant,
+}
+
+impl Driver {
+    /// Name in output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Driver::Direction => "direction",
+            Driver::Position => "position",
+            Driver::Gravity => "gravity",
+            Driver::Temperature => "temperature",
+            Driver::Time => "time",
+            Driver::Speed => "speed",
+            Driver::Event => "event",
+            Driver::Constant => "constant",
+        }
+    }
+}
+
+/// Values of one function: by test in the order of the session file, then by row.
+pub type Profile = Vec<Vec<f64>>;
+
+/// Unit of a shape parameter in files; inside the library positions are mm or rad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterUnit {
+    /// Position or travel of the place's axis: mm, or degrees in files.
+    Position,
+    /// A number without a unit, or in s, Hz, mm as its name and meaning say.
+    Plain,
+    /// One of these words; any word when empty.
+    Word(&'static [&'static str]),
+}
+
+/// Smallest and largest value allowed, in file units.
+pub type Bounds = (f64, f64);
+
+/// What holds when a parameter is not stated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Default {
+    /// This number; positions in file units.
+    Number(f64),
+    /// An empty list, word or point: the kind says what that means.
+    Absent,
+    /// The parameter must be stated.
+    Required,
+}
+
+/// One shape parameter of a kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: ParameterUnit,
+    /// Number of values: 1 a number, 3 a point, 0 a list of any length.
+    pub count: usize,
+    pub default: Default,
+    pub bounds: Bounds,
+    pub meaning: &'static str,
+}
+
+impl Parameter {
+    /// A number.
+    pub const fn number(
+        name: &'static str,
+        unit: ParameterUnit,
+        default: Default,
+        bounds: Bounds,
+        meaning: &'static str,
+    ) -> Parameter {
+        Parameter { name, unit, count: 1, default, bounds, meaning }
+    }
+
+    /// A list.
+    pub const fn list(
+        name: &'static str,
+        unit: ParameterUnit,
+        default: Default,
+        bounds: Bounds,
+        meaning: &'static str,
+    ) -> Parameter {
+        Parameter { name, unit, count: 0, default, bounds, meaning }
+    }
+
+    /// A word.
+    pub const fn word(
+        name: &'static str,
+        words: &'static [&'static str],
+        default: Default,
+        meaning: &'static str,
+    ) -> Parameter {
+        Parameter { name, unit: ParameterUnit::Word(words), count: 1, default, bounds: (0.0, 0.0), meaning }
+    }
+}
+
+/// Why an effect cannot be computed in a session.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    #[error("no effect is called '{found}'; the catalogue has {known}")]
+    UnknownKind { found: String, known: String },
+    #[error("{effect}: the recording of test '{test}' has no column '{channel}'; its further columns are: {found}")]
+    NoChannel { effect: String, test: String, channel: String, found: String },
+    #[error("{effect}: no link is called '{link}'; links are {known}")]
+    NoLink { effect: String, link: String, known: String },
+}
+
+/// One kind of effect. The text fields are in the words of the trade.
+pub struct Kind {
+    /// Name in files and output.
+    pub name: &'static str,
+    pub driver: Driver,
+    /// Equation with its symbols.
+    pub formula: &'static str,
+    /// What the stated size is.
+    pub size_meaning: &'static str,
+    /// What on the machine usually causes it.
+    pub cause: &'static str,
+    /// What one does about it.
+    pub remedy: &'static str,
+    pub parameters: &'static [Parameter],
+    /// Outlets it may have at a place; empty when it cannot sit there.
+    pub outlets: fn(&Machine, Place) -> Vec<Outlet>,
+    /// What its sizes measure at an outlet.
+    pub measure: fn(&Machine, &Outlet, &str) -> Measure,
+    /// Names of its functions for the stated parameters; one empty name when there is a single function.
+    pub functions: fn(&Effect) -> Vec<String>,
+    /// The functions over all rows of a session, in the order of `functions`.
+    pub profiles: fn(&Context, &Effect) -> Result<Vec<Profile>, EffectError>,
+}
+
+impl Kind {
+    /// Places of a machine where the effect can sit.
+    pub fn places(&self, machine: &Machine) -> Vec<Place> {
+        let axes = (0..machine.axes.len()).map(Place::Axis);
+        let others = Place::OTHERS.iter().map(|(_, place)| *place);
+        axes.chain(others).filter(|&place| !(self.outlets)(machine, place).is_empty()).collect()
+    }
+
+    /// Profiles of the functions, zero in tests where the effect does not act.
+    pub fn shape(&self, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+        let mut profiles = (self.profiles)(context, effect)?;
+        if let Some(tests) = &effect.tests {
+            for profile in &mut profiles {
+                for (test, rows) in context.session().tests.iter().zip(profile) {
+                    if !tests.contains(&test.name) {
+                        rows.fill(0.0);
+                    }
+                }
+            }
+        }
+        Ok(profiles)
+    }
+
+    /// A number of the effect, or its default; positions in mm or rad.
+    pub fn number(&self, context: &Context, effect: &Effect, name: &str) -> f64 {
+        match effect.parameter(name) {
+            Some(ParameterValue::Number(value)) => *value,
+            _ => match self.parameters.iter().find(|parameter| parameter.name == name) {
+                Some(Parameter { default: Default::Number(value), unit: ParameterUnit::Position, .. }) => {
+                    effect.place.axis().map_or(*value, |axis| context.machine().axes[axis].kind.from_file_unit(*value))
+                }
+                Some(Parameter { default: Default::Number(value), .. }) => *value,
+                _ => f64::NAN,
+            },
+        }
+    }
+}
+
+/// A number that was stated.
+pub(super) fn stated(effect: &Effect, name: &str) -> Option<f64> {
+    match effect.parameter(name) {
+        Some(ParameterValue::Number(value)) => Some(*value),
+        _ => None,
+    }
+}
+
+/// A list that was stated; empty otherwise.
+pub(super) fn list<'a>(effect: &'a Effect, name: &str) -> &'a [f64] {
+    match effect.parameter(name) {
+        Some(ParameterValue::List(values)) => values,
+        _ => &[],
+    }
+}
+
+/// The measure of the outlet itself, for functions without dimension.
+pub(super) fn plain_measure(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
+    outlet.measure(machine)
+}
+
+/// The one function without a name.
+pub(super) fn single_function(_effect: &Effect) -> Vec<String> {
+    vec![String::new()]
+}

@@ -1,0 +1,36 @@
+//! Forward models of machine physics beyond constant location errors. It finds nothing; that is what diagnosis is for.
+//!
+//! Every effect is a small motion at a place times functions of a driver:
+//! `outlet(row) = Σ size · function(row)`, `ΔL = Σ ∂L/∂outlet · outlet` to first order. A [`Kind`] says which outlets
+//! a place has, which functions there are and computes their [`Profile`]s over a whole session; sizes are linear,
+//! everything else is a shape parameter. One file per kind (or per family that shares a function), registered in
+//! [`KINDS`] by one line.
+
+mod backlash;
+mod context;
+mod disturbance;
+mod harmonics;
+mod kind;
+
+pub use context::Context;
+pub use disturbance::{Disturbance, Disturbances, column, gain};
+pub use kind::{Bounds, Default, Driver, EffectError, Kind, Parameter, ParameterUnit, Profile};
+
+/// The catalogue.
+pub static KINDS: &[&Kind] = &[
+    &backlash::ROTARY_BACKLASH,
+    &backlash::LINEAR_BACKLASH,
+    &backlash::LATERAL_PLAY,
+    &harmonics::ROTARY_ERROR_MOTION,
+    &harmonics::CYCLIC_ERROR,
+];
+
+/// The kind with this name.
+pub fn kind(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name == name).copied()
+}
+
+/// Names of all kinds, for messages.
+pub fn kind_names() -> Vec<&'static str> {
+    KINDS.iter().map(|kind| kind.name).collect()
+}

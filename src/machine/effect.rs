@@ -1,0 +1,184 @@
+//! An effect of machine physics beyond constant location errors, as data: name, place, sizes, parameters. Its formula is in `effects`.
+
+use super::error_name::{Component, ErrorName};
+use super::{AxisKind, Machine};
+use crate::units::Measure;
+
+/// Where an effect sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// A joint or slide, by axis index.
+    Axis(usize),
+    /// The pivot cup.
+    Pivot,
+    /// The ball in the spindle.
+    SpindleBall,
+    /// The bar between the balls.
+    Bar,
+    /// Whatever pairs positions with readings.
+    Recorder,
+    /// The control's own compensation.
+    Control,
+}
+
+impl Place {
+    /// Places that are no axis, with their names in files.
+    pub const OTHERS: [(&'static str, Place); 5] = [
+        ("pivot", Place::Pivot),
+        ("spindle-ball", Place::SpindleBall),
+        ("bar", Place::Bar),
+        ("recorder", Place::Recorder),
+        ("control", Place::Control),
+    ];
+
+    /// Name in files and output: an axis name, `pivot`, `spindle-ball`, `bar`, `recorder`, `control`.
+    pub fn name(self, machine: &Machine) -> &str {
+        match self {
+            Place::Axis(axis) => machine.axes.get(axis).map_or("?", |axis| axis.name.as_str()),
+            other => Place::OTHERS.iter().find(|(_, place)| *place == other).map_or("?", |(name, _)| name),
+        }
+    }
+
+    /// Axis index, when the place is an axis.
+    pub fn axis(self) -> Option<usize> {
+        match self {
+            Place::Axis(axis) => Some(axis),
+            _ => None,
+        }
+    }
+}
+
+/// What an effect moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Outlet {
+    /// Component error of a joint, in the carrier's directions, mm or rad.
+    Motion { axis: usize, component: Component },
+    /// Motion along (mm) or about (rad) an inclined axis.
+    Along { axis: usize },
+    /// Location error of an axis, mm or rad.
+    Location { axis: usize, component: Component },
+    /// The axis stands behind its command by speed × size, s.
+    Lag { axis: usize },
+    /// The axis stands off its command by acceleration × size, s².
+    Acceleration { axis: usize },
+    /// All recorded positions are too old by the size, s.
+    Delay,
+    /// Displacement of the pivot ball on its link along R's x, y or z (0, 1, 2), mm.
+    Pivot(usize),
+    /// Displacement of the spindle ball on its link, mm.
+    SpindleBall(usize),
+    /// Reading minus distance, mm.
+    Reading,
+}
+
+/// Names of the coordinates of a ball.
+const COORDINATES: [&str; 3] = ["x", "y", "z"];
+
+impl Outlet {
+    /// The axis's own motion: `ECC` of C, `EXX` of X, along the line of an inclined axis.
+    pub fn own(machine: &Machine, axis: usize) -> Outlet {
+        match machine.axes[axis].zero_position() {
+            Some(component) => Outlet::Motion { axis, component },
+            None => Outlet::Along { axis },
+        }
+    }
+
+    /// Name in files and output: `ECC`, `EC0Y`, `own`, `lag`, `acceleration`, `delay`, `x y z`, `length`.
+    pub fn name(&self, machine: &Machine) -> String {
+        let axis_name = |axis: usize| machine.axes.get(axis).map_or("?", |axis| axis.name.as_str());
+        match *self {
+            Outlet::Motion { axis, component } => ErrorName::motion(component, axis_name(axis)).to_string(),
+            Outlet::Location { axis, component } => ErrorName::location(component, axis_name(axis)).to_string(),
+            Outlet::Along { .. } => "own".into(),
+            Outlet::Lag { .. } => "lag".into(),
+            Outlet::Acceleration { .. } => "acceleration".into(),
+            Outlet::Delay => "delay".into(),
+            Outlet::Pivot(k) | Outlet::SpindleBall(k) => COORDINATES[k.min(2)].into(),
+            Outlet::Reading => "length".into(),
+        }
+    }
+
+    /// What its amount measures.
+    pub fn measure(&self, machine: &Machine) -> Measure {
+        match *self {
+            Outlet::Motion { component, .. } | Outlet::Location { component, .. } => component.measure(),
+            Outlet::Along { axis } => match machine.axes[axis].kind {
+                AxisKind::Linear => Measure::Length,
+                AxisKind::Rotary => Measure::Angle,
+            },
+            Outlet::Lag { .. } | Outlet::Delay => Measure::Time,
+            Outlet::Acceleration { .. } => Measure::TimeSquared,
+            Outlet::Pivot(_) | Outlet::SpindleBall(_) | Outlet::Reading => Measure::Length,
+        }
+    }
+}
+
+/// One linear coefficient of an effect: the outlet receives `value × function`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    pub outlet: Outlet,
+    /// Name of the function that it multiplies; empty when the effect has a single one.
+    pub function: String,
+    /// mm, rad, s, s², per K or per mm as the effect says.
+    pub value: f64,
+}
+
+/// Value of a shape parameter, in library units (mm, rad, s).
+#[derive(Debug, Clone, PartialEq)]
+pub enum ParameterValue {
+    Number(f64),
+    List(Vec<f64>),
+    Word(String),
+}
+
+/// An effect as a machine has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effect {
+    /// Name in the catalogue, such as `rotary-backlash`.
+    pub kind: String,
+    pub place: Place,
+    pub sizes: Vec<Size>,
+    /// Shape parameters that were stated; the others have the catalogue's defaults.
+    pub parameters: Vec<(String, ParameterValue)>,
+    /// Tests in which it acts, by name; `None`: all.
+    pub tests: Option<Vec<String>>,
+}
+
+impl Effect {
+    /// An effect without sizes and with default parameters.
+    pub fn new(kind: &str, place: Place) -> Effect {
+        Effect { kind: kind.to_string(), place, sizes: Vec::new(), parameters: Vec::new(), tests: None }
+    }
+
+    /// The effect with one more size.
+    pub fn size(mut self, outlet: Outlet, function: &str, value: f64) -> Effect {
+        self.sizes.push(Size { outlet, function: function.to_string(), value });
+        self
+    }
+
+    /// The effect with a parameter set, in library units.
+    pub fn with(mut self, name: &str, value: ParameterValue) -> Effect {
+        self.set(name, value);
+        self
+    }
+
+    /// Sets a parameter, in library units.
+    pub fn set(&mut self, name: &str, value: ParameterValue) {
+        match self.parameters.iter_mut().find(|(other, _)| other == name) {
+            Some((_, old)) => *old = value,
+            None => self.parameters.push((name.to_string(), value)),
+        }
+    }
+
+    /// A stated parameter.
+    pub fn parameter(&self, name: &str) -> Option<&ParameterValue> {
+        self.parameters.iter().find(|(other, _)| other == name).map(|(_, value)| value)
+    }
+
+    /// The effect with every size multiplied.
+    pub fn scaled(&self, factor: f64) -> Effect {
+        let mut scaled = self.clone();
+        scaled.sizes.iter_mut().for_each(|size| size.value *= factor);
+        scaled
+    }
+}

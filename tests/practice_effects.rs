@@ -1,0 +1,158 @@
+//! Forward models against recordings of an independent simulator whose concealed effects are known.
+//!
+//! With the true location errors, balls, bars and effect parameters inserted, the simulated traces explain the
+//! recordings down to their noise.
+
+mod shared_data;
+
+use std::path::Path;
+
+use fiveaxis::chain::Composition;
+use fiveaxis::load::load_session;
+use fiveaxis::machine::{Component, Effect, ErrorName, Outlet, ParameterValue, Place};
+use fiveaxis::session::{Ball, Session};
+use fiveaxis::simulate::simulate;
+use nalgebra::Vector3;
+use serde_json::Value;
+
+const UM: f64 = 1e-3;
+const ARCSEC: f64 = std::f64::consts::PI / 180.0 / 3600.0;
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().map(|list| list.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
+}
+
+fn point(value: &Value) -> Vector3<f64> {
+    Vector3::from_column_slice(&numbers(value))
+}
+
+/// The session with everything true but the effects inserted.
+fn true_session(folder: &Path, truth: &Value) -> Session {
+    let case = truth["case"].as_str().unwrap();
+    let mut session = load_session(&folder.join(case).join("session.yaml")).unwrap();
+    let names: Vec<String> = session.machine.axes.iter().map(|axis| axis.name.clone()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for (name, value) in truth["pige"].as_object().unwrap() {
+        let error = ErrorName::parse(name, &names).unwrap();
+        let axis = session.machine.axis_index(&error.axis).unwrap();
+        let unit = if error.component.is_angle() { ARCSEC } else { UM };
+        session.machine.axes[axis].location_errors[error.component.index()] = value.as_f64().unwrap() * unit;
+    }
+    for test in &mut session.tests {
+        let displaced = |ball: &mut Ball, list: &Value| {
+            let own = list.as_array().unwrap().iter().find(|entry| (point(&entry["at"]) - ball.at).norm() < 1e-3);
+            ball.at += point(&own.unwrap()["error_um"]) * UM;
+        };
+        displaced(&mut test.pivot, &truth["pivots"]);
+        displaced(&mut test.spindle_ball, &truth["spindle_balls"]);
+        let bars = truth["bars"].as_array().unwrap();
+        let own =
+            bars.iter().find(|bar| (bar["calibrated"].as_f64().unwrap() - test.bar_length_mm.unwrap()).abs() < 1e-6);
+        test.bar_error_mm = own.unwrap()["reading_error_um"].as_f64().unwrap() * UM;
+    }
+    session
+}
+
+/// Rms of recording minus simulation over all readings, and by test, µm.
+fn residual_um(session: &Session) -> (f64, Vec<(String, f64)>) {
+    let traces = simulate(session, Composition::Exact).unwrap();
+    let (mut sum, mut count) = (0.0, 0);
+    let by_test = session
+        .tests
+        .iter()
+        .zip(&traces)
+        .map(|(test, trace)| {
+            let readings = &test.recording.as_ref().unwrap().length_mm;
+            let squares: Vec<f64> = readings
+                .iter()
+                .zip(&trace.length_mm)
+                .map(|(read, simulated)| (read - simulated).powi(2))
+                .filter(|square| square.is_finite())
+                .collect();
+            sum += squares.iter().sum::<f64>();
+            count += squares.len();
+            (test.name.clone(), (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / UM)
+        })
+        .collect();
+    ((sum / count as f64).sqrt() / UM, by_test)
+}
+
+fn number(value: f64) -> ParameterValue {
+    ParameterValue::Number(value)
+}
+
+/// The catalogue's effects for one of the truth's.
+fn effects_of(session: &Session, truth: &Value) -> Vec<Effect> {
+    let machine = &session.machine;
+    let params = &truth["params"];
+    let param = |name: &str| params[name].as_f64().unwrap();
+    let size = truth["size"].as_f64().unwrap();
+    let axis = truth["place"].as_str().and_then(|name| machine.axis_index(name));
+    match truth["id"].as_str().unwrap() {
+        "rotary-backlash" | "linear-backlash" => {
+            let axis = axis.unwrap();
+            let unit = if truth["unit"] == "arcsec" { ARCSEC } else { UM };
+            let take_up = machine.axes[axis].kind.from_file_unit(param("take_up"));
+            vec![
+                Effect::new(truth["id"].as_str().unwrap(), Place::Axis(axis))
+                    .size(Outlet::own(machine, axis), "", size * unit)
+                    .with("take_up", number(take_up))
+                    .with("windup_share", number(param("windup_share"))),
+            ]
+        }
+        "rotary-error-motion" => {
+            let axis = axis.unwrap();
+            let mut effect = Effect::new("rotary-error-motion", Place::Axis(axis));
+            let mut orders = Vec::new();
+            for (letter, component) in [("X", Component::EX), ("Y", Component::EY)] {
+                let table = params["harmonics"][letter].as_array().unwrap();
+                let (order, amplitude, phase) = (numbers(&table[0]), numbers(&table[1]), numbers(&table[2]));
+                for k in 0..order.len() {
+                    let outlet = Outlet::Motion { axis, component };
+                    let a = amplitude[k] * size * UM;
+                    effect = effect.size(outlet, &format!("cos{}", order[k]), a * phase[k].cos()).size(
+                        outlet,
+                        &format!("sin{}", order[k]),
+                        -a * phase[k].sin(),
+                    );
+                    if !orders.contains(&order[k]) {
+                        orders.push(order[k]);
+                    }
+                }
+            }
+            vec![effect.with("orders", ParameterValue::List(orders))]
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn true_effects_explain_recordings_of_an_independent_simulator() {
+    let Some(folder) = shared_data::folder("recordings/practice") else { return };
+    let only = std::env::var("CASE").ok();
+    for number in 1..=12 {
+        let case = format!("case-{number:03}");
+        if only.as_ref().is_some_and(|only| *only != case) {
+            continue;
+        }
+        let text = std::fs::read_to_string(folder.join(format!("truth/{case}.json"))).unwrap();
+        let truth: Value = serde_json::from_str(&text).unwrap();
+        let mut session = true_session(&folder, &truth);
+        let before = residual_um(&session).0;
+        for effect in truth["effects"].as_array().unwrap() {
+            session.machine.effects.extend(effects_of(&session, effect));
+        }
+        let (after, by_test) = residual_um(&session);
+        let noise = truth["noise_rms_um"].as_f64().unwrap();
+        println!(
+            "{case} {:24} without effect {before:7.4} um, with {after:7.4} um, noise {noise:.4} um, effects {}",
+            truth["effects"][0]["id"].as_str().unwrap_or("clean"),
+            session.machine.effects.len()
+        );
+        if only.is_some() {
+            for (name, rms) in by_test {
+                println!("    {name:28} {rms:.3}");
+            }
+        }
+    }
+}
