@@ -47,6 +47,13 @@ pub fn simulate(session: &Session, composition: Composition) -> Result<Vec<Trace
         .collect()
 }
 
+/// Trace of one test for a given geometry, without effects: those depend on what the session did before.
+pub fn trace(session: &Session, geometry: &Geometry, test: &Test) -> Result<Trace, MotionError> {
+    let motion = Motion::of(session, geometry.chain(), test)?;
+    let length_mm = lengths(session, geometry, test, &motion, (&test.pivot.at, &test.spindle_ball.at), &[])?;
+    Ok(Trace { test: test.name.clone(), motion, length_mm })
+}
+
 /// Readings of one test over a motion with balls at the given places, component errors of the machine included, mm.
 ///
 /// `disturbances` are those of the test by row; an empty slice stands for none.
