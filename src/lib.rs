@@ -23,6 +23,7 @@
 
 pub mod chain;
 pub mod effects;
+pub mod identify;
 pub mod load;
 pub mod machine;
 pub mod report;

@@ -68,7 +68,8 @@ pub fn recording_from_csv(
                 LoadError::line(file, index + 1, format!("column {name}: '{}' is not a number", field.trim()))
             })?;
             let may_be_missing = matches!(column, Column::Length | Column::Channel);
-            if !value.is_finite() && !(may_be_missing && field.trim().is_empty()) {
+            let is_missing = may_be_missing && field.trim().is_empty();
+            if !value.is_finite() && !is_missing {
                 return Err(LoadError::line(
                     file,
                     index + 1,

@@ -1,0 +1,273 @@
+//! Location errors from recordings: one weighted nonlinear least-squares fit over all tests of a session.
+//!
+//! Minimises `Σ ‖W(reading − L(errors, balls) − bar)‖² + Σ ((x − prior)/σ_prior)²` over the free location errors, the
+//! place of every pivot and spindle ball and the reading error of every bar; W whitens each trace by a noise model
+//! (white + AR(1) + drift) fitted to the residuals, so that uncertainties hold for autocorrelated noise.
+
+mod ambiguity;
+mod candidates;
+mod noise;
+mod outliers;
+mod problem;
+mod solve;
+mod unknowns;
+
+pub use ambiguity::Ambiguity;
+pub use candidates::{Candidate, candidate_tests};
+pub use noise::{NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
+pub use outliers::{kept_rows, robust_sigma};
+pub use problem::{Prediction, PreparedTest, Problem};
+pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};
+pub use unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
+
+use nalgebra::{Cholesky, DMatrix};
+
+use crate::chain::Chain;
+use crate::machine::ErrorName;
+use crate::session::{MotionError, Session, Setups};
+
+/// What to fit and how.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Free location errors; `None`: [`default_free`].
+    pub free: Option<Vec<ErrorName>>,
+    /// Prior of the free location errors; `None`: [`FreePrior::of`].
+    pub prior: Option<FreePrior>,
+}
+
+/// Why a fit was not possible.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error("the session has no recording; record its tests first, or use 'fiveaxis simulate' to make some")]
+    NoRecording,
+    #[error("the fit did not converge; check ball places, bar lengths and the signs of the axes in the session")]
+    NoConvergence,
+    #[error("only {readings} readings for {unknowns} unknowns; record more or free fewer errors")]
+    TooFew { readings: usize, unknowns: usize },
+}
+
+/// Result of a fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    pub unknowns: Vec<Unknown>,
+    pub estimates: Vec<Estimate>,
+    /// Covariance of the estimates, priors included, mm and rad.
+    pub covariance: DMatrix<f64>,
+    /// Noise of a reading, by test.
+    pub noise: Vec<NoiseModel>,
+    pub tests: Vec<TestFit>,
+    /// Root mean square of all residuals that were kept, mm.
+    pub rms_mm: f64,
+    pub ambiguities: Vec<Ambiguity>,
+}
+
+/// Estimate of one unknown, mm or rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    pub value: f64,
+    /// Standard deviation, priors included.
+    pub sigma: f64,
+    /// Standard deviation if the spindle balls stood exactly where the session says.
+    pub sigma_to_spindle_ball: f64,
+    /// Share of the variance that comes from priors other than the spindle balls', which are held here, 0 to 1:
+    /// `Σ_j (C_kj/σ_j)² / C_kk`; the rest comes from the noise of the data.
+    pub prior_share: f64,
+    /// Share of the variance that comes from the priors of pivots, spindle balls and bars, 0 to 1.
+    pub setup_share: f64,
+    /// The data fix it, given the spindle balls: prior share below half.
+    pub determined: bool,
+    /// It is fixed only relative to the spindle ball: without that ball's prior the data say little.
+    pub relative_to_spindle_ball: bool,
+}
+
+/// Fit of one test.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TestFit {
+    pub name: String,
+    /// Reading minus model, mm; NaN where there is no reading.
+    pub residual_mm: Vec<f64>,
+    /// Rows that took part.
+    pub kept: Vec<bool>,
+    /// Root mean square over the rows that took part, mm.
+    pub rms_mm: f64,
+    /// Rows with a reading that were left out.
+    pub left_out: Vec<usize>,
+}
+
+/// How much tighter or wider the spindle balls' priors become when they are held or released.
+const WIDENED: f64 = 1e3;
+
+/// Fits a session.
+pub fn identify(session: &Session, options: &Options) -> Result<Fit, FitError> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let free = options.free.clone().unwrap_or_else(|| default_free(&session.machine));
+    let prior = options.prior.unwrap_or_else(|| FreePrior::of(&session.machine));
+    let problem = Problem::new(session, &chain, &setups, unknowns(session, &setups, &free, prior))?;
+    fit(&problem)
+}
+
+/// Fits a prepared problem: robust start, outliers, noise, weighted fit.
+pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
+    let readings: usize =
+        problem.tests.iter().map(|test| test.reading_mm.iter().filter(|v| v.is_finite()).count()).sum();
+    if readings == 0 {
+        return Err(FitError::NoRecording);
+    }
+    if readings < 4 {
+        return Err(FitError::TooFew { readings, unknowns: problem.unknowns.len() });
+    }
+    let rough = robust_start(problem);
+    let mut kept = kept_rows(problem, &rough.residual_mm);
+    let mut noise = fitted_noise(problem, &rough.residual_mm, &kept, None);
+    let mut solution = rough;
+    for _ in 0..3 {
+        solution = minimise(problem, &solution.values, &Weighting::Whitened { noise: &noise, kept: &kept });
+        kept = kept_rows(problem, &solution.residual_mm);
+        let last = noise.clone();
+        noise = fitted_noise(problem, &solution.residual_mm, &kept, last.first().copied());
+        let settled = noise.iter().zip(&last).all(|(new, old)| (new.rms_mm() / old.rms_mm() - 1.0).abs() < 0.01);
+        if settled {
+            break;
+        }
+    }
+    let solution = minimise(problem, &solution.values, &Weighting::Whitened { noise: &noise, kept: &kept });
+    if !solution.converged {
+        return Err(FitError::NoConvergence);
+    }
+    Ok(summary(problem, solution, noise, kept))
+}
+
+/// Huber fit whose scale shrinks to the residuals' robust sigma.
+fn robust_start(problem: &Problem) -> Solution {
+    let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    let residual = |values: &[f64]| normal_equations(problem, values, &Weighting::Huber { scale_mm: 1.0 }).1;
+    let mut scale = robust_sigma(residual(&values).iter().flatten().copied()).max(NOISE_FLOOR_MM);
+    loop {
+        let solution = minimise(problem, &values, &Weighting::Huber { scale_mm: scale });
+        let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(NOISE_FLOOR_MM);
+        if next > 0.7 * scale {
+            return solution;
+        }
+        (values, scale) = (solution.values, next);
+    }
+}
+
+/// Noise of every test: one model for all sweeps, white noise of common size for static poses.
+fn fitted_noise(
+    problem: &Problem,
+    residual_mm: &[Vec<f64>],
+    kept: &[Vec<bool>],
+    start: Option<NoiseModel>,
+) -> Vec<NoiseModel> {
+    let masked: Vec<Vec<f64>> = residual_mm
+        .iter()
+        .zip(kept)
+        .map(|(residual, kept)| {
+            residual.iter().zip(kept).map(|(value, kept)| if *kept { *value } else { f64::NAN }).collect()
+        })
+        .collect();
+    let is_pose = |index: usize| problem.tests[index].motion.time_s.is_none();
+    let (poses, sweeps): (Vec<usize>, Vec<usize>) = (0..masked.len()).partition(|&index| is_pose(index));
+    let pooled = |indices: &[usize]| indices.iter().map(|&index| masked[index].clone()).collect::<Vec<_>>();
+    let rms = rms(poses.iter().flat_map(|&index| &masked[index]).copied()).max(NOISE_FLOOR_MM);
+    let sweep_noise = if sweeps.is_empty() { NoiseModel::white(rms) } else { fit_noise(&pooled(&sweeps), start) };
+    (0..masked.len()).map(|index| if is_pose(index) { NoiseModel::white(rms) } else { sweep_noise }).collect()
+}
+
+/// Root mean square of the finite values.
+pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values
+        .filter(|value| value.is_finite())
+        .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
+
+fn summary(problem: &Problem, solution: Solution, noise: Vec<NoiseModel>, kept: Vec<Vec<bool>>) -> Fit {
+    let covariance = covariance(problem, &solution.information);
+    let estimates = estimates(problem, &solution, &covariance);
+    let tests: Vec<TestFit> = solution
+        .residual_mm
+        .iter()
+        .zip(kept)
+        .zip(&problem.session.tests)
+        .map(|((residual, kept), test)| test_fit(&test.name, residual, kept))
+        .collect();
+    let all_kept = tests
+        .iter()
+        .flat_map(|test| test.residual_mm.iter().zip(&test.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value));
+    let rms_mm = rms(all_kept);
+    let ambiguities = ambiguity::ambiguities(problem, &solution, &noise);
+    Fit { unknowns: problem.unknowns.clone(), estimates, covariance, noise, tests, rms_mm, ambiguities }
+}
+
+fn test_fit(name: &str, residual: &[f64], kept: Vec<bool>) -> TestFit {
+    let rms_mm = rms(residual.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(value, _)| *value));
+    let left_out = (0..residual.len()).filter(|&row| residual[row].is_finite() && !kept[row]).collect();
+    TestFit { name: name.to_string(), residual_mm: residual.to_vec(), kept, rms_mm, left_out }
+}
+
+/// Covariance `D(H + 1)⁻¹D`, H the data information in units of the priors D.
+fn covariance(problem: &Problem, information: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = problem.unknowns.len();
+    let mut inverse = inverse_with_prior(information, &vec![1.0; count]);
+    for i in 0..count {
+        for j in 0..count {
+            inverse[(i, j)] *= problem.unknowns[i].prior_sigma * problem.unknowns[j].prior_sigma;
+        }
+    }
+    inverse
+}
+
+/// `(H + diag(weights))⁻¹`; weights above zero make it solvable.
+fn inverse_with_prior(information: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
+    let mut matrix = information.clone();
+    for (k, weight) in weights.iter().enumerate() {
+        matrix[(k, k)] += weight;
+    }
+    match Cholesky::new(matrix.clone()) {
+        Some(factor) => factor.inverse(),
+        // rounding spoiled a weight far below the information: its direction is as good as unknown
+        None => matrix.pseudo_inverse(1e-300).unwrap_or_else(|_| DMatrix::identity(weights.len(), weights.len())),
+    }
+}
+
+fn estimates(problem: &Problem, solution: &Solution, covariance: &DMatrix<f64>) -> Vec<Estimate> {
+    let unknowns = &problem.unknowns;
+    let is_reference = |unknown: &Unknown| {
+        matches!(unknown.quantity, Quantity::SpindleBall { setup, .. }
+            if problem.setups.spindle_balls[setup].spread_mm <= problem.session.spread.spindle_ball_mm)
+    };
+    // a held quantity gets a prior a thousand times tighter, a released one a thousand times wider
+    let reference_weight = |weight: f64| -> Vec<f64> {
+        unknowns.iter().map(|unknown| if is_reference(unknown) { weight } else { 1.0 }).collect()
+    };
+    let held = inverse_with_prior(&solution.information, &reference_weight(WIDENED * WIDENED));
+    let released = inverse_with_prior(&solution.information, &reference_weight(1.0 / (WIDENED * WIDENED)));
+    unknowns
+        .iter()
+        .enumerate()
+        .map(|(k, unknown)| {
+            // of the variance C_kk, Σ_j C_kj² stems from the priors j (C in units of the priors)
+            let from_priors: f64 =
+                (0..unknowns.len()).filter(|&j| !is_reference(&unknowns[j])).map(|j| held[(k, j)].powi(2)).sum();
+            let prior_share = (from_priors / held[(k, k)]).clamp(0.0, 1.0);
+            let from_setups: f64 = (0..unknowns.len())
+                .filter(|&j| unknowns[j].quantity.is_setup())
+                .map(|j| (covariance[(k, j)] / unknowns[j].prior_sigma).powi(2))
+                .sum();
+            let determined = prior_share < 0.5;
+            Estimate {
+                value: solution.values[k],
+                sigma: covariance[(k, k)].sqrt(),
+                sigma_to_spindle_ball: held[(k, k)].sqrt() * unknown.prior_sigma,
+                prior_share,
+                setup_share: (from_setups / covariance[(k, k)]).clamp(0.0, 1.0),
+                determined,
+                relative_to_spindle_ball: determined && released[(k, k)] > 4.0 * held[(k, k)] && !is_reference(unknown),
+            }
+        })
+        .collect()
+}

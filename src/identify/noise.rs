@@ -1,0 +1,236 @@
+//! Noise of recordings as white + AR(1) + slow drift, its likelihood and the whitening filter; knows nothing of geometry.
+//!
+//! A reading's noise is `w_k + a_k + d_k`: white w, an AR(1) part `a_k = ρ a_{k−1} + …` of standard deviation σ_a,
+//! and a random walk d that starts at zero and has standard deviation σ_d at the end of a trace. A Kalman filter
+//! with the two states (a, d) turns correlated residuals into independent ones of variance 1 (innovations).
+
+/// Parameters of the noise, lengths in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseModel {
+    pub white_mm: f64,
+    pub ar_mm: f64,
+    /// Correlation of the AR(1) part from one sample to the next.
+    pub ar_rho: f64,
+    /// Standard deviation of the drift at the end of a trace.
+    pub drift_mm: f64,
+}
+
+impl NoiseModel {
+    /// White noise alone.
+    pub fn white(white_mm: f64) -> NoiseModel {
+        NoiseModel { white_mm, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0 }
+    }
+
+    /// Standard deviation of one reading, averaged over a trace, mm.
+    pub fn rms_mm(&self) -> f64 {
+        (self.white_mm.powi(2) + self.ar_mm.powi(2) + 0.5 * self.drift_mm.powi(2)).sqrt()
+    }
+
+    /// The same noise scaled.
+    pub fn scaled(&self, factor: f64) -> NoiseModel {
+        NoiseModel {
+            white_mm: self.white_mm * factor,
+            ar_mm: self.ar_mm * factor,
+            drift_mm: self.drift_mm * factor,
+            ..*self
+        }
+    }
+}
+
+/// Whitening filter of one trace: gains worked out once, applied to any number of columns.
+pub struct Whitener {
+    /// Per row: gain of the AR state, gain of the drift state, 1/√(innovation variance); zero where there is no reading.
+    gains: Vec<[f64; 3]>,
+    rho: f64,
+    /// Σ log(innovation variance) over the rows with a reading.
+    pub log_determinant: f64,
+}
+
+impl Whitener {
+    /// Filter for rows where `present` holds.
+    pub fn new(noise: &NoiseModel, present: &[bool]) -> Whitener {
+        let rho = noise.ar_rho;
+        let drift_step = noise.drift_mm.powi(2) / present.len().max(1) as f64;
+        let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
+        let white = noise.white_mm.powi(2);
+        // covariance of (AR, drift) before the reading
+        let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, 0.0);
+        let mut log_determinant = 0.0;
+        let gains = present
+            .iter()
+            .map(|&present| {
+                let mut gain = [0.0; 3];
+                if present {
+                    let s = paa + 2.0 * pad + pdd + white;
+                    let (ka, kd) = ((paa + pad) / s, (pad + pdd) / s);
+                    gain = [ka, kd, 1.0 / s.sqrt()];
+                    log_determinant += s.ln();
+                    let (a, d) = (paa + pad, pad + pdd);
+                    paa -= ka * a;
+                    pdd -= kd * d;
+                    pad -= ka * d;
+                }
+                paa = rho * rho * paa + ar_step;
+                pad *= rho;
+                pdd += drift_step;
+                gain
+            })
+            .collect();
+        Whitener { gains, rho, log_determinant }
+    }
+
+    /// Whitens a column in place; rows without a reading become zero.
+    pub fn apply(&self, column: &mut [f64]) {
+        let (mut a, mut d) = (0.0, 0.0);
+        for (value, &[ka, kd, scale]) in column.iter_mut().zip(&self.gains) {
+            if scale > 0.0 {
+                let innovation = *value - a - d;
+                a += ka * innovation;
+                d += kd * innovation;
+                *value = innovation * scale;
+            } else {
+                *value = 0.0;
+            }
+            a *= self.rho;
+        }
+    }
+}
+
+/// −2 log likelihood of residuals (NaN where there is none) under a noise model, pooled over traces.
+pub fn misfit(noise: &NoiseModel, traces: &[Vec<f64>]) -> f64 {
+    traces.iter().map(|trace| trace_misfit(noise, trace)).sum()
+}
+
+fn trace_misfit(noise: &NoiseModel, trace: &[f64]) -> f64 {
+    let rho = noise.ar_rho;
+    let drift_step = noise.drift_mm.powi(2) / trace.len().max(1) as f64;
+    let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
+    let white = noise.white_mm.powi(2);
+    let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, 0.0);
+    let (mut a, mut d) = (0.0, 0.0);
+    let (mut sum, mut product) = (0.0, 1.0f64);
+    for &value in trace {
+        if value.is_finite() {
+            let s = paa + 2.0 * pad + pdd + white;
+            let innovation = value - a - d;
+            let (ga, gd) = (paa + pad, pad + pdd);
+            sum += innovation * innovation / s;
+            // one logarithm for many factors; scaled so that the product stays in range
+            product *= s * LOG_SCALE;
+            if !(1e-200..1e200).contains(&product) {
+                sum += product.ln();
+                product = 1.0;
+            }
+            sum -= LOG_SCALE_LN;
+            let (ka, kd) = (ga / s, gd / s);
+            a += ka * innovation;
+            d += kd * innovation;
+            paa -= ka * ga;
+            pdd -= kd * gd;
+            pad -= ka * gd;
+        }
+        a *= rho;
+        paa = rho * rho * paa + ar_step;
+        pad *= rho;
+        pdd += drift_step;
+    }
+    sum + product.ln()
+}
+
+/// Brings innovation variances of some 1e-8 mm² near 1.
+const LOG_SCALE: f64 = 1e8;
+const LOG_SCALE_LN: f64 = 18.420_680_743_952_367;
+
+/// Smallest noise that a fit may find, mm: a twentieth of the last digit of a recording, so that ideal traces can be fitted.
+pub const NOISE_FLOOR_MM: f64 = 5e-6;
+
+/// Most likely noise of residual traces (mm, NaN where there is none).
+pub fn fit_noise(traces: &[Vec<f64>], start: Option<NoiseModel>) -> NoiseModel {
+    let (mut sum, mut count) = (0.0, 0usize);
+    let (mut step_sum, mut step_count) = (0.0, 0usize);
+    for trace in traces {
+        for pair in trace.windows(2) {
+            if pair[0].is_finite() && pair[1].is_finite() {
+                step_sum += (pair[1] - pair[0]).powi(2);
+                step_count += 1;
+            }
+        }
+        for value in trace.iter().filter(|value| value.is_finite()) {
+            sum += value * value;
+            count += 1;
+        }
+    }
+    let rms = (sum / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM);
+    if step_count < 20 {
+        return NoiseModel::white(rms);
+    }
+    let white = (0.5 * step_sum / step_count as f64).sqrt().max(NOISE_FLOOR_MM);
+    let slow = (rms * rms - white * white).max(0.04 * white * white).sqrt();
+    let start = start.unwrap_or(NoiseModel { white_mm: white, ar_mm: slow, ar_rho: 0.95, drift_mm: 0.3 * slow });
+    let pack = |noise: &NoiseModel| {
+        [
+            noise.white_mm.max(NOISE_FLOOR_MM).ln(),
+            noise.ar_mm.max(NOISE_FLOOR_MM).ln(),
+            // ρ from 0.3 to 0.9995 on a logarithmic scale of correlation length
+            (-(noise.ar_rho.clamp(0.3, 0.9995)).ln()).ln(),
+            noise.drift_mm.max(NOISE_FLOOR_MM).ln(),
+        ]
+    };
+    let unpack = |x: &[f64; 4]| NoiseModel {
+        white_mm: x[0].exp().max(NOISE_FLOOR_MM),
+        ar_mm: x[1].exp().max(NOISE_FLOOR_MM),
+        ar_rho: (-(x[2].exp())).exp().clamp(0.3, 0.9995),
+        drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
+    };
+    let best = descend(pack(&start), 0.5, |x| misfit(&unpack(x), traces));
+    unpack(&best)
+}
+
+/// Nelder–Mead in four variables, restarted once to leave a collapsed simplex.
+fn descend(start: [f64; 4], size: f64, cost: impl Fn(&[f64; 4]) -> f64) -> [f64; 4] {
+    let mut best = start;
+    for round in 0..2 {
+        let spread = size / (1 + 2 * round) as f64;
+        let mut simplex: Vec<([f64; 4], f64)> = (0..5)
+            .map(|vertex| {
+                let mut x = best;
+                if vertex > 0 {
+                    x[vertex - 1] += spread;
+                }
+                (x, cost(&x))
+            })
+            .collect();
+        for _ in 0..90 {
+            simplex.sort_by(|one, other| one.1.total_cmp(&other.1));
+            if simplex[4].1 - simplex[0].1 < 0.02 {
+                break;
+            }
+            let centre: [f64; 4] = std::array::from_fn(|k| simplex[..4].iter().map(|(x, _)| x[k]).sum::<f64>() / 4.0);
+            let worst = simplex[4];
+            let along = |t: f64| -> [f64; 4] { std::array::from_fn(|k| centre[k] + t * (worst.0[k] - centre[k])) };
+            let try_at = |t: f64| (along(t), cost(&along(t)));
+            let reflected = try_at(-1.0);
+            simplex[4] = if reflected.1 < simplex[0].1 {
+                let expanded = try_at(-2.0);
+                if expanded.1 < reflected.1 { expanded } else { reflected }
+            } else if reflected.1 < simplex[3].1 {
+                reflected
+            } else {
+                let inside = try_at(if reflected.1 < worst.1 { -0.5 } else { 0.5 });
+                if inside.1 < worst.1.min(reflected.1) {
+                    inside
+                } else {
+                    let lead = simplex[0].0;
+                    for vertex in simplex.iter_mut().skip(1) {
+                        let x: [f64; 4] = std::array::from_fn(|k| lead[k] + 0.5 * (vertex.0[k] - lead[k]));
+                        *vertex = (x, cost(&x));
+                    }
+                    continue;
+                }
+            };
+        }
+        simplex.sort_by(|one, other| one.1.total_cmp(&other.1));
+        best = simplex[0].0;
+    }
+    best
+}

@@ -1,0 +1,87 @@
+//! Which readings are left out of a fit, judged on residuals of a robust fit and never on raw lengths.
+
+use super::problem::Problem;
+
+/// Robust standard deviation: 1.4826 times the median of absolute values (equal to σ for a normal distribution).
+pub fn robust_sigma(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sizes: Vec<f64> = values.filter(|value| value.is_finite()).map(f64::abs).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let middle = sizes.len() / 2;
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    1.4826 * *median
+}
+
+/// A reading this many robust sigmas from its neighbours' trend is left out of a sweep.
+const SWEEP_LIMIT: f64 = 8.0;
+/// A static pose this many robust sigmas from the model is left out.
+const POSE_LIMIT: f64 = 7.0;
+/// Neighbours on each side that make the trend of a sweep.
+const NEIGHBOURS: usize = 3;
+
+/// Rows that are kept, by test: they have a reading and are no gross outlier.
+pub fn kept_rows(problem: &Problem, residual_mm: &[Vec<f64>]) -> Vec<Vec<bool>> {
+    let poses: Vec<bool> = problem.tests.iter().map(|test| test.motion.time_s.is_none()).collect();
+    let pose_residuals = residual_mm.iter().zip(&poses).filter(|(_, poses)| **poses).flat_map(|(residual, _)| residual);
+    let pose_sigma = robust_sigma(pose_residuals.copied());
+    residual_mm
+        .iter()
+        .zip(poses)
+        .map(|(residual, poses)| if poses { within(residual, POSE_LIMIT * pose_sigma) } else { near_trend(residual) })
+        .collect()
+}
+
+fn within(residual: &[f64], limit: f64) -> Vec<bool> {
+    residual.iter().map(|value| value.is_finite() && (limit == 0.0 || value.abs() <= limit)).collect()
+}
+
+/// Keeps the rows of a sweep, but for isolated ones that lie far off on the same side of both the rows before and after.
+///
+/// A step or a spike that decays over several rows lies near the rows on one of its sides and so is kept.
+fn near_trend(residual: &[f64]) -> Vec<bool> {
+    let off: Vec<f64> = (0..residual.len())
+        .map(|row| {
+            let before = median(&residual[row.saturating_sub(NEIGHBOURS)..row]);
+            let after = median(&residual[row + 1..(row + 1 + NEIGHBOURS).min(residual.len())]);
+            let sides = match (before, after) {
+                (Some(before), Some(after)) => [residual[row] - before, residual[row] - after],
+                (Some(one), None) | (None, Some(one)) => [residual[row] - one; 2],
+                (None, None) => return 0.0,
+            };
+            if sides[0] * sides[1] > 0.0 { sides[0].abs().min(sides[1].abs()) } else { 0.0 }
+        })
+        .collect();
+    let steps = residual.windows(2).map(|pair| pair[1] - pair[0]);
+    // the difference of two readings has √2 times the white noise of one
+    let sigma = (robust_sigma(steps) / std::f64::consts::SQRT_2).max(FINEST_MM);
+    residual.iter().zip(&off).map(|(value, off)| value.is_finite() && *off <= SWEEP_LIMIT * sigma).collect()
+}
+
+fn median(values: &[f64]) -> Option<f64> {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    finite.sort_by(f64::total_cmp);
+    finite.get(finite.len() / 2).copied()
+}
+
+/// Half of the last digit of a real recording (0.1 µm), mm: steps of the recorder are no outliers.
+const FINEST_MM: f64 = 5e-5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spike_is_left_out_and_a_slope_is_not() {
+        let mut residual: Vec<f64> = (0..200).map(|k| 1e-3 * f64::from(k) + 1e-4 * f64::from(k % 3)).collect();
+        residual[100] += 0.5;
+        residual[50] = f64::NAN;
+        // a step with a decaying spike, as after a reversal
+        for row in 120..200 {
+            residual[row] += 0.1 + 0.1 * (-(row as f64 - 120.0) / 8.0).exp();
+        }
+        let kept = near_trend(&residual);
+        let left_out: Vec<usize> = (0..200).filter(|&row| !kept[row]).collect();
+        assert_eq!(left_out, [50, 100]);
+    }
+}

@@ -1,0 +1,156 @@
+//! Predicted readings and their derivatives for all tests of a session at given values of the unknowns. It does not solve.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::unknowns::{Quantity, Unknown};
+use crate::chain::{Chain, Composition, Geometry, LinkId, Sensitivity};
+use crate::session::{Motion, MotionError, Session, Setups};
+use crate::simulate::component_errors;
+
+/// A session prepared for fitting: motions and links are worked out once.
+pub struct Problem<'a> {
+    pub session: &'a Session,
+    pub chain: &'a Chain,
+    pub setups: &'a Setups,
+    pub unknowns: Vec<Unknown>,
+    pub tests: Vec<PreparedTest>,
+    pub composition: Composition,
+}
+
+/// One test: its motion, links, readings, and which unknowns reach it.
+pub struct PreparedTest {
+    pub motion: Motion,
+    pub links: (LinkId, LinkId),
+    /// Readings, mm; NaN where there is none.
+    pub reading_mm: Vec<f64>,
+    /// Indices of the unknowns on which this test's readings depend.
+    pub columns: Vec<usize>,
+}
+
+/// Prediction of one test.
+pub struct Prediction {
+    /// Reading minus prediction, mm; NaN where there is no reading.
+    pub residual_mm: Vec<f64>,
+    /// Derivatives of the prediction, rows × `PreparedTest::columns`, mm per mm or per rad.
+    pub jacobian: DMatrix<f64>,
+}
+
+impl<'a> Problem<'a> {
+    /// Prepares the tests that have a recording; tests without one are left out of the fit.
+    pub fn new(
+        session: &'a Session,
+        chain: &'a Chain,
+        setups: &'a Setups,
+        unknowns: Vec<Unknown>,
+    ) -> Result<Problem<'a>, MotionError> {
+        let tests = session.tests.iter().map(|test| {
+            let motion = Motion::of(session, chain, test)?;
+            let links = test.links(chain)?;
+            let reading_mm = match &test.recording {
+                Some(recording) => recording.length_mm.clone(),
+                None => vec![f64::NAN; motion.rows()],
+            };
+            Ok(PreparedTest { motion, links, reading_mm, columns: Vec::new() })
+        });
+        let tests = tests.collect::<Result<Vec<_>, MotionError>>()?;
+        let mut problem = Problem { session, chain, setups, unknowns, tests, composition: Composition::Exact };
+        for test in 0..problem.tests.len() {
+            problem.tests[test].columns = problem.reaching(test);
+        }
+        Ok(problem)
+    }
+
+    /// Unknowns on which a test's readings depend, by topology and setup.
+    fn reaching(&self, test: usize) -> Vec<usize> {
+        let links = self.tests[test].links;
+        let reaches = |unknown: &Unknown| match unknown.quantity {
+            Quantity::Location { axis, .. } => self.chain.carries(axis, links.0) != self.chain.carries(axis, links.1),
+            Quantity::Pivot { setup, .. } => self.setups.pivot_of[test] == setup,
+            Quantity::SpindleBall { setup, .. } => self.setups.spindle_ball_of[test] == setup,
+            Quantity::Bar { setup } => self.setups.bar_of[test] == Some(setup),
+        };
+        (0..self.unknowns.len()).filter(|&index| reaches(&self.unknowns[index])).collect()
+    }
+
+    /// Location errors of all axes with the unknown ones at `values`.
+    pub fn location_errors(&self, values: &[f64]) -> Vec<[f64; 6]> {
+        let mut errors = self.session.machine.location_errors();
+        for (unknown, value) in self.unknowns.iter().zip(values) {
+            if let Quantity::Location { axis, component } = unknown.quantity {
+                errors[axis][component.index()] = *value;
+            }
+        }
+        errors
+    }
+
+    /// Places of pivot and spindle ball and the reading's offset of a test, mm.
+    pub fn setup_of(&self, test: usize, values: &[f64]) -> (Vector3<f64>, Vector3<f64>, f64) {
+        let stated = &self.session.tests[test];
+        let (mut pivot, mut spindle, mut bar) = (stated.pivot.at, stated.spindle_ball.at, stated.bar_error_mm);
+        for &index in &self.tests[test].columns {
+            match self.unknowns[index].quantity {
+                Quantity::Pivot { coordinate, .. } => pivot[coordinate] += values[index],
+                Quantity::SpindleBall { coordinate, .. } => spindle[coordinate] += values[index],
+                Quantity::Bar { .. } => bar += values[index],
+                Quantity::Location { .. } => {}
+            }
+        }
+        (pivot, spindle, bar)
+    }
+
+    /// Geometry with the unknown location errors at `values`.
+    pub fn geometry(&self, values: &[f64]) -> Geometry<'a> {
+        Geometry::new(self.chain, &self.location_errors(values), self.composition)
+    }
+
+    /// Residuals and derivatives of one test.
+    pub fn predict(&self, test: usize, geometry: &Geometry, values: &[f64]) -> Prediction {
+        let prepared = &self.tests[test];
+        let rows = prepared.motion.rows();
+        let mut residual_mm = Vec::with_capacity(rows);
+        let mut jacobian = DMatrix::zeros(rows, prepared.columns.len());
+        self.visit(test, geometry, values, |row, s, bar| {
+            residual_mm.push(prepared.reading_mm[row] - s.length_mm - bar);
+            for (column, &index) in prepared.columns.iter().enumerate() {
+                jacobian[(row, column)] = match self.unknowns[index].quantity {
+                    Quantity::Location { axis, component } => s.location[axis][component.index()],
+                    Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
+                    Quantity::SpindleBall { coordinate, .. } => s.spindle[coordinate],
+                    Quantity::Bar { .. } => 1.0,
+                };
+            }
+        });
+        Prediction { residual_mm, jacobian }
+    }
+
+    /// Calls `see(row, sensitivity, bar error)` for every row of a test.
+    pub fn visit(
+        &self,
+        test: usize,
+        geometry: &Geometry,
+        values: &[f64],
+        mut see: impl FnMut(usize, &Sensitivity, f64),
+    ) {
+        let prepared = &self.tests[test];
+        let (pivot, spindle, bar) = self.setup_of(test, values);
+        let axis_count = self.chain.axis_count();
+        let mut s = Sensitivity::zeros(axis_count);
+        let moves = self.session.machine.axes.iter().any(|axis| !axis.component_errors.is_empty());
+        let mut motion = vec![[0.0; 6]; axis_count];
+        for row in 0..prepared.motion.rows() {
+            let positions = prepared.motion.row(row);
+            let component = moves.then(|| {
+                component_errors(self.session, positions, &mut motion);
+                motion.as_slice()
+            });
+            geometry.sensitivity(
+                (prepared.links.0, &pivot),
+                (prepared.links.1, &spindle),
+                positions,
+                component,
+                &mut s,
+            );
+            see(row, &s, bar);
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Robust and weighted Gauss–Newton over all tests of a problem; knows neither what unknowns mean nor where noise comes from.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use super::noise::{NoiseModel, Whitener};
+use super::problem::{Prediction, Problem};
+
+/// How readings are weighted.
+pub enum Weighting<'w> {
+    /// Huber weights for a residual scale, mm: for the first rough fit.
+    Huber { scale_mm: f64 },
+    /// Every kept reading of a test through its noise model.
+    Whitened { noise: &'w [NoiseModel], kept: &'w [Vec<bool>] },
+}
+
+/// Normal equations in units of the priors: `H = D(JᵀWJ)D`, so that the prior is the unit matrix.
+pub struct Normal {
+    /// Information from data, scaled by the prior sigmas.
+    pub information: DMatrix<f64>,
+    /// Gradient `D·JᵀW·residual`.
+    pub gradient: DVector<f64>,
+    /// Weighted sum of squares of the residuals (Huber: its loss).
+    pub cost: f64,
+}
+
+/// A solution of the problem.
+pub struct Solution {
+    pub values: Vec<f64>,
+    /// Data information at the solution, scaled by prior sigmas.
+    pub information: DMatrix<f64>,
+    /// Residuals at the solution, mm, by test.
+    pub residual_mm: Vec<Vec<f64>>,
+    /// False when the step limit was reached first.
+    pub converged: bool,
+}
+
+/// Steps after which a fit is given up.
+const MAX_STEPS: usize = 40;
+/// A step smaller than this share of every posterior sigma ends the iteration.
+const STEP_TOLERANCE: f64 = 1e-3;
+/// Huber's constant: residuals beyond so many scales count linearly.
+const HUBER: f64 = 1.5;
+
+/// Minimises weighted residuals and priors from `start`.
+pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solution {
+    let mut values = start.to_vec();
+    let (mut normal, mut residual_mm) = normal_equations(problem, &values, weighting);
+    let mut cost = normal.cost + prior_cost(problem, &values);
+    let mut damping = 0.0;
+    let mut converged = false;
+    for _ in 0..MAX_STEPS {
+        let Some((step, relative)) = step(problem, &values, &normal, damping) else {
+            damping = (damping * 10.0f64).max(1e-3);
+            continue;
+        };
+        let trial: Vec<f64> = values.iter().zip(step.iter()).map(|(value, step)| value + step).collect();
+        let (next, next_residual) = normal_equations(problem, &trial, weighting);
+        let next_cost = next.cost + prior_cost(problem, &trial);
+        // rounding of the sum must not reject the last, tiny steps
+        if next_cost <= cost * (1.0 + 1e-12) + 1e-12 {
+            (values, normal, residual_mm, cost) = (trial, next, next_residual, next_cost);
+            damping = if damping < 1e-9 { 0.0 } else { damping * 0.1 };
+            if relative < STEP_TOLERANCE && damping == 0.0 {
+                converged = true;
+                break;
+            }
+        } else if damping > 1e12 || relative < STEP_TOLERANCE {
+            converged = relative < STEP_TOLERANCE;
+            break;
+        } else {
+            damping = (damping * 10.0).max(1e-3);
+        }
+    }
+    Solution { values, information: normal.information, residual_mm, converged }
+}
+
+/// Gauss–Newton step and its largest size in posterior sigmas; `None` when the equations are not solvable.
+fn step(problem: &Problem, values: &[f64], normal: &Normal, damping: f64) -> Option<(DVector<f64>, f64)> {
+    let count = values.len();
+    let mut matrix = normal.information.clone();
+    for k in 0..count {
+        matrix[(k, k)] += 1.0 + damping * (1.0 + matrix[(k, k)]);
+    }
+    let mut right = normal.gradient.clone();
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        right[k] -= (values[k] - unknown.prior_mean) / unknown.prior_sigma;
+    }
+    let factor = Cholesky::new(matrix)?;
+    let scaled = factor.solve(&right);
+    let variance = inverse_diagonal(&factor, count);
+    let relative = (0..count).map(|k| scaled[k].abs() / variance[k].sqrt()).fold(0.0, f64::max);
+    let step =
+        DVector::from_iterator(count, scaled.iter().zip(&problem.unknowns).map(|(s, unknown)| s * unknown.prior_sigma));
+    step.iter().all(|value| value.is_finite()).then_some((step, relative))
+}
+
+/// Diagonal of the inverse of a factored matrix.
+fn inverse_diagonal(factor: &Cholesky<f64, Dyn>, count: usize) -> Vec<f64> {
+    let inverse = factor.inverse();
+    (0..count).map(|k| inverse[(k, k)].max(f64::MIN_POSITIVE)).collect()
+}
+
+fn prior_cost(problem: &Problem, values: &[f64]) -> f64 {
+    problem
+        .unknowns
+        .iter()
+        .zip(values)
+        .map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).powi(2))
+        .sum()
+}
+
+/// Normal equations and residuals at `values`, tests in parallel, summed in order so that results repeat exactly.
+pub fn normal_equations(problem: &Problem, values: &[f64], weighting: &Weighting) -> (Normal, Vec<Vec<f64>>) {
+    let geometry = problem.geometry(values);
+    let parts: Vec<(DMatrix<f64>, DVector<f64>, f64, Vec<f64>)> = (0..problem.tests.len())
+        .into_par_iter()
+        .map(|test| {
+            let mut prediction = problem.predict(test, &geometry, values);
+            let residual = prediction.residual_mm.clone();
+            let cost = weigh(&mut prediction, test, weighting);
+            let weighted = DVector::from_column_slice(&prediction.residual_mm);
+            let information = prediction.jacobian.tr_mul(&prediction.jacobian);
+            let gradient = prediction.jacobian.tr_mul(&weighted);
+            (information, gradient, cost, residual)
+        })
+        .collect();
+    let count = problem.unknowns.len();
+    let mut normal = Normal { information: DMatrix::zeros(count, count), gradient: DVector::zeros(count), cost: 0.0 };
+    let mut residuals = Vec::with_capacity(parts.len());
+    for ((information, gradient, cost, residual), test) in parts.into_iter().zip(&problem.tests) {
+        for (row, &i) in test.columns.iter().enumerate() {
+            let scale = problem.unknowns[i].prior_sigma;
+            normal.gradient[i] += gradient[row] * scale;
+            for (column, &j) in test.columns.iter().enumerate() {
+                normal.information[(i, j)] += information[(row, column)] * scale * problem.unknowns[j].prior_sigma;
+            }
+        }
+        normal.cost += cost;
+        residuals.push(residual);
+    }
+    (normal, residuals)
+}
+
+/// Weights residual and Jacobian in place (rows without a reading become zero); returns the loss.
+fn weigh(prediction: &mut Prediction, test: usize, weighting: &Weighting) -> f64 {
+    match weighting {
+        Weighting::Huber { scale_mm } => {
+            let mut loss = 0.0;
+            for row in 0..prediction.residual_mm.len() {
+                let size = prediction.residual_mm[row].abs() / scale_mm;
+                let weight = if !size.is_finite() {
+                    0.0
+                } else if size <= HUBER {
+                    loss += size * size;
+                    1.0
+                } else {
+                    loss += HUBER * (2.0 * size - HUBER);
+                    HUBER / size
+                };
+                let factor = weight.sqrt() / scale_mm;
+                prediction.residual_mm[row] = if weight > 0.0 { prediction.residual_mm[row] * factor } else { 0.0 };
+                prediction.jacobian.row_mut(row).scale_mut(factor);
+            }
+            loss
+        }
+        Weighting::Whitened { noise, kept } => {
+            let whitener = Whitener::new(&noise[test], &kept[test]);
+            whitener.apply(&mut prediction.residual_mm);
+            for mut column in prediction.jacobian.column_iter_mut() {
+                whitener.apply(column.as_mut_slice());
+            }
+            prediction.residual_mm.iter().map(|value| value * value).sum()
+        }
+    }
+}

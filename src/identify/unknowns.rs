@@ -1,0 +1,172 @@
+//! What a fit may change: location errors, ball places, bar readings, each with its prior. Values live in the fit.
+
+use crate::machine::{AxisKind, Component, ErrorName, ErrorNameError, Machine};
+use crate::session::{Session, Setups};
+use crate::units::Measure;
+
+/// One unknown of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unknown {
+    pub quantity: Quantity,
+    /// Name for people: `EX0C`, `pivot on C at (0, 100, 0), x`.
+    pub label: String,
+    pub measure: Measure,
+    /// Standard deviation before the fit, mm or rad.
+    pub prior_sigma: f64,
+    /// Value before the fit, mm or rad.
+    pub prior_mean: f64,
+}
+
+/// What an unknown stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Location error of an axis.
+    Location { axis: usize, component: Component },
+    /// Offset of a pivot ball from its stated place, in R at the zero position; coordinate 0, 1, 2.
+    Pivot { setup: usize, coordinate: usize },
+    /// Offset of a spindle ball.
+    SpindleBall { setup: usize, coordinate: usize },
+    /// Reading minus distance, of a bar.
+    Bar { setup: usize },
+}
+
+impl Quantity {
+    /// Which kind of prior knowledge stands behind the unknown.
+    pub fn is_setup(self) -> bool {
+        !matches!(self, Quantity::Location { .. })
+    }
+}
+
+/// How little is assumed of location errors: wide enough to be without influence wherever data speak.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FreePrior {
+    pub length_mm: f64,
+    pub angle_rad: f64,
+}
+
+impl FreePrior {
+    /// Machine tools: 1 mm and 0.1°, some twenty times the errors of a bad machine.
+    const MACHINE_TOOL: FreePrior = FreePrior { length_mm: 1.0, angle_rad: 0.1 * std::f64::consts::PI / 180.0 };
+    /// Arms: 20 mm and 5°, so that nominal dimensions and zero positions may be rough.
+    const ARM: FreePrior = FreePrior { length_mm: 20.0, angle_rad: 5.0 * std::f64::consts::PI / 180.0 };
+
+    /// Prior for a machine: arms have no linear axis.
+    pub fn of(machine: &Machine) -> FreePrior {
+        if is_arm(machine) { FreePrior::ARM } else { FreePrior::MACHINE_TOOL }
+    }
+}
+
+/// A chain of rotary axes alone.
+pub fn is_arm(machine: &Machine) -> bool {
+    machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary)
+}
+
+/// Why a list of free errors was not understood.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FreeError {
+    #[error("{0} (groups: rotary, squareness, linear, zero, all, none)")]
+    Name(#[from] ErrorNameError),
+    #[error("{0} is a component error; only location errors can be free here")]
+    ComponentError(String),
+}
+
+/// Location errors free by default: the slots of the rotary axes, with the zero positions of an arm.
+pub fn default_free(machine: &Machine) -> Vec<ErrorName> {
+    let mut free = group(machine, "rotary");
+    if is_arm(machine) {
+        free.extend(group(machine, "zero"));
+    }
+    free
+}
+
+/// Reads `EX0C,EY0C`, a group name, or several of them.
+pub fn parse_free(text: &str, machine: &Machine) -> Result<Vec<ErrorName>, FreeError> {
+    let axes = machine.axis_names();
+    let mut free: Vec<ErrorName> = Vec::new();
+    for word in text.split([',', ' ']).filter(|word| !word.is_empty()) {
+        let names = match word {
+            "rotary" | "squareness" | "linear" | "zero" | "all" | "none" => group(machine, word),
+            name => {
+                let name = ErrorName::parse(name, &axes)?;
+                if !name.is_location {
+                    return Err(FreeError::ComponentError(name.to_string()));
+                }
+                vec![name]
+            }
+        };
+        for name in names {
+            if !free.contains(&name) {
+                free.push(name);
+            }
+        }
+    }
+    Ok(free)
+}
+
+/// Errors of a group: `squareness` are EC0Y, EB0Z, EA0Z (the gauge keeps EB0X, EC0X, EA0Y at zero).
+fn group(machine: &Machine, name: &str) -> Vec<ErrorName> {
+    let kind_slots = |kind: AxisKind| -> Vec<ErrorName> {
+        let of_kind = |index: &usize| machine.axes[*index].kind == kind;
+        (0..machine.axes.len()).filter(of_kind).flat_map(|index| machine.axis_slots(index)).collect()
+    };
+    match name {
+        "rotary" => kind_slots(AxisKind::Rotary),
+        "linear" => kind_slots(AxisKind::Linear),
+        "squareness" => {
+            let wanted = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
+            let linear = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Linear);
+            linear
+                .flat_map(|axis| {
+                    let along = axis.coordinate_direction();
+                    wanted
+                        .iter()
+                        .filter(move |(_, direction)| along == Some(*direction))
+                        .map(|(component, _)| ErrorName::location(*component, &axis.name))
+                })
+                .collect()
+        }
+        "zero" => machine
+            .axes
+            .iter()
+            .filter_map(|axis| axis.zero_position().map(|component| ErrorName::location(component, &axis.name)))
+            .collect(),
+        "all" => ["rotary", "squareness"].iter().flat_map(|name| group(machine, name)).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// All unknowns of a session: the free location errors, then pivots, spindle balls and bars.
+pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: FreePrior) -> Vec<Unknown> {
+    let mut list = Vec::new();
+    for name in free {
+        let Some(axis) = session.machine.axis_index(&name.axis) else { continue };
+        let measure = name.component.measure();
+        list.push(Unknown {
+            quantity: Quantity::Location { axis, component: name.component },
+            label: name.to_string(),
+            measure,
+            prior_sigma: match measure {
+                Measure::Length => prior.length_mm,
+                Measure::Angle => prior.angle_rad,
+            },
+            prior_mean: session.machine.axes[axis].location_errors[name.component.index()],
+        });
+    }
+    let mut setup_unknown = |quantity, label: String, prior_sigma| {
+        list.push(Unknown { quantity, label, measure: Measure::Length, prior_sigma, prior_mean: 0.0 });
+    };
+    for coordinate in 0..3 {
+        let letter = ['x', 'y', 'z'][coordinate];
+        for (setup, pivot) in setups.pivots.iter().enumerate() {
+            setup_unknown(Quantity::Pivot { setup, coordinate }, format!("{}, {letter}", pivot.label), pivot.spread_mm);
+        }
+        for (setup, ball) in setups.spindle_balls.iter().enumerate() {
+            let quantity = Quantity::SpindleBall { setup, coordinate };
+            setup_unknown(quantity, format!("{}, {letter}", ball.label), ball.spread_mm);
+        }
+    }
+    for (setup, bar) in setups.bars.iter().enumerate() {
+        setup_unknown(Quantity::Bar { setup }, format!("length of {}", bar.label), bar.spread_mm);
+    }
+    list
+}
