@@ -16,12 +16,15 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Verb {
+    /// Location errors of a machine from recordings: fiveaxis identify session.yaml
+    Identify(verbs::identify::Arguments),
     /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
     Simulate(verbs::simulate::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match CommandLine::parse().verb {
+        Verb::Identify(arguments) => verbs::identify::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
     };
     match outcome {

@@ -192,8 +192,15 @@ fn words(problem: &Problem, members: &[(usize, f64)], separators: &Separators) -
             }
         }
         more => {
-            let names: Vec<String> = more.iter().map(|(k, _)| name(*k)).collect();
-            format!("{} are seen only in combination", names.join("; "))
+            let errors: Vec<String> =
+                more.iter().filter(|(k, _)| !problem.unknowns[*k].quantity.is_setup()).map(|(k, _)| name(*k)).collect();
+            let places: Vec<String> =
+                more.iter().filter(|(k, _)| problem.unknowns[*k].quantity.is_setup()).map(|(k, _)| name(*k)).collect();
+            match places.len() {
+                0 => format!("{} are seen only in combination", errors.join(", ")),
+                1..=3 => format!("{} and {} are seen only in combination", errors.join(", "), places.join("; ")),
+                count => format!("{} and {count} ball coordinates are seen only in combination", errors.join(", ")),
+            }
         }
     };
     let spindle = members.iter().any(|(k, _)| matches!(problem.unknowns[*k].quantity, Quantity::SpindleBall { .. }));
