@@ -34,8 +34,8 @@ pub fn ambiguities(problem: &Problem, solution: &Solution, noise: &[NoiseModel])
     let scale: Vec<f64> = unknowns
         .iter()
         .map(|unknown| match unknown.measure {
-            Measure::Length => OPEN_LENGTH_MM / unknown.prior_sigma,
             Measure::Angle => OPEN_ANGLE_RAD / unknown.prior_sigma,
+            _ => OPEN_LENGTH_MM / unknown.prior_sigma,
         })
         .collect();
     let information = DMatrix::from_fn(count, count, |i, j| solution.information[(i, j)] * scale[i] * scale[j]);

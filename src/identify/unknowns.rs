@@ -146,8 +146,8 @@ pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: F
             label: name.to_string(),
             measure,
             prior_sigma: match measure {
-                Measure::Length => prior.length_mm,
                 Measure::Angle => prior.angle_rad,
+                _ => prior.length_mm,
             },
             prior_mean: session.machine.axes[axis].location_errors[name.component.index()],
         });
