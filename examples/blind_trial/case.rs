@@ -42,11 +42,19 @@ enum Secret {
 }
 
 /// Bands of the rms of what is left of an effect's trace over the rms of the noise.
-const LEVELS: &[(&str, f64, f64)] =
-    &[("strong", 3.5, 10.0), ("medium", 1.5, 3.5), ("weak", 0.3, 1.5), ("faint", 0.1, 0.3), ("invisible", 0.0, 0.1)];
+const LEVELS: &[(&str, f64, f64)] = &[
+    ("strong", 3.5, 10.0),
+    ("medium", 1.5, 3.5),
+    ("weak", 0.3, 1.5),
+    ("faint", 0.1, 0.3),
+    ("invisible", 0.0, 0.1),
+];
 
 pub fn level(visible: f64) -> &'static str {
-    LEVELS.iter().find(|l| visible >= l.1).map_or("invisible", |l| l.0)
+    LEVELS
+        .iter()
+        .find(|l| visible >= l.1)
+        .map_or("invisible", |l| l.0)
 }
 
 /// A cause at a size with what it does to the readings.
@@ -61,7 +69,10 @@ struct Dosed {
 pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
     let rng = &mut Draw::seeded(seed, index);
     let secret = draw_secret(rng, wishes);
-    let machine = wishes.code.as_deref().map_or_else(|| machines::draw(rng), machines::plain);
+    let machine = wishes
+        .code
+        .as_deref()
+        .map_or_else(|| machines::draw(rng), machines::plain);
     let weights: Vec<f64> = DESIGNS.iter().map(|d| d.1).collect();
     let drawn = DESIGNS[rng.weighted(&weights)].0;
     let design = wishes.design.clone().unwrap_or_else(|| drawn.to_string());
@@ -83,7 +94,12 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
         Secret::Fault => fault = draw_fault(rng, &plan, wishes),
         Secret::Causes { count, catalogued } => {
             while dosed.len() < count {
-                let world = World { location: &location, absorbed: &absorbed, base: &base, noise_um: noise_rms_um };
+                let world = World {
+                    location: &location,
+                    absorbed: &absorbed,
+                    base: &base,
+                    noise_um: noise_rms_um,
+                };
                 match draw_cause(rng, &mut plan, &world, catalogued, &dosed, wishes) {
                     Some(d) => dosed.push(d),
                     None => break,
@@ -92,7 +108,9 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
         }
     }
     let mut rows = still(&plan);
-    dosed.iter().for_each(|d| d.cause.law.disturb(&plan, d.size, &mut rows));
+    dosed
+        .iter()
+        .for_each(|d| d.cause.law.disturb(&plan, d.size, &mut rows));
     if let Some(fault) = &fault {
         fault.disturb(&plan, &mut rows);
     }
@@ -118,10 +136,19 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
             json!([{"effect": f.effect, "id": f.effect, "driver": "data fault", "place": "recorder",
             "components": [], "says": f.says, "level_reached": "strong", "visible_over_noise": null}])
         }
-        None => dosed.iter().map(|d| describe(d, &plan, noise_rms_um)).collect(),
+        None => dosed
+            .iter()
+            .map(|d| describe(d, &plan, noise_rms_um))
+            .collect(),
     };
     describe_nuisance(&mut truth, &plan, &location);
-    Case { name, plan, order, recordings, truth }
+    Case {
+        name,
+        plan,
+        order,
+        recordings,
+        truth,
+    }
 }
 
 fn draw_secret(rng: &mut Draw, wishes: &Wishes) -> Secret {
@@ -134,20 +161,35 @@ fn draw_secret(rng: &mut Draw, wishes: &Wishes) -> Secret {
             return Secret::Fault;
         }
         let catalogued = KINDS.iter().any(|k| k.0 == effect && k.2);
-        return Secret::Causes { count: 1, catalogued };
+        return Secret::Causes {
+            count: 1,
+            catalogued,
+        };
     }
     match drawn {
         0 => Secret::Nothing,
         1 => Secret::Fault,
-        2 => Secret::Causes { count: 1, catalogued: true },
-        3 => Secret::Causes { count: 2, catalogued: true },
-        _ => Secret::Causes { count: 1, catalogued: false },
+        2 => Secret::Causes {
+            count: 1,
+            catalogued: true,
+        },
+        3 => Secret::Causes {
+            count: 2,
+            catalogued: true,
+        },
+        _ => Secret::Causes {
+            count: 1,
+            catalogued: false,
+        },
     }
 }
 
 fn draw_fault(rng: &mut Draw, plan: &Plan, wishes: &Wishes) -> Option<Fault> {
     (0..20).find_map(|_| {
-        let kind = wishes.effect.as_deref().unwrap_or(FAULTS[rng.below(FAULTS.len())]);
+        let kind = wishes
+            .effect
+            .as_deref()
+            .unwrap_or(FAULTS[rng.below(FAULTS.len())]);
         faults::draw(kind, rng, plan)
     })
 }
@@ -204,7 +246,10 @@ fn draw_cause(
         let Some(cause) = KINDS[kind].3(rng, plan) else {
             continue;
         };
-        if others.iter().any(|o| o.cause.place == cause.place || o.cause.effect == cause.effect) {
+        if others
+            .iter()
+            .any(|o| o.cause.place == cause.place || o.cause.effect == cause.effect)
+        {
             continue;
         }
         let (low, high) = cause.sizes;
@@ -217,7 +262,13 @@ fn draw_cause(
         }
         let (trace, left, visible) = world.dose(plan, &cause, size);
         let reached = span.is_none_or(|l| visible >= l.1 && visible < l.2 * 1.05);
-        last = Some(Dosed { cause, size, trace, left, wanted });
+        last = Some(Dosed {
+            cause,
+            size,
+            trace,
+            left,
+            wanted,
+        });
         if reached {
             break;
         }
@@ -234,7 +285,10 @@ fn file_order(plan: &mut Plan, rng: &mut Draw) -> Vec<usize> {
         }
     }
     if rng.chance(0.08) {
-        plan.tests.iter_mut().enumerate().for_each(|(i, t)| t.name = format!("t{:02}", i + 1));
+        plan.tests
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, t)| t.name = format!("t{:02}", i + 1));
     }
     order
 }
@@ -266,7 +320,11 @@ fn describe_nuisance(truth: &mut Value, plan: &Plan, location: &Location) {
     let (mut pige, mut units) = (Map::new(), Map::new());
     for slot in slots(machine) {
         let raw = location[slot.0][slot.1];
-        let (value, unit) = if slot.1 < 3 { (raw * 1e3, "um") } else { (raw / ARCSEC, "arcsec") };
+        let (value, unit) = if slot.1 < 3 {
+            (raw * 1e3, "um")
+        } else {
+            (raw / ARCSEC, "arcsec")
+        };
         pige.insert(slot_name(machine, slot), json!(value));
         units.insert(slot_name(machine, slot), json!(unit));
     }

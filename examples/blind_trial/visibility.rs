@@ -24,7 +24,12 @@ enum Parameter {
 }
 
 fn nominal(plan: &Plan, test: &Test) -> Setup {
-    Setup { pivot: plan.pivot(test), pivot_offset: [0.0; 3], ball: plan.ball(test), ball_offset: [0.0; 3] }
+    Setup {
+        pivot: plan.pivot(test),
+        pivot_offset: [0.0; 3],
+        ball: plan.ball(test),
+        ball_offset: [0.0; 3],
+    }
 }
 
 /// True ball places of a test.
@@ -40,10 +45,15 @@ pub fn setup(plan: &Plan, test: &Test) -> Setup {
 impl Absorbed {
     /// Derivatives are taken at the nominal machine, where what is degenerate is so exactly.
     pub fn of(plan: &Plan) -> Self {
-        let mut parameters: Vec<Parameter> =
-            slots(&plan.machine).into_iter().map(|(j, c)| Parameter::Slot(j, c)).collect();
-        parameters.extend((0..plan.pivots.len()).flat_map(|i| (0..3).map(move |c| Parameter::Pivot(i, c))));
-        parameters.extend((0..plan.balls.len()).flat_map(|i| (0..3).map(move |c| Parameter::Ball(i, c))));
+        let mut parameters: Vec<Parameter> = slots(&plan.machine)
+            .into_iter()
+            .map(|(j, c)| Parameter::Slot(j, c))
+            .collect();
+        parameters.extend(
+            (0..plan.pivots.len()).flat_map(|i| (0..3).map(move |c| Parameter::Pivot(i, c))),
+        );
+        parameters
+            .extend((0..plan.balls.len()).flat_map(|i| (0..3).map(move |c| Parameter::Ball(i, c))));
         parameters.extend((0..plan.bars.len()).map(Parameter::Bar));
         let mut basis: Vec<Vec<f64>> = vec![];
         for p in parameters {
