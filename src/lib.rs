@@ -17,7 +17,7 @@
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
-//! | [`report`] | values to terminal tables, JSON and SVG |
+//! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
 //! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad
 //! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.

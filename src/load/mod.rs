@@ -1,8 +1,11 @@
 //! Files to values: machine and session YAML, URDF, recordings. The only room that knows formats; nothing here computes positions.
 
+mod axis;
+mod component_form;
 mod document;
 mod machine;
 mod message;
+mod quantity;
 mod recording;
 mod session;
 mod text;

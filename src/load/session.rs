@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
-use super::machine::{finite, load_machine, quantity};
+use super::machine::load_machine;
 use super::message::{LoadError, nearest};
+use super::quantity::{finite, quantity};
 use super::recording::load_recording;
 use super::text::{MAX_YAML_BYTES, read_limited};
 use crate::chain::Chain;

@@ -23,6 +23,29 @@ pub struct CodeError {
     pub reason: String,
 }
 
+/// Axes that a code of letters may have: X Y Z U V W slide, A B C turn.
+const AXIS_LETTERS: &str = "XYZABCUVW";
+/// Longest axis name, characters.
+const MAX_NAME: usize = 64;
+
+/// Why a word cannot name an axis; `None` when it can.
+///
+/// Names stand in headers (`J1_deg`), error names (`EC0J1`) and codes, so they start with a letter and hold no spaces,
+/// commas or brackets.
+pub fn refuse_axis_name(name: &str) -> Option<String> {
+    let mut characters = name.chars();
+    let starts_well = characters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_');
+    let goes_on_well = characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '/'));
+    if !starts_well || !goes_on_well || name.len() > MAX_NAME {
+        return Some(format!(
+            "'{name}' cannot name an axis; a name starts with a letter and holds letters, digits, _ - . / (at most {MAX_NAME})"
+        ));
+    }
+    ["b", "w", "t"]
+        .contains(&name)
+        .then(|| format!("'{name}' cannot name an axis; b, w and t are bed, workpiece and tool"))
+}
+
 impl StructuralCode {
     /// Reads a code of letters, `[wCAYbXZt]`; the brackets may be left out.
     pub fn parse(text: &str) -> Result<StructuralCode, CodeError> {
@@ -52,7 +75,7 @@ impl StructuralCode {
             match letter {
                 'b' if bed_seen => return Err(refuse(column, "the bed 'b' stands twice; it stands once".into())),
                 'b' => bed_seen = true,
-                'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' => {
+                letter if AXIS_LETTERS.contains(letter) => {
                     let name = letter.to_string();
                     if names.iter().flatten().any(|other| *other == name) {
                         return Err(refuse(column, format!("axis '{letter}' stands twice; each axis stands once")));
@@ -84,9 +107,9 @@ impl StructuralCode {
 }
 
 impl fmt::Display for StructuralCode {
-    /// `[wCAYbXZt]` for one-letter axes, `[w, b, J1, J2, t]` otherwise.
+    /// `[wCAYbXZt]` where every axis is one of the letters, `[w, b, J1, J2, t]` otherwise.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let letters = self.axis_names().all(|name| name.chars().count() == 1);
+        let letters = self.axis_names().all(|name| name.len() == 1 && AXIS_LETTERS.contains(name.as_str()));
         let separator = if letters { "" } else { ", " };
         let words: Vec<&str> = std::iter::once("w")
             .chain(self.workpiece_side.iter().map(String::as_str))

@@ -7,7 +7,7 @@ mod effect;
 mod error_name;
 
 pub use axis::{Axis, AxisKind};
-pub use code::{CodeError, StructuralCode};
+pub use code::{CodeError, StructuralCode, refuse_axis_name};
 pub use component::{ComponentError, ComponentForm, Harmonic};
 pub use effect::{Effect, Outlet, ParameterValue, Place, Size};
 pub use error_name::{Component, ErrorName, ErrorNameError};

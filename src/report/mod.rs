@@ -1,5 +1,9 @@
-//! Values to text for people: terminal tables, JSON and SVG. It computes no results and writes no files.
+//! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
 pub mod fit;
+mod number;
 pub mod polar;
 pub mod table;
+mod yaml;
+
+pub use yaml::{machine_yaml, session_yaml};

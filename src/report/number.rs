@@ -1,0 +1,63 @@
+//! The shortest decimal that reads back as exactly the value held inside; knows units, no file format.
+
+use crate::machine::AxisKind;
+use crate::units::Measure;
+
+/// Decimal digits that tell any two f64 apart.
+const MAX_DIGITS: usize = 17;
+/// Neighbours of a guess that are tried: a product or quotient is off by an ulp or two.
+const NEIGHBOURS: u32 = 4;
+
+/// The shortest decimal near `guess` for which `read` gives exactly `value`; `None` when no neighbour does.
+pub fn reading_back(value: f64, guess: f64, read: impl Fn(f64) -> f64) -> Option<f64> {
+    let shorter = (0..MAX_DIGITS).filter_map(|digits| format!("{guess:.digits$e}").parse::<f64>().ok());
+    let (mut above, mut below) = (guess, guess);
+    let neighbours = (0..NEIGHBOURS).flat_map(|_| {
+        (above, below) = (above.next_up(), below.next_down());
+        [above, below]
+    });
+    shorter.chain(neighbours).find(|&decimal| read(decimal) == value)
+}
+
+/// A position held in mm or rad in the unit of files, mm or degrees.
+pub fn position(kind: AxisKind, value: f64) -> f64 {
+    let guess = kind.to_file_unit(value);
+    reading_back(value, guess, |decimal| kind.from_file_unit(decimal)).unwrap_or(guess)
+}
+
+/// A length or angle held in mm or rad with its unit: µm or arcsec where that reads back exactly, else mm or rad.
+pub fn quantity(measure: Measure, value: f64) -> String {
+    scaled_quantity(measure, value, 1.0)
+}
+
+/// A coefficient that the reader multiplies by `scale` after its unit.
+pub fn scaled_quantity(measure: Measure, value: f64, scale: f64) -> String {
+    let output = measure.output_unit();
+    let factor = |unit: &str| measure.units().iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
+    let inside = match measure {
+        Measure::Length => "mm",
+        Measure::Angle => "rad",
+    };
+    [output, inside]
+        .into_iter()
+        .find_map(|unit| {
+            let factor = factor(unit);
+            let decimal = reading_back(value, value / scale / factor, |decimal| decimal * factor * scale)?;
+            Some(format!("{decimal} {unit}"))
+        })
+        .unwrap_or_else(|| format!("{} {inside}", value / scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_stay_as_the_user_wrote_them() {
+        assert_eq!(quantity(Measure::Length, 34.2 * 1e-3), "34.2 um");
+        let arcsec = std::f64::consts::PI / (180.0 * 3600.0);
+        assert_eq!(quantity(Measure::Angle, -22.32 * arcsec), "-22.32 arcsec");
+        assert_eq!(position(AxisKind::Rotary, (-19.80901f64).to_radians()), -19.80901);
+        assert_eq!(quantity(Measure::Length, 0.0), "0 um");
+    }
+}

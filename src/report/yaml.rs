@@ -1,0 +1,235 @@
+//! Machines and sessions as the YAML that `load` reads: reading back gives the same values. Writes no file.
+
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+
+use super::number::{position, quantity, reading_back, scaled_quantity};
+use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
+use crate::session::{Ball, Follow, Path, Session, Test};
+use crate::units::Measure;
+
+/// A machine file.
+pub fn machine_yaml(machine: &Machine) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "name: {}", text(&machine.name));
+    let code = machine.code.to_string();
+    // a code of letters is one word, a chain of names a list
+    if code.contains(',') {
+        let names: Vec<String> = code.trim_matches(['[', ']']).split(", ").map(text).collect();
+        let _ = writeln!(out, "chain: [{}]", names.join(", "));
+    } else {
+        let _ = writeln!(out, "code: \"{code}\"");
+    }
+    out.push_str("axes:\n");
+    for axis in &machine.axes {
+        axis_yaml(&mut out, axis);
+    }
+    if machine.gravity != -Vector3::z() {
+        let _ = writeln!(out, "gravity: {}", vector(&machine.gravity));
+    }
+    let zeros: Vec<String> = machine
+        .axes
+        .iter()
+        .zip(&machine.machine_zero)
+        .filter_map(|(axis, zero)| zero.map(|zero| format!("{}: {zero}", text(&axis.name))))
+        .collect();
+    if !zeros.is_empty() {
+        let _ = writeln!(out, "machine_zero: {{{}}}", zeros.join(", "));
+    }
+    if let Some(length) = machine.gauge_length_mm {
+        let _ = writeln!(out, "gauge_length: {length}");
+    }
+    if !machine.link_names.is_empty() {
+        out.push_str("links:\n");
+        for (name, carrier) in &machine.link_names {
+            let carrier = carrier.map_or("b", |axis| &machine.axes[axis].name);
+            let _ = writeln!(out, "  - {{name: {}, carried_by: {}}}", text(name), text(carrier));
+        }
+    }
+    out
+}
+
+fn axis_yaml(out: &mut String, axis: &Axis) {
+    let _ = writeln!(out, "  {}:", text(&axis.name));
+    let kind = match axis.kind {
+        AxisKind::Linear => "linear",
+        AxisKind::Rotary => "rotary",
+    };
+    let _ = writeln!(out, "    type: {kind}");
+    let _ = writeln!(out, "    direction: {}", vector(&axis.direction));
+    let _ = writeln!(out, "    origin: {}", vector(&axis.origin));
+    if let Some((from, to)) = axis.range {
+        let _ = writeln!(out, "    range: [{}, {}]", position(axis.kind, from), position(axis.kind, to));
+    }
+    if axis.reversed {
+        out.push_str("    reversed: true\n");
+    }
+    let errors: Vec<String> = crate::machine::Component::ALL
+        .into_iter()
+        .filter(|component| axis.location_errors[component.index()] != 0.0)
+        .map(|component| {
+            let value = quantity(component.measure(), axis.location_errors[component.index()]);
+            format!("{}: {value}", text(&ErrorName::location(component, &axis.name).to_string()))
+        })
+        .collect();
+    if !errors.is_empty() {
+        let _ = writeln!(out, "    errors: {{{}}}", errors.join(", "));
+    }
+    if !axis.component_errors.is_empty() {
+        out.push_str("    component_errors:\n");
+        for error in &axis.component_errors {
+            let name = ErrorName::motion(error.component, &axis.name).to_string();
+            let _ = writeln!(out, "      {}: {{{}}}", text(&name), form(axis.kind, error));
+        }
+    }
+}
+
+fn form(kind: AxisKind, error: &ComponentError) -> String {
+    let measure = error.component.measure();
+    match &error.form {
+        ComponentForm::Polynomial(coefficients) => {
+            let per_unit = kind.to_file_unit(1.0);
+            let mut power = 1.0;
+            let list: Vec<String> = coefficients
+                .iter()
+                .map(|&coefficient| {
+                    power *= per_unit;
+                    scaled_quantity(measure, coefficient, power)
+                })
+                .collect();
+            format!("polynomial: [{}]", list.join(", "))
+        }
+        ComponentForm::Fourier(harmonics) => {
+            let list: Vec<String> = harmonics.iter().map(|harmonic| harmonic_yaml(kind, measure, harmonic)).collect();
+            format!("fourier: [{}]", list.join(", "))
+        }
+        ComponentForm::Table { position: at, value } => {
+            let list: Vec<String> = at
+                .iter()
+                .zip(value)
+                .map(|(&at, &value)| format!("[{}, {}]", position(kind, at), quantity(measure, value)))
+                .collect();
+            format!("table: [{}]", list.join(", "))
+        }
+    }
+}
+
+fn harmonic_yaml(kind: AxisKind, measure: Measure, harmonic: &Harmonic) -> String {
+    let frequency = match kind {
+        AxisKind::Rotary => format!("per_turn: {}", harmonic.frequency),
+        AxisKind::Linear => {
+            let tau = std::f64::consts::TAU;
+            let guess = tau / harmonic.frequency;
+            let period = reading_back(harmonic.frequency, guess, |period| tau / period).unwrap_or(guess);
+            format!("period: {period}")
+        }
+    };
+    let (cosine, sine) = (quantity(measure, harmonic.cosine), quantity(measure, harmonic.sine));
+    format!("{{{frequency}, cos: {cosine}, sin: {sine}}}")
+}
+
+/// A session file; recordings and machine are named as the session names them.
+pub fn session_yaml(session: &Session) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "name: {}", text(&session.name));
+    let _ = writeln!(out, "machine: {}", text(&session.machine_file));
+    let spread = |value| quantity(Measure::Length, value);
+    let _ = writeln!(
+        out,
+        "spread: {{pivot: {}, spindle_ball: {}, bar_length: {}}}",
+        spread(session.spread.pivot_mm),
+        spread(session.spread.spindle_ball_mm),
+        spread(session.spread.bar_length_mm)
+    );
+    out.push_str("tests:\n");
+    for test in &session.tests {
+        test_yaml(&mut out, &session.machine, test);
+    }
+    out
+}
+
+fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
+    let _ = writeln!(out, "  - name: {}", text(&test.name));
+    let mut line = |key: &str, value: Option<String>| {
+        if let Some(value) = value {
+            let _ = writeln!(out, "    {key}: {value}");
+        }
+    };
+    line("recording", test.recording_file.as_deref().map(text));
+    line("started_at", Some(test.started_at_s.to_string()));
+    line("bar_length", test.bar_length_mm.map(|length| length.to_string()));
+    line("bar_setup", test.bar_setup.as_deref().map(text));
+    line("bar_error", (test.bar_error_mm != 0.0).then(|| quantity(Measure::Length, test.bar_error_mm)));
+    line("pivot", Some(ball(&test.pivot)));
+    line("spindle_ball", Some(ball(&test.spindle_ball)));
+    let standing: Vec<String> = machine
+        .axes
+        .iter()
+        .zip(&test.positions)
+        .filter_map(|(axis, value)| value.map(|value| format!("{}: {}", text(&axis.name), position(axis.kind, value))))
+        .collect();
+    line("positions", (!standing.is_empty()).then(|| format!("{{{}}}", standing.join(", "))));
+    line("feed", test.feed_mm_per_min.map(|feed| feed.to_string()));
+    line("overshoot", test.overshoot.map(|overshoot| overshoot.to_string()));
+    match &test.path {
+        None => {}
+        Some(Path::Sweep { axis, from, to, step, follow }) => {
+            let follow = match follow {
+                Follow::None => "none",
+                Follow::Radial => "radial",
+                Follow::Tangential => "tangential",
+                Follow::Axial => "axial",
+            };
+            let axis = text(&machine.axes[*axis].name);
+            line("sweep", Some(format!("{{axis: {axis}, from: {from}, to: {to}, step: {step}, follow: {follow}}}")));
+        }
+        Some(Path::Circle { plane, radius_mm, from, to, step }) => {
+            let plane = format!("{}{}", machine.axes[plane.first].name, machine.axes[plane.second].name);
+            line(
+                "circle",
+                Some(format!("{{plane: {plane}, radius: {radius_mm}, from: {from}, to: {to}, step: {step}}}")),
+            );
+        }
+    }
+}
+
+fn ball(ball: &Ball) -> String {
+    let mut out = format!("{{link: {}, at: {}", text(&ball.link), vector(&ball.at));
+    if let Some(setup) = &ball.setup {
+        let _ = write!(out, ", setup: {}", text(setup));
+    }
+    if let Some(spread) = ball.spread_mm {
+        let _ = write!(out, ", spread: {}", quantity(Measure::Length, spread));
+    }
+    out.push('}');
+    out
+}
+
+fn vector(value: &Vector3<f64>) -> String {
+    format!("[{}, {}, {}]", value.x, value.y, value.z)
+}
+
+/// A scalar of text: plain where YAML cannot take it for anything else, quoted otherwise.
+fn text(value: &str) -> String {
+    let mut characters = value.chars();
+    let starts_as_word = characters.next().is_some_and(|first| first.is_ascii_alphabetic());
+    let is_word = starts_as_word && characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '/'));
+    let has_other_meaning = ["true", "false", "null", "yes", "no", "on", "off"].contains(&&*value.to_ascii_lowercase());
+    if is_word && !has_other_meaning {
+        return value.to_string();
+    }
+    let mut quoted = String::from("\"");
+    for character in value.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            ' '..='~' => quoted.push(character),
+            other if other.is_alphanumeric() => quoted.push(other),
+            other => {
+                let _ = write!(quoted, "\\U{:08X}", other as u32);
+            }
+        }
+    }
+    quoted.push('"');
+    quoted
+}
