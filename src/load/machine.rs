@@ -89,6 +89,37 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
     Ok(Machine { name: raw.name, code, axes, gravity, machine_zero, gauge_length_mm, link_names, effects: Vec::new() })
 }
 
+/// Further link names, each with the index of the axis that carries it.
+fn link_names(
+    document: &Document,
+    links: &[LinkFile],
+    axes: &[String],
+) -> Result<Vec<(String, Option<usize>)>, LoadError> {
+    let mut found: Vec<(String, Option<usize>)> = Vec::with_capacity(links.len());
+    for (index, link) in links.iter().enumerate() {
+        let place = [Step::Key("links"), Step::Index(index)];
+        let is_taken = ["b", "w", "t"].contains(&link.name.as_str())
+            || axes.contains(&link.name)
+            || found.iter().any(|(name, _)| *name == link.name);
+        if is_taken {
+            return Err(document.refuse(
+                &place,
+                format!("link name '{}' is taken; each link has a name of its own, not b, w, t or an axis", link.name),
+            ));
+        }
+        let carrier = axes.iter().position(|name| *name == link.carried_by);
+        if carrier.is_none() && link.carried_by != "b" {
+            let allowed = axes.join(" ");
+            return Err(document.refuse(
+                &place,
+                format!("link '{}' is carried_by '{}'; allowed are b and {allowed}", link.name, link.carried_by),
+            ));
+        }
+        found.push((link.name.clone(), carrier));
+    }
+    Ok(found)
+}
+
 fn structural_code(document: &Document, raw: &MachineFile) -> Result<StructuralCode, LoadError> {
     match (&raw.code, &raw.chain) {
         (Some(code), None) => {

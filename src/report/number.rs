@@ -32,20 +32,15 @@ pub fn quantity(measure: Measure, value: f64) -> String {
 
 /// A coefficient that the reader multiplies by `scale` after its unit.
 pub fn scaled_quantity(measure: Measure, value: f64, scale: f64) -> String {
-    let output = measure.output_unit();
-    let factor = |unit: &str| measure.units().iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
-    let inside = match measure {
-        Measure::Length => "mm",
-        Measure::Angle => "rad",
-    };
-    [output, inside]
+    let units = measure.units();
+    let inside = units.iter().find(|(_, factor)| *factor == 1.0).copied().unwrap_or(units[0]);
+    [units[0], inside]
         .into_iter()
-        .find_map(|unit| {
-            let factor = factor(unit);
+        .find_map(|(unit, factor)| {
             let decimal = reading_back(value, value / scale / factor, |decimal| decimal * factor * scale)?;
             Some(format!("{decimal} {unit}"))
         })
-        .unwrap_or_else(|| format!("{} {inside}", value / scale))
+        .unwrap_or_else(|| format!("{} {}", value / scale, inside.0))
 }
 
 #[cfg(test)]
