@@ -7,12 +7,13 @@ mod shared_data;
 
 use std::path::Path;
 
-use fiveaxis::chain::Composition;
+use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};
+use fiveaxis::effects::{Context, column, kind};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, ErrorName, Outlet, ParameterValue, Place};
 use fiveaxis::session::{Ball, Session};
 use fiveaxis::simulate::simulate;
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 use serde_json::Value;
 
 const UM: f64 = 1e-3;
@@ -122,8 +123,131 @@ fn effects_of(session: &Session, truth: &Value) -> Vec<Effect> {
             }
             vec![effect.with("orders", ParameterValue::List(orders))]
         }
-        _ => Vec::new(),
+        "worm-cyclic" => {
+            let axis = axis.unwrap();
+            let orders = vec![1.0, param("teeth")];
+            let effect = Effect::new("cyclic-error", Place::Axis(axis)).with("orders", ParameterValue::List(orders));
+            vec![fitted(session, effect, &[Outlet::own(machine, axis)])]
+        }
+        "linear-reversal-spike" => {
+            let axis = axis.unwrap();
+            vec![
+                Effect::new("reversal-spike", Place::Axis(axis))
+                    .size(Outlet::own(machine, axis), "", size * UM)
+                    .with("travel", number(param("presliding_mm")))
+                    .with("servo_hz", number(param("servo_hz")))
+                    .with("damping", number(param("servo_damping"))),
+            ]
+        }
+        "gravity-sag" => {
+            let axis = axis.unwrap();
+            let outlets: Vec<Outlet> = [Component::EY, Component::EZ, Component::EA, Component::EB]
+                .map(|component| Outlet::Motion { axis, component })
+                .to_vec();
+            vec![fitted(session, Effect::new("gravity-sag", Place::Axis(axis)), &outlets)]
+        }
+        "guideway-wear" => {
+            let axis = axis.unwrap();
+            vec![
+                Effect::new("straightness", Place::Axis(axis))
+                    .size(Outlet::Motion { axis, component: Component::EZ }, "bump", size * UM * param("sign"))
+                    .with("centre", number(param("centre_mm")))
+                    .with("width", number(param("width_mm")))
+                    .with("skew", number(param("skew"))),
+            ]
+        }
+        "pivot-slip" => {
+            let time = numbers_or_null(&truth["range"]["time_s"])[0];
+            let direction = numbers(&params["direction"]);
+            let mut effect = Effect::new("pivot-slip", Place::Pivot)
+                .with("time", number(time))
+                .with("creep_share", number(param("creep_share")));
+            for (k, share) in direction.iter().enumerate() {
+                effect = effect.size(Outlet::Pivot(k), "", size * UM * share);
+            }
+            vec![effect]
+        }
+        "squareness" => {
+            let axis = axis.unwrap();
+            let outlet = Outlet::Location { axis, component: Component::EC };
+            vec![Effect::new("squareness", Place::Axis(axis)).size(outlet, "", size * ARCSEC * param("sign"))]
+        }
+        "thermal-growth" => {
+            let axis = axis.unwrap();
+            let outlets: Vec<Outlet> = [Component::EZ, Component::EA, Component::EY]
+                .map(|component| Outlet::Motion { axis, component })
+                .to_vec();
+            let tau = ParameterValue::List(numbers(&params["tau_s"]));
+            vec![fitted(session, Effect::new("thermal-growth", Place::Axis(axis)).with("tau", tau), &outlets)]
+        }
+        "unknown-clamp" => {
+            let axis = axis.unwrap();
+            let outlets: Vec<Outlet> =
+                [Component::EZ, Component::EA].map(|component| Outlet::Motion { axis, component }).to_vec();
+            let effect = Effect::new("unknown", Place::Axis(axis))
+                .with("from", number(-180.0))
+                .with("to", number(180.0))
+                .with("count", number(40.0));
+            vec![fitted(session, effect, &outlets)]
+        }
+        other => panic!("no model for {other}"),
     }
+}
+
+/// Numbers of a list in which `null` stands for no number.
+fn numbers_or_null(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|entry| entry.as_f64().unwrap_or(f64::NAN)).collect()
+}
+
+/// The effect with the sizes that fit the recordings best, by its linear columns.
+fn fitted(session: &Session, effect: Effect, outlets: &[Outlet]) -> Effect {
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(session, &chain).unwrap();
+    let geometry = Geometry::new(&chain, &session.machine.location_errors(), Composition::Exact);
+    let kind = kind(&effect.kind).unwrap();
+    let profiles = kind.shape(&context, &effect).unwrap();
+    let functions = (kind.functions)(&effect);
+    let count = outlets.len() * functions.len();
+    let (mut normal, mut right) = (DMatrix::zeros(count, count), DVector::zeros(count));
+    for (index, test) in session.tests.iter().enumerate() {
+        let (pivot, spindle) = test.links(&chain).unwrap();
+        let motion = context.motion(index);
+        let sensitivities: Vec<Sensitivity> = (0..motion.rows())
+            .map(|row| {
+                let mut at = Sensitivity::zeros(chain.axis_count());
+                let balls = ((pivot, &test.pivot.at), (spindle, &test.spindle_ball.at));
+                geometry.sensitivity(balls.0, balls.1, motion.row(row), None, &mut at);
+                at
+            })
+            .collect();
+        let columns: Vec<Vec<f64>> = outlets
+            .iter()
+            .flat_map(|outlet| profiles.iter().map(|profile| column(&context, index, &sensitivities, outlet, profile)))
+            .collect();
+        for (row, read) in test.recording.as_ref().unwrap().length_mm.iter().enumerate() {
+            let left = read - sensitivities[row].length_mm - test.bar_error_mm;
+            if left.is_finite() {
+                let line = DVector::from_iterator(count, columns.iter().map(|column| column[row]));
+                right += &line * left;
+                normal += &line * line.transpose();
+            }
+        }
+    }
+    let scale = normal.diagonal().map(|value: f64| value.max(1e-30).sqrt().recip());
+    let scaled = DMatrix::from_fn(count, count, |i, j| normal[(i, j)] * scale[i] * scale[j])
+        + DMatrix::identity(count, count) * 1e-10;
+    let solution = scaled.cholesky().unwrap().solve(&right.component_mul(&scale)).component_mul(&scale);
+    let sizes = outlets.iter().flat_map(|outlet| functions.iter().map(move |function| (outlet, function)));
+    sizes.zip(solution.iter()).fold(effect.clone(), |effect, ((outlet, function), value)| {
+        if std::env::var("CASE").is_ok() {
+            println!(
+                "    {} {function} {:.4}",
+                outlet.name(&session.machine),
+                outlet.measure(&session.machine).to_output(*value)
+            );
+        }
+        effect.size(*outlet, function, *value)
+    })
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The contract of an effect: names, words, parameters and functions. It holds no values; those are in `machine::Effect`.
 
 use super::Context;
-use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
+use crate::machine::{Component, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
 /// What drives an effect.
@@ -116,6 +116,8 @@ pub enum EffectError {
     NoChannel { effect: String, test: String, channel: String, found: String },
     #[error("{effect}: no link is called '{link}'; links are {known}")]
     NoLink { effect: String, link: String, known: String },
+    #[error("{effect}: no axis drives it; say 'of: ' with one of {known}")]
+    NoAxis { effect: String, known: String },
 }
 
 /// One kind of effect. The text fields are in the words of the trade.
@@ -196,6 +198,14 @@ pub(super) fn list<'a>(effect: &'a Effect, name: &str) -> &'a [f64] {
     }
 }
 
+/// A word that was stated.
+pub(super) fn word<'a>(effect: &'a Effect, name: &str) -> Option<&'a str> {
+    match effect.parameter(name) {
+        Some(ParameterValue::Word(word)) => Some(word),
+        _ => None,
+    }
+}
+
 /// The measure of the outlet itself, for functions without dimension.
 pub(super) fn plain_measure(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
     outlet.measure(machine)
@@ -204,4 +214,14 @@ pub(super) fn plain_measure(machine: &Machine, outlet: &Outlet, _function: &str)
 /// The one function without a name.
 pub(super) fn single_function(_effect: &Effect) -> Vec<String> {
     vec![String::new()]
+}
+
+/// Every component of an axis, and its own motion when it is inclined.
+pub(super) fn every_component(machine: &Machine, axis: usize) -> Vec<Outlet> {
+    let mut all: Vec<Outlet> = Component::ALL.into_iter().map(|component| Outlet::Motion { axis, component }).collect();
+    let own = Outlet::own(machine, axis);
+    if !all.contains(&own) {
+        all.push(own);
+    }
+    all
 }

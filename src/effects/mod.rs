@@ -7,10 +7,21 @@
 //! [`KINDS`] by one line.
 
 mod backlash;
+mod channel;
+mod compensation;
 mod context;
 mod disturbance;
+mod gravity;
 mod harmonics;
 mod kind;
+mod reversal_spike;
+mod slide;
+mod slip;
+mod straightness;
+mod thermal;
+mod timing;
+mod unknown;
+mod vibration;
 
 pub use context::Context;
 pub use disturbance::{Disturbance, Disturbances, column, gain};
@@ -21,8 +32,24 @@ pub static KINDS: &[&Kind] = &[
     &backlash::ROTARY_BACKLASH,
     &backlash::LINEAR_BACKLASH,
     &backlash::LATERAL_PLAY,
+    &reversal_spike::REVERSAL_SPIKE,
     &harmonics::ROTARY_ERROR_MOTION,
     &harmonics::CYCLIC_ERROR,
+    &gravity::GRAVITY_SAG,
+    &thermal::THERMAL_GROWTH,
+    &thermal::BAR_LENGTH,
+    &straightness::STRAIGHTNESS,
+    &slide::SQUARENESS,
+    &slide::LINEAR_SCALE,
+    &timing::SERVO_LAG,
+    &timing::RADIUS_LOSS,
+    &timing::TRIGGER_LATENCY,
+    &slip::PIVOT_SLIP,
+    &slip::BALL_SLIP,
+    &vibration::VIBRATION,
+    &compensation::COMPENSATION,
+    &unknown::TABLE,
+    &unknown::UNKNOWN,
 ];
 
 /// The kind with this name.

@@ -1,0 +1,33 @@
+//! The control's own table of location errors applied twice, with the wrong sign or not at all. What the table should hold is not known here.
+
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, plain_measure, single_function};
+use crate::machine::{Component, Outlet, Place};
+
+/// A compensation map that acts `factor` times too much; its sizes are the map.
+pub static COMPENSATION: Kind = Kind {
+    name: "compensation",
+    driver: Driver::Constant,
+    formula: "location errors += factor * map",
+    size_meaning: "entry of the map",
+    cause: "kinematic offsets entered in control and post-processor both, or with the wrong sign",
+    remedy: "keep one place of compensation; check the sign with one moved test",
+    parameters: &[Parameter::number(
+        "factor",
+        ParameterUnit::Plain,
+        Default::Number(1.0),
+        (-10.0, 10.0),
+        "how often the map acts too much: 1 applied twice, -2 sign turned, -1 not applied",
+    )],
+    outlets: |machine, place| match place {
+        Place::Control => (0..machine.axes.len())
+            .flat_map(|axis| Component::ALL.map(|component| Outlet::Location { axis, component }))
+            .collect(),
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, effect| {
+        let factor = COMPENSATION.number(context, effect, "factor");
+        Ok(vec![context.profile(|_, _| factor)])
+    },
+};

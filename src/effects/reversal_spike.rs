@@ -1,0 +1,106 @@
+//! Friction at reversal: the axis sticks, falls behind and is caught up by the servo. Lost motion that stays is in `backlash`.
+//!
+//! Friction turns round over the pre-sliding travel d: `w' = (sgn v − w) |v| / d`. Without servo dynamics the axis is
+//! behind by `w − sgn v` halves, that is `−sgn(v) e^(−travel/d)` after a full reversal. With them the position error y is
+//! the response of a loop with integral action to the change of friction, `y″ + 2ζω y' + ω² y = −w'`, scaled so
+//! that its largest value in the session is one.
+
+use super::context::Travel;
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, plain_measure, single_function};
+use super::{Context, EffectError};
+use crate::machine::{Effect, Outlet, Place};
+use std::f64::consts::TAU;
+
+/// Spike after the reversal of an axis.
+pub static REVERSAL_SPIKE: Kind = Kind {
+    name: "reversal-spike",
+    driver: Driver::Direction,
+    formula: "own = -h sgn(v) e^(-travel/d), or y'' + 2 z w y' + w^2 y = -friction'",
+    size_meaning: "largest spike of the axis in the session",
+    cause: "friction of guideway or bearing that the servo catches up late; missing or wrong friction compensation",
+    remedy: "check lubrication and preload, then tune the control's friction compensation",
+    parameters: &[
+        Parameter::number(
+            "travel",
+            ParameterUnit::Position,
+            Default::Number(0.05),
+            (1e-6, 1e3),
+            "pre-sliding travel over which friction turns round (1/e), mm or deg",
+        ),
+        Parameter::number(
+            "servo_hz",
+            ParameterUnit::Plain,
+            Default::Number(0.0),
+            (0.0, 1e3),
+            "natural frequency at which the servo catches up, Hz; 0: by travel alone",
+        ),
+        Parameter::number(
+            "damping",
+            ParameterUnit::Plain,
+            Default::Number(0.7),
+            (1e-3, 10.0),
+            "damping ratio of the servo; below 1 the spike rings",
+        ),
+    ],
+    outlets: |machine, place| match place {
+        Place::Axis(axis) => vec![Outlet::own(machine, axis)],
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: single_function,
+    profiles,
+};
+
+/// Friction direction and the servo's position error with its rate.
+#[derive(Clone, Copy, Default)]
+struct Friction {
+    direction: f64,
+    bristle: f64,
+    error: f64,
+    rate: f64,
+}
+
+/// Steps of the integration per radian of the servo's phase.
+const STEPS_PER_RADIAN: f64 = 16.0;
+/// Longest phase integrated within a row, rad: beyond it the servo has settled.
+const MOST_PHASE: f64 = 64.0;
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
+    let number = |name| REVERSAL_SPIKE.number(context, effect, name);
+    let (travel_scale, omega, damping) = (number("travel"), TAU * number("servo_hz"), number("damping"));
+    let turn_round = |state: &mut Friction, way: f64| {
+        if way.abs() > super::backlash::STANDSTILL {
+            state.direction = way.signum();
+            state.bristle = state.direction + (state.bristle - state.direction) * (-way.abs() / travel_scale).exp();
+        }
+    };
+    if omega <= 0.0 {
+        let read = |state: &Friction| (state.bristle - state.direction) / 2.0;
+        let advance = |state: &mut Friction, travel: Travel| turn_round(state, travel.distance);
+        return Ok(vec![context.along(axis, Friction::default(), advance, read)]);
+    }
+    let advance = |state: &mut Friction, travel: Travel| {
+        let before = state.bristle;
+        turn_round(state, travel.distance);
+        let Some(seconds) = travel.seconds.filter(|seconds| *seconds > 0.0) else {
+            (state.error, state.rate) = (0.0, 0.0);
+            return;
+        };
+        let push = -(state.bristle - before) / seconds;
+        let phase = (omega * seconds).min(MOST_PHASE);
+        let steps = (phase * STEPS_PER_RADIAN).ceil().max(1.0);
+        let dt = phase / omega / steps;
+        for _ in 0..steps as usize {
+            // semi-implicit: stable for every damping
+            state.rate = (state.rate + dt * (push - omega * omega * state.error)) / (1.0 + 2.0 * damping * omega * dt);
+            state.error += dt * state.rate;
+        }
+    };
+    let mut profile = context.along(axis, Friction::default(), advance, |state| state.error);
+    let largest = profile.iter().flatten().fold(0.0f64, |most, value| most.max(value.abs()));
+    if largest > 0.0 {
+        profile.iter_mut().flatten().for_each(|value| *value /= largest);
+    }
+    Ok(vec![profile])
+}

@@ -1,0 +1,51 @@
+//! Errors proportional to a slide's position: squareness and scale. Periodic and local errors have files of their own.
+
+use super::kind::{Driver, Kind, plain_measure, single_function};
+use crate::machine::{AxisKind, Component, Outlet, Place};
+use crate::units::Measure;
+
+/// Squareness of a slide: a location error under the name by which it is found.
+pub static SQUARENESS: Kind = Kind {
+    name: "squareness",
+    driver: Driver::Position,
+    formula: "location error E(A,B,C)0 of the slide",
+    size_meaning: "angle out of square",
+    cause: "alignment of guideways to each other, foundation settled, collision",
+    remedy: "level the bed, realign the slide, or set the control's squareness compensation",
+    parameters: &[],
+    outlets: |machine, place| match place {
+        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => {
+            let own = machine.axes[axis].own_component().direction_index();
+            let turns = Component::ALL.into_iter().filter(|c| c.is_angle() && c.direction_index() != own);
+            turns.map(|component| Outlet::Location { axis, component }).collect()
+        }
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
+};
+
+/// Scale of a slide.
+pub static LINEAR_SCALE: Kind = Kind {
+    name: "linear-scale",
+    driver: Driver::Position,
+    formula: "own = s q",
+    size_meaning: "length error per length",
+    cause: "temperature of scale or screw, pitch compensation missing or doubled",
+    remedy: "check the scale's temperature and mounting, then set pitch compensation against an interferometer",
+    parameters: &[],
+    outlets: |machine, place| match place {
+        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => vec![Outlet::own(machine, axis)],
+        _ => Vec::new(),
+    },
+    measure: |_, _, _| Measure::Strain,
+    functions: single_function,
+    profiles: |context, effect| match effect.place {
+        Place::Axis(axis) => {
+            let sign = context.chain().joint(axis).sign;
+            Ok(vec![context.position_profile(axis, |q| sign * q)])
+        }
+        _ => Ok(Vec::new()),
+    },
+};

@@ -1,0 +1,106 @@
+//! A ball seat that moved once: step at a session time, with creep. Drift without an event is in `thermal`.
+//!
+//! `displacement = s [1 − c e^(−(t − t0)/τ)]` from t0 on, zero before: the share 1 − c at once, c creeping after it.
+
+use super::kind::{
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, plain_measure, single_function, word,
+};
+use super::{Context, EffectError};
+use crate::machine::{Effect, Outlet, Place};
+use crate::session::Ball;
+use nalgebra::Vector3;
+
+const PARAMETERS: &[Parameter] = &[
+    Parameter::number("time", ParameterUnit::Plain, Default::Required, (-1e9, 1e9), "session time of the slip, s"),
+    Parameter::number(
+        "creep_share",
+        ParameterUnit::Plain,
+        Default::Number(0.0),
+        (0.0, 1.0),
+        "share that follows by creep instead of at once",
+    ),
+    Parameter::number(
+        "creep_time",
+        ParameterUnit::Plain,
+        Default::Number(10.0),
+        (1e-3, 1e7),
+        "time constant of the creep, s",
+    ),
+    Parameter::word("link", &[], Default::Absent, "link of the ball concerned"),
+    Parameter {
+        name: "at",
+        unit: ParameterUnit::Plain,
+        count: 3,
+        default: Default::Absent,
+        bounds: (-1e6, 1e6),
+        meaning: "place of the ball concerned, mm; without link and at: the ball of the test in or before which it slips",
+    },
+];
+
+/// Slip of the pivot cup.
+pub static PIVOT_SLIP: Kind = Kind {
+    name: "pivot-slip",
+    driver: Driver::Event,
+    formula: "pivot = s [1 - c e^(-(t-t0)/tau)] from t0 on",
+    size_meaning: "displacement",
+    cause: "magnet or glue of the cup let go, a knock, the bar pulled at the end of its stroke",
+    remedy: "mount the cup anew, repeat the tests after the slip or treat them as a setup of their own",
+    parameters: PARAMETERS,
+    outlets: |_, place| {
+        if place == Place::Pivot { (0..3).map(Outlet::Pivot).collect() } else { Vec::new() }
+    },
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, effect| slip(&PIVOT_SLIP, context, effect, |test| &context.session().tests[test].pivot),
+};
+
+/// Slip of the ball in the spindle.
+pub static BALL_SLIP: Kind = Kind {
+    name: "ball-slip",
+    driver: Driver::Event,
+    formula: "spindle ball = s [1 - c e^(-(t-t0)/tau)] from t0 on",
+    size_meaning: "displacement",
+    cause: "ball stem or tool holder moved in the spindle, draw-bar not fully clamped, a knock",
+    remedy: "clean and clamp the holder anew, repeat the tests after the slip or treat them as a setup of their own",
+    parameters: PARAMETERS,
+    outlets: |_, place| {
+        if place == Place::SpindleBall { (0..3).map(Outlet::SpindleBall).collect() } else { Vec::new() }
+    },
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, effect| slip(&BALL_SLIP, context, effect, |test| &context.session().tests[test].spindle_ball),
+};
+
+/// Places closer than this are one place, mm.
+const SAME_PLACE_MM: f64 = 1e-3;
+
+fn slip<'a>(
+    kind: &Kind,
+    context: &Context,
+    effect: &Effect,
+    ball: impl Fn(usize) -> &'a Ball,
+) -> Result<Vec<Profile>, EffectError> {
+    let number = |name| kind.number(context, effect, name);
+    let (time, creep_share, creep_time) = (number("time"), number("creep_share"), number("creep_time"));
+    let at = match list(effect, "at") {
+        [x, y, z] => Some(Vector3::new(*x, *y, *z)),
+        _ => None,
+    };
+    let link = word(effect, "link");
+    // unless named, the ball is the one mounted when it happened
+    let mounted = context.order().iter().copied().find(|&test| context.ends_at_s(test) >= time).map(&ball);
+    let concerned = |ball: &Ball| match (at, link, mounted) {
+        (None, None, Some(mounted)) => is_one(ball, mounted),
+        (at, link, _) => {
+            at.is_none_or(|at| (ball.at - at).norm() < SAME_PLACE_MM) && link.is_none_or(|link| ball.link == link)
+        }
+    };
+    Ok(vec![context.profile(|test, row| {
+        let since = context.session_time_s(test, row) - time;
+        if since < 0.0 || !concerned(ball(test)) { 0.0 } else { 1.0 - creep_share * (-since / creep_time).exp() }
+    })])
+}
+
+fn is_one(one: &Ball, other: &Ball) -> bool {
+    one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
+}

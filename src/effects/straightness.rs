@@ -1,0 +1,77 @@
+//! Errors of a slide across its motion that depend on its position: bow, wave and local wear. Scale and pitch errors are in `slide`.
+//!
+//! `degreeN`: `s (q / half_travel)^N`, zero at position 0. `bump`: `s (1 + cos 2π(q − c)/w) / 2` within w/2 of the
+//! centre c, zero outside; with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
+
+use super::backlash::across;
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, plain_measure, stated};
+use super::{Context, EffectError};
+use crate::machine::{AxisKind, Effect, Place};
+use std::f64::consts::PI;
+
+/// Straightness, pitch, yaw and roll of a slide.
+pub static STRAIGHTNESS: Kind = Kind {
+    name: "straightness",
+    driver: Driver::Position,
+    formula: "E = s (1 + cos 2 pi (q - c)/w)/2 near c, or s (q/half_travel)^N",
+    size_meaning: "height of the bump, or value at half_travel of a power",
+    cause: "local guideway wear or a damaged rail (bump), sagging or bent guideway, foundation (bow)",
+    remedy: "level and scrape or renew the guideway; compensate by tables if it repeats; keep work off the worn part",
+    parameters: &[
+        Parameter::number("centre", ParameterUnit::Position, Default::Absent, (-1e5, 1e5), "centre of the bump, mm"),
+        Parameter::number(
+            "width",
+            ParameterUnit::Position,
+            Default::Number(60.0),
+            (1e-3, 1e5),
+            "width of the bump between its feet, mm",
+        ),
+        Parameter::number(
+            "skew",
+            ParameterUnit::Plain,
+            Default::Number(0.0),
+            (-0.9, 0.9),
+            "how much wider the rising half is than half the width",
+        ),
+        Parameter::list("degrees", ParameterUnit::Plain, Default::Absent, (1.0, 9.0), "powers of position"),
+        Parameter::number(
+            "half_travel",
+            ParameterUnit::Position,
+            Default::Number(100.0),
+            (1e-3, 1e5),
+            "position at which a power has the stated size, mm",
+        ),
+    ],
+    outlets: |machine, place| match place {
+        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => across(machine, place),
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: |effect| {
+        let bump = stated(effect, "centre").map(|_| "bump".to_string());
+        bump.into_iter().chain(list(effect, "degrees").iter().map(|degree| format!("degree{degree}"))).collect()
+    },
+    profiles,
+};
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
+    let number = |name| STRAIGHTNESS.number(context, effect, name);
+    let (width, skew, half_travel) = (number("width"), number("skew"), number("half_travel"));
+    let bump = stated(effect, "centre")
+        .map(|centre| context.position_profile(axis, |q| raised_cosine(q - centre, width / 2.0, skew)));
+    let powers = list(effect, "degrees")
+        .iter()
+        .map(|&degree| context.position_profile(axis, |q| power(q / half_travel, degree)));
+    Ok(bump.into_iter().chain(powers).collect())
+}
+
+/// `sgn` kept for odd degrees; degrees are whole numbers.
+fn power(ratio: f64, degree: f64) -> f64 {
+    ratio.powi(degree.round() as i32)
+}
+
+fn raised_cosine(from_centre: f64, half_width: f64, skew: f64) -> f64 {
+    let half = if from_centre < 0.0 { half_width * (1.0 + skew) } else { half_width * (1.0 - skew) };
+    if from_centre.abs() < half { (1.0 + (PI * from_centre / half).cos()) / 2.0 } else { 0.0 }
+}

@@ -1,0 +1,138 @@
+//! Growth with time or temperature: of a spindle, slide or joint, and of the bar. Heat sources are not modelled, only their response.
+//!
+//! Time: `E = Σ_k s_k (1 − e^(−t/τ_k))`, t session time since `start`, two nodes for a fast and a slow mass.
+//! Temperature: `E = s (T − T_first)` from a channel of the recordings.
+
+use super::channel::warming;
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, stated, word};
+use super::{Context, EffectError};
+use crate::machine::{Effect, Machine, Outlet, Place};
+use crate::units::Measure;
+
+/// Name of the function that is driven by a temperature channel.
+const KELVIN: &str = "kelvin";
+
+const TAU: Parameter = Parameter::list(
+    "tau",
+    ParameterUnit::Plain,
+    Default::Absent,
+    (1e-3, 1e7),
+    "time constants of the nodes, s; functions are growth1, growth2, …",
+);
+const START: Parameter = Parameter::number(
+    "start",
+    ParameterUnit::Plain,
+    Default::Number(0.0),
+    (-1e7, 1e7),
+    "session time at which the source was switched on, s",
+);
+const CHANNEL: Parameter = Parameter::word(
+    "channel",
+    &[],
+    Default::Absent,
+    "column of the recordings with the temperature, such as temperature_degC; the function is kelvin",
+);
+
+/// Growth of spindle, slide or joint.
+pub static THERMAL_GROWTH: Kind = Kind {
+    name: "thermal-growth",
+    driver: Driver::Time,
+    formula: "E = sum s_k (1 - e^(-t/tau_k)), or s (T - T_first)",
+    size_meaning: "growth of a node from cold to steady, or per K",
+    cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
+    remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
+    parameters: &[TAU, START, CHANNEL],
+    outlets: |machine, place| match place {
+        Place::Axis(axis) => every_component(machine, axis),
+        _ => Vec::new(),
+    },
+    measure,
+    functions: |effect| growth_functions(effect),
+    profiles: |context, effect| growth(&THERMAL_GROWTH, context, effect),
+};
+
+/// Error of the bar's calibrated length, and its growth.
+pub static BAR_LENGTH: Kind = Kind {
+    name: "bar-length",
+    driver: Driver::Constant,
+    formula: "reading = distance + s, + sum s_k (1 - e^(-t/tau_k)), + s (T - T_first)",
+    size_meaning: "reading minus distance",
+    cause: "calibration of another day or temperature, a loose extension, warmth of the hand",
+    remedy: "calibrate the bar in the machine's room before the session and again after it",
+    parameters: &[
+        TAU,
+        START,
+        CHANNEL,
+        Parameter::number(
+            "bar",
+            ParameterUnit::Plain,
+            Default::Absent,
+            (0.0, 1e5),
+            "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
+        ),
+        Parameter::word("constant", &["yes", "no"], Default::Absent, "no: only tau or channel act"),
+    ],
+    outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
+    measure,
+    functions: |effect| {
+        let mut names = growth_functions(effect);
+        if word(effect, "constant") != Some("no") {
+            names.insert(0, String::new());
+        }
+        names
+    },
+    profiles: bar_profiles,
+};
+
+fn measure(machine: &Machine, outlet: &Outlet, function: &str) -> Measure {
+    match (outlet.measure(machine), function) {
+        (Measure::Angle, KELVIN) => Measure::AnglePerKelvin,
+        (_, KELVIN) => Measure::LengthPerKelvin,
+        (plain, _) => plain,
+    }
+}
+
+fn growth_functions(effect: &Effect) -> Vec<String> {
+    let mut names: Vec<String> = (1..=list(effect, "tau").len()).map(|k| format!("growth{k}")).collect();
+    if word(effect, "channel").is_some() {
+        names.push(KELVIN.into());
+    }
+    names
+}
+
+fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let start = kind.number(context, effect, "start");
+    let mut profiles: Vec<Profile> = list(effect, "tau")
+        .iter()
+        .map(|tau| {
+            context.profile(|test, row| {
+                let since = (context.session_time_s(test, row) - start).max(0.0);
+                -(-since / tau).exp_m1()
+            })
+        })
+        .collect();
+    if let Some(channel) = word(effect, "channel") {
+        profiles.push(warming(context, kind.name, channel)?);
+    }
+    Ok(profiles)
+}
+
+/// Two bars are one when their calibrated lengths differ by less, mm.
+const SAME_BAR_MM: f64 = 0.5;
+
+fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let mut profiles = growth(&BAR_LENGTH, context, effect)?;
+    if word(effect, "constant") != Some("no") {
+        profiles.insert(0, context.profile(|_, _| 1.0));
+    }
+    if let Some(bar) = stated(effect, "bar") {
+        for profile in &mut profiles {
+            for (test, rows) in context.session().tests.iter().zip(profile) {
+                if !test.bar_length_mm.is_some_and(|length| (length - bar).abs() < SAME_BAR_MM) {
+                    rows.fill(0.0);
+                }
+            }
+        }
+    }
+    Ok(profiles)
+}

@@ -1,0 +1,49 @@
+//! Errors proportional to speed or acceleration: lag of an axis, radius loss, late pairing of positions with readings.
+
+use super::kind::{Driver, Kind, plain_measure, single_function};
+use crate::machine::{Outlet, Place};
+
+/// An axis that trails its command.
+pub static SERVO_LAG: Kind = Kind {
+    name: "servo-lag",
+    driver: Driver::Speed,
+    formula: "position = command - lag * speed",
+    size_meaning: "lag",
+    cause: "position loop gains that differ between axes (servo mismatch)",
+    remedy: "match the loop gains (Kv) and feed-forward of the axes that interpolate",
+    parameters: &[],
+    outlets: |_, place| place.axis().map(|axis| Outlet::Lag { axis }).into_iter().collect(),
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
+};
+
+/// An axis that cuts corners or overshoots under acceleration.
+pub static RADIUS_LOSS: Kind = Kind {
+    name: "radius-loss",
+    driver: Driver::Speed,
+    formula: "position = command + s * acceleration",
+    size_meaning: "deviation per acceleration",
+    cause: "bandwidth of the position loop: radius falls with feed squared over radius, or grows with wrong feed-forward",
+    remedy: "tune velocity and acceleration feed-forward, measure at the feed of use",
+    parameters: &[],
+    outlets: |_, place| place.axis().map(|axis| Outlet::Acceleration { axis }).into_iter().collect(),
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
+};
+
+/// Positions that are older than the readings beside them.
+pub static TRIGGER_LATENCY: Kind = Kind {
+    name: "trigger-latency",
+    driver: Driver::Speed,
+    formula: "position = recorded + delay * speed, every axis",
+    size_meaning: "age of the positions, positive when too old",
+    cause: "trigger or bus delay between control and instrument, filter delay of the instrument",
+    remedy: "measure at two feeds and in both directions, set the delay in the recorder",
+    parameters: &[],
+    outlets: |_, place| if place == Place::Recorder { vec![Outlet::Delay] } else { Vec::new() },
+    measure: plain_measure,
+    functions: single_function,
+    profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
+};

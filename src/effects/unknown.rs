@@ -1,0 +1,162 @@
+//! Terms without a physical form: a smooth curve or a table over a driver at a place. They describe, they do not explain.
+//!
+//! `unknown`: cubic B-splines `k1 … kn` on equal spacing between `from` and `to`. `table`: straight lines between values
+//! at `knots`, constant beyond. The driver is the position of an axis (mm, deg), that position by direction of
+//! motion, session time (s), speed (mm/s, deg/s) or acceleration.
+
+use super::backlash::STANDSTILL;
+use super::context::Travel;
+use super::kind::{
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, plain_measure, word,
+};
+use super::{Context, EffectError};
+use crate::machine::{Effect, Machine, Outlet, Place};
+
+const DRIVER: Parameter = Parameter::word(
+    "driver",
+    &["position", "direction", "time", "speed", "acceleration"],
+    Default::Absent,
+    "what it depends on; position when not stated, direction: position times sign of motion",
+);
+const OF: Parameter = Parameter::word(
+    "of",
+    &[],
+    Default::Absent,
+    "axis whose position, direction or speed drives; the place when not stated",
+);
+
+/// A smooth curve of unknown form.
+pub static UNKNOWN: Kind = Kind {
+    name: "unknown",
+    driver: Driver::Position,
+    formula: "E = sum k_j B_j(driver), cubic B-splines",
+    size_meaning: "height of a spline",
+    cause: "unknown: no form of the catalogue fits",
+    remedy: "look at the curve at that place, repeat the test over it, inspect what acts there",
+    parameters: &[
+        DRIVER,
+        OF,
+        Parameter::number(
+            "from",
+            ParameterUnit::Plain,
+            Default::Required,
+            (-1e9, 1e9),
+            "lower end, in the driver's unit",
+        ),
+        Parameter::number(
+            "to",
+            ParameterUnit::Plain,
+            Default::Required,
+            (-1e9, 1e9),
+            "upper end, in the driver's unit",
+        ),
+        Parameter::number("count", ParameterUnit::Plain, Default::Number(8.0), (4.0, 200.0), "number of splines"),
+    ],
+    outlets: anywhere,
+    measure: plain_measure,
+    functions: |effect| (1..=count(effect)).map(|k| format!("k{k}")).collect(),
+    profiles: |context, effect| {
+        let (from, to) = (UNKNOWN.number(context, effect, "from"), UNKNOWN.number(context, effect, "to"));
+        let spacing = (to - from) / (count(effect) - 3) as f64;
+        over_driver(context, effect, count(effect), |k, x| cubic((x - from) / spacing - k as f64 + 1.0))
+    },
+};
+
+/// A curve given by values.
+pub static TABLE: Kind = Kind {
+    name: "table",
+    driver: Driver::Position,
+    formula: "E = straight lines between values at the knots",
+    size_meaning: "value at a knot",
+    cause: "a measured curve, or what is left where no form of the catalogue fits",
+    remedy: "enter it as a compensation table after checking that it repeats",
+    parameters: &[
+        DRIVER,
+        OF,
+        Parameter::list("knots", ParameterUnit::Plain, Default::Required, (-1e9, 1e9), "rising, in the driver's unit"),
+    ],
+    outlets: anywhere,
+    measure: plain_measure,
+    functions: |effect| (1..=list(effect, "knots").len()).map(|k| format!("k{k}")).collect(),
+    profiles: |context, effect| {
+        let knots = list(effect, "knots");
+        over_driver(context, effect, knots.len(), |k, x| hat(knots, k, x))
+    },
+};
+
+fn count(effect: &Effect) -> usize {
+    super::kind::stated(effect, "count").map_or(8, |count| (count as usize).clamp(4, 200))
+}
+
+/// Every component of an axis, the balls and the reading.
+fn anywhere(machine: &Machine, place: Place) -> Vec<Outlet> {
+    match place {
+        Place::Axis(axis) => every_component(machine, axis),
+        Place::Pivot => (0..3).map(Outlet::Pivot).collect(),
+        Place::SpindleBall => (0..3).map(Outlet::SpindleBall).collect(),
+        Place::Bar => vec![Outlet::Reading],
+        Place::Recorder | Place::Control => Vec::new(),
+    }
+}
+
+fn over_driver(
+    context: &Context,
+    effect: &Effect,
+    count: usize,
+    function: impl Fn(usize, f64) -> f64,
+) -> Result<Vec<Profile>, EffectError> {
+    let machine = context.machine();
+    let driver = word(effect, "driver").unwrap_or("position");
+    let axis = match word(effect, "of") {
+        Some(name) => machine.axis_index(name),
+        None => effect.place.axis(),
+    };
+    let axis = match (axis, driver) {
+        (axis, "time") => axis.unwrap_or(0),
+        (Some(axis), _) => axis,
+        (None, _) => {
+            return Err(EffectError::NoAxis { effect: effect.kind.clone(), known: machine.axis_names().join(" ") });
+        }
+    };
+    let in_file_unit = |value: f64| machine.axes[axis].kind.to_file_unit(value);
+    let sign: Option<Profile> = (driver == "direction").then(|| {
+        let advance = |state: &mut f64, travel: Travel| {
+            if travel.distance.abs() > STANDSTILL {
+                *state = travel.distance.signum();
+            }
+        };
+        context.along(axis, 0.0, advance, |state| *state)
+    });
+    let at = |test: usize, row: usize| match driver {
+        "time" => context.session_time_s(test, row),
+        "speed" => in_file_unit(context.speed(test, row, axis)),
+        "acceleration" => in_file_unit(context.acceleration(test, row, axis)),
+        _ => in_file_unit(context.motion(test).row(row)[axis]),
+    };
+    let value = |k: usize, test: usize, row: usize| {
+        function(k, at(test, row)) * sign.as_ref().map_or(1.0, |sign| sign[test][row])
+    };
+    Ok((0..count).map(|k| context.profile(|test, row| value(k, test, row))).collect())
+}
+
+/// Uniform cubic B-spline centred at 0 with support −2 … 2; 2/3 at its centre.
+fn cubic(x: f64) -> f64 {
+    let x = x.abs();
+    if x < 1.0 {
+        2.0 / 3.0 - x * x + x * x * x / 2.0
+    } else if x < 2.0 {
+        (2.0 - x).powi(3) / 6.0
+    } else {
+        0.0
+    }
+}
+
+/// Hat function of knot k; the first and last one stay at one beyond the ends.
+fn hat(knots: &[f64], k: usize, x: f64) -> f64 {
+    let here = knots[k];
+    let toward = if x < here { k.checked_sub(1) } else { Some(k + 1).filter(|&next| next < knots.len()) };
+    match toward {
+        None => 1.0,
+        Some(other) => (1.0 - (x - here) / (knots[other] - here)).max(0.0),
+    }
+}
