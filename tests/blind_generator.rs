@@ -11,6 +11,8 @@ mod effects;
 mod kinematics;
 #[path = "../examples/blind_trial/machines.rs"]
 mod machines;
+#[path = "../examples/blind_trial/mounting.rs"]
+mod mounting;
 #[path = "../examples/blind_trial/nuisance.rs"]
 mod nuisance;
 #[path = "../examples/blind_trial/plan.rs"]
@@ -30,10 +32,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 fn shared() -> Option<PathBuf> {
-    let folder = std::env::var("FIVEAXIS_SHARED").map_or_else(
-        |_| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")),
-        PathBuf::from,
-    );
+    let folder = std::env::var("FIVEAXIS_SHARED")
+        .map_or_else(|_| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")), PathBuf::from);
     let there = folder.join("recordings").is_dir();
     if !there {
         println!("skipped: no shared data at {}", folder.display());
@@ -43,40 +43,11 @@ fn shared() -> Option<PathBuf> {
 
 /// The oracle's eight location errors of a case, or none for one it does not use.
 fn oracle_case(name: &str) -> Option<Location> {
-    let slots = [
-        (0, 4),
-        (0, 5),
-        (0, 1),
-        (0, 2),
-        (1, 3),
-        (1, 4),
-        (1, 0),
-        (1, 1),
-    ];
-    let names = [
-        "ty0a", "tz0a", "ey0a", "ez0a", "tx0c", "ty0c", "ex0c", "ey0c",
-    ];
+    let slots = [(0, 4), (0, 5), (0, 1), (0, 2), (1, 3), (1, 4), (1, 0), (1, 1)];
+    let names = ["ty0a", "tz0a", "ey0a", "ez0a", "tx0c", "ty0c", "ex0c", "ey0c"];
     let deg = |d: f64| d.to_radians();
-    let one = [
-        deg(0.01),
-        deg(0.01),
-        0.01,
-        0.01,
-        deg(0.01),
-        deg(0.01),
-        0.01,
-        0.01,
-    ];
-    let mixed = [
-        deg(0.01),
-        deg(-0.007),
-        0.010,
-        -0.008,
-        deg(0.006),
-        deg(-0.009),
-        0.005,
-        -0.004,
-    ];
+    let one = [deg(0.01), deg(0.01), 0.01, 0.01, deg(0.01), deg(0.01), 0.01, 0.01];
+    let mixed = [deg(0.01), deg(-0.007), 0.010, -0.008, deg(0.006), deg(-0.009), 0.005, -0.004];
     let values: Vec<f64> = match name {
         "none" => vec![0.0; 8],
         "all" => one.to_vec(),
@@ -101,8 +72,7 @@ fn kinematics_agree_with_the_oracle() {
     let (a, c, z) = (machine.axis("A"), machine.axis("C"), machine.axis("Z"));
     let order = [a, c];
     let lever = 12500.0f64.sqrt();
-    let text = std::fs::read_to_string(shared.join("reference/reference_traces.csv"))
-        .expect("reference traces");
+    let text = std::fs::read_to_string(shared.join("reference/reference_traces.csv")).expect("reference traces");
     let (mut worst, mut rows) = (0.0f64, 0);
     for line in text.lines().skip(1) {
         let f: Vec<&str> = line.split(',').collect();
@@ -110,10 +80,7 @@ fn kinematics_agree_with_the_oracle() {
             continue;
         };
         let mut location = [[0.0; 6]; AXES];
-        order
-            .iter()
-            .enumerate()
-            .for_each(|(i, &j)| location[j] = of_two[i]);
+        order.iter().enumerate().for_each(|(i, &j)| location[j] = of_two[i]);
         let (axis, at, s): (usize, V3, V3) = match f[0] {
             "A1" => (a, [0.0, 100.0, 0.0], [0.0; 3]),
             "A2" => (a, [0.0, 100.0, 0.0], [-lever, 0.0, 0.0]),
@@ -121,15 +88,9 @@ fn kinematics_agree_with_the_oracle() {
             _ => (c, [100.0, 0.0, 0.0], [0.0, 0.0, lever]),
         };
         let setup = Setup {
-            pivot: Ball {
-                link: Link::Axis(c),
-                at,
-            },
+            pivot: Ball { link: Link::Axis(c), at },
             pivot_offset: [0.0; 3],
-            ball: Ball {
-                link: Link::Axis(z),
-                at: s,
-            },
+            ball: Ball { link: Link::Axis(z), at: s },
             ball_offset: [0.0; 3],
         };
         let mut q = [0.0; AXES];
@@ -166,23 +127,15 @@ fn published(shared: &Path, case: &str) -> Published {
     let listed = session["tests"].as_sequence().expect("tests");
     let mut read_mm = vec![];
     let mut positions_off = 0.0f64;
-    plan.tests.sort_by_key(|t| {
-        listed
-            .iter()
-            .position(|l| l["name"].as_str() == Some(&t.name))
-    });
+    plan.tests.sort_by_key(|t| listed.iter().position(|l| l["name"].as_str() == Some(&t.name)));
     assert_eq!(plan.tests.len(), listed.len(), "{case}");
     for (i, entry) in listed.iter().enumerate() {
         let name = plan.tests[i].name.clone();
         assert_eq!(entry["name"].as_str(), Some(name.as_str()), "{case}");
-        let text = std::fs::read_to_string(root.join(case).join(format!("{name}.csv")))
-            .expect("recording");
+        let text = std::fs::read_to_string(root.join(case).join(format!("{name}.csv"))).expect("recording");
         let header: Vec<&str> = text.lines().next().expect("header").split(',').collect();
-        let rows: Vec<Vec<f64>> = text
-            .lines()
-            .skip(1)
-            .map(|l| l.split(',').map(|x| x.parse().expect("number")).collect())
-            .collect();
+        let rows: Vec<Vec<f64>> =
+            text.lines().skip(1).map(|l| l.split(',').map(|x| x.parse().expect("number")).collect()).collect();
         let test = &mut plan.tests[i];
         test.started_at_s = entry["started_at"].as_f64().expect("start");
         test.rows = rows.len();
@@ -193,11 +146,7 @@ fn published(shared: &Path, case: &str) -> Published {
         for (k, row) in rows.iter().enumerate() {
             let q = plan.axes_at(&test, k as f64 * test.step_s);
             for (name, x) in header.iter().zip(row) {
-                if let Some(j) = machine
-                    .joints
-                    .iter()
-                    .position(|j| name.starts_with(&format!("{}_", j.name)))
-                {
+                if let Some(j) = machine.joints.iter().position(|j| name.starts_with(&format!("{}_", j.name))) {
                     positions_off = positions_off.max((q[j] - x).abs());
                 }
             }
@@ -205,13 +154,7 @@ fn published(shared: &Path, case: &str) -> Published {
         read_mm.push(rows.iter().map(|r| r[r.len() - 1]).collect());
     }
     let location = seal_in(&mut plan, &truth);
-    Published {
-        plan,
-        location,
-        read_mm,
-        positions_off,
-        truth,
-    }
+    Published { plan, location, read_mm, positions_off, truth }
 }
 
 /// Puts the true placement errors into the plan and returns the location errors.
@@ -219,47 +162,28 @@ fn seal_in(plan: &mut Plan, truth: &Value) -> Location {
     let mut location = [[0.0; 6]; AXES];
     for (slot, value) in truth["pige"].as_object().expect("pige") {
         let j = plan.machine.axis(&slot[3..]);
-        let c = COMPONENTS
-            .iter()
-            .position(|k| *k == &slot[..2])
-            .expect("component");
+        let c = COMPONENTS.iter().position(|k| *k == &slot[..2]).expect("component");
         location[j][c] = value.as_f64().expect("value") * if c < 3 { 1e-3 } else { ARCSEC };
     }
     let machine = plan.machine.clone();
-    for (seats, key) in [
-        (&mut plan.pivots, "pivots"),
-        (&mut plan.balls, "spindle_balls"),
-    ] {
+    for (seats, key) in [(&mut plan.pivots, "pivots"), (&mut plan.balls, "spindle_balls")] {
         for seat in seats.iter_mut() {
             let Link::Axis(on) = seat.ball.link else {
                 continue;
             };
             let same = |p: &&Value| {
                 p["on"].as_str() == Some(&machine.joints[on].name)
-                    && (0..3).all(|i| {
-                        (p["at"][i].as_f64().unwrap_or(f64::NAN) - seat.ball.at[i]).abs() < 1e-6
-                    })
+                    && (0..3).all(|i| (p["at"][i].as_f64().unwrap_or(f64::NAN) - seat.ball.at[i]).abs() < 1e-6)
             };
-            let found = truth[key]
-                .as_array()
-                .expect("seats")
-                .iter()
-                .find(same)
-                .expect("seat");
-            seat.offset_mm =
-                [0, 1, 2].map(|i| found["error_um"][i].as_f64().expect("error") * 1e-3);
+            let found = truth[key].as_array().expect("seats").iter().find(same).expect("seat");
+            seat.offset_mm = [0, 1, 2].map(|i| found["error_um"][i].as_f64().expect("error") * 1e-3);
         }
     }
     let bars: HashMap<i64, f64> = truth["bars"]
         .as_array()
         .expect("bars")
         .iter()
-        .map(|b| {
-            (
-                b["nominal"].as_f64().expect("mm").round() as i64,
-                b["reading_error_um"].as_f64().expect("um"),
-            )
-        })
+        .map(|b| (b["nominal"].as_f64().expect("mm").round() as i64, b["reading_error_um"].as_f64().expect("um")))
         .collect();
     for bar in &mut plan.bars {
         bar.reading_error_mm = bars[&(bar.nominal_mm.round() as i64)] * 1e-3;
@@ -296,26 +220,11 @@ fn published_sessions_are_reproduced_to_their_noise() {
         );
         check(&mut wrong, p.positions_off < 2e-5, &case, "positions");
         // noise and effect are not quite uncorrelated in one session
-        check(
-            &mut wrong,
-            (residual_um - expected_um).abs() < 0.1 * expected_um,
-            &case,
-            "residual",
-        );
+        check(&mut wrong, (residual_um - expected_um).abs() < 0.1 * expected_um, &case, "residual");
         if effect_um == 0.0 {
-            check(
-                &mut wrong,
-                (residual_um - noise_um).abs() < 0.001,
-                &case,
-                "residual of a clean session",
-            );
+            check(&mut wrong, (residual_um - noise_um).abs() < 0.001, &case, "residual of a clean session");
         }
-        check(
-            &mut wrong,
-            p.truth["explained_rank"].as_u64() == Some(rank as u64),
-            &case,
-            "rank",
-        );
+        check(&mut wrong, p.truth["explained_rank"].as_u64() == Some(rank as u64), &case, "rank");
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
@@ -325,13 +234,9 @@ fn published_sessions_are_reproduced_to_their_noise() {
 fn laws_account_for_published_effects() {
     let Some(shared) = shared() else { return };
     let mut wrong = vec![];
-    for (case, left_at_most) in [
-        ("case-001", 1.1),
-        ("case-006", 1.1),
-        ("case-007", 1.1),
-        ("case-008", 1.3),
-        ("case-009", 1.3),
-    ] {
+    for (case, left_at_most) in
+        [("case-001", 1.1), ("case-006", 1.1), ("case-007", 1.1), ("case-008", 1.3), ("case-009", 1.3)]
+    {
         let p = published(&shared, case);
         let noise_um = p.truth["noise_rms_um"].as_f64().expect("noise");
         let mut rows = effects::still(&p.plan);
@@ -342,12 +247,7 @@ fn laws_account_for_published_effects() {
         let before_um = p.residual_um(&effects::still(&p.plan));
         let after_um = p.residual_um(&rows);
         println!("{case}: {before_um:.3} → {after_um:.3} µm, noise {noise_um} µm");
-        check(
-            &mut wrong,
-            after_um < left_at_most * noise_um,
-            case,
-            "what is left",
-        );
+        check(&mut wrong, after_um < left_at_most * noise_um, case, "what is left");
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
@@ -364,11 +264,7 @@ fn law(plan: &Plan, effect: &Value) -> Box<dyn effects::Law> {
     let place = effect["place"].as_str().expect("place");
     let axis = plan.machine.axis(place);
     let p = &effect["params"];
-    let number = |key: &str| {
-        p[key]
-            .as_f64()
-            .unwrap_or_else(|| panic!("{key} of {effect}"))
-    };
+    let number = |key: &str| p[key].as_f64().unwrap_or_else(|| panic!("{key} of {effect}"));
     let id = effect["id"].as_str().expect("id");
     match id {
         "rotary-backlash" | "linear-backlash" => Box::new(effects::backlash::Play {
@@ -376,16 +272,9 @@ fn law(plan: &Plan, effect: &Value) -> Box<dyn effects::Law> {
             take_up: number("take_up"),
             windup: number("windup_share"),
             bias: 0.0,
-            to_own: if id == "rotary-backlash" {
-                1.0 / 3600.0
-            } else {
-                1e-3
-            },
+            to_own: if id == "rotary-backlash" { 1.0 / 3600.0 } else { 1e-3 },
         }),
-        "squareness" => Box::new(effects::shapes::Lean {
-            axis,
-            aside: [-number("sign"), 0.0, 0.0],
-        }),
+        "squareness" => Box::new(effects::shapes::Lean { axis, aside: [-number("sign"), 0.0, 0.0] }),
         "guideway-wear" => Box::new(effects::shapes::Wear {
             axis,
             across: [0.0, 0.0, 1.0],

@@ -4,13 +4,13 @@ use super::designs::{DESIGNS, Manner, build};
 use super::draw::Draw;
 use super::effects::{Cause, KINDS, still};
 use super::faults::{self, FAULTS, Fault};
-use super::kinematics::{Location, Machine};
+use super::kinematics::{Disturbance, Location, Machine, distance};
 use super::machines;
 use super::noise;
 use super::nuisance::{ARCSEC, draw_location, misplace, slot_name, slots};
 use super::plan::Plan;
 use super::recordings::{Recording, lengths, recordings};
-use super::visibility::{Absorbed, rms};
+use super::visibility::{Absorbed, rms, setup};
 use serde_json::{Map, Value, json};
 
 /// What the user fixed; everything else is drawn.
@@ -42,19 +42,11 @@ enum Secret {
 }
 
 /// Bands of the rms of what is left of an effect's trace over the rms of the noise.
-const LEVELS: &[(&str, f64, f64)] = &[
-    ("strong", 3.5, 10.0),
-    ("medium", 1.5, 3.5),
-    ("weak", 0.3, 1.5),
-    ("faint", 0.1, 0.3),
-    ("invisible", 0.0, 0.1),
-];
+const LEVELS: &[(&str, f64, f64)] =
+    &[("strong", 3.5, 10.0), ("medium", 1.5, 3.5), ("weak", 0.3, 1.5), ("faint", 0.1, 0.3), ("invisible", 0.0, 0.1)];
 
 pub fn level(visible: f64) -> &'static str {
-    LEVELS
-        .iter()
-        .find(|l| visible >= l.1)
-        .map_or("invisible", |l| l.0)
+    LEVELS.iter().find(|l| visible >= l.1).map_or("invisible", |l| l.0)
 }
 
 /// A cause at a size with what it does to the readings.
@@ -69,10 +61,7 @@ struct Dosed {
 pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
     let rng = &mut Draw::seeded(seed, index);
     let secret = draw_secret(rng, wishes);
-    let machine = wishes
-        .code
-        .as_deref()
-        .map_or_else(|| machines::draw(rng), machines::plain);
+    let machine = wishes.code.as_deref().map_or_else(|| machines::draw(rng), machines::plain);
     let weights: Vec<f64> = DESIGNS.iter().map(|d| d.1).collect();
     let drawn = DESIGNS[rng.weighted(&weights)].0;
     let design = wishes.design.clone().unwrap_or_else(|| drawn.to_string());
@@ -94,12 +83,7 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
         Secret::Fault => fault = draw_fault(rng, &plan, wishes),
         Secret::Causes { count, catalogued } => {
             while dosed.len() < count {
-                let world = World {
-                    location: &location,
-                    absorbed: &absorbed,
-                    base: &base,
-                    noise_um: noise_rms_um,
-                };
+                let world = World { location: &location, absorbed: &absorbed, base: &base, noise_um: noise_rms_um };
                 match draw_cause(rng, &mut plan, &world, catalogued, &dosed, wishes) {
                     Some(d) => dosed.push(d),
                     None => break,
@@ -108,9 +92,7 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
         }
     }
     let mut rows = still(&plan);
-    dosed
-        .iter()
-        .for_each(|d| d.cause.law.disturb(&plan, d.size, &mut rows));
+    dosed.iter().for_each(|d| d.cause.law.disturb(&plan, d.size, &mut rows));
     if let Some(fault) = &fault {
         fault.disturb(&plan, &mut rows);
     }
@@ -123,6 +105,11 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
     if let Some(fault) = &fault {
         fault.spoil(&mut recordings);
     }
+    let fault_seen = fault.as_ref().filter(|f| !f.is_gross()).map(|_| {
+        let written = |i: usize, row: usize| recordings[i].axes(row);
+        let trace = fault_trace(&plan, &location, &rows, &recordings);
+        rms(&Absorbed::at(&plan, &written).remainder(&trace)) * 1e3 / noise_rms_um
+    });
     let order = file_order(&mut plan, rng);
     let name = format!("case-{:03}", index + 1);
     let mut truth = json!({
@@ -134,21 +121,13 @@ pub fn make(seed: u64, index: u64, wishes: &Wishes) -> Case {
     truth["effects"] = match &fault {
         Some(f) => {
             json!([{"effect": f.effect, "id": f.effect, "driver": "data fault", "place": "recorder",
-            "components": [], "says": f.says, "level_reached": "strong", "visible_over_noise": null}])
+            "components": [], "says": f.says, "level_reached": fault_seen.map_or("strong", level),
+                "visible_over_noise": fault_seen}])
         }
-        None => dosed
-            .iter()
-            .map(|d| describe(d, &plan, noise_rms_um))
-            .collect(),
+        None => dosed.iter().map(|d| describe(d, &plan, noise_rms_um)).collect(),
     };
     describe_nuisance(&mut truth, &plan, &location);
-    Case {
-        name,
-        plan,
-        order,
-        recordings,
-        truth,
-    }
+    Case { name, plan, order, recordings, truth }
 }
 
 fn draw_secret(rng: &mut Draw, wishes: &Wishes) -> Secret {
@@ -161,35 +140,20 @@ fn draw_secret(rng: &mut Draw, wishes: &Wishes) -> Secret {
             return Secret::Fault;
         }
         let catalogued = KINDS.iter().any(|k| k.0 == effect && k.2);
-        return Secret::Causes {
-            count: 1,
-            catalogued,
-        };
+        return Secret::Causes { count: 1, catalogued };
     }
     match drawn {
         0 => Secret::Nothing,
         1 => Secret::Fault,
-        2 => Secret::Causes {
-            count: 1,
-            catalogued: true,
-        },
-        3 => Secret::Causes {
-            count: 2,
-            catalogued: true,
-        },
-        _ => Secret::Causes {
-            count: 1,
-            catalogued: false,
-        },
+        2 => Secret::Causes { count: 1, catalogued: true },
+        3 => Secret::Causes { count: 2, catalogued: true },
+        _ => Secret::Causes { count: 1, catalogued: false },
     }
 }
 
 fn draw_fault(rng: &mut Draw, plan: &Plan, wishes: &Wishes) -> Option<Fault> {
     (0..20).find_map(|_| {
-        let kind = wishes
-            .effect
-            .as_deref()
-            .unwrap_or(FAULTS[rng.below(FAULTS.len())]);
+        let kind = wishes.effect.as_deref().unwrap_or(FAULTS[rng.below(FAULTS.len())]);
         faults::draw(kind, rng, plan)
     })
 }
@@ -246,10 +210,7 @@ fn draw_cause(
         let Some(cause) = KINDS[kind].3(rng, plan) else {
             continue;
         };
-        if others
-            .iter()
-            .any(|o| o.cause.place == cause.place || o.cause.effect == cause.effect)
-        {
+        if others.iter().any(|o| o.cause.place == cause.place || o.cause.effect == cause.effect) {
             continue;
         }
         let (low, high) = cause.sizes;
@@ -262,18 +223,32 @@ fn draw_cause(
         }
         let (trace, left, visible) = world.dose(plan, &cause, size);
         let reached = span.is_none_or(|l| visible >= l.1 && visible < l.2 * 1.05);
-        last = Some(Dosed {
-            cause,
-            size,
-            trace,
-            left,
-            wanted,
-        });
+        last = Some(Dosed { cause, size, trace, left, wanted });
         if reached {
             break;
         }
     }
     last
+}
+
+/// What a fault leaves unexplained: readings as made against readings at the positions as written.
+fn fault_trace(plan: &Plan, location: &Location, rows: &[Vec<Disturbance>], recordings: &[Recording]) -> Vec<Vec<f64>> {
+    let made = lengths(plan, location, rows);
+    plan.tests
+        .iter()
+        .enumerate()
+        .map(|(i, test)| {
+            let (setup, recording) = (setup(plan, test), &recordings[i]);
+            (0..test.rows)
+                .map(|row| {
+                    let q = recording.axes(row);
+                    let here = distance(&plan.machine, location, &setup, &q, &Disturbance::default());
+                    let bar = plan.bars[test.bar].reading_error_mm;
+                    made[i][row] - (here + bar)
+                })
+                .collect()
+        })
+        .collect()
 }
 
 /// Sometimes the file lists tests in another order, or by numbers.
@@ -285,10 +260,7 @@ fn file_order(plan: &mut Plan, rng: &mut Draw) -> Vec<usize> {
         }
     }
     if rng.chance(0.08) {
-        plan.tests
-            .iter_mut()
-            .enumerate()
-            .for_each(|(i, t)| t.name = format!("t{:02}", i + 1));
+        plan.tests.iter_mut().enumerate().for_each(|(i, t)| t.name = format!("t{:02}", i + 1));
     }
     order
 }
@@ -320,11 +292,7 @@ fn describe_nuisance(truth: &mut Value, plan: &Plan, location: &Location) {
     let (mut pige, mut units) = (Map::new(), Map::new());
     for slot in slots(machine) {
         let raw = location[slot.0][slot.1];
-        let (value, unit) = if slot.1 < 3 {
-            (raw * 1e3, "um")
-        } else {
-            (raw / ARCSEC, "arcsec")
-        };
+        let (value, unit) = if slot.1 < 3 { (raw * 1e3, "um") } else { (raw / ARCSEC, "arcsec") };
         pige.insert(slot_name(machine, slot), json!(value));
         units.insert(slot_name(machine, slot), json!(unit));
     }

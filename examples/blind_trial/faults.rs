@@ -21,22 +21,13 @@ enum Spoil {
     Shift(f64, Vec<usize>),
 }
 
-pub const FAULTS: &[&str] = &[
-    "axis-sign",
-    "axis-swap",
-    "unit",
-    "angle-reversed",
-    "time-shift",
-];
+pub const FAULTS: &[&str] = &["axis-sign", "axis-swap", "unit", "angle-reversed", "time-shift"];
 
 /// Draws a fault of a kind that changes something in this session.
 pub fn draw(kind: &str, rng: &mut Draw, plan: &Plan) -> Option<Fault> {
     let busy = |rotary: bool| -> Vec<usize> {
         (0..AXES)
-            .filter(|&j| {
-                plan.machine.joints[j].rotary == rotary
-                    && plan.tests.iter().any(|t| t.moving.contains(&j))
-            })
+            .filter(|&j| plan.machine.joints[j].rotary == rotary && plan.tests.iter().any(|t| t.moving.contains(&j)))
             .collect()
     };
     let (slides, joints) = (busy(false), busy(true));
@@ -45,49 +36,28 @@ pub fn draw(kind: &str, rng: &mut Draw, plan: &Plan) -> Option<Fault> {
     match kind {
         "axis-sign" => {
             let j = *rng.pick(&all);
-            Some(Fault {
-                effect: "axis-sign",
-                says: format!("{} counted backwards", name(j)),
-                spoil: Spoil::Sign(j),
-            })
+            Some(Fault { effect: "axis-sign", says: format!("{} counted backwards", name(j)), spoil: Spoil::Sign(j) })
         }
         "axis-swap" if slides.len() > 1 => {
             let (a, b) = (slides[rng.below(2)], slides[slides.len() - 1]);
             let (a, b) = if a == b { (slides[0], b) } else { (a, b) };
             let says = format!("columns of {} and {} exchanged", name(a), name(b));
-            Some(Fault {
-                effect: "axis-swap",
-                says,
-                spoil: Spoil::Swap(a, b),
-            })
+            Some(Fault { effect: "axis-swap", says, spoil: Spoil::Swap(a, b) })
         }
         "unit" => {
             let (says, spoil) = match rng.below(3) {
                 0 if !slides.is_empty() => {
                     let j = *rng.pick(&slides);
-                    (
-                        format!("{} in inches", name(j)),
-                        Spoil::PositionUnit(j, 1.0 / 25.4),
-                    )
+                    (format!("{} in inches", name(j)), Spoil::PositionUnit(j, 1.0 / 25.4))
                 }
                 1 if !joints.is_empty() => {
                     let j = *rng.pick(&joints);
-                    (
-                        format!("{} in radians", name(j)),
-                        Spoil::PositionUnit(j, std::f64::consts::PI / 180.0),
-                    )
+                    (format!("{} in radians", name(j)), Spoil::PositionUnit(j, std::f64::consts::PI / 180.0))
                 }
                 2 => ("lengths in metres".to_string(), Spoil::LengthUnit(1e-3)),
-                _ => (
-                    "lengths in inches".to_string(),
-                    Spoil::LengthUnit(1.0 / 25.4),
-                ),
+                _ => ("lengths in inches".to_string(), Spoil::LengthUnit(1.0 / 25.4)),
             };
-            Some(Fault {
-                effect: "unit",
-                says,
-                spoil,
-            })
+            Some(Fault { effect: "unit", says, spoil })
         }
         "angle-reversed" if !joints.is_empty() => {
             let j = *rng.pick(&joints);
@@ -98,39 +68,26 @@ pub fn draw(kind: &str, rng: &mut Draw, plan: &Plan) -> Option<Fault> {
                     test.moving == [j] && (test.to_deg > test.from_deg) == (way == "ccw")
                 })
                 .collect();
-            let says = format!(
-                "{} of the {way} recordings written from the wrong end",
-                name(j)
-            );
-            (!struck.is_empty()).then_some(Fault {
-                effect: "angle-reversed",
-                says,
-                spoil: Spoil::Reverse(j, struck),
-            })
+            let says = format!("{} of the {way} recordings written from the wrong end", name(j));
+            (!struck.is_empty()).then_some(Fault { effect: "angle-reversed", says, spoil: Spoil::Reverse(j, struck) })
         }
         "time-shift" => {
             let late_s = rng.sign() * rng.log_between(0.4, 3.0);
             let one = rng.below(plan.tests.len());
-            let struck = if rng.chance(0.5) {
-                (0..plan.tests.len()).collect()
-            } else {
-                vec![one]
-            };
-            let says = format!(
-                "lengths {late_s:.2} s beside the positions in {} tests",
-                struck.len()
-            );
-            Some(Fault {
-                effect: "time-shift",
-                says,
-                spoil: Spoil::Shift(late_s, struck),
-            })
+            let struck = if rng.chance(0.5) { (0..plan.tests.len()).collect() } else { vec![one] };
+            let says = format!("lengths {late_s:.2} s beside the positions in {} tests", struck.len());
+            Some(Fault { effect: "time-shift", says, spoil: Spoil::Shift(late_s, struck) })
         }
         _ => None,
     }
 }
 
 impl Fault {
+    /// Whether one look at a length says so, whatever a fit could absorb.
+    pub fn is_gross(&self) -> bool {
+        matches!(self.spoil, Spoil::LengthUnit(_))
+    }
+
     /// Faults of pairing move the axes under the recorded positions.
     pub fn disturb(&self, plan: &Plan, rows: &mut [Vec<Disturbance>]) {
         let Spoil::Shift(late_s, struck) = &self.spoil else {
@@ -152,18 +109,10 @@ impl Fault {
             match &self.spoil {
                 Spoil::Sign(j) => scale_positions(recording, *j, -1.0),
                 Spoil::PositionUnit(j, k) => scale_positions(recording, *j, *k),
-                Spoil::LengthUnit(k) => recording
-                    .lengths_mm
-                    .iter_mut()
-                    .flatten()
-                    .for_each(|x| *x *= k),
+                Spoil::LengthUnit(k) => recording.lengths_mm.iter_mut().flatten().for_each(|x| *x *= k),
                 Spoil::Swap(a, b) => swap(recording, *a, *b),
                 Spoil::Reverse(j, struck) if struck.contains(&i) => {
-                    recording
-                        .columns
-                        .iter_mut()
-                        .filter(|c| c.0 == *j)
-                        .for_each(|c| c.1.reverse());
+                    recording.columns.iter_mut().filter(|c| c.0 == *j).for_each(|c| c.1.reverse());
                 }
                 _ => {}
             }
@@ -172,17 +121,8 @@ impl Fault {
 }
 
 fn scale_positions(recording: &mut Recording, axis: usize, k: f64) {
-    recording
-        .columns
-        .iter_mut()
-        .filter(|c| c.0 == axis)
-        .flat_map(|c| &mut c.1)
-        .for_each(|x| *x *= k);
-    recording
-        .standing
-        .iter_mut()
-        .filter(|s| s.0 == axis)
-        .for_each(|s| s.1 *= k);
+    recording.columns.iter_mut().filter(|c| c.0 == axis).flat_map(|c| &mut c.1).for_each(|x| *x *= k);
+    recording.standing.iter_mut().filter(|s| s.0 == axis).for_each(|s| s.1 *= k);
 }
 
 fn swap(recording: &mut Recording, a: usize, b: usize) {

@@ -24,11 +24,7 @@ pub fn dot(a: V3, b: V3) -> f64 {
 }
 
 pub fn cross(a: V3, b: V3) -> V3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 pub fn norm(a: V3) -> f64 {
@@ -49,10 +45,7 @@ pub struct Quaternion {
 impl Quaternion {
     pub fn about(direction: V3, angle_rad: f64) -> Self {
         let (s, c) = (angle_rad / 2.0).sin_cos();
-        Quaternion {
-            w: c,
-            v: scale(direction, s),
-        }
+        Quaternion { w: c, v: scale(direction, s) }
     }
 
     pub fn turn(self, x: V3) -> V3 {
@@ -63,20 +56,12 @@ impl Quaternion {
     /// Turns about x, then y, then z written from left to right: `Rx·Ry·Rz`.
     pub fn xyz(angles_rad: V3) -> Self {
         let [a, b, c] = angles_rad;
-        Self::about([1.0, 0.0, 0.0], a)
-            .times(Self::about([0.0, 1.0, 0.0], b))
-            .times(Self::about([0.0, 0.0, 1.0], c))
+        Self::about([1.0, 0.0, 0.0], a).times(Self::about([0.0, 1.0, 0.0], b)).times(Self::about([0.0, 0.0, 1.0], c))
     }
 
     fn times(self, o: Self) -> Self {
-        let v = add(
-            add(scale(o.v, self.w), scale(self.v, o.w)),
-            cross(self.v, o.v),
-        );
-        Quaternion {
-            w: self.w * o.w - dot(self.v, o.v),
-            v,
-        }
+        let v = add(add(scale(o.v, self.w), scale(self.v, o.w)), cross(self.v, o.v));
+        Quaternion { w: self.w * o.w - dot(self.v, o.v), v }
     }
 }
 
@@ -154,14 +139,7 @@ impl Machine {
     }
 
     /// Where a ball is: rotary axes act as `E·M·J`, linear ones as `E·J·M`, E turning only the slide's direction.
-    pub fn place(
-        &self,
-        ball: Ball,
-        offset: V3,
-        q: &[f64; AXES],
-        location: &Location,
-        d: &Disturbance,
-    ) -> V3 {
+    pub fn place(&self, ball: Ball, offset: V3, q: &[f64; AXES], location: &Location, d: &Disturbance) -> V3 {
         let mut x = add(ball.at, offset);
         for &j in self.branch(ball.link).iter().rev() {
             x = self.carry(j, x, q[j] + d.own[j], &location[j], &d.motion[j]);
@@ -195,17 +173,9 @@ impl Machine {
         }
         let still = Disturbance::default();
         let exact = [[0.0; 6]; AXES];
-        let now = sub(
-            self.place(ball, [0.0; 3], q, &exact, &still),
-            self.place(pivot, [0.0; 3], q, &exact, &still),
-        );
+        let now = sub(self.place(ball, [0.0; 3], q, &exact, &still), self.place(pivot, [0.0; 3], q, &exact, &still));
         let need = sub(relative, now);
-        for (j, joint) in self
-            .joints
-            .iter()
-            .enumerate()
-            .filter(|(_, joint)| !joint.rotary)
-        {
+        for (j, joint) in self.joints.iter().enumerate().filter(|(_, joint)| !joint.rotary) {
             let along = dot(need, joint.direction);
             let against = self.on_tool_side(j) == joint.reversed;
             q[j] = if against { -along } else { along };
@@ -216,11 +186,8 @@ impl Machine {
 /// Exact rotation by the vector `m[3..]` followed by the translation `m[..3]`.
 fn small(x: V3, m: &Motion) -> V3 {
     let angle = norm([m[3], m[4], m[5]]);
-    let turned = if angle == 0.0 {
-        x
-    } else {
-        Quaternion::about([m[3] / angle, m[4] / angle, m[5] / angle], angle).turn(x)
-    };
+    let turned =
+        if angle == 0.0 { x } else { Quaternion::about([m[3] / angle, m[4] / angle, m[5] / angle], angle).turn(x) };
     add(turned, [m[0], m[1], m[2]])
 }
 
@@ -234,20 +201,8 @@ pub struct Setup {
 }
 
 /// Distance between the ball centres, mm.
-pub fn distance(
-    machine: &Machine,
-    location: &Location,
-    setup: &Setup,
-    q: &[f64; AXES],
-    d: &Disturbance,
-) -> f64 {
-    let p = machine.place(
-        setup.pivot,
-        add(setup.pivot_offset, d.pivot),
-        q,
-        location,
-        d,
-    );
+pub fn distance(machine: &Machine, location: &Location, setup: &Setup, q: &[f64; AXES], d: &Disturbance) -> f64 {
+    let p = machine.place(setup.pivot, add(setup.pivot_offset, d.pivot), q, location, d);
     let s = machine.place(setup.ball, add(setup.ball_offset, d.ball), q, location, d);
     norm(sub(p, s)) + d.length
 }

@@ -10,6 +10,7 @@ mod effects;
 mod faults;
 mod kinematics;
 mod machines;
+mod mounting;
 mod noise;
 mod nuisance;
 mod plan;
@@ -86,11 +87,7 @@ fn trial(options: &Options) -> Result<(), String> {
     check(options)?;
     let scratch = std::env::temp_dir().join(format!("blind-trial-{}", std::process::id()));
     let folder = options.keep.clone().unwrap_or_else(|| scratch.clone());
-    let binary = if options.generate_only {
-        PathBuf::new()
-    } else {
-        binary(options)?
-    };
+    let binary = if options.generate_only { PathBuf::new() } else { binary(options)? };
     let next = AtomicU64::new(options.first - 1);
     let end = options.first - 1 + options.trials;
     let scores: Mutex<Vec<Score>> = Mutex::new(vec![]);
@@ -104,10 +101,7 @@ fn trial(options: &Options) -> Result<(), String> {
                         return;
                     }
                     match session(options, &folder, &binary, index) {
-                        Ok(score) => scores
-                            .lock()
-                            .unwrap_or_else(|e| e.into_inner())
-                            .extend(score),
+                        Ok(score) => scores.lock().unwrap_or_else(|e| e.into_inner()).extend(score),
                         Err(e) => {
                             *trouble.lock().unwrap_or_else(|e| e.into_inner()) = Some(e);
                             next.store(end, Ordering::Relaxed);
@@ -129,11 +123,7 @@ fn trial(options: &Options) -> Result<(), String> {
     if options.generate_only {
         println!("{} sessions in {}", options.trials, folder.display());
     } else {
-        println!(
-            "Blind trial, seed {}, {} sessions",
-            options.seed,
-            scores.len()
-        );
+        println!("Blind trial, seed {}, {} sessions", options.seed, scores.len());
         tally::print(&scores);
         tally::failures(&scores, options.seed, options.keep.as_deref());
     }
@@ -159,10 +149,7 @@ fn check(options: &Options) -> Result<(), String> {
         if let Some(given) = given
             && !allowed.contains(&given.as_str())
         {
-            return Err(format!(
-                "{option} {given}: not known; choose one of {}",
-                allowed.join(", ")
-            ));
+            return Err(format!("{option} {given}: not known; choose one of {}", allowed.join(", ")));
         }
     }
     Ok(())
@@ -171,42 +158,23 @@ fn check(options: &Options) -> Result<(), String> {
 /// The crate's own binary, built as the user would.
 fn binary(options: &Options) -> Result<PathBuf, String> {
     if let Some(path) = &options.binary {
-        return if path.is_file() {
-            Ok(path.clone())
-        } else {
-            Err(format!("no binary at {}", path.display()))
-        };
+        return if path.is_file() { Ok(path.clone()) } else { Err(format!("no binary at {}", path.display())) };
     }
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let built = Command::new(cargo)
-        .args([
-            "build",
-            "--release",
-            "--quiet",
-            "--bin",
-            "fiveaxis",
-            "--manifest-path",
-        ])
+        .args(["build", "--release", "--quiet", "--bin", "fiveaxis", "--manifest-path"])
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
         .status();
     if !built.is_ok_and(|s| s.success()) {
         return Err("could not build the binary; build it and pass --binary PATH".into());
     }
     let own = std::env::current_exe().map_err(|e| e.to_string())?;
-    let folder = own
-        .parent()
-        .and_then(Path::parent)
-        .ok_or("no folder above this example")?;
+    let folder = own.parent().and_then(Path::parent).ok_or("no folder above this example")?;
     Ok(folder.join(format!("fiveaxis{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// Makes one session, has it diagnosed and scores the answer; the truth is written only afterwards.
-fn session(
-    options: &Options,
-    folder: &Path,
-    binary: &Path,
-    index: u64,
-) -> Result<Option<Score>, String> {
+fn session(options: &Options, folder: &Path, binary: &Path, index: u64) -> Result<Option<Score>, String> {
     let wishes = Wishes {
         effect: options.only.clone(),
         design: options.design.clone(),
@@ -216,14 +184,8 @@ fn session(
     };
     let case = make(options.seed, index, &wishes);
     let place = folder.join(&case.name);
-    recordings::write(
-        &place,
-        &case.name,
-        &case.plan,
-        &case.order,
-        &case.recordings,
-    )
-    .map_err(|e| format!("cannot write {}: {e}", place.display()))?;
+    recordings::write(&place, &case.name, &case.plan, &case.order, &case.recordings)
+        .map_err(|e| format!("cannot write {}: {e}", place.display()))?;
     if options.generate_only {
         open_truth(folder, &case)?;
         eprintln!("{} {}", case.name, headline(&case));
@@ -242,9 +204,7 @@ fn session(
     if options.keep.is_some() {
         open_truth(folder, &case)?;
         if let Some(json) = &answer.json {
-            let path = folder
-                .join("truth")
-                .join(format!("{}.answer.json", case.name));
+            let path = folder.join("truth").join(format!("{}.answer.json", case.name));
             std::fs::write(&path, format!("{json:#}\n"))
                 .map_err(|e| format!("cannot write {}: {e}", path.display()))?;
         }
@@ -255,28 +215,15 @@ fn session(
 }
 
 fn headline(case: &Case) -> String {
-    let effects = case.truth["effects"]
-        .as_array()
-        .map(Vec::as_slice)
-        .unwrap_or_default();
+    let effects = case.truth["effects"].as_array().map(Vec::as_slice).unwrap_or_default();
     let said: Vec<String> = effects
         .iter()
         .map(|e| {
-            let visible = e["visible_over_noise"]
-                .as_f64()
-                .map_or(String::new(), |v| format!(" {v:.2}×"));
-            format!(
-                "{}@{}{visible}",
-                e["id"].as_str().unwrap_or(""),
-                e["place"].as_str().unwrap_or("")
-            )
+            let visible = e["visible_over_noise"].as_f64().map_or(String::new(), |v| format!(" {v:.2}×"));
+            format!("{}@{}{visible}", e["id"].as_str().unwrap_or(""), e["place"].as_str().unwrap_or(""))
         })
         .collect();
-    let said = if said.is_empty() {
-        "clean".into()
-    } else {
-        said.join(" + ")
-    };
+    let said = if said.is_empty() { "clean".into() } else { said.join(" + ") };
     format!("{} {}: {said}", case.plan.machine.code, case.plan.design)
 }
 
@@ -285,19 +232,14 @@ fn open_truth(folder: &Path, case: &Case) -> Result<(), String> {
     let place = folder.join("truth");
     std::fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
     let path = place.join(format!("{}.json", case.name));
-    std::fs::write(&path, format!("{:#}\n", case.truth))
-        .map_err(|e| format!("cannot write {}: {e}", path.display()))
+    std::fs::write(&path, format!("{:#}\n", case.truth)).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }
 
 /// Runs the binary on a folder alone, on one thread.
 fn diagnose(binary: &Path, place: &Path, patience_s: u64) -> Answer {
     let start = Instant::now();
     let out = place.join("answer.json");
-    let answer = |failed: String| Answer {
-        json: None,
-        failed: Some(failed),
-        seconds: start.elapsed().as_secs_f64(),
-    };
+    let answer = |failed: String| Answer { json: None, failed: Some(failed), seconds: start.elapsed().as_secs_f64() };
     let Ok(file) = std::fs::File::create(&out) else {
         return answer("cannot write beside the session".into());
     };
@@ -329,15 +271,7 @@ fn diagnose(binary: &Path, place: &Path, patience_s: u64) -> Answer {
     let text = std::fs::read_to_string(&out).unwrap_or_default();
     let _ = std::fs::remove_file(&out);
     match serde_json::from_str::<serde_json::Value>(&text) {
-        Ok(json) if json["findings"].is_array() => Answer {
-            json: Some(json),
-            failed: None,
-            seconds,
-        },
-        _ => Answer {
-            json: None,
-            failed: Some(format!("no findings on stdout, {status}")),
-            seconds,
-        },
+        Ok(json) if json["findings"].is_array() => Answer { json: Some(json), failed: None, seconds },
+        _ => Answer { json: None, failed: Some(format!("no findings on stdout, {status}")), seconds },
     }
 }

@@ -31,11 +31,7 @@ fn bench(plan: &Plan, rng: &mut Draw) -> Noise {
     let white_um = rng.between(0.10, 0.22);
     let ar_um = rng.between(0.08, 0.25);
     let rho = rng.between(0.94, 0.988);
-    let walk_um = if rng.chance(0.4) {
-        0.0
-    } else {
-        rng.between(0.1, 0.3)
-    };
+    let walk_um = if rng.chance(0.4) { 0.0 } else { rng.between(0.1, 0.3) };
     let end_s = plan.end_s();
     let mut walk = 0.0;
     let mut clock_s = 0.0;
@@ -108,17 +104,10 @@ fn rough(plan: &Plan, rng: &mut Draw) -> Noise {
 }
 
 /// Fills the rows of every test in order of time.
-fn each_test_in_time(
-    plan: &Plan,
-    mut fill: impl FnMut(&super::plan::Test, &mut [f64]),
-) -> Vec<Vec<f64>> {
+fn each_test_in_time(plan: &Plan, mut fill: impl FnMut(&super::plan::Test, &mut [f64])) -> Vec<Vec<f64>> {
     let mut rows: Vec<Vec<f64>> = plan.tests.iter().map(|t| vec![0.0; t.rows]).collect();
     let mut order: Vec<usize> = (0..plan.tests.len()).collect();
-    order.sort_by(|&a, &b| {
-        plan.tests[a]
-            .started_at_s
-            .total_cmp(&plan.tests[b].started_at_s)
-    });
+    order.sort_by(|&a, &b| plan.tests[a].started_at_s.total_cmp(&plan.tests[b].started_at_s));
     for i in order {
         fill(&plan.tests[i], &mut rows[i]);
     }
@@ -128,16 +117,8 @@ fn each_test_in_time(
 /// Readings as the file holds them: quantised, some far off, some missing (`None`).
 pub fn record(lengths_mm: &[Vec<f64>], rng: &mut Draw) -> (Vec<Vec<Option<f64>>>, Value) {
     let spoiled = rng.chance(0.6);
-    let outliers = if spoiled {
-        rng.log_between(1e-4, 3e-3)
-    } else {
-        0.0
-    };
-    let missing = if spoiled {
-        rng.log_between(2e-4, 6e-3)
-    } else {
-        0.0
-    };
+    let outliers = if spoiled { rng.log_between(1e-4, 3e-3) } else { 0.0 };
+    let missing = if spoiled { rng.log_between(2e-4, 6e-3) } else { 0.0 };
     let (mut far, mut gone) = (0, 0);
     let written = lengths_mm
         .iter()
@@ -146,11 +127,7 @@ pub fn record(lengths_mm: &[Vec<f64>], rng: &mut Draw) -> (Vec<Vec<Option<f64>>>
             rows.iter()
                 .map(|&x| {
                     if gap == 0 && rng.chance(missing) {
-                        gap = if rng.chance(0.3) {
-                            2 + rng.below(12)
-                        } else {
-                            1
-                        };
+                        gap = if rng.chance(0.3) { 2 + rng.below(12) } else { 1 };
                     }
                     if gap > 0 {
                         gap -= 1;

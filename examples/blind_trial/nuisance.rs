@@ -12,18 +12,9 @@ pub const COMPONENTS: [&str; 6] = ["EX", "EY", "EZ", "EA", "EB", "EC"];
 /// Free slots of each rotary axis: four for one along a coordinate direction, six for an inclined one.
 pub fn slots(machine: &Machine) -> Vec<(usize, usize)> {
     let mut free = vec![];
-    for (j, joint) in machine
-        .joints
-        .iter()
-        .enumerate()
-        .filter(|(_, joint)| joint.rotary)
-    {
+    for (j, joint) in machine.joints.iter().enumerate().filter(|(_, joint)| joint.rotary) {
         let along = (0..3).find(|&i| joint.direction[i].abs() > 1.0 - 1e-9);
-        free.extend(
-            (0..6)
-                .filter(|&c| along.is_none_or(|i| c % 3 != i))
-                .map(|c| (j, c)),
-        );
+        free.extend((0..6).filter(|&c| along.is_none_or(|i| c % 3 != i)).map(|c| (j, c)));
     }
     free
 }

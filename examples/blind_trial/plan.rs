@@ -19,18 +19,9 @@ pub enum Path {
     /// One axis turns, the others stand at `standing`.
     Turn { axis: usize, standing: [f64; AXES] },
     /// One joint turns and the slides keep the bar's direction in its turning frame.
-    Follow {
-        axis: usize,
-        standing: [f64; AXES],
-        relative: V3,
-    },
+    Follow { axis: usize, standing: [f64; AXES], relative: V3 },
     /// Two slides carry the balls about each other in the plane of `u` and `w`.
-    Circle {
-        standing: [f64; AXES],
-        u: V3,
-        w: V3,
-        radius_mm: f64,
-    },
+    Circle { standing: [f64; AXES], u: V3, w: V3, radius_mm: f64 },
 }
 
 /// One recording to be made.
@@ -103,10 +94,7 @@ pub struct Step {
 
 impl Plan {
     pub fn end_s(&self) -> f64 {
-        self.tests
-            .iter()
-            .map(|t| t.started_at_s + t.rows as f64 * t.step_s)
-            .fold(0.0, f64::max)
+        self.tests.iter().map(|t| t.started_at_s + t.rows as f64 * t.step_s).fold(0.0, f64::max)
     }
 
     pub fn pivot(&self, test: &Test) -> Ball {
@@ -131,30 +119,19 @@ impl Plan {
                 q[*axis] = s_deg;
                 q
             }
-            Path::Follow {
-                axis,
-                standing,
-                relative,
-            } => {
+            Path::Follow { axis, standing, relative } => {
                 let mut q = *standing;
                 q[*axis] = s_deg;
                 let now = self.turned(*axis, s_deg, standing, *relative);
-                self.machine
-                    .slides_for(self.pivot(test), self.ball(test), &mut q, now);
+                self.machine.slides_for(self.pivot(test), self.ball(test), &mut q, now);
                 q
             }
-            Path::Circle {
-                standing,
-                u,
-                w,
-                radius_mm,
-            } => {
+            Path::Circle { standing, u, w, radius_mm } => {
                 let (s, c) = s_deg.to_radians().sin_cos();
                 let mut q = *standing;
                 let r = *radius_mm;
                 let relative = [0, 1, 2].map(|i| r * (c * u[i] + s * w[i]));
-                self.machine
-                    .slides_for(self.pivot(test), self.ball(test), &mut q, relative);
+                self.machine.slides_for(self.pivot(test), self.ball(test), &mut q, relative);
                 q
             }
         }
@@ -165,12 +142,7 @@ impl Plan {
         let mut q = *standing;
         q[axis] = s_deg;
         let mut x = x;
-        for &j in self
-            .machine
-            .branch(super::kinematics::Link::Axis(axis))
-            .iter()
-            .rev()
-        {
+        for &j in self.machine.branch(super::kinematics::Link::Axis(axis)).iter().rev() {
             let joint = &self.machine.joints[j];
             if joint.rotary {
                 let sense = if joint.reversed { -1.0 } else { 1.0 };
@@ -183,28 +155,14 @@ impl Plan {
     /// The whole session's motion in order of time: straight moves between tests, approach, rows, run-out.
     pub fn walk(&self) -> Vec<Step> {
         let mut order: Vec<usize> = (0..self.tests.len()).collect();
-        order.sort_by(|&a, &b| {
-            self.tests[a]
-                .started_at_s
-                .total_cmp(&self.tests[b].started_at_s)
-        });
-        let mut steps = vec![Step {
-            t_s: 0.0,
-            q: [0.0; AXES],
-            row: None,
-        }];
+        order.sort_by(|&a, &b| self.tests[a].started_at_s.total_cmp(&self.tests[b].started_at_s));
+        let mut steps = vec![Step { t_s: 0.0, q: [0.0; AXES], row: None }];
         for i in order {
             let test = &self.tests[i];
             let lead_s = OVERSHOOT / test.rate_deg_s;
             let start_s = test.started_at_s - lead_s;
             self.straight_to(&mut steps, start_s, self.axes_at(test, -lead_s));
-            let mut at = |t: f64, row| {
-                steps.push(Step {
-                    t_s: test.started_at_s + t,
-                    q: self.axes_at(test, t),
-                    row,
-                })
-            };
+            let mut at = |t: f64, row| steps.push(Step { t_s: test.started_at_s + t, q: self.axes_at(test, t), row });
             for k in (1..20).rev() {
                 at(-lead_s * f64::from(k) / 20.0, None);
             }
@@ -227,11 +185,7 @@ impl Plan {
             for j in 0..AXES {
                 at[j] += f * (q[j] - at[j]);
             }
-            steps.push(Step {
-                t_s: from.t_s + f * (t_s - from.t_s).max(0.01),
-                q: at,
-                row: None,
-            });
+            steps.push(Step { t_s: from.t_s + f * (t_s - from.t_s).max(0.01), q: at, row: None });
         }
     }
 

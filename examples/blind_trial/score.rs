@@ -20,9 +20,10 @@ pub struct Score {
     pub design: String,
     pub visible: f64,
     pub clean: bool,
+    /// Two effects that can be seen.
     pub two: bool,
     pub stranger: bool,
-    /// Visible effects of two.
+    /// The files are wrong, not the machine.
     pub fault: bool,
     /// First finding, `effect@place`.
     pub stated: String,
@@ -67,22 +68,14 @@ fn text<'a>(v: &'a Value, key: &str) -> &'a str {
 }
 
 fn components(v: &Value) -> Vec<String> {
-    let list = v["components"]
-        .as_array()
-        .map(Vec::as_slice)
-        .unwrap_or_default();
-    list.iter()
-        .filter_map(|c| c.as_str())
-        .map(str::to_string)
-        .collect()
+    let list = v["components"].as_array().map(Vec::as_slice).unwrap_or_default();
+    list.iter().filter_map(|c| c.as_str()).map(str::to_string).collect()
 }
 
 fn same_place(truth: &Value, stated: &Value) -> bool {
     let (t, s) = (text(truth, "place"), text(stated, "place"));
     // "pivot on C" names the pivot
-    s == t
-        || (t == "pivot" && s.starts_with("pivot"))
-        || (t == "spindle-ball" && s.starts_with("spindle-ball"))
+    s == t || (t == "pivot" && s.starts_with("pivot")) || (t == "spindle-ball" && s.starts_with("spindle-ball"))
 }
 
 /// `EC0Y` and `EC0X` are the two sides of one angle.
@@ -110,19 +103,12 @@ pub fn names(truth: &Value, stated: &Value) -> bool {
     }
     match effect {
         "squareness" => {
-            let angles = |v| {
-                components(v)
-                    .iter()
-                    .filter_map(|c| squareness_angle(c))
-                    .collect::<Vec<_>>()
-            };
+            let angles = |v| components(v).iter().filter_map(|c| squareness_angle(c)).collect::<Vec<_>>();
             let said = angles(stated);
             angles(truth).iter().any(|a| said.contains(a))
         }
         "bar-length" => text(truth, "driver") == text(stated, "driver"),
-        _ if matches!(text(truth, "place"), "pivot" | "spindle-ball" | "recorder") => {
-            same_place(truth, stated)
-        }
+        _ if matches!(text(truth, "place"), "pivot" | "spindle-ball" | "recorder") => same_place(truth, stated),
         _ => same_place(truth, stated) && share_component(truth, stated),
     }
 }
@@ -134,13 +120,8 @@ fn share_component(truth: &Value, stated: &Value) -> bool {
 
 /// A finding with its alternatives, at most four in all beside it.
 fn set(finding: &Value) -> Vec<&Value> {
-    let others = finding["cannot_tell_from"]
-        .as_array()
-        .map(Vec::as_slice)
-        .unwrap_or_default();
-    std::iter::once(finding)
-        .chain(others.iter().take(4))
-        .collect()
+    let others = finding["cannot_tell_from"].as_array().map(Vec::as_slice).unwrap_or_default();
+    std::iter::once(finding).chain(others.iter().take(4)).collect()
 }
 
 fn in_set(truth: &Value, finding: &Value) -> bool {
@@ -151,9 +132,7 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
     let empty = vec![];
     let effects = truth["effects"].as_array().unwrap_or(&empty);
     let visible_of = |e: &Value| e["visible_over_noise"].as_f64().unwrap_or(99.0);
-    let main = effects
-        .iter()
-        .max_by(|a, b| visible_of(a).total_cmp(&visible_of(b)));
+    let main = effects.iter().max_by(|a, b| visible_of(a).total_cmp(&visible_of(b)));
     let mut s = Score {
         case: text(truth, "case").to_string(),
         effect: main.map_or("clean".into(), |e| text(e, "id").to_string()),
@@ -161,7 +140,7 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
         design: text(truth, "design").to_string(),
         visible: main.map_or(0.0, visible_of),
         clean: effects.is_empty(),
-        two: effects.len() > 1,
+        two: effects.iter().filter(|e| visible_of(e) >= 0.3).count() > 1,
         stranger: main.is_some_and(|e| text(e, "effect") == "unknown"),
         fault: main.is_some_and(|e| text(e, "driver") == "data fault"),
         failed: answer.failed.clone(),
@@ -174,9 +153,7 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
     };
     let findings = json["findings"].as_array().unwrap_or(&empty);
     let first = findings.first();
-    s.stated = first.map_or("nothing".into(), |f| {
-        format!("{}@{}", text(f, "effect"), text(f, "place"))
-    });
+    s.stated = first.map_or("nothing".into(), |f| format!("{}@{}", text(f, "effect"), text(f, "place")));
     if let Some(first) = first {
         // with two causes either may come first
         s.right = effects.iter().any(|e| names(e, first));
@@ -185,34 +162,16 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
     let stray = |f: &Value| !effects.iter().any(|e| in_set(e, f));
     s.false_alarm = s.clean && !findings.is_empty();
     s.wrong_companion = !s.clean && findings.iter().skip(1).any(stray);
-    s.both_in_sets = s.two
-        && effects
-            .iter()
-            .all(|e| findings.iter().any(|f| in_set(e, f)));
+    s.both_in_sets = s.two && effects.iter().all(|e| findings.iter().any(|f| in_set(e, f)));
     let blind = json["blind_to"].as_array().unwrap_or(&empty);
     s.listed_blind = main.is_some_and(|e| blind.iter().any(|b| names(e, b)));
-    let sure: Vec<&Value> = findings
-        .iter()
-        .filter(|f| f["probability"].as_f64().unwrap_or(0.0) >= 0.99)
-        .collect();
-    s.claims = (
-        sure.len(),
-        sure.iter()
-            .filter(|f| effects.iter().any(|e| names(e, f)))
-            .count(),
-    );
-    s.size = main.and_then(|e| {
-        findings
-            .iter()
-            .find(|f| names(e, f))
-            .and_then(|f| size(e, f))
-    });
+    let sure: Vec<&Value> = findings.iter().filter(|f| f["probability"].as_f64().unwrap_or(0.0) >= 0.99).collect();
+    s.claims = (sure.len(), sure.iter().filter(|f| effects.iter().any(|e| names(e, f))).count());
+    s.size = main.and_then(|e| findings.iter().find(|f| names(e, f)).and_then(|f| size(e, f)));
     let fit = |key: &str| json["fit"][key].as_f64();
-    if let (Some(before), Some(after), Some(noise)) = (
-        fit("heldout_before_um"),
-        fit("heldout_after_um"),
-        fit("noise_um"),
-    ) {
+    if let (Some(before), Some(after), Some(noise)) =
+        (fit("heldout_before_um"), fit("heldout_after_um"), fit("noise_um"))
+    {
         // what noise contributes cannot be halved
         let excess = |x: f64| (x * x - noise * noise).max(0.0).sqrt();
         s.halved = after <= 0.5 * before || excess(after) <= 0.5 * excess(before);
@@ -223,8 +182,7 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
 
 /// Stated size against the true one, where both are of the same kind.
 fn size(truth: &Value, finding: &Value) -> Option<SizeCheck> {
-    if contract_name(text(truth, "effect")) == "unknown" || truth["unit"] != finding["size"]["unit"]
-    {
+    if contract_name(text(truth, "effect")) == "unknown" || truth["unit"] != finding["size"]["unit"] {
         return None;
     }
     let real = truth["size"].as_f64()?;

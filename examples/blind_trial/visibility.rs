@@ -24,12 +24,7 @@ enum Parameter {
 }
 
 fn nominal(plan: &Plan, test: &Test) -> Setup {
-    Setup {
-        pivot: plan.pivot(test),
-        pivot_offset: [0.0; 3],
-        ball: plan.ball(test),
-        ball_offset: [0.0; 3],
-    }
+    Setup { pivot: plan.pivot(test), pivot_offset: [0.0; 3], ball: plan.ball(test), ball_offset: [0.0; 3] }
 }
 
 /// True ball places of a test.
@@ -45,19 +40,22 @@ pub fn setup(plan: &Plan, test: &Test) -> Setup {
 impl Absorbed {
     /// Derivatives are taken at the nominal machine, where what is degenerate is so exactly.
     pub fn of(plan: &Plan) -> Self {
-        let mut parameters: Vec<Parameter> = slots(&plan.machine)
-            .into_iter()
-            .map(|(j, c)| Parameter::Slot(j, c))
-            .collect();
-        parameters.extend(
-            (0..plan.pivots.len()).flat_map(|i| (0..3).map(move |c| Parameter::Pivot(i, c))),
-        );
-        parameters
-            .extend((0..plan.balls.len()).flat_map(|i| (0..3).map(move |c| Parameter::Ball(i, c))));
+        Self::at(plan, &|i, row| {
+            let test = &plan.tests[i];
+            plan.axes_at(test, row as f64 * test.step_s)
+        })
+    }
+
+    /// The same for whoever believes the axes stood at `positions` (test, row).
+    pub fn at(plan: &Plan, positions: &dyn Fn(usize, usize) -> [f64; AXES]) -> Self {
+        let mut parameters: Vec<Parameter> =
+            slots(&plan.machine).into_iter().map(|(j, c)| Parameter::Slot(j, c)).collect();
+        parameters.extend((0..plan.pivots.len()).flat_map(|i| (0..3).map(move |c| Parameter::Pivot(i, c))));
+        parameters.extend((0..plan.balls.len()).flat_map(|i| (0..3).map(move |c| Parameter::Ball(i, c))));
         parameters.extend((0..plan.bars.len()).map(Parameter::Bar));
         let mut basis: Vec<Vec<f64>> = vec![];
         for p in parameters {
-            let mut column = column(plan, p);
+            let mut column = column(plan, p, positions);
             let before = norm(&column);
             if before == 0.0 {
                 continue;
@@ -106,15 +104,15 @@ fn norm(x: &[f64]) -> f64 {
     x.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
-fn column(plan: &Plan, p: Parameter) -> Vec<f64> {
+fn column(plan: &Plan, p: Parameter, positions: &dyn Fn(usize, usize) -> [f64; AXES]) -> Vec<f64> {
     let still = Disturbance::default();
     let mut out = vec![];
-    for test in &plan.tests {
+    for (i, test) in plan.tests.iter().enumerate() {
         let touched = match p {
             Parameter::Slot(..) => true,
-            Parameter::Pivot(i, _) => i == test.pivot,
-            Parameter::Ball(i, _) => i == test.ball,
-            Parameter::Bar(i) => i == test.bar,
+            Parameter::Pivot(k, _) => k == test.pivot,
+            Parameter::Ball(k, _) => k == test.ball,
+            Parameter::Bar(k) => k == test.bar,
         };
         for row in 0..test.rows {
             if !touched {
@@ -125,7 +123,7 @@ fn column(plan: &Plan, p: Parameter) -> Vec<f64> {
                 out.push(1.0);
                 continue;
             }
-            let q = plan.axes_at(test, row as f64 * test.step_s);
+            let q = positions(i, row);
             let at = |sign: f64| {
                 let (mut e, mut s) = ([[0.0; 6]; AXES], nominal(plan, test));
                 match p {

@@ -56,32 +56,16 @@ fn play(rng: &mut Draw, plan: &Plan, rotary: bool) -> Option<Cause> {
     let loaded = rotary != upright;
     let law = Play {
         axis,
-        take_up: if rotary {
-            rng.log_between(0.2, 4.0)
-        } else {
-            rng.log_between(0.05, 2.0)
-        },
+        take_up: if rotary { rng.log_between(0.2, 4.0) } else { rng.log_between(0.05, 2.0) },
         windup: rng.between(0.0, 0.5),
-        bias: if loaded && rng.chance(0.5) {
-            rng.between(-0.6, 0.6)
-        } else {
-            0.0
-        },
+        bias: if loaded && rng.chance(0.5) { rng.between(-0.6, 0.6) } else { 0.0 },
         to_own: if rotary { 1.0 / 3600.0 } else { 1e-3 },
     };
     let own = if rotary { 3 } else { 0 } + "XYZABC".find(&joint.name).unwrap_or(0) % 3;
     let (from, to) = plan.travel(axis);
     Some(Cause {
-        effect: if rotary {
-            "rotary-backlash"
-        } else {
-            "linear-backlash"
-        },
-        id: if rotary {
-            "rotary-backlash"
-        } else {
-            "linear-backlash"
-        },
+        effect: if rotary { "rotary-backlash" } else { "linear-backlash" },
+        id: if rotary { "rotary-backlash" } else { "linear-backlash" },
         driver: "direction",
         place: joint.name.clone(),
         components: vec![component(own, &joint.name)],

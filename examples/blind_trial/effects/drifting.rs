@@ -28,11 +28,7 @@ impl Growth {
             for k in 0..24 {
                 let age = self.tau_s[0] / 3.0 * (f64::from(k) + 0.5) / 6.0;
                 let weight = (-age * 3.0 / self.tau_s[0]).exp();
-                felt += weight
-                    * plan
-                        .temperature
-                        .as_ref()
-                        .map_or(0.0, |w| w.at((t_s - age).max(0.0)));
+                felt += weight * plan.temperature.as_ref().map_or(0.0, |w| w.at((t_s - age).max(0.0)));
             }
             return felt / 6.0;
         }
@@ -44,9 +40,7 @@ impl Growth {
 impl Law for Growth {
     fn disturb(&self, plan: &Plan, size: f64, rows: &mut Rows) {
         let end_s = plan.end_s();
-        let course: Vec<f64> = (0..=400)
-            .map(|k| self.raw(plan, end_s * f64::from(k) / 400.0))
-            .collect();
+        let course: Vec<f64> = (0..=400).map(|k| self.raw(plan, end_s * f64::from(k) / 400.0)).collect();
         let low = course.iter().copied().fold(f64::INFINITY, f64::min);
         let high = course.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let start = course[0];
@@ -58,13 +52,7 @@ impl Law for Growth {
                 let t = test.started_at_s + row as f64 * test.step_s;
                 let grown_mm = size * 1e-3 * (self.raw(plan, t) - start) / (high - low);
                 along(d, self.axis, self.direction, false, grown_mm);
-                along(
-                    d,
-                    self.axis,
-                    self.tilt_about,
-                    true,
-                    grown_mm * self.tilt_rad_per_mm,
-                );
+                along(d, self.axis, self.tilt_about, true, grown_mm * self.tilt_rad_per_mm);
             }
         }
     }
@@ -82,35 +70,17 @@ fn weather(rng: &mut Draw) -> Temperature {
 
 pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let machine = &plan.machine;
-    let spindle_slide = machine
-        .tool
-        .iter()
-        .rev()
-        .find(|&&j| !machine.joints[j].rotary)
-        .copied();
-    let table = machine
-        .work
-        .iter()
-        .rev()
-        .find(|&&j| machine.joints[j].rotary)
-        .copied();
+    let spindle_slide = machine.tool.iter().rev().find(|&&j| !machine.joints[j].rotary).copied();
+    let table = machine.work.iter().rev().find(|&&j| machine.joints[j].rotary).copied();
     let axis = match table {
         Some(j) if rng.chance(0.3) => j,
         _ => spindle_slide?,
     };
     let joint = machine.joints[axis].clone();
     // a spindle grows along Z, a table along its axis
-    let direction: V3 = if joint.rotary {
-        joint.direction
-    } else {
-        [0.0, 0.0, 1.0]
-    };
+    let direction: V3 = if joint.rotary { joint.direction } else { [0.0, 0.0, 1.0] };
     let mut tilt_about: V3 = [0.0; 3];
-    let tilted = nearest([
-        rng.normal(),
-        if joint.rotary { rng.normal() } else { 0.0 },
-        0.0,
-    ]);
+    let tilted = nearest([rng.normal(), if joint.rotary { rng.normal() } else { 0.0 }, 0.0]);
     tilt_about[tilted] = 1.0;
     let tilts = rng.chance(0.7);
     let by_temperature = rng.chance(0.4);
@@ -122,11 +92,7 @@ pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         axis,
         direction,
         tilt_about,
-        tilt_rad_per_mm: if tilts {
-            rng.sign() * rng.between(0.3, 1.5) * ARCSEC * 1e3
-        } else {
-            0.0
-        },
+        tilt_rad_per_mm: if tilts { rng.sign() * rng.between(0.3, 1.5) * ARCSEC * 1e3 } else { 0.0 },
         tau_s: [tau, tau * rng.between(1.8, 4.0)],
         second: rng.between(-0.3, 0.8),
         warm: rng.between(0.6, 1.0),
@@ -139,11 +105,7 @@ pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     Some(Cause {
         effect: "thermal-growth",
         id: "thermal-growth",
-        driver: if by_temperature {
-            "temperature"
-        } else {
-            "time"
-        },
+        driver: if by_temperature { "temperature" } else { "time" },
         place: joint.name,
         components,
         unit: "um",
@@ -173,15 +135,9 @@ impl Law for Sag {
         let at = |q: &[f64; 5]| {
             let body = plan.gravity_in(self.axis, q, true);
             let g = plan.gravity_in(self.axis, q, false);
-            let bent = [0, 1, 2]
-                .map(|i| self.compliance[i] * body[i].signum() * body[i].abs().powf(self.exponent));
+            let bent = [0, 1, 2].map(|i| self.compliance[i] * body[i].signum() * body[i].abs().powf(self.exponent));
             // back into the carrier's directions
-            let turn = if joint.reversed {
-                -q[self.axis]
-            } else {
-                q[self.axis]
-            }
-            .to_radians();
+            let turn = if joint.reversed { -q[self.axis] } else { q[self.axis] }.to_radians();
             let frame = super::super::kinematics::Quaternion::about(joint.direction, turn);
             let arm = frame.turn(self.centre_of_gravity);
             let torque = dot(joint.direction, cross(arm, g));
@@ -194,8 +150,7 @@ impl Law for Sag {
                 let (bent, torque) = at(&plan.axes_at(test, row as f64 * test.step_s));
                 let turned = torque - torque0;
                 for i in 0..3 {
-                    d.motion[self.axis][i] +=
-                        size * 1e-3 * (bent[i] - bent0[i] + turned * self.mesh[i]);
+                    d.motion[self.axis][i] += size * 1e-3 * (bent[i] - bent0[i] + turned * self.mesh[i]);
                 }
                 let wind = size * self.windup_arcsec_per_um * ARCSEC * turned;
                 along(d, self.axis, joint.direction, true, wind);
@@ -228,10 +183,7 @@ pub fn sag(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         mesh,
         exponent: rng.between(0.8, 1.15),
     };
-    let mut components: Vec<String> = (0..3)
-        .filter(|&i| i != own)
-        .map(|i| component(i, &joint.name))
-        .collect();
+    let mut components: Vec<String> = (0..3).filter(|&i| i != own).map(|i| component(i, &joint.name)).collect();
     components.push(component(3 + own, &joint.name));
     let (from, to) = plan.travel(axis);
     Some(Cause {
@@ -265,9 +217,7 @@ impl Law for BarLaw {
             (Some(w), true) => w.at(t) - w.at(0.0),
             _ => 1.0 - (-t / self.tau_s).exp(),
         };
-        let peak = (0..=200)
-            .map(|k| course(end_s * f64::from(k) / 200.0).abs())
-            .fold(1e-9, f64::max);
+        let peak = (0..=200).map(|k| course(end_s * f64::from(k) / 200.0).abs()).fold(1e-9, f64::max);
         for (test, list) in plan.tests.iter().zip(rows.iter_mut()) {
             for (row, d) in list.iter_mut().enumerate() {
                 let t = test.started_at_s + row as f64 * test.step_s;
@@ -290,11 +240,7 @@ pub fn bar(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         plan.temperature = Some(weather(rng));
     }
     let one = (driver == "constant").then(|| rng.below(plan.bars.len()));
-    let law = BarLaw {
-        one,
-        by_temperature: driver == "temperature",
-        tau_s: rng.log_between(300.0, 2500.0),
-    };
+    let law = BarLaw { one, by_temperature: driver == "temperature", tau_s: rng.log_between(300.0, 2500.0) };
     Some(Cause {
         effect: "bar-length",
         id: "bar-length",
@@ -302,11 +248,7 @@ pub fn bar(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         place: "bar".into(),
         components: vec!["length".into()],
         unit: "um",
-        meaning: if one.is_some() {
-            "error of the bar"
-        } else {
-            "largest expansion of the longest bar"
-        },
+        meaning: if one.is_some() { "error of the bar" } else { "largest expansion of the longest bar" },
         sizes: (0.5, 15.0),
         range: json!({"bar_mm": one.map(|i| plan.bars[i].nominal_mm)}),
         params: json!({"tau_s": law.tau_s}),

@@ -70,39 +70,20 @@ pub const KINDS: &[(&str, f64, bool, Drawer)] = &[
 
 /// Undisturbed rows of a session.
 pub fn still(plan: &Plan) -> Rows {
-    plan.tests
-        .iter()
-        .map(|t| vec![Disturbance::default(); t.rows])
-        .collect()
+    plan.tests.iter().map(|t| vec![Disturbance::default(); t.rows]).collect()
 }
 
 /// A rotary or linear axis drawn at random, preferring those that move somewhere in the session.
 fn draw_axis(rng: &mut Draw, plan: &Plan, rotary: bool) -> Option<usize> {
-    let all: Vec<usize> = (0..plan.machine.joints.len())
-        .filter(|&j| plan.machine.joints[j].rotary == rotary)
-        .collect();
-    let busy: Vec<usize> = all
-        .iter()
-        .copied()
-        .filter(|j| plan.tests.iter().any(|t| t.moving.contains(j)))
-        .collect();
-    let from = if !busy.is_empty() && rng.chance(0.9) {
-        busy
-    } else {
-        all
-    };
-    if from.is_empty() {
-        None
-    } else {
-        Some(*rng.pick(&from))
-    }
+    let all: Vec<usize> = (0..plan.machine.joints.len()).filter(|&j| plan.machine.joints[j].rotary == rotary).collect();
+    let busy: Vec<usize> = all.iter().copied().filter(|j| plan.tests.iter().any(|t| t.moving.contains(j))).collect();
+    let from = if !busy.is_empty() && rng.chance(0.9) { busy } else { all };
+    if from.is_empty() { None } else { Some(*rng.pick(&from)) }
 }
 
 /// The letter of rotation about a coordinate direction, or of the nearest one.
 fn nearest(direction: [f64; 3]) -> usize {
-    (0..3)
-        .max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()))
-        .unwrap_or(0)
+    (0..3).max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs())).unwrap_or(0)
 }
 
 /// Name of a component error: `EZ` and axis `C` give `EZC`.

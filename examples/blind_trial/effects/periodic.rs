@@ -43,20 +43,12 @@ fn harmonics(rng: &mut Draw) -> Vec<Wave> {
     let mut waves: Vec<Wave> = (2..=6)
         .map(|n| {
             let n = f64::from(n);
-            let a = if n == favourite {
-                rng.between(0.5, 1.0)
-            } else {
-                rng.between(0.0, 0.35)
-            };
+            let a = if n == favourite { rng.between(0.5, 1.0) } else { rng.between(0.0, 0.35) };
             (n, a, rng.between(0.0, TAU))
         })
         .collect();
     // rolling elements do not divide the turn
-    waves.push((
-        rng.between(7.0, 12.5),
-        rng.between(0.0, 0.1),
-        rng.between(0.0, TAU),
-    ));
+    waves.push((rng.between(7.0, 12.5), rng.between(0.0, 0.1), rng.between(0.0, TAU)));
     waves
 }
 
@@ -82,22 +74,11 @@ pub fn error_motion(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     // the size is the largest of a component over a turn
     let largest = (0..720)
         .map(|k| f64::from(k).to_radians() / 2.0)
-        .flat_map(|q| {
-            parts
-                .iter()
-                .map(move |p| sum(&p.1, q).abs())
-                .collect::<Vec<_>>()
-        })
+        .flat_map(|q| parts.iter().map(move |p| sum(&p.1, q).abs()).collect::<Vec<_>>())
         .fold(0.0, f64::max);
-    parts
-        .iter_mut()
-        .flat_map(|p| &mut p.1)
-        .for_each(|w| w.1 /= largest);
+    parts.iter_mut().flat_map(|p| &mut p.1).for_each(|w| w.1 /= largest);
     let (from, to) = plan.travel(axis);
-    let components = kinds
-        .iter()
-        .map(|&k| component(k + if rotation { 3 } else { 0 }, &joint.name))
-        .collect();
+    let components = kinds.iter().map(|&k| component(k + if rotation { 3 } else { 0 }, &joint.name)).collect();
     Some(Cause {
         effect: "rotary-error-motion",
         id: "rotary-error-motion",
@@ -109,12 +90,7 @@ pub fn error_motion(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         sizes: if rotation { (0.3, 25.0) } else { (0.2, 15.0) },
         range: json!({"axis": joint.name, "from": from, "to": to}),
         params: json!({"mode": mode, "harmonics": parts.iter().map(|p| &p.1).collect::<Vec<_>>()}),
-        law: Box::new(ErrorMotion {
-            axis,
-            rotation,
-            parts,
-            to_mm_or_rad: if rotation { ARCSEC } else { 1e-3 },
-        }),
+        law: Box::new(ErrorMotion { axis, rotation, parts, to_mm_or_rad: if rotation { ARCSEC } else { 1e-3 } }),
     })
 }
 
@@ -147,11 +123,7 @@ pub fn cyclic(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let mut waves = vec![];
     let params = if rotary {
         let teeth = *rng.pick(&[36.0, 48.0, 60.0, 72.0, 80.0, 90.0, 96.0, 120.0]);
-        let eccentricity = if rng.chance(0.5) {
-            rng.between(0.0, 0.8)
-        } else {
-            0.0
-        };
+        let eccentricity = if rng.chance(0.5) { rng.between(0.0, 0.8) } else { 0.0 };
         let flank = rng.between(0.0, 0.3);
         waves.push((teeth, 1.0, phase(rng)));
         waves.push((2.0 * teeth, flank, phase(rng)));
@@ -164,11 +136,7 @@ pub fn cyclic(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         waves.push((TAU / pitch, 1.0, phase(rng)));
         waves.push((2.0 * TAU / pitch, second, phase(rng)));
         // a bent screw modulates along its length
-        waves.push((
-            TAU / pitch + TAU / rng.between(150.0, 500.0),
-            swell,
-            phase(rng),
-        ));
+        waves.push((TAU / pitch + TAU / rng.between(150.0, 500.0), swell, phase(rng)));
         json!({"pitch_mm": pitch, "second": second, "swell": swell})
     };
     let own = if rotary { 3 } else { 0 } + "XYZABC".find(&joint.name).unwrap_or(0) % 3;
@@ -184,12 +152,7 @@ pub fn cyclic(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         sizes: if rotary { (0.2, 20.0) } else { (0.1, 6.0) },
         range: json!({"axis": joint.name, "from": from, "to": to}),
         params,
-        law: Box::new(Cyclic {
-            axis,
-            waves,
-            to_own: if rotary { 1.0 / 3600.0 } else { 1e-3 },
-            rotary,
-        }),
+        law: Box::new(Cyclic { axis, waves, to_own: if rotary { 1.0 / 3600.0 } else { 1e-3 }, rotary }),
     })
 }
 
@@ -222,11 +185,7 @@ impl Law for Vibration {
 }
 
 pub fn vibration(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
-    let axis = if rng.chance(0.6) {
-        draw_axis(rng, plan, false)
-    } else {
-        None
-    };
+    let axis = if rng.chance(0.6) { draw_axis(rng, plan, false) } else { None };
     let law = Vibration {
         axis,
         direction: rng.direction(),
@@ -239,15 +198,9 @@ pub fn vibration(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let (place, components) = match axis {
         Some(j) => {
             let name = &plan.machine.joints[j].name;
-            (
-                name.clone(),
-                vec![component("XYZ".find(name).unwrap_or(0), name)],
-            )
+            (name.clone(), vec![component("XYZ".find(name).unwrap_or(0), name)])
         }
-        None => (
-            "spindle-ball".into(),
-            ["ball-x", "ball-y", "ball-z"].map(String::from).to_vec(),
-        ),
+        None => ("spindle-ball".into(), ["ball-x", "ball-y", "ball-z"].map(String::from).to_vec()),
     };
     Some(Cause {
         effect: "vibration",

@@ -44,13 +44,7 @@ impl Law for Wear {
             for (row, d) in list.iter_mut().enumerate() {
                 let q = plan.axes_at(test, row as f64 * test.step_s)[self.axis];
                 let mm = self.sign * size * 1e-3;
-                along(
-                    d,
-                    self.axis,
-                    self.across,
-                    false,
-                    mm * (self.height(q) - zero),
-                );
+                along(d, self.axis, self.across, false, mm * (self.height(q) - zero));
                 let slope = (self.height(q + 0.5) - self.height(q - 0.5)) * mm;
                 along(d, self.axis, self.about, true, self.slope_share * slope);
             }
@@ -72,26 +66,14 @@ pub fn wear(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     // moving along `own` up a slope towards `aside` turns about their cross product
     let mut about = [0.0; 3];
     about[turns] = if (own + 1) % 3 == aside { 1.0 } else { -1.0 };
-    let slope_share = if rng.chance(0.5) {
-        rng.between(0.0, 0.6)
-    } else {
-        0.0
-    };
+    let slope_share = if rng.chance(0.5) { rng.between(0.0, 0.6) } else { 0.0 };
     let law = Wear {
         axis,
         across,
         about,
         bow,
-        centre_mm: if bow {
-            0.5 * (low + high)
-        } else {
-            rng.between(low + 0.15 * span, high - 0.15 * span)
-        },
-        width_mm: if bow {
-            span
-        } else {
-            rng.log_between(35.0, 180.0).min(1.2 * span)
-        },
+        centre_mm: if bow { 0.5 * (low + high) } else { rng.between(low + 0.15 * span, high - 0.15 * span) },
+        width_mm: if bow { span } else { rng.log_between(35.0, 180.0).min(1.2 * span) },
         skew: rng.between(-0.3, 0.3),
         slope_share,
         sign: rng.sign(),
@@ -100,10 +82,7 @@ pub fn wear(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     if slope_share > 0.0 {
         components.push(component(3 + turns, &joint.name));
     }
-    let (from, to) = (
-        law.centre_mm - law.width_mm / 2.0,
-        law.centre_mm + law.width_mm / 2.0,
-    );
+    let (from, to) = (law.centre_mm - law.width_mm / 2.0, law.centre_mm + law.width_mm / 2.0);
     Some(Cause {
         effect: "straightness",
         id: "straightness",
@@ -111,11 +90,7 @@ pub fn wear(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         place: joint.name.clone(),
         components,
         unit: "um",
-        meaning: if bow {
-            "height of the bow"
-        } else {
-            "height of the bump"
-        },
+        meaning: if bow { "height of the bow" } else { "height of the bump" },
         sizes: (0.3, 15.0),
         range: json!({"axis": joint.name, "from": from, "to": to}),
         params: json!({"form": if bow { "bow" } else { "bump" }, "centre_mm": law.centre_mm,
@@ -144,11 +119,8 @@ impl Law for Lean {
 pub fn squareness(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let sign = rng.sign();
     // turning the direction of Y about z leans it to −x, of Z about y to +x, of Z about x to −y
-    let (axis, slot, aside): (&str, &str, V3) = *rng.pick(&[
-        ("Y", "EC0Y", [-1.0, 0.0, 0.0]),
-        ("Z", "EB0Z", [1.0, 0.0, 0.0]),
-        ("Z", "EA0Z", [0.0, -1.0, 0.0]),
-    ]);
+    let (axis, slot, aside): (&str, &str, V3) =
+        *rng.pick(&[("Y", "EC0Y", [-1.0, 0.0, 0.0]), ("Z", "EB0Z", [1.0, 0.0, 0.0]), ("Z", "EA0Z", [0.0, -1.0, 0.0])]);
     let index = plan.machine.axis(axis);
     let (from, to) = plan.travel(index);
     Some(Cause {
@@ -162,10 +134,7 @@ pub fn squareness(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         sizes: (0.3, 40.0),
         range: json!({"axis": axis, "from": from, "to": to}),
         params: json!({"sign": sign}),
-        law: Box::new(Lean {
-            axis: index,
-            aside: aside.map(|x| x * sign),
-        }),
+        law: Box::new(Lean { axis: index, aside: aside.map(|x| x * sign) }),
     })
 }
 
@@ -181,8 +150,7 @@ impl Law for Scale {
         for (test, list) in plan.tests.iter().zip(rows.iter_mut()) {
             for (row, d) in list.iter_mut().enumerate() {
                 let q = plan.axes_at(test, row as f64 * test.step_s)[self.axis];
-                d.own[self.axis] +=
-                    self.sign * size * 1e-6 * q * (1.0 + self.curvature * q / 300.0);
+                d.own[self.axis] += self.sign * size * 1e-6 * q * (1.0 + self.curvature * q / 300.0);
             }
         }
     }
@@ -192,11 +160,7 @@ pub fn scale(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let axis = draw_axis(rng, plan, false)?;
     let name = plan.machine.joints[axis].name.clone();
     let (from, to) = plan.travel(axis);
-    let law = Scale {
-        axis,
-        sign: rng.sign(),
-        curvature: rng.between(-0.1, 0.1),
-    };
+    let law = Scale { axis, sign: rng.sign(), curvature: rng.between(-0.1, 0.1) };
     Some(Cause {
         effect: "linear-scale",
         id: "linear-scale",

@@ -28,11 +28,7 @@ impl Law for Slip {
                     continue;
                 }
                 let gone = 1.0 - self.creep * (-since / self.creep_tau_s).exp();
-                let to = if self.of_pivot {
-                    &mut d.pivot
-                } else {
-                    &mut d.ball
-                };
+                let to = if self.of_pivot { &mut d.pivot } else { &mut d.ball };
                 (0..3).for_each(|i| to[i] += size * 1e-3 * gone * self.direction[i]);
             }
         }
@@ -52,21 +48,13 @@ fn slip(rng: &mut Draw, plan: &Plan, of_pivot: bool) -> Option<Cause> {
     let test = &plan.tests[index];
     let mid_trace = rng.chance(0.75);
     let length_s = test.rows as f64 * test.step_s;
-    let at_s = if mid_trace {
-        test.started_at_s + rng.between(0.15, 0.85) * length_s
-    } else {
-        test.started_at_s - 2.0
-    };
+    let at_s = if mid_trace { test.started_at_s + rng.between(0.15, 0.85) * length_s } else { test.started_at_s - 2.0 };
     let law = Slip {
         of_pivot,
         seat: if of_pivot { test.pivot } else { test.ball },
         at_s,
         direction: rng.direction(),
-        creep: if rng.chance(0.5) {
-            rng.between(0.0, 0.5)
-        } else {
-            0.0
-        },
+        creep: if rng.chance(0.5) { rng.between(0.0, 0.5) } else { 0.0 },
         creep_tau_s: rng.log_between(3.0, 120.0),
     };
     let kind = if of_pivot { "pivot" } else { "ball" };

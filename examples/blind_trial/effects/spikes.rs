@@ -37,16 +37,11 @@ impl Reversal {
             let now = at(t + dt);
             let dx = now - before;
             before = now;
-            let rise = if dx == 0.0 {
-                0.0
-            } else {
-                dx / self.presliding_mm * (1.0 - friction * dx.signum())
-            };
+            let rise = if dx == 0.0 { 0.0 } else { dx / self.presliding_mm * (1.0 - friction * dx.signum()) };
             friction = (friction + rise).clamp(-1.0, 1.0);
             // the loop sees how fast the friction changes
             let push = rise / dt;
-            rate +=
-                dt * (-2.0 * self.damping * omega * rate - omega * omega * error - omega * push);
+            rate += dt * (-2.0 * self.damping * omega * rate - omega * omega * error - omega * push);
             error += dt * rate;
         }
         out
@@ -55,20 +50,9 @@ impl Reversal {
 
 impl Law for Reversal {
     fn disturb(&self, plan: &Plan, size: f64, rows: &mut Rows) {
-        let all: Vec<Option<Vec<f64>>> = plan
-            .tests
-            .iter()
-            .map(|t| {
-                t.moving
-                    .contains(&self.axis)
-                    .then(|| self.response(plan, t))
-            })
-            .collect();
-        let largest = all
-            .iter()
-            .flatten()
-            .flatten()
-            .fold(0.0f64, |a, x| a.max(x.abs()));
+        let all: Vec<Option<Vec<f64>>> =
+            plan.tests.iter().map(|t| t.moving.contains(&self.axis).then(|| self.response(plan, t))).collect();
+        let largest = all.iter().flatten().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
         if largest == 0.0 {
             return;
         }

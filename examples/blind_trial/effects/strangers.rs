@@ -30,11 +30,7 @@ impl Law for Clamp {
                 sense = (q - last_q).signum();
             }
             let late = q - sense * self.hysteresis_deg / 2.0;
-            let wanted = if (self.from_deg..self.to_deg).contains(&late) {
-                1.0
-            } else {
-                0.0
-            };
+            let wanted = if (self.from_deg..self.to_deg).contains(&late) { 1.0 } else { 0.0 };
             state = wanted + (state - wanted) * (-(step.t_s - last_t).max(0.0) / self.rise_s).exp();
             (last_q, last_t) = (q, step.t_s);
             if let Some((test, row)) = step.row {
@@ -76,10 +72,7 @@ pub fn clamp(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         id: "unknown-clamp",
         driver: "position",
         place: joint.name.clone(),
-        components: vec![
-            component(own, &joint.name),
-            component(3 + tilted, &joint.name),
-        ],
+        components: vec![component(own, &joint.name), component(3 + tilted, &joint.name)],
         unit: "um",
         meaning: "lift",
         sizes: (0.3, 15.0),
@@ -165,13 +158,7 @@ impl Law for Cross {
                 None => (side + 2.0 * dq / self.take_up).clamp(-1.0, 1.0),
             };
             if let Some((test, row)) = step.row {
-                along(
-                    &mut rows[test][row],
-                    self.moved,
-                    self.about,
-                    true,
-                    size * ARCSEC * side,
-                );
+                along(&mut rows[test][row], self.moved, self.about, true, size * ARCSEC * side);
             }
         }
     }
@@ -185,23 +172,9 @@ pub fn cross_tilt(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         return None;
     }
     let take_up = rng.log_between(0.3, 4.0);
-    let law = |about| Cross {
-        moved,
-        driver,
-        about,
-        tips_at: None,
-        take_up,
-    };
+    let law = |about| Cross { moved, driver, about, tips_at: None, take_up };
     let params = json!({"driven_by": plan.machine.joints[driver].name, "take_up": take_up});
-    Some(tilting(
-        plan,
-        rng,
-        moved,
-        "unknown-cross-tilt",
-        "direction",
-        params,
-        law,
-    ))
+    Some(tilting(plan, rng, moved, "unknown-cross-tilt", "direction", params, law))
 }
 
 pub fn load(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
@@ -211,27 +184,10 @@ pub fn load(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     if span < 40.0 {
         return None;
     }
-    let tips = (
-        rng.between(low + 0.25 * span, high - 0.25 * span),
-        rng.log_between(1.0, 12.0),
-    );
-    let law = |about| Cross {
-        moved,
-        driver: moved,
-        about,
-        tips_at: Some(tips),
-        take_up: 1.0,
-    };
+    let tips = (rng.between(low + 0.25 * span, high - 0.25 * span), rng.log_between(1.0, 12.0));
+    let law = |about| Cross { moved, driver: moved, about, tips_at: Some(tips), take_up: 1.0 };
     let params = json!({"tips_at_mm": tips.0, "width_mm": tips.1});
-    Some(tilting(
-        plan,
-        rng,
-        moved,
-        "unknown-load",
-        "position",
-        params,
-        law,
-    ))
+    Some(tilting(plan, rng, moved, "unknown-load", "position", params, law))
 }
 
 fn tilting(
@@ -280,8 +236,7 @@ impl Law for Beat {
             for (row, d) in list.iter_mut().enumerate() {
                 let t = row as f64 * test.step_s;
                 let q = plan.axes_at(test, t)[self.axis];
-                let ripple = (TAU * self.per_unit * q).sin()
-                    * (TAU * self.hz * (test.started_at_s + t)).sin();
+                let ripple = (TAU * self.per_unit * q).sin() * (TAU * self.hz * (test.started_at_s + t)).sin();
                 d.own[self.axis] += size * self.to_own * ripple;
             }
         }

@@ -20,8 +20,7 @@ impl Law for Lag {
                 let t = row as f64 * test.step_s;
                 let at = |late: f64| plan.axes_at(test, t - late)[self.axis];
                 // two dead times average to a soft one
-                let lagged =
-                    (1.0 - self.soft) * at(late_s) + self.soft * 0.5 * (at(0.0) + at(2.0 * late_s));
+                let lagged = (1.0 - self.soft) * at(late_s) + self.soft * 0.5 * (at(0.0) + at(2.0 * late_s));
                 d.own[self.axis] += lagged - at(0.0);
             }
         }
@@ -33,10 +32,7 @@ pub fn lag(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let axis = draw_axis(rng, plan, rotary)?;
     let name = plan.machine.joints[axis].name.clone();
     let own = if rotary { 3 } else { 0 } + "XYZABC".find(&name)? % 3;
-    let law = Lag {
-        axis,
-        soft: rng.between(0.0, 1.0),
-    };
+    let law = Lag { axis, soft: rng.between(0.0, 1.0) };
     Some(Cause {
         effect: "servo-lag",
         id: "servo-lag",
@@ -65,10 +61,7 @@ impl Law for Latency {
                 let t = row as f64 * test.step_s;
                 // the recorder's cycle beats with the sampling
                 let beat = 1.0 + self.jitter * (std::f64::consts::TAU * 0.37 * t).sin();
-                let (now, then) = (
-                    plan.axes_at(test, t),
-                    plan.axes_at(test, t + self.sign * size * 1e-3 * beat),
-                );
+                let (now, then) = (plan.axes_at(test, t), plan.axes_at(test, t + self.sign * size * 1e-3 * beat));
                 for j in 0..now.len() {
                     d.own[j] += then[j] - now[j];
                 }
@@ -78,10 +71,7 @@ impl Law for Latency {
 }
 
 pub fn latency(rng: &mut Draw, _plan: &mut Plan) -> Option<Cause> {
-    let law = Latency {
-        sign: if rng.chance(0.8) { 1.0 } else { -1.0 },
-        jitter: rng.between(0.0, 0.1),
-    };
+    let law = Latency { sign: if rng.chance(0.8) { 1.0 } else { -1.0 }, jitter: rng.between(0.0, 0.1) };
     Some(Cause {
         effect: "trigger-latency",
         id: "trigger-latency",
