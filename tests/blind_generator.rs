@@ -297,3 +297,85 @@ fn law(plan: &Plan, effect: &Value) -> Box<dyn effects::Law> {
         _ => panic!("no law for {id}"),
     }
 }
+
+/// The library's `simulate` on machines and sessions of every family drawn here, with true errors in the files.
+#[test]
+fn simulate_agrees_with_the_generator() {
+    let mut worst = 0.0f64;
+    let mut rows = 0;
+    for seed in 0..24 {
+        let rng = &mut Draw::seeded(seed, 3);
+        let machine = machines::draw(rng);
+        let manner = Manner { density: 0.08, ..Manner::draw(rng) };
+        let design = *rng.pick(&["bidirectional", "synchronous", "planar", "mixed"]);
+        let mut plan = build(&machine, design, &manner, rng);
+        // places as the file will print them
+        for seat in plan.pivots.iter_mut().chain(plan.balls.iter_mut()) {
+            seat.ball.at = seat.ball.at.map(|x| ((x + 0.03 * rng.normal()) * 1e6).round() / 1e6);
+        }
+        let mut location = nuisance::draw_location(&machine, rng);
+        for (axis, slot) in [("Y", 5), ("Z", 4), ("Z", 3)] {
+            location[machine.axis(axis)][slot] = 20.0 * ARCSEC * rng.normal();
+        }
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        let dummies = plan.tests.iter().map(|t| vec![Some(plan.bars[t.bar].calibrated_mm); t.rows]).collect();
+        let mut made = recordings::recordings(&plan, dummies, || 0.0);
+        round(&mut made);
+        let order: Vec<usize> = (0..plan.tests.len()).collect();
+        recordings::write(folder.path(), "exact", &plan, &order, &made).expect("session written");
+        let with_errors = machine_with_errors(&machine, &location);
+        std::fs::write(folder.path().join("machine.yaml"), with_errors).expect("machine written");
+        let out = folder.path().join("out");
+        let run = assert_cmd::Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+            .args([
+                "simulate".as_ref(),
+                folder.path().join("session.yaml").as_os_str(),
+                "--out".as_ref(),
+                out.as_os_str(),
+            ])
+            .output()
+            .expect("simulate runs");
+        assert!(run.status.success(), "seed {seed}: {}", String::from_utf8_lossy(&run.stderr));
+        for (test, recording) in plan.tests.iter().zip(&made) {
+            let text = std::fs::read_to_string(out.join(format!("{}.csv", test.name))).expect("simulated recording");
+            let setup = visibility::setup(&plan, test);
+            for (row, line) in text.lines().skip(1).enumerate() {
+                let simulated: f64 = line.split(',').next_back().expect("length").parse().expect("number");
+                let q = recording.axes(row);
+                let here = distance(&machine, &location, &setup, &q, &Disturbance::default());
+                worst = worst.max((simulated - here).abs());
+                rows += 1;
+            }
+        }
+        assert!(worst < 2e-9, "seed {seed} {} {design}: {worst:e} mm apart", machine.code);
+    }
+    println!("{rows} rows on 24 machines, worst {worst:.2e} mm");
+    assert!(rows > 10_000);
+}
+
+/// Positions to the digits that files hold.
+fn round(made: &mut [recordings::Recording]) {
+    for recording in made {
+        recording.columns.iter_mut().flat_map(|c| &mut c.1).for_each(|x| *x = (*x * 1e5).round() / 1e5);
+        recording.standing.iter_mut().for_each(|s| s.1 = (s.1 * 1e6).round() / 1e6);
+    }
+}
+
+fn machine_with_errors(machine: &kinematics::Machine, location: &Location) -> String {
+    let mut text = recordings::machine_yaml(machine);
+    for (j, joint) in machine.joints.iter().enumerate() {
+        let errors: Vec<String> = (0..6)
+            .filter(|&c| location[j][c] != 0.0)
+            .map(|c| {
+                let (value, unit) =
+                    if c < 3 { (location[j][c] * 1e3, "um") } else { (location[j][c] / ARCSEC, "arcsec") };
+                format!("{}0{}: {value:.12} {unit}", COMPONENTS[c], joint.name)
+            })
+            .collect();
+        if !errors.is_empty() {
+            let line = format!("  {}: {{", joint.name);
+            text = text.replace(&line, &format!("{line}errors: {{{}}}, ", errors.join(", ")));
+        }
+    }
+    text
+}
