@@ -180,7 +180,8 @@ fn placed(seats: &mut Vec<Placed>, ball: Ball, spread_mm: f64) -> usize {
 
 /// Sampling interval of a usual recorder rate that gives about `rows` rows.
 fn step_for(duration_s: f64, rows: f64) -> f64 {
-    const RATES_HZ: &[f64] = &[5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 80.0, 100.0, 125.0];
+    const RATES_HZ: &[f64] =
+        &[1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 80.0, 100.0, 125.0];
     let best = RATES_HZ
         .iter()
         .min_by(|a, b| ((duration_s * **a / rows).ln().abs()).total_cmp(&(duration_s * **b / rows).ln().abs()))
