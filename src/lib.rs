@@ -16,6 +16,7 @@
 //! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
+//! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
@@ -27,6 +28,7 @@ pub mod effects;
 pub mod identify;
 pub mod load;
 pub mod machine;
+pub mod methods;
 pub mod report;
 pub mod session;
 pub mod simulate;

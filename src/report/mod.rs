@@ -4,6 +4,7 @@ pub mod fit;
 mod number;
 pub mod polar;
 pub mod table;
+pub mod thesis;
 mod yaml;
 
 pub use yaml::{machine_yaml, session_yaml};

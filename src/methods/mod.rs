@@ -1,0 +1,41 @@
+//! The thesis's own estimators and the figures of planar circles: closed formulas, test by test. Not the least-squares fit.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `circle_fit` | the algebraic circle fit of section 4.2 |
+//! | `turning` | a sweep of any rotary axis as a circle in its turning plane (start position, cone reduction) |
+//! | `runs` | repeat runs, averaged with their standard deviation |
+//! | `thesis` | chapters 4, 5 and 6: which tests, which differences give which error |
+//! | `compensated` | traces with the found errors taken out, as in Figs 4.6–4.8 |
+//!
+//! What each approximation costs is measured in `tests/thesis_methods.rs` and told in `docs/methods.md`.
+
+mod circle_fit;
+mod compensated;
+mod runs;
+mod thesis;
+mod turning;
+
+pub use circle_fit::{FittedCircle, fit_circle};
+pub use compensated::CompensatedTrace;
+pub use runs::{Bar, Runs, Scatter};
+pub use thesis::{ThesisEstimate, ThesisMethod, ThesisValue, chapter4, chapter5, chapter6};
+pub use turning::{TurningCircle, turning_axis, turning_circle};
+
+use crate::session::MotionError;
+
+/// Why a method cannot be applied to a session.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MethodError {
+    /// The machine is not of the kind whose formulas these are.
+    #[error("the thesis's formulas do not hold for {code}: {reason}; use the fit (leave --method out)")]
+    Machine { code: String, reason: String },
+    /// A test of the design is not in the session.
+    #[error("{method} needs {wanted}; the session has {found}. Record the missing test, or leave --method out")]
+    MissingTest { method: ThesisMethod, wanted: String, found: String },
+    /// A test is there but cannot be used.
+    #[error("test '{test}' {reason}")]
+    Test { test: String, reason: String },
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+}

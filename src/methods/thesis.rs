@@ -1,0 +1,372 @@
+//! The thesis's methods of chapters 4, 5 and 6 for a tilting rotary table: from mean circles to location errors.
+//!
+//! A sweep tells where its axis pierces the turning plane of the standing ball (`turning`). Two sweeps whose standing
+//! balls are at s₁ and s₂ along the axis tell the axis as a line: with c₁, c₂ the two centres (eq. 4.2–4.5)
+//!
+//! ```text
+//! slope = (c₂ − c₁)/(s₂ − s₁)        place at the origin = c₁ − slope·s₁
+//! axis along X:  EY0 = place_y, EZ0 = place_z,  EC0 = atan slope_y,  EB0 = −atan slope_z
+//! axis along Y:  EZ0 = place_z, EX0 = place_x,  EA0 = atan slope_z,  EC0 = −atan slope_x
+//! axis along Z:  EX0 = place_x, EY0 = place_y,  EB0 = atan slope_x,  EA0 = −atan slope_y
+//! ```
+//!
+//! | | chapter 4 | chapter 5 | chapter 6 |
+//! |---|---|---|---|
+//! | s₁, s₂ | short bar; extended bar (spindle ball moved by D along the axis) | the same | short bar at two positions |
+//! | pivot | mounted once for each axis | one mounting for all four tests | mounted for each position |
+//! | outer axis's position errors taken out of the inner's | yes | yes | yes |
+//! | outer axis's orientation errors taken out of the inner's | no | no | yes |
+//!
+//! The inner axis is carried by the outer: its sweeps at outer = 0 see both errors as a sum. What chapters 4 and 5
+//! leave in is stated as a remark. Pairings and signs are those of the machine's HTMs, where chapters 4, 5 and section
+//! 6.1.2 of the thesis contradict each other (docs/methods.md). All places are relative to the spindle ball.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use super::MethodError;
+use super::compensated::{CompensatedTrace, compensated};
+use super::runs::{Bar, Runs, Scatter};
+use crate::chain::{Branch, Chain};
+use crate::machine::{AxisKind, Component, ErrorName, Machine};
+use crate::session::{Motion, Session};
+
+/// One of the thesis's methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ThesisMethod {
+    /// Two pivot mountings, each axis tested with the short and the extended bar.
+    Chapter4,
+    /// One pivot mounting for all four tests.
+    Chapter5,
+    /// Each axis tested with the short bar at two positions along it.
+    Chapter6,
+}
+
+impl fmt::Display for ThesisMethod {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            ThesisMethod::Chapter4 => "chapter4",
+            ThesisMethod::Chapter5 => "chapter5",
+            ThesisMethod::Chapter6 => "chapter6",
+        })
+    }
+}
+
+/// One location error as a method finds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThesisValue {
+    pub name: ErrorName,
+    /// mm or rad.
+    pub value: f64,
+    /// Standard deviation of one set of runs, mm or rad; `None` without repeats.
+    pub run_deviation: Option<f64>,
+    /// Standard deviation of the mean of all runs, mm or rad: repeatability alone, setups are not in it.
+    pub mean_deviation: Option<f64>,
+    /// Error of the outer axis that the method leaves in this value.
+    pub holds: Option<ErrorName>,
+}
+
+/// Result of one method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThesisEstimate {
+    pub method: ThesisMethod,
+    /// Outer axis first, positions before orientations.
+    pub values: Vec<ThesisValue>,
+    /// The tests used: for the outer and the inner axis the circles at s₁ and at s₂.
+    pub runs: Vec<Runs>,
+    /// Every used test with the found errors taken out.
+    pub traces: Vec<CompensatedTrace>,
+    /// What a reader must know beside the numbers.
+    pub remarks: Vec<String>,
+}
+
+/// Chapter 4: the short and the extended bar on each axis, the pivot mounted once for each axis.
+pub fn chapter4(session: &Session) -> Result<ThesisEstimate, MethodError> {
+    estimate(session, ThesisMethod::Chapter4)
+}
+
+/// Chapter 5: the same four tests from one pivot mounting.
+pub fn chapter5(session: &Session) -> Result<ThesisEstimate, MethodError> {
+    estimate(session, ThesisMethod::Chapter5)
+}
+
+/// Chapter 6: the short bar at two positions along each axis.
+pub fn chapter6(session: &Session) -> Result<ThesisEstimate, MethodError> {
+    estimate(session, ThesisMethod::Chapter6)
+}
+
+/// Shortest distance between two positions along an axis that give its direction, mm.
+const APART_MM: f64 = 10.0;
+/// Largest angle of the outer axis in the inner axis's tests, rad.
+const OUTER_AT_ZERO_RAD: f64 = 1e-4;
+
+fn estimate(session: &Session, method: ThesisMethod) -> Result<ThesisEstimate, MethodError> {
+    let machine = &session.machine;
+    let chain = Chain::of(machine);
+    let [outer, inner] = table_axes(machine, &chain)?;
+    let all = Runs::of(session, &chain)?;
+    let [outer_runs, inner_runs] = choose(session, method, [outer, inner], &all)?;
+    for circle in inner_runs.iter().flat_map(|runs| &runs.circles) {
+        outer_at_zero(session, &chain, circle.test, outer)?;
+    }
+    let outer_line = AxisLine::through(machine, outer, outer_runs);
+    let seen_line = AxisLine::through(machine, inner, inner_runs);
+    let take_out = |part: Part| outer_line.carried(part, &seen_line);
+    let placed = seen_line.less(&take_out(Part::Place));
+    let inner_line = match method {
+        ThesisMethod::Chapter4 | ThesisMethod::Chapter5 => placed,
+        ThesisMethod::Chapter6 => placed.less(&take_out(Part::Turn)),
+    };
+    let mut values = outer_line.values(machine, outer);
+    values.extend(inner_line.values(machine, inner));
+    let mut remarks = Vec::new();
+    if method != ThesisMethod::Chapter6 {
+        leave_in(machine, [outer, inner], &mut values, &mut remarks);
+    }
+    let spindle = &session.tests[outer_runs[0].circles[0].test].spindle_ball;
+    remarks.push(format!(
+        "places are relative to the spindle ball on {}: an error of its place adds to every position error",
+        spindle.link
+    ));
+    let used: Vec<Runs> = [outer_runs, inner_runs].into_iter().flatten().cloned().collect();
+    let unused: Vec<String> =
+        all.iter().filter(|runs| !used.contains(runs)).map(|runs| described(machine, runs)).collect();
+    if !unused.is_empty() {
+        remarks.push(format!("not used by {method}: {}", unused.join("; ")));
+    }
+    let traces = compensated(session, &chain, &values, &used)?;
+    Ok(ThesisEstimate { method, values, runs: used, traces, remarks })
+}
+
+/// The two rotary axes of a tilting rotary table, outer first.
+fn table_axes(machine: &Machine, chain: &Chain) -> Result<[usize; 2], MethodError> {
+    let refuse = |reason: String| MethodError::Machine { code: machine.code.to_string(), reason };
+    let rotary = |axis: &usize| machine.axes[*axis].kind == AxisKind::Rotary;
+    let table: Vec<usize> = chain.branch(Branch::Workpiece).iter().copied().filter(rotary).collect();
+    let [outer, inner] = table[..] else {
+        return Err(refuse(format!(
+            "it has {} rotary axes between bed and workpiece, and they are for the two of a tilting rotary table",
+            table.len()
+        )));
+    };
+    for axis in [outer, inner] {
+        if machine.axes[axis].coordinate_direction().is_none() {
+            return Err(refuse(format!("axis {} is inclined", machine.axes[axis].name)));
+        }
+    }
+    if machine.axes[outer].coordinate_direction() == machine.axes[inner].coordinate_direction() {
+        return Err(refuse("its two rotary axes are parallel".into()));
+    }
+    Ok([outer, inner])
+}
+
+/// The two groups of runs of each axis that a method asks for.
+fn choose<'a>(
+    session: &Session,
+    method: ThesisMethod,
+    axes: [usize; 2],
+    all: &'a [Runs],
+) -> Result<[[&'a Runs; 2]; 2], MethodError> {
+    let machine = &session.machine;
+    let found = || match all {
+        [] => "no recorded sweep of a single rotary axis with one ball on it and the other on its line".to_string(),
+        _ => all.iter().map(|runs| described(machine, runs)).collect::<Vec<_>>().join("; "),
+    };
+    let missing = |wanted: String| MethodError::MissingTest { method, wanted, found: found() };
+    let of = |axis: usize, bar: Bar| all.iter().filter(move |runs| runs.axis == axis && runs.bar == bar);
+    let first = |axis: usize, bar: Bar, pivot: Option<usize>| {
+        let what = match bar {
+            Bar::Short => "without extension (both balls in the turning plane)",
+            Bar::Extended => "with extension (the spindle ball moved along the axis)",
+        };
+        of(axis, bar).find(|runs| pivot.is_none_or(|pivot| runs.pivot == pivot)).ok_or_else(|| {
+            let same = if pivot.is_some() { " from the same pivot mounting" } else { "" };
+            missing(format!("a test of {} {what}{same}", machine.axes[axis].name))
+        })
+    };
+    let two_bars = |axis: usize, pivot: Option<usize>| -> Result<[&Runs; 2], MethodError> {
+        let short = first(axis, Bar::Short, pivot)?;
+        Ok([short, first(axis, Bar::Extended, Some(short.pivot))?])
+    };
+    match method {
+        ThesisMethod::Chapter4 => Ok([two_bars(axes[0], None)?, two_bars(axes[1], None)?]),
+        ThesisMethod::Chapter5 => {
+            let outer = two_bars(axes[0], None)?;
+            Ok([outer, two_bars(axes[1], Some(outer[0].pivot))?])
+        }
+        ThesisMethod::Chapter6 => {
+            let two_places = |axis: usize| -> Result<[&Runs; 2], MethodError> {
+                let low = of(axis, Bar::Short).min_by(|a, b| a.at_mm.total_cmp(&b.at_mm));
+                let high = of(axis, Bar::Short).max_by(|a, b| a.at_mm.total_cmp(&b.at_mm));
+                match (low, high) {
+                    (Some(low), Some(high)) if high.at_mm - low.at_mm >= APART_MM => Ok([low, high]),
+                    _ => Err(missing(format!(
+                        "tests of {} without extension at two positions along it, at least {APART_MM} mm apart",
+                        machine.axes[axis].name
+                    ))),
+                }
+            };
+            Ok([two_places(axes[0])?, two_places(axes[1])?])
+        }
+    }
+}
+
+/// A group of runs in words, for messages.
+fn described(machine: &Machine, runs: &Runs) -> String {
+    let bar = match runs.bar {
+        Bar::Short => "without extension",
+        Bar::Extended => "with extension",
+    };
+    let count = runs.circles.len();
+    let plural = if count == 1 { "run" } else { "runs" };
+    format!("{} {bar} at {:.1} mm ({count} {plural})", machine.axes[runs.axis].name, runs.at_mm)
+}
+
+fn outer_at_zero(session: &Session, chain: &Chain, test: usize, outer: usize) -> Result<(), MethodError> {
+    let test = &session.tests[test];
+    let stands_at = Motion::of(session, chain, test)?.row(0)[outer];
+    if stands_at.abs() > OUTER_AT_ZERO_RAD {
+        return Err(MethodError::Test {
+            test: test.name.clone(),
+            reason: format!(
+                "has {} at {:.3}°; the thesis's formulas hold at 0°",
+                session.machine.axes[outer].name,
+                stands_at.to_degrees()
+            ),
+        });
+    }
+    Ok(())
+}
+
+/// Place or direction of an axis.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    Place,
+    Turn,
+}
+
+/// An axis as a line: displacement at its origin and turn, each with its scatter; R's directions.
+#[derive(Clone)]
+struct AxisLine {
+    direction: Vector3<f64>,
+    origin: Vector3<f64>,
+    /// mm.
+    place: Vector3<f64>,
+    place_scatter: [Scatter; 3],
+    /// rad.
+    turn: Vector3<f64>,
+    turn_scatter: [Scatter; 3],
+}
+
+impl AxisLine {
+    /// The line through two centres.
+    fn through(machine: &Machine, axis: usize, runs: [&Runs; 2]) -> AxisLine {
+        let axis = &machine.axes[axis];
+        let along = axis.coordinate_direction().unwrap_or(2);
+        // s grows along the axis's direction, which may be the negative coordinate
+        let distance_mm = runs[1].at_mm - runs[0].at_mm;
+        let weight = runs[0].at_mm / distance_mm;
+        let zero = Scatter { of_one_run: Some(0.0), of_mean: Some(0.0) };
+        let mut line = AxisLine {
+            direction: axis.direction,
+            origin: axis.origin,
+            place: Vector3::zeros(),
+            place_scatter: [zero; 3],
+            turn: Vector3::zeros(),
+            turn_scatter: [zero; 3],
+        };
+        for k in 0..2 {
+            let coordinate = (along + 1 + k) % 3;
+            let (near, far) = (runs[0].centre_mm[k], runs[1].centre_mm[k]);
+            let (near_scatter, far_scatter) = (runs[0].centre_scatter[k], runs[1].centre_scatter[k]);
+            let slope = (far - near) / distance_mm;
+            line.place[coordinate] = near - slope * runs[0].at_mm;
+            line.place_scatter[coordinate] = Scatter::combined(&[(1.0 + weight, near_scatter), (-weight, far_scatter)]);
+            // ε = d × slope: the first coordinate's slope turns about the second and the other way round
+            let unit = Vector3::from_fn(|row, _| if row == coordinate { 1.0 } else { 0.0 });
+            let about = axis.direction.cross(&unit);
+            let turned = about.iamax();
+            line.turn[turned] = slope.atan() * about[turned];
+            line.turn_scatter[turned] =
+                Scatter::combined(&[(1.0 / distance_mm, near_scatter), (1.0 / distance_mm, far_scatter)]);
+        }
+        line
+    }
+
+    /// What this outer axis's place or turn does to the line of an axis that it carries, across that axis.
+    fn carried(&self, part: Part, inner: &AxisLine) -> AxisLine {
+        let lever = inner.origin - self.origin;
+        let (place, turn) = match part {
+            Part::Place => (self.place, Vector3::zeros()),
+            Part::Turn => (self.turn.cross(&lever), self.turn),
+        };
+        let across = |vector: Vector3<f64>| vector - inner.direction * inner.direction.dot(&vector);
+        let zero = Scatter { of_one_run: Some(0.0), of_mean: Some(0.0) };
+        let (mut place_scatter, mut turn_scatter) = ([zero; 3], [zero; 3]);
+        match part {
+            Part::Place => place_scatter = self.place_scatter,
+            Part::Turn => {
+                turn_scatter = self.turn_scatter;
+                for k in 0..3 {
+                    let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+                    place_scatter[k] = Scatter::combined(&[
+                        (lever[last], self.turn_scatter[next]),
+                        (-lever[next], self.turn_scatter[last]),
+                    ]);
+                }
+            }
+        }
+        AxisLine { place: across(place), turn: across(turn), place_scatter, turn_scatter, ..inner.clone() }
+    }
+
+    fn less(&self, other: &AxisLine) -> AxisLine {
+        let both =
+            |a: [Scatter; 3], b: [Scatter; 3]| [0, 1, 2].map(|k| Scatter::combined(&[(1.0, a[k]), (-1.0, b[k])]));
+        AxisLine {
+            place: self.place - other.place,
+            turn: self.turn - other.turn,
+            place_scatter: both(self.place_scatter, other.place_scatter),
+            turn_scatter: both(self.turn_scatter, other.turn_scatter),
+            ..self.clone()
+        }
+    }
+
+    /// Location errors of the axis's slots.
+    fn values(&self, machine: &Machine, axis: usize) -> Vec<ThesisValue> {
+        let value = |component: Component| {
+            let k = component.direction_index();
+            let (value, scatter) = match component.is_angle() {
+                false => (self.place[k], self.place_scatter[k]),
+                true => (self.turn[k], self.turn_scatter[k]),
+            };
+            ThesisValue {
+                name: ErrorName::location(component, &machine.axes[axis].name),
+                value,
+                run_deviation: scatter.of_one_run.map(f64::sqrt),
+                mean_deviation: scatter.of_mean.map(f64::sqrt),
+                holds: None,
+            }
+        };
+        machine.axes[axis].slots().into_iter().map(value).collect()
+    }
+}
+
+/// Marks the inner axis's orientation errors in which chapters 4 and 5 leave the outer axis's.
+fn leave_in(machine: &Machine, axes: [usize; 2], values: &mut [ThesisValue], remarks: &mut Vec<String>) {
+    let [outer, inner] = axes.map(|axis| machine.axes[axis].name.as_str());
+    for component in machine.axes[axes[0]].slots().into_iter().filter(|component| component.is_angle()) {
+        let left = ErrorName::location(component, outer);
+        let into = ErrorName::location(component, inner);
+        let Some(outer_value) = values.iter().find(|value| value.name == left).map(|value| value.value) else {
+            continue;
+        };
+        let Some(holder) = values.iter_mut().find(|value| value.name == into) else { continue };
+        let unit = component.measure().output_unit();
+        remarks.push(format!(
+            "{into} holds {left}, which chapters 4 and 5 leave in: with it taken out as in chapter 6, {into} = {:.2} {unit}",
+            component.measure().to_output(holder.value - outer_value)
+        ));
+        holder.holds = Some(left);
+    }
+}
