@@ -134,7 +134,7 @@ fn reconstructed_sessions_come_out_within_their_noise_and_spindle_ball() {
     for (chapter, method) in METHODS {
         let session = session(chapter);
         let estimate = method(&session).unwrap();
-        println!("{}", report::thesis::table(&estimate, &session));
+        println!("{}", report::thesis::thesis_text(&estimate, &session));
         let truth = truth(chapter);
         let ball = &truth["spindle_balls"][0]["error_um"];
         let mut worst = [0.0f64; 2];
@@ -162,7 +162,7 @@ fn reconstructed_sessions_come_out_within_their_noise_and_spindle_ball() {
             let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt() * 1e3;
             assert!(rms(&trace.residual_mm) < 0.6, "{}: {}", trace.test, rms(&trace.residual_mm));
         }
-        let json = report::thesis::json(&estimate, &session);
+        let json = report::thesis::thesis_json(&estimate, &session);
         assert_eq!(json["location_errors"].as_object().unwrap().len(), 8);
         assert_eq!(json["location_errors"]["EB0A"]["unit"], "arcsec");
     }

@@ -308,13 +308,13 @@ impl AxisLine {
             Part::Place => place_scatter = self.place_scatter,
             Part::Turn => {
                 turn_scatter = self.turn_scatter;
-                for k in 0..3 {
+                place_scatter = [0, 1, 2].map(|k| {
                     let (next, last) = ((k + 1) % 3, (k + 2) % 3);
-                    place_scatter[k] = Scatter::combined(&[
+                    Scatter::combined(&[
                         (lever[last], self.turn_scatter[next]),
                         (-lever[next], self.turn_scatter[last]),
-                    ]);
-                }
+                    ])
+                });
             }
         }
         AxisLine { place: across(place), turn: across(turn), place_scatter, turn_scatter, ..inner.clone() }

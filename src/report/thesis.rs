@@ -4,77 +4,74 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
+use super::table::Table;
 use crate::methods::{Bar, CompensatedTrace, Runs, ThesisEstimate, ThesisValue};
 use crate::session::Session;
 use crate::units::UM_PER_MM;
 
 /// Results, circles and remarks as text for a terminal.
-pub fn table(estimate: &ThesisEstimate, session: &Session) -> String {
+pub fn thesis_text(estimate: &ThesisEstimate, session: &Session) -> String {
     let mut text = format!("{}: {} by the thesis's {}\n\n", session.machine.name, session.name, estimate.method);
-    let _ = writeln!(text, "  {:<8}{:>10}  {:<7}{:>10}{:>12}", "error", "value", "unit", "sd of run", "sd of mean");
+    let mut results = Table::new(&["error", "value", "unit", "sd of run", "sd of mean", "holds"]);
     for value in &estimate.values {
         let measure = value.name.component.measure();
         let deviation = |value: Option<f64>| value.map_or("–".into(), |sd| format!("{:.2}", measure.to_output(sd)));
-        let _ = writeln!(
-            text,
-            "  {:<8}{:>10.2}  {:<7}{:>10}{:>12}{}",
+        results.row(vec![
             value.name.to_string(),
-            measure.to_output(value.value),
-            measure.output_unit(),
+            format!("{:+.2}", measure.to_output(value.value)),
+            measure.output_unit().into(),
             deviation(value.run_deviation),
             deviation(value.mean_deviation),
-            value.holds.as_ref().map_or(String::new(), |held| format!("   holds {held}"))
-        );
+            value.holds.as_ref().map_or(String::new(), ToString::to_string),
+        ]);
     }
-    let _ = writeln!(
-        text,
-        "\n  circles in the turning plane, mean of all runs\n  {:<6}{:<11}{:>10}{:>6}{:>24}{:>14}{:>9}",
-        "axis", "bar", "at mm", "runs", "centre µm (sd of run)", "radius mm", "rms µm"
-    );
+    text.push_str(&results.text());
+    text.push_str("\ncircles in the turning plane, mean of all runs (± standard deviation of a run)\n");
+    let mut circles = Table::new(&["axis", "bar", "at mm", "runs", "centre µm", "", "radius mm", "rms µm"]);
     for runs in &estimate.runs {
-        let [first, second] = [0, 1].map(|k| {
-            let deviation = runs.centre_scatter[k]
-                .of_one_run
-                .map_or("–".into(), |variance| format!("{:.2}", variance.sqrt() * UM_PER_MM));
-            format!("{:.2} ({deviation})", runs.centre_mm[k] * UM_PER_MM)
-        });
-        let _ = writeln!(
-            text,
-            "  {:<6}{:<11}{:>10.2}{:>6}{:>30}{:>14.4}{:>9.2}",
-            session.machine.axes[runs.axis].name,
-            bar_word(runs),
-            runs.at_mm,
-            runs.circles.len(),
-            format!("{first}  {second}"),
-            runs.radius_mm,
-            mean_rms_um(runs)
-        );
+        let centre = |k: usize| {
+            let deviation = runs.centre_scatter[k].of_one_run;
+            let deviation = deviation.map_or(String::new(), |variance| format!(" ±{:.2}", variance.sqrt() * UM_PER_MM));
+            format!("{} {:+.2}{deviation}", coordinate(runs, k), runs.centre_mm[k] * UM_PER_MM)
+        };
+        circles.row(vec![
+            session.machine.axes[runs.axis].name.clone(),
+            bar_word(runs).into(),
+            format!("{:+.2}", runs.at_mm),
+            runs.circles.len().to_string(),
+            centre(0),
+            centre(1),
+            format!("{:.4}", runs.radius_mm),
+            format!("{:.2}", mean_rms_um(runs)),
+        ]);
     }
-    let _ = writeln!(
-        text,
-        "\n  {:<24}{:>14}{:>16}{:>14}",
-        "test, deviation µm", "as measured", "compensated", "residual rms"
-    );
+    text.push_str(&circles.text());
+    text.push_str("\ndeviations, largest minus smallest, and what the circles leave\n");
+    let mut traces = Table::new(&["test", "measured µm", "compensated µm", "residual rms µm"]);
     for trace in &estimate.traces {
-        let _ = writeln!(
-            text,
-            "  {:<24}{:>14.2}{:>16.2}{:>14.2}",
-            trace.test,
-            range_um(&trace.measured_mm),
-            range_um(&trace.compensated_mm),
-            rms_um(&trace.residual_mm)
-        );
+        traces.row(vec![
+            trace.test.clone(),
+            format!("{:.2}", range_um(&trace.measured_mm)),
+            format!("{:.2}", range_um(&trace.compensated_mm)),
+            format!("{:.2}", rms_um(&trace.residual_mm)),
+        ]);
     }
-    let _ =
-        writeln!(text, "  (range from smallest to largest; the pivot's own placement is a constant and not in it)\n");
+    text.push_str(&traces.text());
+    text.push('\n');
     for remark in &estimate.remarks {
-        let _ = writeln!(text, "  note: {remark}");
+        let _ = writeln!(text, "note: {remark}");
     }
     text
 }
 
+/// Letter of a coordinate of the turning plane.
+fn coordinate(runs: &Runs, k: usize) -> char {
+    let along = runs.circles.first().map_or(0, |circle| circle.plane[k].iamax());
+    ['X', 'Y', 'Z'][along % 3]
+}
+
 /// The whole estimate as JSON; lengths in µm and angles in arcsec where the key or `unit` says so.
-pub fn json(estimate: &ThesisEstimate, session: &Session) -> Value {
+pub fn thesis_json(estimate: &ThesisEstimate, session: &Session) -> Value {
     let errors: serde_json::Map<String, Value> =
         estimate.values.iter().map(|value| (value.name.to_string(), value_json(value))).collect();
     json!({

@@ -2,12 +2,16 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use fiveaxis::identify::{Options, identify, parse_free};
 use fiveaxis::load::load_session;
+use fiveaxis::methods::{ThesisEstimate, chapter4, chapter5, chapter6};
 use fiveaxis::report::fit::{fit_json, fit_text};
+use fiveaxis::report::thesis::{thesis_json, thesis_text};
+use fiveaxis::session::Session;
 
 use super::Refusal;
+use super::output::print;
 
 /// Arguments of `identify`.
 #[derive(Args)]
@@ -20,20 +24,48 @@ pub struct Arguments {
     /// Location errors to fit: names (EX0C,EY0C) or groups (rotary, squareness, linear, zero, all)
     #[arg(long)]
     free: Option<String>,
+    /// The thesis's own estimators in place of the fit
+    #[arg(long, value_enum, conflicts_with = "free")]
+    method: Option<Method>,
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum Method {
+    /// Circles with the short and the extended bar, the pivot mounted once for each axis
+    Chapter4,
+    /// The same four tests from one pivot mounting
+    Chapter5,
+    /// Circles with the short bar at two positions along each axis
+    Chapter6,
+}
+
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let session = load_session(&arguments.session)?;
+    if let Some(method) = arguments.method {
+        return run_method(&session, method, arguments.json);
+    }
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
     let fit = identify(&session, &Options { free, prior: None })?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&fit_json(&session, &fit))?);
+        print(&format!("{}\n", serde_json::to_string_pretty(&fit_json(&session, &fit))?))
     } else {
-        print!("{}", fit_text(&session, &fit));
+        print(&fit_text(&session, &fit))
     }
-    Ok(())
+}
+
+fn run_method(session: &Session, method: Method, json: bool) -> Result<(), Refusal> {
+    let estimate: ThesisEstimate = match method {
+        Method::Chapter4 => chapter4(session)?,
+        Method::Chapter5 => chapter5(session)?,
+        Method::Chapter6 => chapter6(session)?,
+    };
+    if json {
+        print(&format!("{}\n", serde_json::to_string(&thesis_json(&estimate, session))?))
+    } else {
+        print(&thesis_text(&estimate, session))
+    }
 }

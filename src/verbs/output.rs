@@ -1,9 +1,20 @@
 //! Writing results: whole or not at all, and never over a user's input.
 
 use std::fs;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::Refusal;
+
+/// Prints a result; a reader that stops reading (`| head`) is no failure.
+pub fn print(text: &str) -> Result<(), Refusal> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(why) if why.kind() != ErrorKind::BrokenPipe => {
+            Err(format!("standard output cannot be written: {why}").into())
+        }
+        _ => Ok(()),
+    }
+}
 
 /// Files to be written into one folder.
 #[derive(Debug, Default)]
