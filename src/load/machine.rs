@@ -10,6 +10,7 @@ use super::document::{Document, Step};
 use super::message::LoadError;
 use super::quantity::{finite, unit_vector};
 use super::text::{MAX_YAML_BYTES, read_limited};
+use super::urdf::{LinkChoice, machine_from_urdf};
 use crate::machine::{Machine, StructuralCode, refuse_axis_name};
 
 /// Most axes that a chain may have.
@@ -38,9 +39,25 @@ struct LinkFile {
     carried_by: String,
 }
 
-/// Reads a machine file.
+/// Reads a machine file, YAML or URDF; links of a URDF are found by name.
 pub fn load_machine(file: &Path) -> Result<Machine, LoadError> {
-    machine_from_yaml(file, read_limited(file, MAX_YAML_BYTES)?)
+    load_machine_with_links(file, &LinkChoice::default())
+}
+
+/// Reads a machine file; `links` names the bed, workpiece and tool of a URDF.
+pub fn load_machine_with_links(file: &Path, links: &LinkChoice) -> Result<Machine, LoadError> {
+    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let is_urdf = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
+    if is_urdf || text.trim_start().starts_with('<') {
+        return machine_from_urdf(file, &text, links);
+    }
+    if !links.is_empty() {
+        return Err(LoadError::file(
+            file,
+            "is no URDF; root, workpiece and tool links are named for URDF only, a machine file has them in its code",
+        ));
+    }
+    machine_from_yaml(file, text)
 }
 
 /// Reads the text of a machine file; `file` is its name in messages.

@@ -9,9 +9,11 @@ mod quantity;
 mod recording;
 mod session;
 mod text;
+mod urdf;
 
-pub use machine::{load_machine, machine_from_yaml};
+pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};
 pub use message::LoadError;
 pub use recording::recording_from_csv;
 pub use session::load_session;
 pub use text::read_limited;
+pub use urdf::{LinkChoice, machine_from_urdf};

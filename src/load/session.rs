@@ -7,11 +7,12 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
-use super::machine::load_machine;
+use super::machine::load_machine_with_links;
 use super::message::{LoadError, nearest};
 use super::quantity::{finite, quantity};
 use super::recording::load_recording;
 use super::text::{MAX_YAML_BYTES, read_limited};
+use super::urdf::LinkChoice;
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Ball, CirclePlane, Clock, Follow, Path as TestPath, Session, Spread, Test};
@@ -27,6 +28,9 @@ const MAX_PATH_SAMPLES: f64 = 1e6;
 struct SessionFile {
     name: Option<String>,
     machine: String,
+    root_link: Option<String>,
+    workpiece_link: Option<String>,
+    tool_link: Option<String>,
     #[serde(default)]
     spread: BTreeMap<String, serde_yaml::Value>,
     tests: Vec<TestFile>,
@@ -97,7 +101,12 @@ pub fn load_session(file: &Path) -> Result<Session, LoadError> {
     let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
     let raw: SessionFile = document.read()?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let machine = load_machine(&folder.join(&raw.machine))?;
+    let links = LinkChoice {
+        root: raw.root_link.clone(),
+        workpiece: raw.workpiece_link.clone(),
+        tool: raw.tool_link.clone(),
+    };
+    let machine = load_machine_with_links(&folder.join(&raw.machine), &links)?;
     let chain = Chain::of(&machine);
     let spread = spread(&document, &raw.spread)?;
     if raw.tests.is_empty() || raw.tests.len() > MAX_TESTS {

@@ -1,0 +1,108 @@
+//! What urdf-rs lets pass and is refused here: wrong roots, words among numbers, infinities, missing parents. One element at a time.
+
+use std::path::Path;
+
+use super::places::Element;
+use crate::load::LoadError;
+
+/// Largest coordinate accepted, m.
+const MAX_COORDINATE_M: f64 = 1e4;
+
+/// Checks that urdf-rs leaves out: the root, numbers, joint types, required children.
+pub fn check_elements(file: &Path, elements: &[Element]) -> Result<(), LoadError> {
+    match elements.first() {
+        Some(root) if root.name == "robot" => {}
+        Some(root) => {
+            return Err(LoadError::line(
+                file,
+                root.line,
+                format!("the root element is <{}>; a robot description starts with <robot>", root.name),
+            ));
+        }
+        None => return Err(LoadError::file(file, "holds no element; a robot description starts with <robot>")),
+    }
+    for (index, element) in elements.iter().enumerate() {
+        if element.name.starts_with("xacro:") {
+            return Err(LoadError::line(
+                file,
+                element.line,
+                "holds xacro macros; expand them first: xacro FILE > out.urdf",
+            ));
+        }
+        let counts: &[(&str, usize)] = match element.name.as_str() {
+            "origin" => &[("xyz", 3), ("rpy", 3), ("quat_xyzw", 4)],
+            "axis" => &[("xyz", 3)],
+            "limit" => &[("lower", 1), ("upper", 1), ("effort", 1), ("velocity", 1)],
+            _ => &[],
+        };
+        for (name, count) in counts {
+            if let Some(text) = element.attribute(name) {
+                numbers(file, element, name, text, *count)?;
+            }
+        }
+        if element.depth == 1 && element.name == "joint" {
+            check_joint(file, elements, index)?;
+        }
+        if element.depth == 1 && element.name == "link" && element.attribute("name").is_none() {
+            return Err(LoadError::line(file, element.line, "a <link> has no name; write name=\"…\""));
+        }
+    }
+    Ok(())
+}
+
+/// Finite numbers of an attribute, all of them and no other word.
+fn numbers(file: &Path, element: &Element, name: &str, text: &str, count: usize) -> Result<Vec<f64>, LoadError> {
+    let found: Option<Vec<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+    let sensible = |value: &f64| match element.name.as_str() {
+        // URDF 1.2 writes an absent limit as infinity
+        "limit" => !value.is_nan(),
+        _ => value.is_finite() && value.abs() <= MAX_COORDINATE_M,
+    };
+    match found {
+        Some(found) if found.len() == count && found.iter().all(sensible) => Ok(found),
+        _ => {
+            let due = if count == 1 {
+                "one finite number".into()
+            } else {
+                format!("{count} finite numbers (lengths in m, below {MAX_COORDINATE_M})")
+            };
+            Err(LoadError::line(file, element.line, format!("<{}> has {name}=\"{text}\"; {due} is due", element.name)))
+        }
+    }
+}
+
+fn check_joint(file: &Path, elements: &[Element], index: usize) -> Result<(), LoadError> {
+    let joint = &elements[index];
+    let refuse = |message: String| Err(LoadError::line(file, joint.line, message));
+    let Some(name) = joint.attribute("name") else { return refuse("a <joint> has no name; write name=\"…\"".into()) };
+    match joint.attribute("type") {
+        Some("fixed" | "revolute" | "continuous" | "prismatic") => {}
+        Some(other) => {
+            return refuse(format!(
+                "joint '{name}' has the type '{other}'; allowed are revolute, continuous, prismatic and fixed"
+            ));
+        }
+        None => {
+            return refuse(format!(
+                "joint '{name}' has no type; write type=\"revolute\", continuous, prismatic or fixed"
+            ));
+        }
+    }
+    for role in ["parent", "child"] {
+        if child(elements, index, role).and_then(|element| element.attribute("link")).is_none() {
+            return refuse(format!("joint '{name}' has no {role}; write <{role} link=\"…\"/>"));
+        }
+    }
+    if child(elements, index, "mimic").is_some() {
+        return refuse(format!("joint '{name}' mimics another; only joints that move by themselves are allowed"));
+    }
+    Ok(())
+}
+
+/// First direct child of an element with this name.
+pub fn child<'a>(elements: &'a [Element], parent: usize, name: &str) -> Option<&'a Element> {
+    elements[parent + 1..]
+        .iter()
+        .take_while(|element| element.depth > elements[parent].depth)
+        .find(|element| element.parent == Some(parent) && element.name == name)
+}
