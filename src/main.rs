@@ -16,6 +16,8 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Verb {
+    /// Validate a machine or session file and show what it says: fiveaxis check machine.yaml --at "A=30,C=-45"
+    Check(verbs::check::Arguments),
     /// Location errors of a machine from recordings: fiveaxis identify session.yaml
     Identify(verbs::identify::Arguments),
     /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
@@ -24,6 +26,7 @@ enum Verb {
 
 fn main() -> ExitCode {
     let outcome = match CommandLine::parse().verb {
+        Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
     };

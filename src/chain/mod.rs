@@ -95,6 +95,14 @@ impl Chain {
         names
     }
 
+    /// Every link once, from the workpiece over the bed to the tool, under the name of the axis that carries it.
+    pub fn links(&self) -> Vec<(&str, LinkId)> {
+        let workpiece = self.branch(Branch::Workpiece).iter().rev();
+        let carried = |axis: &usize| (self.names[*axis].as_str(), self.carried_by(*axis));
+        let tool = self.branch(Branch::Tool).iter().map(carried);
+        workpiece.map(carried).chain([("b", LinkId::BED)]).chain(tool).collect()
+    }
+
     /// Last link of a branch.
     pub fn end(&self, branch: Branch) -> LinkId {
         LinkId { branch, depth: self.branches[branch as usize].len() }

@@ -69,6 +69,11 @@ impl Document {
         }
     }
 
+    /// True when the file has this key at its top.
+    pub fn has(&self, key: &str) -> bool {
+        self.place(&[Step::Key(key)]).is_some()
+    }
+
     /// Line and column, from 1, of the deepest step that exists.
     fn place(&self, steps: &[Step]) -> Option<(usize, usize)> {
         let mut node = self.root.as_ref()?;

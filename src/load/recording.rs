@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::message::{LoadError, nearest};
-use super::session::outside_range;
+use super::range::outside_range;
 use super::text::{MAX_CSV_BYTES, read_limited};
 use crate::machine::Machine;
 use crate::session::{Clock, Recording};

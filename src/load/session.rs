@@ -10,6 +10,7 @@ use super::document::{Document, Step};
 use super::machine::load_machine_with_links;
 use super::message::{LoadError, nearest};
 use super::quantity::{finite, quantity};
+use super::range::outside_range;
 use super::recording::load_recording;
 use super::text::{MAX_YAML_BYTES, read_limited};
 use super::urdf::LinkChoice;
@@ -96,16 +97,23 @@ struct CircleFile {
     step: Option<f64>,
 }
 
+/// True for a file that is written as a session and not as a machine: it names tests or a machine file.
+pub fn names_tests(file: &Path) -> Result<bool, LoadError> {
+    let text = read_limited(file, MAX_YAML_BYTES)?;
+    if text.trim_start().starts_with('<') {
+        return Ok(false);
+    }
+    let document = Document::parse(file, text)?;
+    Ok(document.has("tests") || document.has("machine"))
+}
+
 /// Reads a session file with the machine and the recordings that it names.
 pub fn load_session(file: &Path) -> Result<Session, LoadError> {
     let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
     let raw: SessionFile = document.read()?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let links = LinkChoice {
-        root: raw.root_link.clone(),
-        workpiece: raw.workpiece_link.clone(),
-        tool: raw.tool_link.clone(),
-    };
+    let links =
+        LinkChoice { root: raw.root_link.clone(), workpiece: raw.workpiece_link.clone(), tool: raw.tool_link.clone() };
     let machine = load_machine_with_links(&folder.join(&raw.machine), &links)?;
     let chain = Chain::of(&machine);
     let spread = spread(&document, &raw.spread)?;
@@ -388,23 +396,4 @@ impl TestReader<'_> {
         }
         Ok(())
     }
-}
-
-/// Message when a position (mm, rad) lies outside its axis's range.
-pub(super) fn outside_range(machine: &Machine, axis: usize, value: f64) -> Option<String> {
-    let axis = &machine.axes[axis];
-    let (from, to) = axis.range?;
-    // positions are printed to 1e-5; the ends themselves are allowed
-    let slack = 1e-4 * (1.0 + value.abs());
-    (value < from - slack || value > to + slack).then(|| {
-        let file = |value: f64| axis.kind.to_file_unit(value);
-        format!(
-            "{} = {:.4} {} is outside the axis's range {} … {}",
-            axis.name,
-            file(value),
-            axis.kind.position_unit(),
-            file(from),
-            file(to)
-        )
-    })
 }

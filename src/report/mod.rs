@@ -1,5 +1,6 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
+pub mod check;
 pub mod fit;
 mod number;
 pub mod polar;

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::chain::{Chain, Composition, Geometry};
 use crate::effects::{Context, Disturbance, Disturbances, EffectError};
+use crate::machine::Machine;
 use crate::session::{Motion, MotionError, Session, Test};
 
 /// A simulated recording: lengths over the rows of a motion.
@@ -96,7 +97,18 @@ pub fn lengths(
 
 /// Component errors of every axis at the given positions, mm and rad.
 pub fn component_errors(session: &Session, positions: &[f64], into: &mut [[f64; 6]]) {
-    for ((axis, &q), values) in session.machine.axes.iter().zip(positions).zip(into) {
+    machine_component_errors(&session.machine, positions, into);
+}
+
+/// Component errors of every axis of a machine at the given positions, mm and rad.
+pub fn component_errors_of(machine: &Machine, positions: &[f64]) -> Vec<[f64; 6]> {
+    let mut values = vec![[0.0; 6]; machine.axes.len()];
+    machine_component_errors(machine, positions, &mut values);
+    values
+}
+
+fn machine_component_errors(machine: &Machine, positions: &[f64], into: &mut [[f64; 6]]) {
+    for ((axis, &q), values) in machine.axes.iter().zip(positions).zip(into) {
         *values = [0.0; 6];
         for error in &axis.component_errors {
             values[error.component.index()] += error.form.value(q);

@@ -1,5 +1,6 @@
 //! One file per verb: reads files, calls the rooms, hands results to `report`, writes files whole or not at all.
 
+pub mod check;
 pub mod identify;
 pub mod output;
 pub mod simulate;

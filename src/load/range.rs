@@ -1,0 +1,22 @@
+//! The one rule for positions outside an axis's range. It knows no file.
+
+use crate::machine::Machine;
+
+/// Message when a position (mm, rad) lies outside its axis's range.
+pub fn outside_range(machine: &Machine, axis: usize, value: f64) -> Option<String> {
+    let axis = &machine.axes[axis];
+    let (from, to) = axis.range?;
+    // positions are printed to 1e-5; the ends themselves are allowed
+    let slack = 1e-4 * (1.0 + value.abs());
+    (value < from - slack || value > to + slack).then(|| {
+        let file = |value: f64| axis.kind.to_file_unit(value);
+        format!(
+            "{} = {:.4} {} is outside the axis's range {} … {}",
+            axis.name,
+            file(value),
+            axis.kind.position_unit(),
+            file(from),
+            file(to)
+        )
+    })
+}

@@ -1,0 +1,134 @@
+//! `fiveaxis check`: validates a machine or session file and shows chain, axes, error slots and link transforms.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use fiveaxis::chain::{Chain, Composition, Geometry};
+use fiveaxis::load::{LinkChoice, load_machine_with_links, load_session, names_tests, positions_from_text};
+use fiveaxis::machine::Machine;
+use fiveaxis::report::check::{LinkPose, Placement, SessionCheck, TestCheck, check_json, check_text};
+use fiveaxis::session::{Session, Setups};
+use fiveaxis::simulate::{component_errors_of, simulate};
+
+use super::Refusal;
+use super::output::print;
+
+/// Arguments of `check`.
+#[derive(Args)]
+#[command(after_help = "Example: fiveaxis check machines/hermle-c600u.yaml --at \"A=30,C=-45\"")]
+pub struct Arguments {
+    /// Machine file (YAML or URDF) or session file
+    file: PathBuf,
+    /// Positions for a second set of link transforms, mm and degrees: "A=30,C=-45"; other axes stand at zero
+    #[arg(long, allow_hyphen_values = true)]
+    at: Option<String>,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+    /// URDF: the link that is the bed (default: the root link)
+    #[arg(long)]
+    root_link: Option<String>,
+    /// URDF: the link that carries the pivot (default: found by name)
+    #[arg(long)]
+    workpiece_link: Option<String>,
+    /// URDF: the link that carries the spindle ball (default: found by name)
+    #[arg(long)]
+    tool_link: Option<String>,
+}
+
+/// Runs the verb.
+pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    let links = LinkChoice {
+        root: arguments.root_link.clone(),
+        workpiece: arguments.workpiece_link.clone(),
+        tool: arguments.tool_link.clone(),
+    };
+    let (machine, session) = if names_tests(&arguments.file)? {
+        if !links.is_empty() {
+            return Err(format!(
+                "{}: is a session; it names links itself, with root_link, workpiece_link and tool_link",
+                arguments.file.display()
+            )
+            .into());
+        }
+        let session = load_session(&arguments.file)?;
+        (session.machine.clone(), Some(session_check(&session)?))
+    } else {
+        (load_machine_with_links(&arguments.file, &links)?, None)
+    };
+    let mut placements = vec![placement(&machine, vec![0.0; machine.axes.len()])];
+    if let Some(at) = &arguments.at {
+        placements.push(placement(&machine, positions_from_text(at, &machine)?));
+    }
+    if arguments.json {
+        let value = check_json(&machine, &placements, session.as_ref());
+        print(&format!("{}\n", serde_json::to_string_pretty(&value)?))
+    } else {
+        print(&check_text(&machine, &placements, session.as_ref()))
+    }
+}
+
+/// Poses of every link, nominal and with the errors of the file.
+fn placement(machine: &Machine, positions: Vec<f64>) -> Placement {
+    let chain = Chain::of(machine);
+    let nominal = Geometry::nominal(&chain);
+    let actual = Geometry::new(&chain, &machine.location_errors(), Composition::Exact);
+    let motion = component_errors_of(machine, &positions);
+    let links = chain
+        .links()
+        .into_iter()
+        .map(|(name, link)| LinkPose {
+            name: name.to_string(),
+            nominal: nominal.pose(link, &positions, None),
+            with_errors: actual.pose(link, &positions, Some(&motion)),
+        })
+        .collect();
+    Placement { positions, links }
+}
+
+/// What stands in a session, test by test, against the machine file's own prediction.
+fn session_check(session: &Session) -> Result<SessionCheck, Refusal> {
+    let traces = simulate(session, Composition::Exact)?;
+    let setups = Setups::of(session);
+    let tests = session
+        .tests
+        .iter()
+        .zip(&traces)
+        .map(|(test, trace)| {
+            let readings = test.recording.as_ref().map(|recording| recording.length_mm.as_slice());
+            let mut off: Vec<f64> = readings
+                .unwrap_or_default()
+                .iter()
+                .zip(&trace.length_mm)
+                .map(|(reading, predicted)| reading - predicted)
+                .filter(|off| off.is_finite())
+                .collect();
+            off.sort_by(f64::total_cmp);
+            let moving = trace
+                .motion
+                .moving
+                .iter()
+                .map(|&axis| {
+                    let column = (0..trace.motion.rows()).map(|row| trace.motion.row(row)[axis]);
+                    let (from, to) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
+                    (axis, from, to)
+                })
+                .collect();
+            TestCheck {
+                name: test.name.clone(),
+                rows: trace.length_mm.len(),
+                readings: off.len(),
+                moving,
+                bar_length_mm: test.bar_length_mm,
+                median_off_mm: off.get(off.len() / 2).copied(),
+            }
+        })
+        .collect();
+    Ok(SessionCheck {
+        name: session.name.clone(),
+        tests,
+        pivots: setups.pivots.into_iter().map(|setup| setup.label).collect(),
+        spindle_balls: setups.spindle_balls.into_iter().map(|setup| setup.label).collect(),
+        bars: setups.bars.into_iter().map(|setup| setup.label).collect(),
+    })
+}
