@@ -1,12 +1,22 @@
 //! The compiled kinematic chain: who carries whom and about which line. Immutable; holds no error values and no positions.
 
+mod batch;
+mod columns;
 mod geometry;
+pub(crate) mod lanes;
 mod link;
+mod lower;
+mod poses;
 mod sensitivity;
+mod trig;
 
+pub use batch::{Bar, sines_and_cosines};
+pub use columns::{Column, Derivatives};
 pub use geometry::{Composition, Geometry, MotionErrors, Pose};
 pub use link::{Branch, LinkId};
+pub use poses::Poses;
 pub use sensitivity::Sensitivity;
+pub use trig::LARGEST_ANGLE_RAD;
 
 use nalgebra::Vector3;
 

@@ -1,0 +1,303 @@
+//! Derivatives of a bar's length over many poses with respect to chosen quantities; the single-pose form is `sensitivity`.
+//!
+//! `∂L/∂p = g·v(r)` in any frame of a ball's way: g the bar's direction there, r the ball, `v = W·r + c` the ball's
+//! velocity per unit of p, with W and c constant. With exact composition W is antisymmetric, W·r = w × r, and
+//! `g·v = w·(r × g) + c·g`: a dot product of six constants with the bar's force and moment. The first-order matrices
+//! are not rotations and take the nine products g·r one by one.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::batch::{Bar, BoundWay, SIDE_BY_SIDE};
+use super::geometry::{Composition, Geometry};
+use super::lanes::{Lanes, Wide, Wide3};
+use super::lower::{StepKind, Velocity};
+
+/// A quantity with respect to which a length is differentiated. Axes by index, components EX EY EZ EA EB EC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Column {
+    /// Location error of an axis: mm/mm or mm/rad.
+    Location { axis: usize, component: usize },
+    /// Component error of the moment, at value zero: mm/mm or mm/rad.
+    Motion { axis: usize, component: usize },
+    /// Axis position: mm/mm or mm/rad.
+    Position { axis: usize },
+    /// x, y or z of the pivot ball on its link.
+    Pivot(usize),
+    /// x, y or z of the spindle ball on its link.
+    Spindle(usize),
+}
+
+/// A bar with the columns to be computed, ready for blocks of poses.
+#[derive(Debug, Clone)]
+pub struct Derivatives<'b, 'p> {
+    bar: &'b Bar<'p>,
+    columns: usize,
+    /// Per way (pivot, spindle): per frame.
+    frames: [Vec<FrameSums>; 2],
+    /// Columns that no frame writes.
+    untouched: Vec<usize>,
+    composition: Composition,
+}
+
+/// Everything that is read off in one frame.
+#[derive(Debug, Clone, Default)]
+struct FrameSums {
+    needs_products: bool,
+    sums: Vec<ColumnSum>,
+}
+
+/// One column: constants times products of the frame.
+#[derive(Debug, Clone)]
+struct ColumnSum {
+    column: usize,
+    terms: Vec<(usize, f64)>,
+    times_position_of: Option<usize>,
+    write: Write,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Write {
+    Replace,
+    Add,
+}
+
+impl<'p> Bar<'p> {
+    /// Prepares the derivatives with respect to `columns` in the geometry that the bar was made from.
+    pub fn derivatives<'b>(&'b self, geometry: &Geometry, columns: &[Column]) -> Derivatives<'b, 'p> {
+        let composition = geometry.composition();
+        let mut frames = [0, 1].map(|k: usize| vec![FrameSums::default(); self.ways[k].steps.len() + 1]);
+        let mut untouched = Vec::new();
+        for (index, &column) in columns.iter().enumerate() {
+            let mut write = Write::Replace;
+            for (way, frames) in self.ways.iter().zip(&mut frames).enumerate().filter_map(|(k, pair)| {
+                // a ball's place moves that ball alone
+                let other_ball = matches!((k, column), (1, Column::Pivot(_)) | (0, Column::Spindle(_)));
+                (!other_ball).then_some(pair)
+            }) {
+                if let Some(velocity) = way.velocity(geometry, column, self.poses) {
+                    let frame = &mut frames[velocity.frame];
+                    let sum = ColumnSum::of(index, &velocity, composition, write);
+                    frame.needs_products |= sum.terms.iter().any(|term| term.0 >= 3);
+                    frame.sums.push(sum);
+                    write = Write::Add;
+                }
+            }
+            if matches!(write, Write::Replace) {
+                untouched.push(index);
+            }
+        }
+        Derivatives { bar: self, columns: columns.len(), frames, untouched, composition }
+    }
+}
+
+impl ColumnSum {
+    fn of(column: usize, velocity: &Velocity, composition: Composition, write: Write) -> ColumnSum {
+        let matrix = &velocity.matrix;
+        let mut terms: Vec<(usize, f64)> = (0..3).map(|k| (k, velocity.constant[k])).collect();
+        match composition {
+            Composition::Exact => terms.extend((0..3).map(|k| {
+                let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+                (3 + k, 0.5 * (matrix[(b, a)] - matrix[(a, b)]))
+            })),
+            Composition::FirstOrder => {
+                terms.extend((0..9).map(|k| (3 + k, matrix[(k / 3, k % 3)])));
+            }
+        }
+        terms.retain(|term| term.1 != 0.0);
+        ColumnSum { column, terms, times_position_of: velocity.times_position_of, write }
+    }
+}
+
+impl Derivatives<'_, '_> {
+    /// Number of columns.
+    pub fn column_count(&self) -> usize {
+        self.columns
+    }
+
+    /// Lengths (mm) and derivatives at the poses `rows`. `derivatives` holds one column after the other, each as long
+    /// as `lengths`, which is as long as `rows`.
+    pub fn evaluate(&self, rows: Range<usize>, lengths: &mut [f64], derivatives: &mut [f64]) {
+        let end = rows.end.min(self.bar.poses.rows());
+        let start = rows.start.min(end);
+        let count = (end - start).min(lengths.len());
+        let stride = lengths.len();
+        let derivatives = &mut derivatives[..stride * self.columns];
+        for &column in &self.untouched {
+            derivatives[column * stride..(column + 1) * stride].fill(0.0);
+        }
+        Arch::new().dispatch(Evaluation { of: self, start, stride, lengths: &mut lengths[..count], derivatives });
+    }
+}
+
+struct Evaluation<'a, 'b, 'p> {
+    of: &'a Derivatives<'b, 'p>,
+    start: usize,
+    stride: usize,
+    lengths: &'a mut [f64],
+    derivatives: &'a mut [f64],
+}
+
+/// A ball's way at one group of poses.
+struct Tape<S: Simd, const U: usize> {
+    /// The ball in every frame.
+    points: Vec<Wide3<S, U>>,
+    /// Sine and cosine of every step (slides: unused).
+    turns: Vec<(Wide<S, U>, Wide<S, U>)>,
+}
+
+impl<S: Simd, const U: usize> Tape<S, U> {
+    #[inline(always)]
+    fn blank(lanes: Lanes<S, U>, way: &BoundWay) -> Self {
+        let zero = lanes.splat(0.0);
+        Tape { points: vec![[zero; 3]; way.steps.len() + 1], turns: vec![(zero, zero); way.steps.len()] }
+    }
+
+    /// Ball in the bed frame; its places in all frames are kept.
+    #[inline(always)]
+    fn record(&mut self, lanes: Lanes<S, U>, way: &BoundWay, at: usize, count: usize) -> Wide3<S, U> {
+        let mut point = lanes.splat3(&way.ball);
+        for (k, step) in way.steps.iter().enumerate().rev() {
+            self.points[k + 1] = point;
+            let turn = step.read(lanes, at, count);
+            self.turns[k] = turn;
+            point = step.outward(lanes, point, turn.0, turn.1);
+        }
+        self.points[0] = point;
+        point
+    }
+}
+
+impl WithSimd for Evaluation<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let lanes = Lanes::<S, SIDE_BY_SIDE> { simd };
+        let count = Lanes::<S, SIDE_BY_SIDE>::COUNT;
+        let bar = self.of.bar;
+        let mut tapes = [Tape::blank(lanes, &bar.pivot), Tape::blank(lanes, &bar.spindle)];
+        for (group, lengths) in self.lengths.chunks_mut(count).enumerate() {
+            let row = group * count;
+            let at = self.start + row;
+            let pivot = tapes[0].record(lanes, &bar.pivot, at, lengths.len());
+            let spindle = tapes[1].record(lanes, &bar.spindle, at, lengths.len());
+            let gap = lanes.sub3(pivot, spindle);
+            let square = lanes.dot(gap, gap);
+            let length = lanes.sqrt(square);
+            lanes.store(lengths, length);
+            // balls that coincide have no direction: their derivatives are zero
+            let mut inverse = lanes.div(lanes.splat(1.0), length);
+            for u in 0..SIDE_BY_SIDE {
+                let apart = simd.greater_than_f64s(length[u], simd.splat_f64s(0.0));
+                inverse[u] = simd.select_f64s(apart, inverse[u], simd.splat_f64s(0.0));
+            }
+            let pull = lanes.mul3(gap, inverse);
+            let opposite = lanes.sub3([lanes.splat(0.0); 3], pull);
+            let mut output =
+                Output { of: self.of, at, row, count: lengths.len(), stride: self.stride, into: self.derivatives };
+            output.walk(lanes, &bar.pivot, &self.of.frames[0], &tapes[0], pull);
+            output.walk(lanes, &bar.spindle, &self.of.frames[1], &tapes[1], opposite);
+        }
+    }
+}
+
+struct Output<'a, 'b, 'p> {
+    of: &'a Derivatives<'b, 'p>,
+    at: usize,
+    row: usize,
+    count: usize,
+    stride: usize,
+    into: &'a mut [f64],
+}
+
+impl Output<'_, '_, '_> {
+    /// Carries the bar's pull from the bed to the ball and reads off the columns on the way.
+    #[inline(always)]
+    fn walk<S: Simd, const U: usize>(
+        &mut self,
+        lanes: Lanes<S, U>,
+        way: &BoundWay,
+        frames: &[FrameSums],
+        tape: &Tape<S, U>,
+        pull: Wide3<S, U>,
+    ) {
+        let mut g = pull;
+        for (k, frame) in frames.iter().enumerate() {
+            if !frame.sums.is_empty() {
+                self.write_frame(lanes, frame, g, &tape.points[k]);
+            }
+            if let Some(step) = way.steps.get(k)
+                && let StepKind::Turn { matrix } = &step.kind
+            {
+                g = inward(lanes, matrix, g, tape.turns[k]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn write_frame<S: Simd, const U: usize>(
+        &mut self,
+        lanes: Lanes<S, U>,
+        frame: &FrameSums,
+        g: Wide3<S, U>,
+        r: &Wide3<S, U>,
+    ) {
+        match (self.of.composition, frame.needs_products) {
+            (Composition::Exact, true) => {
+                let m = lanes.cross(*r, g);
+                self.write_sums(lanes, frame, &[g[0], g[1], g[2], m[0], m[1], m[2], m[2], m[2]]);
+            }
+            (Composition::FirstOrder, true) => {
+                let (x, y, z) = (lanes.mul3(*r, g[0]), lanes.mul3(*r, g[1]), lanes.mul3(*r, g[2]));
+                let (g0, g1, g2) = (g[0], g[1], g[2]);
+                let products =
+                    [g0, g1, g2, x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2], z[2], z[2], z[2], z[2]];
+                self.write_sums(lanes, frame, &products);
+            }
+            (_, false) => self.write_sums(lanes, frame, &[g[0], g[1], g[2], g[2]]),
+        }
+    }
+
+    /// `products`: g (3), then r × g (3) or the nine `g_i·r_j`; filled up to a power of two, to which indices are cut.
+    #[inline(always)]
+    fn write_sums<S: Simd, const U: usize, const N: usize>(
+        &mut self,
+        lanes: Lanes<S, U>,
+        frame: &FrameSums,
+        products: &[Wide<S, U>; N],
+    ) {
+        for sum in &frame.sums {
+            let mut value = lanes.splat(0.0);
+            for &(product, factor) in &sum.terms {
+                value = lanes.add_scaled(value, factor, products[product % N]);
+            }
+            if let Some(axis) = sum.times_position_of {
+                let positions = &self.of.bar.poses.positions(axis)[self.at..self.at + self.count];
+                value = lanes.mul(value, lanes.load(positions));
+            }
+            let start = sum.column * self.stride + self.row;
+            let into = &mut self.into[start..start + self.count];
+            match sum.write {
+                Write::Replace => lanes.store(into, value),
+                Write::Add => lanes.store(into, lanes.add(lanes.load(into), value)),
+            }
+        }
+    }
+}
+
+/// The pull seen in the inner frame of a turn: `Rz(−q)·matrixᵀ·g`.
+#[inline(always)]
+fn inward<S: Simd, const U: usize>(
+    lanes: Lanes<S, U>,
+    matrix: &[[f64; 3]; 3],
+    g: Wide3<S, U>,
+    (sine, cosine): (Wide<S, U>, Wide<S, U>),
+) -> Wide3<S, U> {
+    let zero = lanes.splat(0.0);
+    let x = lanes.combine(zero, [matrix[0][0], matrix[1][0], matrix[2][0]], g);
+    let y = lanes.combine(zero, [matrix[0][1], matrix[1][1], matrix[2][1]], g);
+    let z = lanes.combine(zero, [matrix[0][2], matrix[1][2], matrix[2][2]], g);
+    [lanes.add_product(lanes.mul(cosine, x), sine, y), lanes.difference_of_products(cosine, y, sine, x), z]
+}
