@@ -17,6 +17,8 @@ pub(crate) type Wide<S, const U: usize> = [<S as Simd>::f64s; U];
 /// Three coordinates, each `U` vectors of numbers.
 pub(crate) type Wide3<S, const U: usize> = [Wide<S, U>; 3];
 
+// loops over U unroll to single instructions; a copy function would be called
+#[allow(clippy::manual_memcpy)]
 impl<S: Simd, const U: usize> Lanes<S, U> {
     /// Numbers in all `U` vectors.
     pub const COUNT: usize = U * S::F64_LANES;
