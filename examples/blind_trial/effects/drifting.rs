@@ -8,16 +8,16 @@ use super::{Cause, Law, Rows, along, component, nearest};
 use serde_json::json;
 
 /// Growth of the part behind an axis along a direction, with tilts that go with it.
-struct Growth {
-    axis: usize,
-    direction: V3,
-    tilt_about: V3,
-    tilt_rad_per_mm: f64,
-    tau_s: [f64; 2],
+pub struct Growth {
+    pub axis: usize,
+    pub direction: V3,
+    pub tilt_about: V3,
+    pub tilt_rad_per_mm: f64,
+    pub tau_s: [f64; 2],
     /// Share of the second node, which may pull the other way.
-    second: f64,
-    warm: f64,
-    by_temperature: bool,
+    pub second: f64,
+    pub warm: f64,
+    pub by_temperature: bool,
 }
 
 impl Growth {
@@ -119,14 +119,14 @@ pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
 }
 
 /// Weight of the body behind a tilting joint: it bends, winds up its drive and rides on its mesh.
-struct Sag {
-    axis: usize,
+pub struct Sag {
+    pub axis: usize,
     /// Deflection per g along the body's three directions, relative to the largest.
-    compliance: V3,
-    centre_of_gravity: V3,
-    windup_arcsec_per_um: f64,
-    mesh: V3,
-    exponent: f64,
+    pub compliance: V3,
+    pub centre_of_gravity: V3,
+    pub windup_arcsec_per_um: f64,
+    pub mesh: V3,
+    pub exponent: f64,
 }
 
 impl Law for Sag {

@@ -5,8 +5,8 @@ pub mod drifting;
 pub mod periodic;
 pub mod shapes;
 pub mod slips;
-mod spikes;
-mod strangers;
+pub mod spikes;
+pub mod strangers;
 mod timing;
 
 use super::draw::Draw;

@@ -6,11 +6,11 @@ use super::{Cause, Law, Rows, component, draw_axis};
 use serde_json::json;
 use std::f64::consts::TAU;
 
-struct Reversal {
-    axis: usize,
-    presliding_mm: f64,
-    servo_hz: f64,
-    damping: f64,
+pub struct Reversal {
+    pub axis: usize,
+    pub presliding_mm: f64,
+    pub servo_hz: f64,
+    pub damping: f64,
 }
 
 impl Reversal {

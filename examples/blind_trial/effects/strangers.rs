@@ -9,15 +9,15 @@ use serde_json::json;
 use std::f64::consts::TAU;
 
 /// A turntable clamp that lifts and tilts the table over part of the turn, later on the way back.
-struct Clamp {
-    axis: usize,
-    lift: V3,
-    tilt: V3,
-    tilt_rad_per_mm: f64,
-    from_deg: f64,
-    to_deg: f64,
-    hysteresis_deg: f64,
-    rise_s: f64,
+pub struct Clamp {
+    pub axis: usize,
+    pub lift: V3,
+    pub tilt: V3,
+    pub tilt_rad_per_mm: f64,
+    pub from_deg: f64,
+    pub to_deg: f64,
+    pub hysteresis_deg: f64,
+    pub rise_s: f64,
 }
 
 impl Law for Clamp {
