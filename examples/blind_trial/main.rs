@@ -55,6 +55,9 @@ struct Options {
     /// Conceal nothing.
     #[arg(long)]
     clean: bool,
+    /// Score sessions that exist: DIR/case-NNN with DIR/truth/case-NNN.json.
+    #[arg(long)]
+    folder: Option<PathBuf>,
     /// Make the sessions and stop; needs --keep.
     #[arg(long)]
     generate_only: bool,
@@ -88,8 +91,9 @@ fn trial(options: &Options) -> Result<(), String> {
     let scratch = std::env::temp_dir().join(format!("blind-trial-{}", std::process::id()));
     let folder = options.keep.clone().unwrap_or_else(|| scratch.clone());
     let binary = if options.generate_only { PathBuf::new() } else { binary(options)? };
+    let there = options.folder.as_deref().map(sessions_in).transpose()?;
     let next = AtomicU64::new(options.first - 1);
-    let end = options.first - 1 + options.trials;
+    let end = there.as_ref().map_or(options.first - 1 + options.trials, |t| t.len() as u64);
     let scores: Mutex<Vec<Score>> = Mutex::new(vec![]);
     let trouble: Mutex<Option<String>> = Mutex::new(None);
     std::thread::scope(|scope| {
@@ -100,7 +104,11 @@ fn trial(options: &Options) -> Result<(), String> {
                     if index >= end {
                         return;
                     }
-                    match session(options, &folder, &binary, index) {
+                    let outcome = match &there {
+                        Some(there) => existing(options, &there[index as usize], &binary).map(Some),
+                        None => session(options, &folder, &binary, index),
+                    };
+                    match outcome {
                         Ok(score) => scores.lock().unwrap_or_else(|e| e.into_inner()).extend(score),
                         Err(e) => {
                             *trouble.lock().unwrap_or_else(|e| e.into_inner()) = Some(e);
@@ -123,9 +131,13 @@ fn trial(options: &Options) -> Result<(), String> {
     if options.generate_only {
         println!("{} sessions in {}", options.trials, folder.display());
     } else {
-        println!("Blind trial, seed {}, {} sessions", options.seed, scores.len());
+        let whose = match &options.folder {
+            Some(folder) => folder.display().to_string(),
+            None => format!("--seed {}", options.seed),
+        };
+        println!("Blind trial, {whose}, {} sessions", scores.len());
         tally::print(&scores);
-        tally::failures(&scores, options.seed, options.keep.as_deref());
+        tally::failures(&scores, &whose, options.keep.as_deref().or(options.folder.as_deref()));
     }
     Ok(())
 }
@@ -214,6 +226,38 @@ fn session(options: &Options, folder: &Path, binary: &Path, index: u64) -> Resul
     Ok(Some(score))
 }
 
+/// Sessions of a folder with the truth about each.
+fn sessions_in(folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>, String> {
+    let list = std::fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
+    let mut found: Vec<(PathBuf, PathBuf)> = list
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .filter(|path| path.join("session.yaml").is_file())
+        .map(|path| {
+            let name = path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+            let beside = folder.join("truth").join(format!("{name}.json"));
+            let within = path.join("truth.json");
+            (path, if within.is_file() { within } else { beside })
+        })
+        .collect();
+    found.sort();
+    if found.is_empty() {
+        return Err(format!("no sessions in {}: expected folders with a session.yaml", folder.display()));
+    }
+    Ok(found)
+}
+
+/// Diagnoses a session that exists, then reads its truth and scores.
+fn existing(options: &Options, (place, truth): &(PathBuf, PathBuf), binary: &Path) -> Result<Score, String> {
+    let answer = diagnose(binary, place, options.patience);
+    let text = std::fs::read_to_string(truth).map_err(|e| format!("cannot read {}: {e}", truth.display()))?;
+    let truth = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", truth.display()))?;
+    let mut score = score::score(&score::in_contract_words(truth), &answer);
+    score.case = place.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+    let mark = if tally::failed(&score) { "✗" } else { "✓" };
+    eprintln!("{} {} → {} {mark} ({:.1} s)", score.case, score.effect, score.stated, score.seconds);
+    Ok(score)
+}
+
 fn headline(case: &Case) -> String {
     let effects = case.truth["effects"].as_array().map(Vec::as_slice).unwrap_or_default();
     let said: Vec<String> = effects
@@ -238,10 +282,11 @@ fn open_truth(folder: &Path, case: &Case) -> Result<(), String> {
 /// Runs the binary on a folder alone, on one thread.
 fn diagnose(binary: &Path, place: &Path, patience_s: u64) -> Answer {
     let start = Instant::now();
-    let out = place.join("answer.json");
+    let name = place.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+    let out = std::env::temp_dir().join(format!("blind-answer-{}-{name}.json", std::process::id()));
     let answer = |failed: String| Answer { json: None, failed: Some(failed), seconds: start.elapsed().as_secs_f64() };
     let Ok(file) = std::fs::File::create(&out) else {
-        return answer("cannot write beside the session".into());
+        return answer(format!("cannot write {}", out.display()));
     };
     let child = Command::new(binary)
         .arg("diagnose")

@@ -63,6 +63,22 @@ fn contract_name(id: &str) -> &str {
     }
 }
 
+/// A truth told in other words (`worm-cyclic`, `pivot on C`) in those of the answer contract.
+pub fn in_contract_words(mut truth: Value) -> Value {
+    for effect in truth["effects"].as_array_mut().into_iter().flatten() {
+        if effect["effect"].is_null() {
+            effect["effect"] = Value::from(contract_name(text(effect, "id")));
+        }
+        let place = text(effect, "place");
+        if let Some(device) = ["pivot", "spindle-ball"].into_iter().find(|d| place.starts_with(d)) {
+            effect["place"] = Value::from(device);
+        } else if place.starts_with("spindle ball") {
+            effect["place"] = Value::from("spindle-ball");
+        }
+    }
+    truth
+}
+
 fn text<'a>(v: &'a Value, key: &str) -> &'a str {
     v[key].as_str().unwrap_or("")
 }

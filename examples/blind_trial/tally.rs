@@ -115,7 +115,7 @@ pub fn failed(s: &Score) -> bool {
 }
 
 /// One line per failure with what is needed to make the session again.
-pub fn failures(scores: &[Score], seed: u64, kept: Option<&std::path::Path>) {
+pub fn failures(scores: &[Score], whose: &str, kept: Option<&std::path::Path>) {
     let bad: Vec<&Score> = scores.iter().filter(|s| failed(s)).collect();
     println!("\nFailures: {} of {}", bad.len(), scores.len());
     for s in bad {
@@ -123,7 +123,7 @@ pub fn failures(scores: &[Score], seed: u64, kept: Option<&std::path::Path>) {
         let why = s.failed.as_deref().map_or(String::new(), |w| format!("  [{w}]"));
         let what = if s.two { "two, strongest " } else { "" };
         println!(
-            "  --seed {seed} {}: {what}{} ({}, {:.2} × noise, {}) → {}{}{why}{place}",
+            "  {whose} {}: {what}{} ({}, {:.2} × noise, {}) → {}{}{why}{place}",
             s.case,
             s.effect,
             s.level,
