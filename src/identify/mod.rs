@@ -4,6 +4,7 @@
 //! place of every pivot and spindle ball and the reading error of every bar; W whitens each trace by a noise model
 //! (white + AR(1) + drift) fitted to the residuals, so that uncertainties hold for autocorrelated noise.
 
+mod absorbed;
 mod ambiguity;
 mod candidates;
 mod noise;
@@ -14,15 +15,17 @@ mod unknowns;
 
 pub use ambiguity::Ambiguity;
 pub use candidates::{Candidate, candidate_tests};
-pub use noise::{NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
+pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
 pub use outliers::{kept_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};
 pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};
 pub use unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
 
+use absorbed::absorbed;
 use nalgebra::{Cholesky, DMatrix};
 
 use crate::chain::Chain;
+use crate::effects::EffectError;
 use crate::machine::ErrorName;
 use crate::session::{MotionError, Session, Setups};
 
@@ -40,6 +43,8 @@ pub struct Options {
 pub enum FitError {
     #[error(transparent)]
     Motion(#[from] MotionError),
+    #[error(transparent)]
+    Effect(#[from] EffectError),
     #[error("the session has no recording; record its tests first, or use 'fiveaxis simulate' to make some")]
     NoRecording,
     #[error("the fit did not converge; check ball places, bar lengths and the signs of the axes in the session")]
@@ -109,6 +114,9 @@ pub fn identify(session: &Session, options: &Options) -> Result<Fit, FitError> {
     fit(&problem)
 }
 
+/// Rounds of fitting errors and noise in turn; each brings the noise some five times nearer to its end.
+const NOISE_ROUNDS: usize = 5;
+
 /// Fits a prepared problem: robust start, outliers, noise, weighted fit.
 pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
     let readings: usize =
@@ -121,13 +129,13 @@ pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
     }
     let rough = robust_start(problem);
     let mut kept = kept_rows(problem, &rough.residual_mm);
-    let mut noise = fitted_noise(problem, &rough.residual_mm, &kept, None);
+    let mut noise = fitted_noise(problem, &rough, &kept, None);
     let mut solution = rough;
-    for _ in 0..3 {
+    for _ in 0..NOISE_ROUNDS {
         solution = minimise(problem, &solution.values, &Weighting::Whitened { noise: &noise, kept: &kept });
         kept = kept_rows(problem, &solution.residual_mm);
         let last = noise.clone();
-        noise = fitted_noise(problem, &solution.residual_mm, &kept, last.first().copied());
+        noise = fitted_noise(problem, &solution, &kept, Some(&last));
         let settled = noise.iter().zip(&last).all(|(new, old)| (new.rms_mm() / old.rms_mm() - 1.0).abs() < 0.01);
         if settled {
             break;
@@ -156,13 +164,16 @@ fn robust_start(problem: &Problem) -> Solution {
 }
 
 /// Noise of every test: one model for all sweeps, white noise of common size for static poses.
+///
+/// Without `last` the solution is a rough one, whose covariance says nothing of the noise that it absorbed.
 fn fitted_noise(
     problem: &Problem,
-    residual_mm: &[Vec<f64>],
+    solution: &Solution,
     kept: &[Vec<bool>],
-    start: Option<NoiseModel>,
+    last: Option<&[NoiseModel]>,
 ) -> Vec<NoiseModel> {
-    let masked: Vec<Vec<f64>> = residual_mm
+    let masked: Vec<Vec<f64>> = solution
+        .residual_mm
         .iter()
         .zip(kept)
         .map(|(residual, kept)| {
@@ -171,10 +182,24 @@ fn fitted_noise(
         .collect();
     let is_pose = |index: usize| problem.tests[index].motion.time_s.is_none();
     let (poses, sweeps): (Vec<usize>, Vec<usize>) = (0..masked.len()).partition(|&index| is_pose(index));
-    let pooled = |indices: &[usize]| indices.iter().map(|&index| masked[index].clone()).collect::<Vec<_>>();
-    let rms = rms(poses.iter().flat_map(|&index| &masked[index]).copied()).max(NOISE_FLOOR_MM);
-    let sweep_noise = if sweeps.is_empty() { NoiseModel::white(rms) } else { fit_noise(&pooled(&sweeps), start) };
-    (0..masked.len()).map(|index| if is_pose(index) { NoiseModel::white(rms) } else { sweep_noise }).collect()
+    let absorbed = |tests: &[usize]| last.map_or_else(Vec::new, |_| absorbed(problem, solution, kept, tests));
+    let pose_noise = white_noise(poses.iter().flat_map(|&index| &masked[index]).copied(), &absorbed(&poses));
+    let sweep_noise = if sweeps.is_empty() {
+        pose_noise
+    } else {
+        let traces: Vec<Vec<f64>> = sweeps.iter().map(|&index| masked[index].clone()).collect();
+        fit_noise(&traces, &absorbed(&sweeps), last.map(|last| last[sweeps[0]]))
+    };
+    (0..masked.len()).map(|index| if is_pose(index) { pose_noise } else { sweep_noise }).collect()
+}
+
+/// White noise of residuals and of what a fit has absorbed of it.
+fn white_noise(residual_mm: impl Iterator<Item = f64>, absorbed: &[Absorbed]) -> NoiseModel {
+    let (sum, count) = residual_mm
+        .filter(|value| value.is_finite())
+        .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    let absorbed: f64 = absorbed.iter().flat_map(|group| &group.columns).flatten().map(|value| value * value).sum();
+    NoiseModel::white(((sum + absorbed) / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM))
 }
 
 /// Root mean square of the finite values.

@@ -144,8 +144,33 @@ const LOG_SCALE_LN: f64 = 18.420_680_743_952_367;
 /// Smallest noise that a fit may find, mm: a twentieth of the last digit of a recording, so that ideal traces can be fitted.
 pub const NOISE_FLOOR_MM: f64 = 5e-6;
 
-/// Most likely noise of residual traces (mm, NaN where there is none).
-pub fn fit_noise(traces: &[Vec<f64>], start: Option<NoiseModel>) -> NoiseModel {
+/// Noise that a fit has absorbed in traces with the same rows: its covariance is the sum over `columns` of `u u'`, mm².
+#[derive(Debug, Clone, PartialEq)]
+pub struct Absorbed {
+    /// Rows that took part.
+    pub present: Vec<bool>,
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// What absorbed noise adds to the expected misfit: `Σ u'Σ⁻¹u`.
+fn absorbed_misfit(noise: &NoiseModel, absorbed: &[Absorbed]) -> f64 {
+    let mut column = Vec::new();
+    absorbed
+        .iter()
+        .map(|group| {
+            let whitener = Whitener::new(noise, &group.present);
+            let squares = |values: &Vec<f64>| -> f64 {
+                column.clone_from(values);
+                whitener.apply(&mut column);
+                column.iter().map(|value| value * value).sum()
+            };
+            group.columns.iter().map(squares).sum::<f64>()
+        })
+        .sum()
+}
+
+/// Most likely noise of residual traces (mm, NaN where there is none) from which a fit has absorbed some.
+pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<NoiseModel>) -> NoiseModel {
     let (mut sum, mut count) = (0.0, 0usize);
     let (mut step_sum, mut step_count) = (0.0, 0usize);
     for trace in traces {
@@ -182,7 +207,10 @@ pub fn fit_noise(traces: &[Vec<f64>], start: Option<NoiseModel>) -> NoiseModel {
         ar_rho: (-(x[2].exp())).exp().clamp(0.3, 0.9995),
         drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
     };
-    let best = descend(pack(&start), 0.5, |x| misfit(&unpack(x), traces));
+    let best = descend(pack(&start), 0.5, |x| {
+        let noise = unpack(x);
+        misfit(&noise, traces) + absorbed_misfit(&noise, absorbed)
+    });
     unpack(&best)
 }
 

@@ -2,9 +2,11 @@
 
 use nalgebra::{DMatrix, Vector3};
 
+use super::FitError;
 use super::unknowns::{Quantity, Unknown};
 use crate::chain::{Chain, Composition, Geometry, LinkId, Sensitivity};
-use crate::session::{Motion, MotionError, Session, Setups};
+use crate::effects::{Context, Disturbances};
+use crate::session::{Motion, Session, Setups};
 use crate::simulate::component_errors;
 
 /// A session prepared for fitting: motions and links are worked out once.
@@ -15,6 +17,8 @@ pub struct Problem<'a> {
     pub unknowns: Vec<Unknown>,
     pub tests: Vec<PreparedTest>,
     pub composition: Composition,
+    /// What the effects of the machine file do: known, so the same in every step of a fit.
+    pub disturbances: Disturbances,
 }
 
 /// One test: its motion, links, readings, and which unknowns reach it.
@@ -42,9 +46,11 @@ impl<'a> Problem<'a> {
         chain: &'a Chain,
         setups: &'a Setups,
         unknowns: Vec<Unknown>,
-    ) -> Result<Problem<'a>, MotionError> {
-        let tests = session.tests.iter().map(|test| {
-            let motion = Motion::of(session, chain, test)?;
+    ) -> Result<Problem<'a>, FitError> {
+        let context = Context::of(session, chain)?;
+        let disturbances = Disturbances::of(&context, &session.machine.effects)?;
+        let tests = session.tests.iter().enumerate().map(|(index, test)| {
+            let motion = context.motion(index).clone();
             let links = test.links(chain)?;
             let reading_mm = match &test.recording {
                 Some(recording) => recording.length_mm.clone(),
@@ -52,8 +58,9 @@ impl<'a> Problem<'a> {
             };
             Ok(PreparedTest { motion, links, reading_mm, columns: Vec::new() })
         });
-        let tests = tests.collect::<Result<Vec<_>, MotionError>>()?;
-        let mut problem = Problem { session, chain, setups, unknowns, tests, composition: Composition::Exact };
+        let tests = tests.collect::<Result<Vec<_>, FitError>>()?;
+        let composition = Composition::Exact;
+        let mut problem = Problem { session, chain, setups, unknowns, tests, composition, disturbances };
         for test in 0..problem.tests.len() {
             problem.tests[test].columns = problem.reaching(test);
         }
@@ -98,9 +105,13 @@ impl<'a> Problem<'a> {
         (pivot, spindle, bar)
     }
 
-    /// Geometry with the unknown location errors at `values`.
+    /// Geometry with the unknown location errors at `values`, and what effects add to them.
     pub fn geometry(&self, values: &[f64]) -> Geometry<'a> {
-        Geometry::new(self.chain, &self.location_errors(values), self.composition)
+        let mut errors = self.location_errors(values);
+        for (error, added) in errors.iter_mut().zip(&self.disturbances.location) {
+            error.iter_mut().zip(added).for_each(|(error, added)| *error += added);
+        }
+        Geometry::new(self.chain, &errors, self.composition)
     }
 
     /// Residuals and derivatives of one test.
@@ -135,22 +146,38 @@ impl<'a> Problem<'a> {
         let (pivot, spindle, bar) = self.setup_of(test, values);
         let axis_count = self.chain.axis_count();
         let mut s = Sensitivity::zeros(axis_count);
-        let moves = self.session.machine.axes.iter().any(|axis| !axis.component_errors.is_empty());
+        let disturbances = &self.disturbances.by_test[test];
+        let moves =
+            !disturbances.is_empty() || self.session.machine.axes.iter().any(|axis| !axis.component_errors.is_empty());
         let mut motion = vec![[0.0; 6]; axis_count];
+        let mut actual = vec![0.0; axis_count];
         for row in 0..prepared.motion.rows() {
-            let positions = prepared.motion.row(row);
+            let commanded = prepared.motion.row(row);
             let component = moves.then(|| {
-                component_errors(self.session, positions, &mut motion);
-                motion.as_slice()
+                component_errors(self.session, commanded, &mut motion);
+                motion.as_mut_slice()
             });
+            let Some(disturbance) = disturbances.get(row) else {
+                let balls = ((prepared.links.0, &pivot), (prepared.links.1, &spindle));
+                geometry.sensitivity(balls.0, balls.1, commanded, component.as_deref(), &mut s);
+                see(row, &s, bar);
+                continue;
+            };
+            for (sum, added) in component.into_iter().flatten().zip(&disturbance.motion) {
+                sum.iter_mut().zip(added).for_each(|(sum, added)| *sum += added);
+            }
+            for ((actual, commanded), off) in actual.iter_mut().zip(commanded).zip(&disturbance.position) {
+                *actual = commanded + off;
+            }
+            let balls = (pivot + disturbance.pivot_mm, spindle + disturbance.spindle_mm);
             geometry.sensitivity(
-                (prepared.links.0, &pivot),
-                (prepared.links.1, &spindle),
-                positions,
-                component,
+                (prepared.links.0, &balls.0),
+                (prepared.links.1, &balls.1),
+                &actual,
+                Some(motion.as_slice()),
                 &mut s,
             );
-            see(row, &s, bar);
+            see(row, &s, bar + disturbance.reading_mm);
         }
     }
 }

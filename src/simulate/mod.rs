@@ -1,5 +1,11 @@
 //! Traces of a session: what an ideal instrument would read, and the real one in `instrument`. No files.
 
+mod instrument;
+mod setup_errors;
+
+pub use instrument::{Instrument, InstrumentError};
+pub use setup_errors::SetupErrors;
+
 use nalgebra::Vector3;
 
 use crate::chain::{Chain, Composition, Geometry};
@@ -25,8 +31,17 @@ pub enum SimulateError {
     Effect(#[from] EffectError),
 }
 
-/// Trace of every test of a session with the errors and effects of its machine file.
+/// Trace of every test of a session with the errors and effects of its machine file, balls where the session says.
 pub fn simulate(session: &Session, composition: Composition) -> Result<Vec<Trace>, SimulateError> {
+    simulate_with(session, composition, &SetupErrors::none(session))
+}
+
+/// The same with balls displaced; the commanded positions of planned paths stay those of the stated places.
+pub fn simulate_with(
+    session: &Session,
+    composition: Composition,
+    setup: &SetupErrors,
+) -> Result<Vec<Trace>, SimulateError> {
     let chain = Chain::of(&session.machine);
     let context = Context::of(session, &chain)?;
     let disturbances = Disturbances::of(&context, &session.machine.effects)?;
@@ -41,8 +56,9 @@ pub fn simulate(session: &Session, composition: Composition) -> Result<Vec<Trace
         .enumerate()
         .map(|(index, test)| {
             let motion = context.motion(index);
-            let balls = (&test.pivot.at, &test.spindle_ball.at);
-            let length_mm = lengths(session, &geometry, test, motion, balls, &disturbances.by_test[index])?;
+            let balls = (&(test.pivot.at + setup.pivot_mm[index]), &(test.spindle_ball.at + setup.spindle_mm[index]));
+            let mut length_mm = lengths(session, &geometry, test, motion, balls, &disturbances.by_test[index])?;
+            length_mm.iter_mut().for_each(|length| *length += setup.bar_mm[index]);
             Ok(Trace { test: test.name.clone(), motion: motion.clone(), length_mm })
         })
         .collect()

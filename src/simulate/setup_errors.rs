@@ -1,0 +1,47 @@
+//! Placement errors of balls and reading errors of bars, by test: none, given, or drawn from the stated spreads.
+
+use nalgebra::Vector3;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::instrument::stream;
+use crate::session::{Session, Setups};
+
+/// What stands elsewhere than the session says, by test in its order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SetupErrors {
+    /// Displacement of the pivot ball on its link, mm.
+    pub pivot_mm: Vec<Vector3<f64>>,
+    /// Displacement of the spindle ball on its link, mm.
+    pub spindle_mm: Vec<Vector3<f64>>,
+    /// Reading minus distance, beside the stated bar error, mm.
+    pub bar_mm: Vec<f64>,
+}
+
+impl SetupErrors {
+    /// Everything where the session says.
+    pub fn none(session: &Session) -> SetupErrors {
+        let tests = session.tests.len();
+        SetupErrors {
+            pivot_mm: vec![Vector3::zeros(); tests],
+            spindle_mm: vec![Vector3::zeros(); tests],
+            bar_mm: vec![0.0; tests],
+        }
+    }
+
+    /// Normal draws with the stated spreads; tests that share a setup share its error.
+    pub fn drawn(session: &Session, seed: u64) -> SetupErrors {
+        let setups = Setups::of(session);
+        let mut random = stream(seed, 0);
+        let mut draw = |sigma: f64| -> f64 { sigma * Distribution::<f64>::sample(&StandardNormal, &mut random) };
+        let pivots: Vec<Vector3<f64>> =
+            setups.pivots.iter().map(|setup| Vector3::from_fn(|_, _| draw(setup.spread_mm))).collect();
+        let balls: Vec<Vector3<f64>> =
+            setups.spindle_balls.iter().map(|setup| Vector3::from_fn(|_, _| draw(setup.spread_mm))).collect();
+        let bars: Vec<f64> = setups.bars.iter().map(|setup| draw(setup.spread_mm)).collect();
+        SetupErrors {
+            pivot_mm: setups.pivot_of.iter().map(|&index| pivots[index]).collect(),
+            spindle_mm: setups.spindle_ball_of.iter().map(|&index| balls[index]).collect(),
+            bar_mm: setups.bar_of.iter().map(|bar| bar.map_or(0.0, |index| bars[index])).collect(),
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Own simulations come back: errors under effects, coverage of the reported sigmas, and recordings made elsewhere.
+
+mod recorded;
+mod shared_data;
+
+use fiveaxis::chain::Composition;
+use fiveaxis::identify::{Fit, Options, Quantity, identify};
+use fiveaxis::load::load_session;
+use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
+use fiveaxis::session::Session;
+use fiveaxis::simulate::{Instrument, SetupErrors, simulate, simulate_with};
+use fiveaxis::units::{ARCSEC_PER_RAD, UM_PER_MM};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use recorded::{planned_thesis_session, recorded};
+
+/// Location errors with their estimate minus truth in reported sigmas.
+fn deviations(fit: &Fit, truth: &Session) -> Vec<(String, f64, bool)> {
+    fit.unknowns
+        .iter()
+        .zip(&fit.estimates)
+        .filter_map(|(unknown, estimate)| match unknown.quantity {
+            Quantity::Location { axis, component } => {
+                let true_value = truth.machine.axes[axis].location_errors[component.index()];
+                let off = (estimate.value - true_value) / estimate.sigma;
+                Some((unknown.label.clone(), off, estimate.determined))
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+/// Location errors drawn for every slot of the rotary axes: 30 µm and 10 arcsec.
+fn with_drawn_errors(session: &Session, seed: u64) -> Session {
+    let mut session = session.clone();
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
+    for name in fiveaxis::identify::default_free(&session.machine) {
+        let axis = session.machine.axis_index(&name.axis).unwrap();
+        let sigma = if name.component.is_angle() { 10.0 / ARCSEC_PER_RAD } else { 30.0 / UM_PER_MM };
+        let draw: f64 = StandardNormal.sample(&mut random);
+        session.machine.axes[axis].location_errors[name.component.index()] = sigma * draw;
+    }
+    session
+}
+
+fn without_errors(session: &Session) -> Session {
+    let mut session = session.clone();
+    session.machine.axes.iter_mut().for_each(|axis| axis.location_errors = [0.0; 6]);
+    session
+}
+
+#[test]
+fn location_errors_come_back_from_under_known_effects() {
+    let mut session = planned_thesis_session(120);
+    let axis = |name: &str| session.machine.axis_index(name).unwrap();
+    let (a, c, x) = (axis("A"), axis("C"), axis("X"));
+    let backlash = Effect::new("rotary-backlash", Place::Axis(a))
+        .size(Outlet::Motion { axis: a, component: Component::EA }, "", 20.0 / ARCSEC_PER_RAD)
+        .with("take_up", ParameterValue::Number(0.05));
+    let wobble = Effect::new("rotary-error-motion", Place::Axis(c))
+        .size(Outlet::Motion { axis: c, component: Component::EX }, "cos2", 8e-3)
+        .size(Outlet::Motion { axis: c, component: Component::EB }, "sin1", 5.0 / ARCSEC_PER_RAD)
+        .with("orders", ParameterValue::List(vec![1.0, 2.0]));
+    let squareness = Effect::new("linear-backlash", Place::Axis(x)).size(Outlet::own(&session.machine, x), "", 2e-3);
+    session.machine.effects = vec![backlash, wobble, squareness];
+    let truth = with_drawn_errors(&session, 1);
+    let ideal = simulate(&truth, Composition::Exact).unwrap();
+    let mut bare = truth.clone();
+    bare.machine.effects.clear();
+    let unmoved = simulate(&bare, Composition::Exact).unwrap();
+    let largest =
+        |k: usize| ideal[k].length_mm.iter().zip(&unmoved[k].length_mm).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!((0..ideal.len()).any(|k| largest(k) > 2e-3), "the effects must be seen for the test to mean anything");
+    let start = recorded(&without_errors(&session), &ideal);
+    let fit = identify(&start, &Options::default()).unwrap();
+    assert!(fit.rms_mm < 1e-9, "{} mm", fit.rms_mm);
+    for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
+        let Quantity::Location { axis, component } = unknown.quantity else { continue };
+        let inserted = truth.machine.axes[axis].location_errors[component.index()];
+        // 1e-4: what priors of 1 mm and 0.1° pull from data that stop at the noise floor
+        let tolerance = 1e-4 * inserted.abs() + 1e-8;
+        assert!((estimate.value - inserted).abs() < tolerance, "{}: {} for {inserted}", unknown.label, estimate.value);
+    }
+    // without the effects in the model the same recordings do not give the inserted errors
+    let mut blind = start.clone();
+    blind.machine.effects.clear();
+    assert!(identify(&blind, &Options::default()).unwrap().rms_mm > 1e-4);
+}
+
+#[test]
+fn reported_sigmas_cover_the_truth_as_often_as_they_claim() {
+    const SEEDS: u64 = 500;
+    let planned = planned_thesis_session(80);
+    let instrument = Instrument::default();
+    let deviations: Vec<f64> = (0..SEEDS)
+        .into_par_iter()
+        .flat_map_iter(|seed| {
+            let truth = with_drawn_errors(&planned, seed);
+            let traces = simulate_with(&truth, Composition::Exact, &SetupErrors::drawn(&truth, seed)).unwrap();
+            let traces = instrument.read(&truth, traces, seed).unwrap();
+            let fit = identify(&recorded(&planned, &traces), &Options::default())
+                .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
+            deviations(&fit, &truth).into_iter().map(|(_, off, _)| off).collect::<Vec<f64>>()
+        })
+        .collect();
+    assert_eq!(deviations.len(), 8 * SEEDS as usize);
+    let within = deviations.iter().filter(|off| off.abs() <= 2.0).count() as f64 / deviations.len() as f64;
+    let rms = (deviations.iter().map(|off| off * off).sum::<f64>() / deviations.len() as f64).sqrt();
+    println!("{:.2} % of {} within two sigmas, rms {rms:.3} sigma", 100.0 * within, deviations.len());
+    assert!((0.93..=0.97).contains(&within), "{:.2} % within two sigmas (rms {rms:.3})", 100.0 * within);
+}
+
+#[test]
+fn recordings_made_elsewhere_give_their_truth() {
+    let Some(practice) = shared_data::folder("recordings/practice") else { return };
+    // one session without effects and one whose effect is invisible
+    for case in ["case-010", "case-007"] {
+        let session = load_session(&practice.join(case).join("session.yaml")).unwrap();
+        let truth: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(practice.join(format!("truth/{case}.json"))).unwrap())
+                .unwrap();
+        let fit = identify(&session, &Options::default()).unwrap();
+        let mut determined = 0;
+        for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
+            let Some(value) = truth["pige"][&unknown.label].as_f64() else { continue };
+            let (found, sigma) = (unknown.measure.to_output(estimate.value), unknown.measure.to_output(estimate.sigma));
+            println!("{case} {}: {found:.2} ± {sigma:.2}, true {value:.2}", unknown.label);
+            if estimate.determined {
+                determined += 1;
+                assert!(
+                    (found - value).abs() <= 3.0 * sigma,
+                    "{case} {}: {found} ± {sigma}, true {value}",
+                    unknown.label
+                );
+            }
+        }
+        assert_eq!(determined, 8, "{case}");
+    }
+}
