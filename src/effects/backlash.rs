@@ -4,7 +4,9 @@
 //! over the free gap; ε the elastic wind-up, which relaxes towards the direction of motion as `e^(−travel/take_up)`.
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, plain_measure, single_function, stated};
+use super::kind::{
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function, stated,
+};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, Place};
 
@@ -41,6 +43,7 @@ pub static ROTARY_BACKLASH: Kind = Kind {
     cause: "worm or gear clearance, wind-up of the drive, loose clamping of the encoder",
     remedy: "adjust the worm or preload, check the drive's stiffness, then set the control's backlash compensation",
     parameters: PARAMETERS,
+    check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Rotary),
     measure: plain_measure,
     functions: single_function,
@@ -56,6 +59,7 @@ pub static LINEAR_BACKLASH: Kind = Kind {
     cause: "clearance of screw, nut or its bearings; wind-up of the drive between encoder and slide",
     remedy: "renew or preload nut and bearings, then set the control's backlash compensation",
     parameters: PARAMETERS,
+    check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Linear),
     measure: plain_measure,
     functions: single_function,
@@ -71,6 +75,7 @@ pub static LATERAL_PLAY: Kind = Kind {
     cause: "play of bearing or guideway, a drive that pushes off centre, tilt on reversal",
     remedy: "preload the bearing or gibs, check the drive's alignment",
     parameters: PARAMETERS,
+    check: no_check,
     outlets: |machine, place| across(machine, place),
     measure: plain_measure,
     functions: single_function,

@@ -1,6 +1,6 @@
 //! The control's own table of location errors applied twice, with the wrong sign or not at all. What the table should hold is not known here.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, plain_measure, single_function};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, no_check, plain_measure, single_function};
 use crate::machine::{Component, Outlet, Place};
 
 /// A compensation map that acts `factor` times too much; its sizes are the map.
@@ -18,6 +18,7 @@ pub static COMPENSATION: Kind = Kind {
         (-10.0, 10.0),
         "how often the map acts too much: 1 applied twice, -2 sign turned, -1 not applied",
     )],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Control => (0..machine.axes.len())
             .flat_map(|axis| Component::ALL.map(|component| Outlet::Location { axis, component }))

@@ -3,7 +3,7 @@
 //! `E = S g`, g the unit vector of gravity in the frame of the load (a link), S the sizes: mm or rad per g.
 //! Bending, bearing shift and wind-up by an eccentric mass are all of this form.
 
-use super::kind::{Default, Driver, Kind, Parameter, Profile, every_component, plain_measure, word};
+use super::kind::{Default, Driver, Kind, Parameter, Profile, every_component, no_check, plain_measure, word};
 use super::{Context, EffectError};
 use crate::chain::Geometry;
 use crate::machine::{AxisKind, Effect, Place};
@@ -22,6 +22,7 @@ pub static GRAVITY_SAG: Kind = Kind {
         Default::Absent,
         "link whose frame the load keeps; the link that the joint carries when not stated",
     )],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => every_component(machine, axis),
         _ => Vec::new(),

@@ -6,7 +6,7 @@
 use super::backlash::across;
 use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, plain_measure};
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 use std::f64::consts::TAU;
 
 const PARAMETERS: &[Parameter] = &[
@@ -23,6 +23,7 @@ pub static ROTARY_ERROR_MOTION: Kind = Kind {
     cause: "out-of-round bearing races, worn or dirty table bearing, coupling pushing at its order",
     remedy: "inspect bearing and preload; orders at ball-pass numbers name the race",
     parameters: PARAMETERS,
+    check: periods_of_its_axis,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => across(machine, place),
         _ => Vec::new(),
@@ -41,6 +42,7 @@ pub static CYCLIC_ERROR: Kind = Kind {
     cause: "worm or gear tooth (orders at the tooth number), eccentric encoder disc (1 per turn), screw pitch",
     remedy: "centre the encoder, renew worm or screw bearing, or use the control's pitch compensation at that period",
     parameters: PARAMETERS,
+    check: periods_of_its_axis,
     outlets: |machine, place| match place {
         Place::Axis(axis) => vec![Outlet::own(machine, axis)],
         _ => Vec::new(),
@@ -49,6 +51,21 @@ pub static CYCLIC_ERROR: Kind = Kind {
     functions,
     profiles,
 };
+
+/// Orders go with a rotary axis, periods with a linear one.
+fn periods_of_its_axis(machine: &Machine, effect: &Effect) -> Result<(), String> {
+    let kind = effect.place.axis().map(|axis| machine.axes[axis].kind);
+    let (orders, periods) = (list(effect, "orders").len(), list(effect, "periods").len());
+    match kind {
+        Some(AxisKind::Rotary) if orders == 0 || periods > 0 => {
+            Err("a rotary axis has orders, e.g. orders: [2, 3]".into())
+        }
+        Some(AxisKind::Linear) if periods == 0 || orders > 0 => {
+            Err("a linear axis has periods in mm, e.g. periods: [10]".into())
+        }
+        _ => Ok(()),
+    }
+}
 
 /// `cos2`, `sin2`, … in the order of the parameters.
 fn functions(effect: &Effect) -> Vec<String> {

@@ -134,6 +134,8 @@ pub struct Kind {
     /// What one does about it.
     pub remedy: &'static str,
     pub parameters: &'static [Parameter],
+    /// What is wrong with its parameters taken together, if anything.
+    pub check: fn(&Machine, &Effect) -> Result<(), String>,
     /// Outlets it may have at a place; empty when it cannot sit there.
     pub outlets: fn(&Machine, Place) -> Vec<Outlet>,
     /// What its sizes measure at an outlet.
@@ -209,6 +211,11 @@ pub(super) fn word<'a>(effect: &'a Effect, name: &str) -> Option<&'a str> {
 /// The measure of the outlet itself, for functions without dimension.
 pub(super) fn plain_measure(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
     outlet.measure(machine)
+}
+
+/// Parameters that need no more than their bounds.
+pub(super) fn no_check(_machine: &Machine, _effect: &Effect) -> Result<(), String> {
+    Ok(())
 }
 
 /// The one function without a name.

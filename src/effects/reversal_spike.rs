@@ -6,7 +6,7 @@
 //! that its largest value in the session is one.
 
 use super::context::Travel;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, plain_measure, single_function};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, Place};
 use std::f64::consts::TAU;
@@ -42,6 +42,7 @@ pub static REVERSAL_SPIKE: Kind = Kind {
             "damping ratio of the servo; below 1 the spike rings",
         ),
     ],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => vec![Outlet::own(machine, axis)],
         _ => Vec::new(),

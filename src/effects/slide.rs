@@ -1,6 +1,6 @@
 //! Errors proportional to a slide's position: squareness and scale. Periodic and local errors have files of their own.
 
-use super::kind::{Driver, Kind, plain_measure, single_function};
+use super::kind::{Driver, Kind, no_check, plain_measure, single_function};
 use crate::machine::{AxisKind, Component, Outlet, Place};
 use crate::units::Measure;
 
@@ -13,6 +13,7 @@ pub static SQUARENESS: Kind = Kind {
     cause: "alignment of guideways to each other, foundation settled, collision",
     remedy: "level the bed, realign the slide, or set the control's squareness compensation",
     parameters: &[],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => {
             let own = machine.axes[axis].own_component().direction_index();
@@ -35,6 +36,7 @@ pub static LINEAR_SCALE: Kind = Kind {
     cause: "temperature of scale or screw, pitch compensation missing or doubled",
     remedy: "check the scale's temperature and mounting, then set pitch compensation against an interferometer",
     parameters: &[],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => vec![Outlet::own(machine, axis)],
         _ => Vec::new(),

@@ -3,7 +3,7 @@
 //! `displacement = s [1 − c e^(−(t − t0)/τ)]` from t0 on, zero before: the share 1 − c at once, c creeping after it.
 
 use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, plain_measure, single_function, word,
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, Place};
@@ -46,6 +46,7 @@ pub static PIVOT_SLIP: Kind = Kind {
     cause: "magnet or glue of the cup let go, a knock, the bar pulled at the end of its stroke",
     remedy: "mount the cup anew, repeat the tests after the slip or treat them as a setup of their own",
     parameters: PARAMETERS,
+    check: no_check,
     outlets: |_, place| {
         if place == Place::Pivot { (0..3).map(Outlet::Pivot).collect() } else { Vec::new() }
     },
@@ -63,6 +64,7 @@ pub static BALL_SLIP: Kind = Kind {
     cause: "ball stem or tool holder moved in the spindle, draw-bar not fully clamped, a knock",
     remedy: "clean and clamp the holder anew, repeat the tests after the slip or treat them as a setup of their own",
     parameters: PARAMETERS,
+    check: no_check,
     outlets: |_, place| {
         if place == Place::SpindleBall { (0..3).map(Outlet::SpindleBall).collect() } else { Vec::new() }
     },

@@ -4,7 +4,7 @@
 //! centre c, zero outside; with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
 
 use super::backlash::across;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, plain_measure, stated};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, stated};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Place};
 use std::f64::consts::PI;
@@ -42,6 +42,7 @@ pub static STRAIGHTNESS: Kind = Kind {
             "position at which a power has the stated size, mm",
         ),
     ],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => across(machine, place),
         _ => Vec::new(),

@@ -4,7 +4,9 @@
 //! Temperature: `E = s (T − T_first)` from a channel of the recordings.
 
 use super::channel::warming;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, stated, word};
+use super::kind::{
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, no_check, stated, word,
+};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Machine, Outlet, Place};
 use crate::units::Measure;
@@ -42,6 +44,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
     parameters: &[TAU, START, CHANNEL],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
         _ => Vec::new(),
@@ -70,16 +73,14 @@ pub static BAR_LENGTH: Kind = Kind {
             (0.0, 1e5),
             "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
         ),
-        Parameter::word("constant", &["yes", "no"], Default::Absent, "no: only tau or channel act"),
     ],
+    check: no_check,
     outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
     measure,
     functions: |effect| {
-        let mut names = growth_functions(effect);
-        if word(effect, "constant") != Some("no") {
-            names.insert(0, String::new());
-        }
-        names
+        let growing = growth_functions(effect);
+        let constant = if growing.is_empty() { "" } else { "constant" };
+        std::iter::once(constant.to_string()).chain(growing).collect()
     },
     profiles: bar_profiles,
 };
@@ -122,9 +123,7 @@ const SAME_BAR_MM: f64 = 0.5;
 
 fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let mut profiles = growth(&BAR_LENGTH, context, effect)?;
-    if word(effect, "constant") != Some("no") {
-        profiles.insert(0, context.profile(|_, _| 1.0));
-    }
+    profiles.insert(0, context.profile(|_, _| 1.0));
     if let Some(bar) = stated(effect, "bar") {
         for profile in &mut profiles {
             for (test, rows) in context.session().tests.iter().zip(profile) {

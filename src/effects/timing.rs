@@ -1,6 +1,6 @@
 //! Errors proportional to speed or acceleration: lag of an axis, radius loss, late pairing of positions with readings.
 
-use super::kind::{Driver, Kind, plain_measure, single_function};
+use super::kind::{Driver, Kind, no_check, plain_measure, single_function};
 use crate::machine::{Outlet, Place};
 
 /// An axis that trails its command.
@@ -12,6 +12,7 @@ pub static SERVO_LAG: Kind = Kind {
     cause: "position loop gains that differ between axes (servo mismatch)",
     remedy: "match the loop gains (Kv) and feed-forward of the axes that interpolate",
     parameters: &[],
+    check: no_check,
     outlets: |_, place| place.axis().map(|axis| Outlet::Lag { axis }).into_iter().collect(),
     measure: plain_measure,
     functions: single_function,
@@ -27,6 +28,7 @@ pub static RADIUS_LOSS: Kind = Kind {
     cause: "bandwidth of the position loop: radius falls with feed squared over radius, or grows with wrong feed-forward",
     remedy: "tune velocity and acceleration feed-forward, measure at the feed of use",
     parameters: &[],
+    check: no_check,
     outlets: |_, place| place.axis().map(|axis| Outlet::Acceleration { axis }).into_iter().collect(),
     measure: plain_measure,
     functions: single_function,
@@ -42,6 +44,7 @@ pub static TRIGGER_LATENCY: Kind = Kind {
     cause: "trigger or bus delay between control and instrument, filter delay of the instrument",
     remedy: "measure at two feeds and in both directions, set the delay in the recorder",
     parameters: &[],
+    check: no_check,
     outlets: |_, place| if place == Place::Recorder { vec![Outlet::Delay] } else { Vec::new() },
     measure: plain_measure,
     functions: single_function,

@@ -52,6 +52,7 @@ pub static UNKNOWN: Kind = Kind {
         ),
         Parameter::number("count", ParameterUnit::Plain, Default::Number(8.0), (4.0, 200.0), "number of splines"),
     ],
+    check: ends_rise,
     outlets: anywhere,
     measure: plain_measure,
     functions: |effect| (1..=count(effect)).map(|k| format!("k{k}")).collect(),
@@ -75,6 +76,7 @@ pub static TABLE: Kind = Kind {
         OF,
         Parameter::list("knots", ParameterUnit::Plain, Default::Required, (-1e9, 1e9), "rising, in the driver's unit"),
     ],
+    check: knots_rise,
     outlets: anywhere,
     measure: plain_measure,
     functions: |effect| (1..=list(effect, "knots").len()).map(|k| format!("k{k}")).collect(),
@@ -83,6 +85,34 @@ pub static TABLE: Kind = Kind {
         over_driver(context, effect, knots.len(), |k, x| hat(knots, k, x))
     },
 };
+
+fn ends_rise(machine: &Machine, effect: &Effect) -> Result<(), String> {
+    match (super::kind::stated(effect, "from"), super::kind::stated(effect, "to")) {
+        (Some(from), Some(to)) if from < to => driving_axis(machine, effect),
+        _ => Err("'from' is below 'to'".into()),
+    }
+}
+
+fn knots_rise(machine: &Machine, effect: &Effect) -> Result<(), String> {
+    let knots = list(effect, "knots");
+    if knots.is_empty() || knots.windows(2).any(|pair| pair[0] >= pair[1]) {
+        return Err("knots rise from one to the next, and there is at least one".into());
+    }
+    driving_axis(machine, effect)
+}
+
+fn driving_axis(machine: &Machine, effect: &Effect) -> Result<(), String> {
+    let known = || machine.axis_names().join(" ");
+    match word(effect, "of") {
+        Some(name) if machine.axis_index(name).is_none() => {
+            Err(format!("'of: {name}' names no axis; axes are {}", known()))
+        }
+        None if effect.place.axis().is_none() && word(effect, "driver") != Some("time") => {
+            Err(format!("say 'of:' with the axis that drives it, one of {}", known()))
+        }
+        _ => Ok(()),
+    }
+}
 
 fn count(effect: &Effect) -> usize {
     super::kind::stated(effect, "count").map_or(8, |count| (count as usize).clamp(4, 200))

@@ -2,7 +2,9 @@
 //!
 //! `E = a cos 2πft + b sin 2πft`; t counts from the start of each recording (`clock: test`) or of the session.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, plain_measure, word};
+use super::kind::{
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, no_check, plain_measure, word,
+};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, Place};
 use std::f64::consts::TAU;
@@ -24,6 +26,7 @@ pub static VIBRATION: Kind = Kind {
             "whether phase counts from the session's beginning (default) or from each recording's",
         ),
     ],
+    check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
         Place::SpindleBall => (0..3).map(Outlet::SpindleBall).collect(),

@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::axis::{AxisFile, axis};
 use super::document::{Document, Step};
+use super::effects::effects;
 use super::message::LoadError;
 use super::quantity::{finite, unit_vector};
 use super::text::{MAX_YAML_BYTES, read_limited};
@@ -29,6 +30,8 @@ struct MachineFile {
     gauge_length: Option<f64>,
     #[serde(default)]
     links: Vec<LinkFile>,
+    #[serde(default)]
+    effects: Vec<serde_yaml::Mapping>,
 }
 
 /// A further name of a link: places of robots are known by the names of their links.
@@ -103,7 +106,10 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
     let gauge_length_mm =
         raw.gauge_length.map(|value| finite(&document, &[Step::Key("gauge_length")], value)).transpose()?;
     let link_names = link_names(&document, &raw.links, &names)?;
-    Ok(Machine { name: raw.name, code, axes, gravity, machine_zero, gauge_length_mm, link_names, effects: Vec::new() })
+    let mut machine =
+        Machine { name: raw.name, code, axes, gravity, machine_zero, gauge_length_mm, link_names, effects: Vec::new() };
+    machine.effects = effects(&document, &machine, &raw.effects)?;
+    Ok(machine)
 }
 
 /// Further link names, each with the index of the axis that carries it.

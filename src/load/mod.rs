@@ -3,6 +3,7 @@
 mod axis;
 mod component_form;
 mod document;
+mod effects;
 mod machine;
 mod message;
 mod positions;

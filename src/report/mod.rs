@@ -1,6 +1,7 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
 pub mod check;
+mod effect_yaml;
 pub mod fit;
 mod number;
 pub mod polar;
@@ -8,4 +9,5 @@ pub mod table;
 pub mod thesis;
 mod yaml;
 
+pub use effect_yaml::effect_yaml;
 pub use yaml::{machine_yaml, session_yaml};

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
+use super::effect_yaml::effect_yaml;
 use super::number::{position, quantity, reading_back, scaled_quantity};
 use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
 use crate::session::{Ball, Follow, Path, Session, Test};
@@ -46,6 +47,10 @@ pub fn machine_yaml(machine: &Machine) -> String {
             let carrier = carrier.map_or("b", |axis| &machine.axes[axis].name);
             let _ = writeln!(out, "  - {{name: {}, carried_by: {}}}", text(name), text(carrier));
         }
+    }
+    if !machine.effects.is_empty() {
+        out.push_str("effects:\n");
+        machine.effects.iter().for_each(|effect| out.push_str(&effect_yaml(machine, effect)));
     }
     out
 }
@@ -211,7 +216,7 @@ fn vector(value: &Vector3<f64>) -> String {
 }
 
 /// A scalar of text: plain where YAML cannot take it for anything else, quoted otherwise.
-fn text(value: &str) -> String {
+pub(super) fn text(value: &str) -> String {
     let mut characters = value.chars();
     let starts_as_word = characters.next().is_some_and(|first| first.is_ascii_alphabetic());
     let is_word = starts_as_word && characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '/'));
