@@ -8,7 +8,7 @@ pub static SERVO_LAG: Kind = Kind {
     name: "servo-lag",
     driver: Driver::Speed,
     formula: "position = command - lag * speed",
-    size_meaning: "lag",
+    size_meaning: "lag behind the command",
     cause: "position loop gains that differ between axes (servo mismatch)",
     remedy: "match the loop gains (Kv) and feed-forward of the axes that interpolate",
     parameters: &[],

@@ -1,0 +1,540 @@
+//! Every effect of the catalogue on several topologies: a new kind is tested by being registered. Laws of single kinds follow.
+
+use std::path::Path;
+
+use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};
+use fiveaxis::effects::{self, Context, Default, Disturbances, Kind, Parameter, ParameterUnit, column};
+use fiveaxis::load::{load_machine, machine_from_yaml};
+use fiveaxis::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+use fiveaxis::report::machine_yaml;
+use fiveaxis::session::{Ball, CirclePlane, Clock, Follow, Recording, Session, Spread, Test};
+use fiveaxis::simulate::simulate;
+use fiveaxis::units::Measure;
+use nalgebra::Vector3;
+
+/// One of each class: table-table, table-head, head-head, inclined axes, a chain with names of its own.
+const TOPOLOGIES: [&str; 4] = [
+    "hermle-c600u.yaml",
+    "table-head-cb-moving-table-y.yaml",
+    "head-head-ca-moving-table.yaml",
+    "nutating-table-45.yaml",
+];
+
+const ARM: &str = "name: arm\nchain: [w, b, J1, J2, J3, t]\naxes:\n  J1: {type: rotary, direction: [0, 0, 1]}\n  J2: \
+                   {type: rotary, direction: [0, 1, 0], origin: [0, 0, 290], reversed: true}\n  J3: {type: rotary, \
+                   direction: [0, 0.6, 0.8], origin: [0, 0, 560]}\n";
+
+fn machines() -> Vec<Machine> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
+    let mut all: Vec<Machine> = TOPOLOGIES.iter().map(|name| load_machine(&folder.join(name)).unwrap()).collect();
+    all.push(machine_from_yaml(Path::new("arm.yaml"), ARM.into()).unwrap());
+    all
+}
+
+fn ball(link: &str, at: [f64; 3]) -> Ball {
+    Ball { link: link.into(), at: Vector3::from(at), setup: None, spread_mm: None }
+}
+
+/// A recording of the given rows (all axes, mm or rad) at 0.1 s steps with a rising temperature.
+fn recording(rows: &[Vec<f64>]) -> Recording {
+    let axes = rows[0].len();
+    Recording {
+        clock: Clock::TimeS((0..rows.len()).map(|row| row as f64 * 0.1).collect()),
+        axes: (0..axes).collect(),
+        positions: (0..axes).map(|axis| rows.iter().map(|row| row[axis]).collect()).collect(),
+        length_mm: vec![f64::NAN; rows.len()],
+        channels: vec![("temperature_degC".into(), (0..rows.len()).map(|row| 20.0 + 0.01 * row as f64).collect())],
+        leading_texts: Vec::new(),
+        leading_header: String::new(),
+    }
+}
+
+fn test(name: &str, started_at_s: f64, rows: &[Vec<f64>]) -> Test {
+    Test {
+        name: name.into(),
+        recording_file: None,
+        recording: Some(recording(rows)),
+        path: None,
+        started_at_s,
+        bar_length_mm: Some(100.0),
+        bar_setup: None,
+        bar_error_mm: 0.0,
+        pivot: ball("w", [70.0, 40.0, 20.0]),
+        spindle_ball: ball("t", [-35.0, 10.0, 110.0]),
+        positions: vec![None; rows[0].len()],
+        feed_mm_per_min: None,
+        overshoot: None,
+    }
+}
+
+fn session(machine: Machine, tests: Vec<Test>) -> Session {
+    Session { name: "walk".into(), machine_file: "machine.yaml".into(), machine, spread: Spread::default(), tests }
+}
+
+/// Two tests in which every axis moves to and fro, each at a rhythm of its own.
+fn walk(machine: Machine) -> Session {
+    let row = |k: usize, turn: f64| -> Vec<f64> {
+        let phase = |axis: usize| 0.04 * turn * k as f64 * (1.0 + 0.17 * axis as f64);
+        let reach = |axis: usize| if machine.axes[axis].kind == AxisKind::Linear { 60.0 } else { 0.7 };
+        (0..machine.axes.len()).map(|axis| reach(axis) * phase(axis).sin()).collect()
+    };
+    let rows = |turn: f64| (0..160).map(|k| row(k, turn)).collect::<Vec<_>>();
+    let tests = vec![test("there", 60.0, &rows(1.0)), test("back", 200.0, &rows(-1.0))];
+    session(machine, tests)
+}
+
+/// A parameter's default, or a value that its bounds and the rhythm of [`walk`] allow.
+fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<ParameterValue> {
+    let (from, to) = parameter.bounds;
+    let axis_kind = place.axis().map(|axis| machine.axes[axis].kind);
+    let inside = |value: f64| match (parameter.unit, axis_kind) {
+        (ParameterUnit::Position, Some(kind)) => kind.from_file_unit(value.clamp(from, to)),
+        _ => value.clamp(from, to),
+    };
+    Some(match (parameter.name, parameter.unit, parameter.count) {
+        ("orders", ..) if axis_kind == Some(AxisKind::Linear) => return None,
+        ("periods", ..) if axis_kind == Some(AxisKind::Rotary) => return None,
+        ("link", ..) => ParameterValue::Word(if place == Place::Pivot { "w" } else { "t" }.into()),
+        ("at", ..) if place == Place::Pivot => ParameterValue::List(vec![70.0, 40.0, 20.0]),
+        ("at", ..) => ParameterValue::List(vec![-35.0, 10.0, 110.0]),
+        ("bar", ..) => ParameterValue::Number(100.0),
+        ("time", ..) => ParameterValue::Number(65.0),
+        ("from", ..) => ParameterValue::Number(-70.0),
+        ("to", ..) => ParameterValue::Number(70.0),
+        ("channel", ..) => ParameterValue::Word("temperature_degC".into()),
+        ("load", ..) => ParameterValue::Word("t".into()),
+        ("of", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
+        (_, ParameterUnit::Word(words), _) => ParameterValue::Word((*words.first()?).into()),
+        (_, _, 1) => match parameter.default {
+            Default::Number(value) => ParameterValue::Number(inside(value)),
+            _ => ParameterValue::Number(inside(1.0)),
+        },
+        _ => ParameterValue::List(vec![inside(2.0), inside(5.0)]),
+    })
+}
+
+/// An effect of a kind at a place with every parameter stated and every size set.
+fn full(machine: &Machine, kind: &Kind, place: Place) -> Effect {
+    let mut effect = Effect::new(kind.name, place);
+    for parameter in kind.parameters {
+        if let Some(value) = example(machine, place, parameter) {
+            effect.set(parameter.name, value);
+        }
+    }
+    let functions = (kind.functions)(&effect);
+    for (index, outlet) in (kind.outlets)(machine, place).into_iter().enumerate() {
+        for (k, function) in functions.iter().enumerate() {
+            let typical = match (kind.measure)(machine, &outlet, function) {
+                Measure::Length | Measure::LengthPerKelvin => 8e-3,
+                Measure::Angle | Measure::AnglePerKelvin => 3e-5,
+                Measure::Strain => 5e-5,
+                Measure::Time => 1e-3,
+                Measure::TimeSquared => 1e-4,
+            };
+            let sign = if (index + k) % 2 == 0 { 1.0 } else { -1.0 };
+            effect = effect.size(outlet, function, typical * sign / (1.0 + index as f64));
+        }
+    }
+    effect
+}
+
+/// Runs `check` for every kind at every place of every topology.
+fn each(mut check: impl FnMut(&Machine, &Kind, Effect)) {
+    let machines = machines();
+    for kind in effects::KINDS {
+        let mut places = 0;
+        for machine in &machines {
+            for place in kind.places(machine) {
+                places += 1;
+                check(machine, kind, full(machine, kind, place));
+            }
+        }
+        assert!(places >= machines.len() - 1, "{} fits {places} places only", kind.name);
+    }
+}
+
+fn lengths(session: &Session) -> Vec<Vec<f64>> {
+    simulate(session, Composition::Exact).unwrap().into_iter().map(|trace| trace.length_mm).collect()
+}
+
+fn with_effects(session: &Session, effects: Vec<Effect>) -> Session {
+    let mut session = session.clone();
+    session.machine.effects = effects;
+    session
+}
+
+#[test]
+fn every_effect_reads_back_as_written() {
+    each(|machine, kind, effect| {
+        let mut machine = machine.clone();
+        machine.effects = vec![effect.clone(), Effect { tests: Some(vec!["there".into()]), ..effect }];
+        let text = machine_yaml(&machine);
+        let read = machine_from_yaml(Path::new("machine.yaml"), text.clone())
+            .unwrap_or_else(|why| panic!("{}: {why}\n{text}", kind.name));
+        assert_eq!(read.effects, machine.effects, "{}\n{text}", kind.name);
+    });
+}
+
+#[test]
+fn no_size_no_effect_and_columns_are_the_slope() {
+    let mut worst = (0.0f64, String::new());
+    each(|machine, kind, effect| {
+        let label = format!("{} at {} of {}", kind.name, effect.place.name(machine), machine.name);
+        let session = walk(machine.clone());
+        let base = lengths(&session);
+        assert_eq!(lengths(&with_effects(&session, vec![effect.scaled(0.0)])), base, "{label}");
+
+        let whole = lengths(&with_effects(&session, vec![effect.clone()]));
+        let half = lengths(&with_effects(&session, vec![effect.scaled(0.5)]));
+        let linear = linear_change(&session, &effect);
+        let (mut largest, mut off, mut off_half) = (0.0f64, 0.0f64, 0.0f64);
+        for test in 0..base.len() {
+            for row in 0..base[test].len() {
+                let change = whole[test][row] - base[test][row];
+                largest = largest.max(change.abs());
+                off = off.max((change - linear[test][row]).abs());
+                off_half = off_half.max((half[test][row] - base[test][row] - linear[test][row] / 2.0).abs());
+            }
+        }
+        assert!(largest > 1e-5, "{label} moves nothing: {largest:e} mm");
+        // second order: a quarter at half the size; lengths of some 300 mm carry rounding of 1e-13
+        assert!(off < 0.02 * largest, "{label}: {off:e} of {largest:e} mm");
+        assert!(off_half < 0.3 * off + 1e-11, "{label}: {off_half:e} at half the size, {off:e} at the whole");
+        if off / largest > worst.0 {
+            worst = (off / largest, label);
+        }
+    });
+    println!("largest share that is not linear: {:.2e}, {}", worst.0, worst.1);
+}
+
+/// Change of all readings by the effect's linear columns, mm.
+fn linear_change(session: &Session, effect: &Effect) -> Vec<Vec<f64>> {
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(session, &chain).unwrap();
+    let geometry = Geometry::new(&chain, &session.machine.location_errors(), Composition::Exact);
+    let kind = effects::kind(&effect.kind).unwrap();
+    let profiles = kind.shape(&context, effect).unwrap();
+    let functions = (kind.functions)(effect);
+    assert_eq!(profiles.len(), functions.len(), "{}", kind.name);
+    (0..session.tests.len())
+        .map(|index| {
+            let test = &session.tests[index];
+            let (pivot, spindle) = test.links(&chain).unwrap();
+            let motion = context.motion(index);
+            let sensitivities: Vec<Sensitivity> = (0..motion.rows())
+                .map(|row| {
+                    let mut at = Sensitivity::zeros(chain.axis_count());
+                    let balls = ((pivot, &test.pivot.at), (spindle, &test.spindle_ball.at));
+                    geometry.sensitivity(balls.0, balls.1, motion.row(row), None, &mut at);
+                    at
+                })
+                .collect();
+            let mut sum = vec![0.0; motion.rows()];
+            for size in &effect.sizes {
+                let function = functions.iter().position(|name| *name == size.function).unwrap();
+                let column = column(&context, index, &sensitivities, &size.outlet, &profiles[function]);
+                sum.iter_mut().zip(column).for_each(|(sum, value)| *sum += size.value * value);
+            }
+            sum
+        })
+        .collect()
+}
+
+#[test]
+fn words_of_the_trade_are_there() {
+    let mut names = Vec::new();
+    for kind in effects::KINDS {
+        for words in [kind.formula, kind.size_meaning, kind.cause, kind.remedy] {
+            assert!(words.len() > 3, "{}", kind.name);
+        }
+        assert!(!names.contains(&kind.name), "{} is registered twice", kind.name);
+        names.push(kind.name);
+    }
+    let documentation = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/effects.md")).unwrap();
+    for name in names {
+        assert!(documentation.contains(&format!("`{name}`")), "{name} is missing in docs/effects.md");
+    }
+}
+
+/// A C600U on which C sweeps with the bar along its turning, out and back with the given numbers of rows.
+fn sweeps(rows: [usize; 2]) -> Session {
+    let machine = machines().remove(0);
+    let c = machine.axis_index("C").unwrap();
+    let arc = |from: f64, to: f64, rows: usize| -> Vec<Vec<f64>> {
+        (0..rows)
+            .map(|k| {
+                let mut q = vec![0.0; machine.axes.len()];
+                q[c] = (from + (to - from) * k as f64 / (rows - 1) as f64).to_radians();
+                q
+            })
+            .collect()
+    };
+    let mut tests = vec![test("out", 0.0, &arc(-20.0, 40.0, rows[0])), test("back", 100.0, &arc(40.0, -20.0, rows[1]))];
+    for test in &mut tests {
+        test.pivot = ball("C", [100.0, 0.0, 0.0]);
+        // along the turning: backlash shows whole
+        test.spindle_ball = ball("Z", [100.0, -300.0, 0.0]);
+    }
+    session(machine, tests)
+}
+
+fn backlash(session: &Session, half_width_rad: f64) -> Effect {
+    let c = session.machine.axis_index("C").unwrap();
+    Effect::new("rotary-backlash", Place::Axis(c))
+        .size(Outlet::own(&session.machine, c), "", half_width_rad)
+        .with("take_up", ParameterValue::Number(0.5f64.to_radians()))
+        .with("windup_share", ParameterValue::Number(0.4))
+}
+
+fn profile(session: &Session, effect: &Effect) -> Vec<Vec<f64>> {
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(session, &chain).unwrap();
+    effects::kind(&effect.kind).unwrap().shape(&context, effect).unwrap().remove(0)
+}
+
+#[test]
+fn backlash_is_its_half_width_behind_after_the_approach() {
+    let session = sweeps([121, 121]);
+    let half_width = 5e-5;
+    let found = profile(&session, &backlash(&session, half_width));
+    // 4 deg of approach are eight take-ups from rest: e^-8 of the wind-up is missing
+    let missing = 0.4 * (-8.0f64).exp() * 1.01;
+    assert!(found[0].iter().all(|value| (value + 1.0).abs() <= missing), "out: {:?}", found[0][0]);
+    assert!(found[1].iter().all(|value| (value - 1.0).abs() <= 2.0 * missing), "back: {:?}", found[1][0]);
+    let base = lengths(&session);
+    let moved = lengths(&with_effects(&session, vec![backlash(&session, half_width)]));
+    // at C = 0 the bar stands along the turning at 100 mm: length changes by -100 mm times the angle, rows 40 and 80
+    let change = |test: usize, row: usize| moved[test][row] - base[test][row];
+    let expected = 100.0 * half_width;
+    assert!((change(1, 80) - change(0, 40) - 2.0 * expected).abs() < 1e-3 * expected, "{}", change(1, 80));
+    assert!(
+        change(1, 80) > 0.0,
+        "the table trails: turning back it stands too far forward, away from the spindle ball"
+    );
+}
+
+#[test]
+fn backlash_does_not_depend_on_speed_or_sampling() {
+    let half_width = 5e-5;
+    let sparse = sweeps([31, 31]);
+    let mut dense = sweeps([121, 121]);
+    for test in &mut dense.tests {
+        if let Some(Recording { clock: Clock::TimeS(time), .. }) = &mut test.recording {
+            time.iter_mut().for_each(|time| *time *= 0.01);
+        }
+    }
+    let (few, many) =
+        (profile(&sparse, &backlash(&sparse, half_width)), profile(&dense, &backlash(&dense, half_width)));
+    for test in 0..2 {
+        for (row, value) in few[test].iter().enumerate() {
+            // approaches start at row distances that differ: the same but for e^-8
+            assert!((value - many[test][4 * row]).abs() < 1e-3, "{value} {}", many[test][4 * row]);
+        }
+    }
+}
+
+#[test]
+fn play_closes_its_loops() {
+    let mut session = sweeps([121, 121]);
+    let c = session.machine.axis_index("C").unwrap();
+    // to and fro by 0.4 deg, less than the gap and the take-up: a minor loop
+    let turns: Vec<Vec<f64>> = (0..400)
+        .map(|k| {
+            let mut q = vec![0.0; session.machine.axes.len()];
+            q[c] = (0.2 * (k as f64 * std::f64::consts::TAU / 40.0).sin()).to_radians();
+            q
+        })
+        .collect();
+    session.tests.truncate(1);
+    session.tests[0].recording = Some(recording(&turns));
+    session.tests[0].overshoot = Some(0.0);
+    let effect = backlash(&session, 5e-5).with("gap", ParameterValue::Number(1.0f64.to_radians()));
+    let found = &profile(&session, &effect)[0];
+    for k in 0..40 {
+        let (this, next) = (found[320 + k], found[360 + k]);
+        assert!((this - next).abs() < 1e-6, "row {k} of the loop: {this} then {next}");
+    }
+    let (low, high) = found[320..].iter().fold((1.0f64, -1.0f64), |(l, h), v| (l.min(*v), h.max(*v)));
+    assert!(high - low > 0.1 && low > -1.0 && high < 1.0, "a minor loop inside the major one: {low} … {high}");
+}
+
+#[test]
+fn results_do_not_depend_on_the_order_of_the_file() {
+    each(|machine, kind, effect| {
+        let session = walk(machine.clone());
+        let forward = lengths(&with_effects(&session, vec![effect.clone()]));
+        let mut turned = with_effects(&session, vec![effect]);
+        turned.tests.reverse();
+        let mut backward = lengths(&turned);
+        backward.reverse();
+        assert_eq!(forward, backward, "{}", kind.name);
+    });
+}
+
+#[test]
+fn an_effect_acts_only_in_its_tests() {
+    let session = walk(machines().remove(0));
+    let base = lengths(&session);
+    let effect = Effect { tests: Some(vec!["back".into()]), ..backlash(&session, 5e-5) };
+    let found = lengths(&with_effects(&session, vec![effect]));
+    assert_eq!(found[0], base[0]);
+    assert_ne!(found[1], base[1]);
+}
+
+#[test]
+fn growth_ends_in_its_steady_state() {
+    let mut session = sweeps([31, 31]);
+    session.tests[1].started_at_s = 1e5;
+    let z = session.machine.axis_index("Z").unwrap();
+    let outlet = Outlet::Motion { axis: z, component: Component::EZ };
+    let effect = Effect::new("thermal-growth", Place::Axis(z))
+        .with("tau", ParameterValue::List(vec![60.0, 900.0]))
+        .size(outlet, "growth1", 5e-3)
+        .size(outlet, "growth2", 7e-3);
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(&session, &chain).unwrap();
+    let disturbances = Disturbances::of(&context, &[effect]).unwrap();
+    let at = |test: usize, row: usize| disturbances.by_test[test][row].motion[z][2];
+    assert_eq!(at(0, 0), 0.0);
+    assert!((at(1, 30) - 12e-3).abs() < 1e-15);
+    let t: f64 = 3.0;
+    let expected = 5e-3 * (1.0 - (-t / 60.0).exp()) + 7e-3 * (1.0 - (-t / 900.0).exp());
+    assert!((at(0, 30) - expected).abs() < 1e-15);
+}
+
+#[test]
+fn squareness_is_the_location_error() {
+    let session = walk(machines().remove(0));
+    let y = session.machine.axis_index("Y").unwrap();
+    let value = 6e-5;
+    let effect = Effect::new("squareness", Place::Axis(y)).size(
+        Outlet::Location { axis: y, component: Component::EC },
+        "",
+        value,
+    );
+    let mut located = session.clone();
+    located.machine.axes[y].location_errors[Component::EC.index()] = value;
+    assert_eq!(lengths(&with_effects(&session, vec![effect])), lengths(&located));
+}
+
+#[test]
+fn delay_is_a_shift_in_time() {
+    let mut session = sweeps([121, 121]);
+    session.tests.truncate(1);
+    let effect = Effect::new("trigger-latency", Place::Recorder).size(Outlet::Delay, "", 0.2);
+    let base = &lengths(&session)[0];
+    let late = &lengths(&with_effects(&session, vec![effect]))[0];
+    // rows are 0.1 s apart at constant speed: the readings belong to positions two rows later
+    for row in 0..119 {
+        assert!((late[row] - base[row + 2]).abs() < 1e-9, "{row}: {} {}", late[row], base[row + 2]);
+    }
+}
+
+#[test]
+fn a_pivot_slips_with_its_own_tests_only() {
+    let mut session = sweeps([31, 31]);
+    let mut other = session.tests[1].clone();
+    other.name = "elsewhere".into();
+    other.started_at_s = 300.0;
+    other.pivot = ball("C", [-100.0, 0.0, 0.0]);
+    session.tests.push(other);
+    let base = lengths(&session);
+    let effect = Effect::new("pivot-slip", Place::Pivot)
+        .with("time", ParameterValue::Number(101.5))
+        .size(Outlet::Pivot(0), "", 3e-3)
+        .size(Outlet::Pivot(1), "", 4e-3);
+    let found = lengths(&with_effects(&session, vec![effect]));
+    assert_eq!(found[0], base[0]);
+    assert_eq!(found[1][..15], base[1][..15]);
+    assert!((15..31).all(|row| (found[1][row] - base[1][row]).abs() > 1e-4));
+    assert_eq!(found[2], base[2]);
+}
+
+#[test]
+fn a_spike_follows_a_reversal_and_dies_away() {
+    let machine = machines().remove(0);
+    let (x, y) = (machine.axis_index("X").unwrap(), machine.axis_index("Y").unwrap());
+    let mut circle = test("circle", 0.0, &[vec![0.0; machine.axes.len()]]);
+    circle.recording = None;
+    circle.path = Some(fiveaxis::session::Path::Circle {
+        plane: CirclePlane { first: x, second: y },
+        radius_mm: 100.0,
+        from: -90.0,
+        to: 90.0,
+        step: 0.2,
+    });
+    circle.positions = vec![Some(0.0); machine.axes.len()];
+    circle.feed_mm_per_min = Some(500.0);
+    let session = session(machine, vec![circle]);
+    for servo_hz in [0.0, 3.0] {
+        let effect = Effect::new("reversal-spike", Place::Axis(x))
+            .with("servo_hz", ParameterValue::Number(servo_hz))
+            .size(Outlet::own(&session.machine, x), "", 5e-3);
+        let found = &profile(&session, &effect)[0];
+        let largest = (0..found.len()).max_by(|&a, &b| found[a].abs().total_cmp(&found[b].abs())).unwrap();
+        // X turns round at row 450 of 900 (0 deg); the axis trails, so going back it stands too far out
+        assert!((450..462).contains(&largest), "largest at row {largest}");
+        assert!(found[largest] > 0.9, "{}", found[largest]);
+        assert!(found[900].abs() < 1e-6 && found[440].abs() < 1e-6, "{} {}", found[440], found[900]);
+    }
+}
+
+#[test]
+fn sweeps_of_poses_have_no_approach_and_no_speed() {
+    let mut session = sweeps([31, 31]);
+    for test in &mut session.tests {
+        if let Some(recording) = &mut test.recording {
+            recording.clock = Clock::Pose((0..31).map(f64::from).collect());
+        }
+    }
+    let found = profile(&session, &backlash(&session, 5e-5));
+    assert_eq!(found[0][0], 0.0, "nothing is known before the first pose");
+    assert!(found[0][30] < -0.9 && found[1][30] > 0.9);
+    let effect = Effect::new("trigger-latency", Place::Recorder).size(Outlet::Delay, "", 0.2);
+    assert_eq!(lengths(&with_effects(&session, vec![effect])), lengths(&session));
+}
+
+#[test]
+fn planned_tests_carry_effects() {
+    let mut session = sweeps([31, 31]);
+    let c = session.machine.axis_index("C").unwrap();
+    for (test, (from, to)) in session.tests.iter_mut().zip([(-20.0, 40.0), (40.0, -20.0)]) {
+        test.recording = None;
+        test.path = Some(fiveaxis::session::Path::Sweep { axis: c, from, to, step: 0.5, follow: Follow::None });
+        test.positions = vec![Some(0.0); session.machine.axes.len()];
+    }
+    let found = profile(&session, &backlash(&session, 5e-5));
+    assert!(found[0].iter().all(|value| *value < -0.99) && found[1].iter().all(|value| *value > 0.99));
+}
+
+#[test]
+fn wrong_entries_get_one_clear_message() {
+    let refusal = |entry: &str| {
+        let text = format!("name: m\ncode: \"[wCAbYXZt]\"\naxes: {{}}\neffects:\n{entry}");
+        machine_from_yaml(Path::new("m.yaml"), text).unwrap_err().to_string()
+    };
+    for (entry, line, says) in [
+        ("  - effect: rotary-backlsh\n    place: C\n", 5, "did you mean 'rotary-backlash'?"),
+        ("  - effect: rotary-backlash\n    place: X\n", 6, "cannot sit at 'X'"),
+        ("  - effect: rotary-backlash\n    place: C\n    sizes: {ECC: 10}\n", 7, "'10' has no unit"),
+        ("  - effect: rotary-backlash\n    place: C\n    sizes: {ECC: 10 um}\n", 7, "does not fit here"),
+        ("  - effect: rotary-backlash\n    place: C\n    sizes: {EAC: 10 arcsec}\n", 7, "did you mean 'ECC'?"),
+        ("  - effect: rotary-backlash\n    place: C\n    take_upp: 1\n    sizes: {}\n", 7, "did you mean 'take_up'?"),
+        ("  - effect: rotary-backlash\n    place: C\n    take_up: -1\n    sizes: {}\n", 7, "outside 0 … 10000"),
+        ("  - effect: rotary-backlash\n    place: C\n    take_up: .nan\n    sizes: {}\n", 7, "not a finite number"),
+        ("  - effect: rotary-backlash\n    place: C\n", 5, "an effect needs its sizes, e.g. sizes: {ECC: 1.5 arcsec}"),
+        ("  - effect: cyclic-error\n    place: C\n    sizes: {}\n", 5, "a rotary axis has orders"),
+        (
+            "  - effect: cyclic-error\n    place: C\n    orders: [90]\n    sizes: {ECC: {cos9: 1 arcsec}}\n",
+            8,
+            "did you mean 'cos90'?",
+        ),
+        ("  - effect: pivot-slip\n    place: pivot\n    sizes: {x: 1 um}\n", 5, "needs the key 'time'"),
+        ("  - effect: servo-lag\n    place: X\n    sizes: {lag: 3 um}\n", 7, "allowed: ms, s, us"),
+        ("  - effect: unknown\n    place: C\n    from: 5\n    to: 5\n    sizes: {}\n", 5, "'from' is below 'to'"),
+        ("  - 5\n", 5, ""),
+    ] {
+        let message = refusal(entry);
+        assert!(message.starts_with(&format!("m.yaml:{line}:")) && message.contains(says), "{entry}: {message}");
+    }
+}
