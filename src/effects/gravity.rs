@@ -1,18 +1,33 @@
 //! Deflection of a joint under loads whose direction turns with the machine. Payload that changes during a session is not modelled.
 //!
-//! `E = S g`, g the unit vector of gravity in the frame of the load (a link), S the sizes: mm or rad per g.
-//! Bending, bearing shift and wind-up by an eccentric mass are all of this form.
+//! `E = Σ s_k (g_k − g_k0) + Σ s_jk (g_j g_k − g_j0 g_k0)`, g the unit vector of gravity in the frame of the load (a link),
+//! index 0 with all axes at zero: the sag there is part of the location errors. Wind-up by an eccentric mass and bearing
+//! shift are linear in g; a body that bends in its own frame is seen turned in the carrier's, which gives the products.
 
 use super::kind::{Default, Driver, Kind, Parameter, Profile, every_component, no_check, plain_measure, word};
 use super::{Context, EffectError};
 use crate::chain::Geometry;
 use crate::machine::{AxisKind, Effect, Place};
+use nalgebra::Vector3;
+
+/// Functions with the components of gravity that they multiply.
+const FUNCTIONS: [(&str, &[usize]); 9] = [
+    ("x", &[0]),
+    ("y", &[1]),
+    ("z", &[2]),
+    ("xx", &[0, 0]),
+    ("yy", &[1, 1]),
+    ("zz", &[2, 2]),
+    ("xy", &[0, 1]),
+    ("xz", &[0, 2]),
+    ("yz", &[1, 2]),
+];
 
 /// Sag of a tilting joint.
 pub static GRAVITY_SAG: Kind = Kind {
     name: "gravity-sag",
     driver: Driver::Gravity,
-    formula: "E = Sx gx + Sy gy + Sz gz, g gravity in the load's frame",
+    formula: "E = sum s_k g_k + sum s_jk g_j g_k, less their values at zero; g gravity in the load's frame",
     size_meaning: "deflection per g",
     cause: "weight of table, head or workpiece off the tilting line: bearing and structure bend, the drive winds up",
     remedy: "balance the load, check the counterbalance, or compensate by the tilt angle; identify with the payload of use",
@@ -28,7 +43,7 @@ pub static GRAVITY_SAG: Kind = Kind {
         _ => Vec::new(),
     },
     measure: plain_measure,
-    functions: |_| ["x", "y", "z"].map(String::from).to_vec(),
+    functions: |_| FUNCTIONS.map(|(name, _)| name.to_string()).to_vec(),
     profiles,
 };
 
@@ -45,8 +60,19 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     };
     let geometry = Geometry::nominal(chain);
     let gravity = context.machine().gravity;
-    let direction = |test: usize, row: usize| {
-        geometry.pose(link, context.motion(test).row(row), None).rotation.transpose() * gravity
-    };
-    Ok((0..3).map(|k| context.profile(|test, row| direction(test, row)[k])).collect())
+    let direction: Vec<Vec<Vector3<f64>>> = (0..context.tests())
+        .map(|test| {
+            let motion = context.motion(test);
+            let turned = |row: usize| geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
+            (0..motion.rows()).map(turned).collect()
+        })
+        .collect();
+    Ok(FUNCTIONS
+        .iter()
+        .map(|(_, factors)| {
+            let product = |g: &Vector3<f64>| factors.iter().map(|&k| g[k]).product::<f64>();
+            let at_zero = product(&gravity);
+            context.profile(|test, row| product(&direction[test][row]) - at_zero)
+        })
+        .collect())
 }
