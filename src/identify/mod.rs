@@ -7,6 +7,7 @@
 mod absorbed;
 mod ambiguity;
 mod candidates;
+mod fitted;
 mod noise;
 mod outliers;
 mod problem;
@@ -15,6 +16,7 @@ mod unknowns;
 
 pub use ambiguity::Ambiguity;
 pub use candidates::{Candidate, candidate_tests};
+pub use fitted::fitted_session;
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
 pub use outliers::{kept_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};

@@ -4,6 +4,7 @@ mod axis;
 mod component_form;
 mod document;
 mod effects;
+mod instrument;
 mod machine;
 mod message;
 mod positions;
@@ -14,6 +15,7 @@ mod session;
 mod text;
 mod urdf;
 
+pub use instrument::load_instrument;
 pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};
 pub use message::LoadError;
 pub use positions::{PositionsError, positions_from_text};

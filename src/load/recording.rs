@@ -83,11 +83,12 @@ pub fn recording_from_csv(
         for (list, field) in values.iter_mut().zip(&fields) {
             list.push(number(field.trim(), separator).unwrap_or(f64::NAN));
         }
-        let leading: Vec<&str> = columns
+        let leading: Vec<String> = columns
             .iter()
             .zip(&fields)
             .filter(|(column, _)| is_leading(column))
-            .map(|(_, field)| field.trim())
+            // written again they stand between commas
+            .map(|(_, field)| field.trim().replace(',', "."))
             .collect();
         leading_texts.push(leading.join(","));
     }

@@ -5,6 +5,8 @@ mod effect_yaml;
 pub mod fit;
 mod number;
 pub mod polar;
+pub mod recording;
+pub mod simulation;
 pub mod table;
 pub mod thesis;
 mod yaml;

@@ -12,6 +12,8 @@ use fiveaxis::session::Session;
 
 use super::Refusal;
 use super::output::print;
+use super::progress::Working;
+use super::save::save;
 
 /// Arguments of `identify`.
 #[derive(Args)]
@@ -27,6 +29,9 @@ pub struct Arguments {
     /// The thesis's own estimators in place of the fit
     #[arg(long, value_enum, conflicts_with = "free")]
     method: Option<Method>,
+    /// Write machine.yaml and session.yaml as fitted, with the recordings, into this folder
+    #[arg(long, value_name = "DIR", conflicts_with = "method")]
+    save: Option<PathBuf>,
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -49,7 +54,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         return run_method(&session, method, arguments.json);
     }
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
+    let working = Working::on(format!("fitting {}", session.name));
     let fit = identify(&session, &Options { free, prior: None })?;
+    drop(working);
+    if let Some(folder) = &arguments.save {
+        save(&arguments.session, &session, &fit, folder)?;
+    }
     if arguments.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&fit_json(&session, &fit))?))
     } else {

@@ -3,6 +3,8 @@
 pub mod check;
 pub mod identify;
 pub mod output;
+pub mod progress;
+pub mod save;
 pub mod simulate;
 
 /// Why a verb stopped: one message for the user, exit code 2.

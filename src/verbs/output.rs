@@ -5,6 +5,7 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::Refusal;
+use fiveaxis::session::Session;
 
 /// Prints a result; a reader that stops reading (`| head`) is no failure.
 pub fn print(text: &str) -> Result<(), Refusal> {
@@ -25,7 +26,11 @@ pub struct OutputFolder {
 impl OutputFolder {
     /// Adds a file by its name relative to the folder.
     pub fn add(&mut self, name: impl Into<PathBuf>, content: impl Into<Vec<u8>>) {
-        self.files.push((name.into(), content.into()));
+        let file = (name.into(), content.into());
+        // two tests may share one recording
+        if !self.files.contains(&file) {
+            self.files.push(file);
+        }
     }
 
     /// Writes all files, each under a temporary name first; refuses when a file would replace one of `inputs`.
@@ -70,4 +75,13 @@ impl OutputFolder {
         }
         Ok(())
     }
+}
+
+/// Files that a session was read from: none of them may be overwritten.
+pub fn session_inputs(file: &Path, session: &Session) -> Vec<PathBuf> {
+    let folder = file.parent().map(PathBuf::from).unwrap_or_default();
+    let recordings = session.tests.iter().filter_map(|test| test.recording_file.as_ref());
+    let mut inputs = vec![file.to_path_buf(), folder.join(&session.machine_file)];
+    inputs.extend(recordings.map(|name| folder.join(name)));
+    inputs
 }

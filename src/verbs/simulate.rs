@@ -1,20 +1,23 @@
 //! `fiveaxis simulate`: the recordings that a session would give, one CSV per test.
 
-use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Composition;
-use fiveaxis::load::load_session;
-use fiveaxis::machine::Machine;
-use fiveaxis::session::Test;
-use fiveaxis::simulate::{Trace, simulate};
+use fiveaxis::load::{load_instrument, load_session};
+use fiveaxis::report::recording::recording_csv;
+use fiveaxis::report::simulation::{simulation_json, simulation_text};
+use fiveaxis::simulate::{Instrument, SetupErrors, simulate_with};
 
 use super::Refusal;
-use super::output::OutputFolder;
+use super::output::{OutputFolder, print, session_inputs};
+use super::progress::Working;
 
 /// Arguments of `simulate`.
 #[derive(Args)]
+#[command(
+    after_help = "Example: fiveaxis simulate examples/thesis/chapter5/session.yaml --out traces --instrument default --draw-setups --seed 7"
+)]
 pub struct Arguments {
     /// Session file
     session: PathBuf,
@@ -24,6 +27,18 @@ pub struct Arguments {
     /// How error rotations are composed
     #[arg(long, value_enum, default_value_t = CompositionName::Exact)]
     composition: CompositionName,
+    /// A real gauge: 'default' or an instrument file; without it readings are exact to 1e-10 mm
+    #[arg(long, value_name = "FILE")]
+    instrument: Option<String>,
+    /// Draw errors of pivots, spindle balls and bars from the session's spreads
+    #[arg(long)]
+    draw_setups: bool,
+    /// Seed of all that is drawn
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Print a summary as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -37,58 +52,35 @@ enum CompositionName {
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let session = load_session(&arguments.session)?;
+    let instrument = match arguments.instrument.as_deref() {
+        None => None,
+        Some("default") => Some(Instrument::default()),
+        Some(file) => Some(load_instrument(Path::new(file))?),
+    };
     let composition = match arguments.composition {
         CompositionName::Exact => Composition::Exact,
         CompositionName::FirstOrder => Composition::FirstOrder,
     };
-    let traces = simulate(&session, composition)?;
+    let setup = match arguments.draw_setups {
+        true => SetupErrors::drawn(&session, arguments.seed),
+        false => SetupErrors::none(&session),
+    };
+    let working = Working::on(format!("simulating {}", session.name));
+    let mut traces = simulate_with(&session, composition, &setup)?;
+    if let Some(instrument) = &instrument {
+        traces = instrument.read(&session, traces, arguments.seed)?;
+    }
     let mut output = OutputFolder::default();
     for (test, trace) in session.tests.iter().zip(&traces) {
         let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", test.name));
-        output.add(name, csv(&session.machine, test, trace));
+        output.add(name, recording_csv(&session.machine, test, &trace.motion, &trace.length_mm));
     }
-    let mut inputs = vec![arguments.session.clone()];
-    let folder = arguments.session.parent().map(PathBuf::from).unwrap_or_default();
-    inputs.extend(session.tests.iter().filter_map(|test| test.recording_file.as_ref()).map(|file| folder.join(file)));
-    output.write(&arguments.out, &inputs)
-}
-
-/// A recording as CSV: rows, order and position columns of the test's own recording where it has one.
-fn csv(machine: &Machine, test: &Test, trace: &Trace) -> String {
-    let mut text = String::new();
-    match &test.recording {
-        Some(recording) if !recording.leading_header.is_empty() => {
-            let _ = writeln!(text, "{},length_mm", recording.leading_header);
-            for (leading, length) in recording.leading_texts.iter().zip(&trace.length_mm) {
-                let _ = writeln!(text, "{leading},{length:.10}");
-            }
-        }
-        Some(_) => {
-            text.push_str("length_mm\n");
-            for length in &trace.length_mm {
-                let _ = writeln!(text, "{length:.10}");
-            }
-        }
-        None => planned_csv(machine, trace, &mut text),
-    }
-    text
-}
-
-fn planned_csv(machine: &Machine, trace: &Trace, text: &mut String) {
-    let motion = &trace.motion;
-    let headers: Vec<String> = motion
-        .moving
-        .iter()
-        .map(|&axis| format!("{}_{}", machine.axes[axis].name, machine.axes[axis].kind.position_unit()))
-        .collect();
-    let _ = writeln!(text, "time_s,{},length_mm", headers.join(","));
-    for (row, length) in trace.length_mm.iter().enumerate() {
-        let time = motion.time_s.as_ref().map_or(row as f64, |time| time[row]);
-        let _ = write!(text, "{time:.4}");
-        for &axis in &motion.moving {
-            let position = machine.axes[axis].kind.to_file_unit(motion.row(row)[axis]);
-            let _ = write!(text, ",{position:.6}");
-        }
-        let _ = writeln!(text, ",{length:.10}");
+    output.write(&arguments.out, &session_inputs(&arguments.session, &session))?;
+    drop(working);
+    if arguments.json {
+        let summary = simulation_json(&session, &traces, &setup);
+        print(&format!("{}\n", serde_json::to_string_pretty(&summary)?))
+    } else {
+        print(&simulation_text(&session, &traces, &arguments.out.display().to_string()))
     }
 }
