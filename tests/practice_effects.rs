@@ -54,28 +54,18 @@ fn true_session(folder: &Path, truth: &Value) -> Session {
     session
 }
 
-/// Rms of recording minus simulation over all readings, and by test, µm.
-fn residual_um(session: &Session) -> (f64, Vec<(String, f64)>) {
+/// Rms of recording minus simulation over all readings, µm.
+fn residual_um(session: &Session) -> f64 {
     let traces = simulate(session, Composition::Exact).unwrap();
-    let (mut sum, mut count) = (0.0, 0);
-    let by_test = session
+    let squares: Vec<f64> = session
         .tests
         .iter()
         .zip(&traces)
-        .map(|(test, trace)| {
-            let readings = &test.recording.as_ref().unwrap().length_mm;
-            let squares: Vec<f64> = readings
-                .iter()
-                .zip(&trace.length_mm)
-                .map(|(read, simulated)| (read - simulated).powi(2))
-                .filter(|square| square.is_finite())
-                .collect();
-            sum += squares.iter().sum::<f64>();
-            count += squares.len();
-            (test.name.clone(), (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / UM)
-        })
+        .flat_map(|(test, trace)| test.recording.as_ref().unwrap().length_mm.iter().zip(&trace.length_mm))
+        .map(|(read, simulated)| (read - simulated).powi(2))
+        .filter(|square| square.is_finite())
         .collect();
-    ((sum / count as f64).sqrt() / UM, by_test)
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / UM
 }
 
 fn number(value: f64) -> ParameterValue {
@@ -125,7 +115,9 @@ fn effects_of(session: &Session, truth: &Value) -> Vec<Effect> {
         }
         "worm-cyclic" => {
             let axis = axis.unwrap();
-            let orders = vec![1.0, param("teeth")];
+            // the worm's eccentricity turns tooth error up and down: sidebands; flanks are no pure sine: twice the teeth
+            let teeth = param("teeth");
+            let orders = vec![1.0, teeth - 1.0, teeth, teeth + 1.0, 2.0 * teeth];
             let effect = Effect::new("cyclic-error", Place::Axis(axis)).with("orders", ParameterValue::List(orders));
             vec![fitted(session, effect, &[Outlet::own(machine, axis)])]
         }
@@ -161,7 +153,8 @@ fn effects_of(session: &Session, truth: &Value) -> Vec<Effect> {
             let direction = numbers(&params["direction"]);
             let mut effect = Effect::new("pivot-slip", Place::Pivot)
                 .with("time", number(time))
-                .with("creep_share", number(param("creep_share")));
+                .with("creep_share", number(param("creep_share")))
+                .with("creep_time", number(CREEP_TIME_S));
             for (k, share) in direction.iter().enumerate() {
                 effect = effect.size(Outlet::Pivot(k), "", size * UM * share);
             }
@@ -238,45 +231,45 @@ fn fitted(session: &Session, effect: Effect, outlets: &[Outlet]) -> Effect {
         + DMatrix::identity(count, count) * 1e-10;
     let solution = scaled.cholesky().unwrap().solve(&right.component_mul(&scale)).component_mul(&scale);
     let sizes = outlets.iter().flat_map(|outlet| functions.iter().map(move |function| (outlet, function)));
-    sizes.zip(solution.iter()).fold(effect.clone(), |effect, ((outlet, function), value)| {
-        if std::env::var("CASE").is_ok() {
-            println!(
-                "    {} {function} {:.4}",
-                outlet.name(&session.machine),
-                outlet.measure(&session.machine).to_output(*value)
-            );
-        }
-        effect.size(*outlet, function, *value)
-    })
+    sizes
+        .zip(solution.iter())
+        .fold(effect.clone(), |effect, ((outlet, function), value)| effect.size(*outlet, function, *value))
 }
+
+/// Time constant of the creep, which the truth does not tell: the best of 5, 10, 20, 40, 80, 200 s, s.
+const CREEP_TIME_S: f64 = 40.0;
+
+/// Residual over noise that is reached, a hundredth of slack included, with what stays open.
+const REACHED: [(&str, f64, &str); 12] = [
+    ("case-001", 1.02, ""),
+    ("case-002", 1.01, ""),
+    ("case-003", 1.02, "sizes fitted: phases are not told"),
+    ("case-004", 1.02, ""),
+    ("case-005", 1.03, "sizes fitted: products stand for a load exponent of 0.82"),
+    ("case-006", 1.01, ""),
+    ("case-007", 1.01, ""),
+    ("case-008", 1.02, ""),
+    ("case-009", 1.13, "a gravity bias of the backlash, an offset between up and down, is not modelled"),
+    ("case-010", 1.01, ""),
+    ("case-011", 1.04, "sizes fitted: the source's own history between tests is not told"),
+    ("case-012", 2.30, "outside the catalogue: a curve of position alone, without the hysteresis in it"),
+];
 
 #[test]
 fn true_effects_explain_recordings_of_an_independent_simulator() {
     let Some(folder) = shared_data::folder("recordings/practice") else { return };
-    let only = std::env::var("CASE").ok();
-    for number in 1..=12 {
-        let case = format!("case-{number:03}");
-        if only.as_ref().is_some_and(|only| *only != case) {
-            continue;
-        }
+    for (case, most, open) in REACHED {
         let text = std::fs::read_to_string(folder.join(format!("truth/{case}.json"))).unwrap();
         let truth: Value = serde_json::from_str(&text).unwrap();
         let mut session = true_session(&folder, &truth);
-        let before = residual_um(&session).0;
+        let before = residual_um(&session);
         for effect in truth["effects"].as_array().unwrap() {
             session.machine.effects.extend(effects_of(&session, effect));
         }
-        let (after, by_test) = residual_um(&session);
+        let after = residual_um(&session);
         let noise = truth["noise_rms_um"].as_f64().unwrap();
-        println!(
-            "{case} {:24} without effect {before:7.4} um, with {after:7.4} um, noise {noise:.4} um, effects {}",
-            truth["effects"][0]["id"].as_str().unwrap_or("clean"),
-            session.machine.effects.len()
-        );
-        if only.is_some() {
-            for (name, rms) in by_test {
-                println!("    {name:28} {rms:.3}");
-            }
-        }
+        let name = truth["effects"][0]["id"].as_str().unwrap_or("clean");
+        println!("{case} {name:22} {before:.4} um without, {after:.4} um with, noise {noise:.4} um; {open}");
+        assert!(after <= most * noise, "{case}: {after} um is more than {most} times the noise of {noise} um");
     }
 }

@@ -22,7 +22,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter::number(
         "creep_time",
         ParameterUnit::Plain,
-        Default::Number(10.0),
+        Default::Number(30.0),
         (1e-3, 1e7),
         "time constant of the creep, s",
     ),
