@@ -152,9 +152,10 @@ fn axis_range(
     finite(document, place, from)?;
     finite(document, place, to)?;
     if from >= to {
-        return Err(
-            document.refuse(place, format!("range [{from}, {to}] is upside down or empty; write the lower end first"))
-        );
+        return Err(document.refuse(
+            place,
+            format!("range [{from}, {to}] is upside down or empty; write the lower end first, as in [-120, 30]"),
+        ));
     }
     Ok((kind.from_file_unit(from), kind.from_file_unit(to)))
 }

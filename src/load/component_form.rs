@@ -51,7 +51,7 @@ pub(super) fn component_form(
         (None, Some(harmonics), None) => {
             let harmonics = harmonics.iter().map(|h| {
                 let frequency = match (h.per_turn, h.period, kind) {
-                    (Some(per_turn), None, AxisKind::Rotary) => per_turn,
+                    (Some(per_turn), None, AxisKind::Rotary) if per_turn > 0.0 => per_turn,
                     (None, Some(period), AxisKind::Linear) if period > 0.0 => std::f64::consts::TAU / period,
                     (None, Some(period), AxisKind::Rotary) if period > 0.0 => 360.0 / period,
                     _ => {
@@ -65,6 +65,9 @@ pub(super) fn component_form(
                 Ok(Harmonic { frequency: finite(document, place, frequency)?, cosine: amplitude(&h.cos)?, sine: amplitude(&h.sin)? })
             });
             Ok(ComponentForm::Fourier(harmonics.collect::<Result<_, LoadError>>()?))
+        }
+        (None, None, Some(rows)) if rows.is_empty() => {
+            Err(document.refuse(place, "the table is empty; write rows such as [-30, 1.5 um]"))
         }
         (None, None, Some(rows)) => {
             let mut position = Vec::with_capacity(rows.len());

@@ -32,7 +32,13 @@ impl Document {
             file: file.to_path_buf(),
             line: Some(why.marker().line()),
             column: Some(why.marker().col() + 1),
-            message: format!("is not valid YAML here: {}", why.info()),
+            message: match why.info() {
+                "duplicated key in mapping" => {
+                    format!("the key '{}' stands twice; each key stands once", key_at(&text, why.marker()))
+                }
+                info if info.contains("alias") => format!("{ALIAS_BOMB} ({info})"),
+                info => format!("is not valid YAML here: {info}"),
+            },
         })?;
         if documents.len() > 1 {
             return Err(LoadError::file(file, "holds several YAML documents ('---'); one is allowed"));
@@ -100,24 +106,84 @@ impl Document {
     }
 }
 
-/// `serde_yaml`'s words for an unknown key with the nearest valid one, its own place removed (ours stands in front).
+/// The key that begins at a place.
+fn key_at<'a>(text: &'a str, place: &saphyr::Marker) -> &'a str {
+    let line = text.lines().nth(place.line().saturating_sub(1)).unwrap_or_default();
+    let start = line.char_indices().nth(place.col()).map_or(line.len(), |(at, _)| at);
+    line[start..].split(':').next().unwrap_or_default().trim()
+}
+
+/// `serde_yaml`'s words in ours, its own place removed (ours stands in front).
 fn readable(message: &str) -> String {
     let message = message.rsplit_once(" at line ").map_or(message, |(head, _)| head);
     let words: Vec<&str> = message.split('`').collect();
-    if message.contains("unknown field") && words.len() > 3 {
+    let before = words[0];
+    let within = |what: &str| before.strip_suffix(what).map(|path| path.trim_end_matches(": "));
+    let under = |path: &str| if path.is_empty() { String::new() } else { format!(" under {path}") };
+    if let Some(path) = within("unknown field ").or_else(|| within("unknown variant ")) {
         let valid: Vec<&str> = words.iter().skip(3).step_by(2).copied().collect();
+        let kind = if before.ends_with("field ") { "key" } else { "word" };
         let hint = nearest(words[1], &valid).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
-        return format!("unknown key '{}'{hint} (allowed: {})", words[1], valid.join(", "));
+        return format!("unknown {kind} '{}'{}{hint} (allowed: {})", words[1], under(path), valid.join(", "));
+    }
+    if let Some(path) = within("missing field ") {
+        return format!("the key '{}' is missing{}; add it", words[1], under(path));
+    }
+    if let Some((path, rest)) = message.split_once("invalid type: ")
+        && let Some((found, due)) = rest.rsplit_once(", expected ")
+    {
+        let path = path.trim_end_matches(": ");
+        let path = if path.is_empty() { String::new() } else { format!("{path}: ") };
+        return format!("{path}found {}, due is {}", plain_type(found), plain_type(due));
+    }
+    if let Some((path, rest)) = message.split_once("invalid length ")
+        && let Some((found, due)) = rest.split_once(", expected ")
+    {
+        let due: String = due.chars().filter(char::is_ascii_digit).collect();
+        return format!("{path}has {found} entries, due are {due}");
+    }
+    if message.contains("repetition limit exceeded") {
+        return ALIAS_BOMB.to_string();
     }
     message.to_string()
 }
 
+/// Rust's names of types in words of the file's author.
+fn plain_type(words: &str) -> String {
+    let plain = match words {
+        "f64" => "a number",
+        "a sequence" | "sequence" => "a list",
+        "a map" | "map" => "keys and values",
+        "unit value" => "nothing",
+        "a boolean" => "true or false",
+        "an array of length 3" => "a list of three numbers",
+        "an array of length 2" => "a list of two numbers",
+        "a tuple of size 2" => "a pair [position, value]",
+        _ if words.starts_with("struct ") => "keys and values",
+        _ => {
+            return words
+                .replace("string \"", "the text \"")
+                .replace("floating point `", "the number `")
+                .replace("integer `", "the number `");
+        }
+    };
+    plain.to_string()
+}
+
+const ALIAS_BOMB: &str = "repeats its anchors (&name, *name) too many times; write the values out";
+
 /// Refuses nesting that would exhaust the parsers' stacks, judged by brackets and indentation before parsing.
+///
+/// Brackets in quoted text count too: telling quotes from apostrophes needs the parser that this protects.
 fn refuse_deep_nesting(file: &Path, text: &str) -> Result<(), LoadError> {
     let mut open = 0usize;
     for (index, line) in text.lines().enumerate() {
-        let indent = line.len() - line.trim_start_matches([' ', '-', '?']).len();
-        for character in line.chars() {
+        if line.trim().is_empty() || line.trim_start().starts_with('#') {
+            continue;
+        }
+        let content = line.trim_start_matches([' ', '-', '?']);
+        let indent = line.len() - content.len();
+        for character in content.chars() {
             match character {
                 '[' | '{' => open += 1,
                 ']' | '}' => open = open.saturating_sub(1),

@@ -12,7 +12,7 @@ use super::message::LoadError;
 use super::quantity::{finite, unit_vector};
 use super::text::{MAX_YAML_BYTES, read_limited};
 use super::urdf::{LinkChoice, machine_from_urdf};
-use crate::machine::{Machine, StructuralCode, refuse_axis_name};
+use crate::machine::{Machine, StructuralCode};
 
 /// Most axes that a chain may have.
 const MAX_AXES: usize = 24;
@@ -50,8 +50,7 @@ pub fn load_machine(file: &Path) -> Result<Machine, LoadError> {
 /// Reads a machine file; `links` names the bed, workpiece and tool of a URDF.
 pub fn load_machine_with_links(file: &Path, links: &LinkChoice) -> Result<Machine, LoadError> {
     let text = read_limited(file, MAX_YAML_BYTES)?;
-    let is_urdf = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
-    if is_urdf || text.trim_start().starts_with('<') {
+    if is_urdf(file, &text) {
         return machine_from_urdf(file, &text, links);
     }
     if !links.is_empty() {
@@ -61,6 +60,12 @@ pub fn load_machine_with_links(file: &Path, links: &LinkChoice) -> Result<Machin
         ));
     }
     machine_from_yaml(file, text)
+}
+
+/// True for robot descriptions, by the file's name or its first character.
+pub(super) fn is_urdf(file: &Path, text: &str) -> bool {
+    let is_named_so = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
+    is_named_so || text.trim_start().starts_with('<')
 }
 
 /// Reads the text of a machine file; `file` is its name in messages.
@@ -148,7 +153,11 @@ fn structural_code(document: &Document, raw: &MachineFile) -> Result<StructuralC
         (Some(code), None) => {
             StructuralCode::parse(code).map_err(|why| document.refuse(&[Step::Key("code")], why.to_string()))
         }
-        (None, Some(chain)) => chain_code(document, chain),
+        (None, Some(chain)) => {
+            let words: Vec<&str> = chain.iter().map(String::as_str).collect();
+            StructuralCode::from_words(&words)
+                .map_err(|(index, reason)| document.refuse(&[Step::Key("chain"), Step::Index(index)], reason))
+        }
         (Some(_), Some(_)) => {
             Err(document.refuse(&[Step::Key("chain")], "both 'code' and 'chain' are given; keep one"))
         }
@@ -157,42 +166,4 @@ fn structural_code(document: &Document, raw: &MachineFile) -> Result<StructuralC
             "neither 'code' nor 'chain' is given; write for example code: \"[wCAYbXZt]\"",
         )),
     }
-}
-
-/// `[w, b, J1, J2, t]`: names of any length.
-fn chain_code(document: &Document, chain: &[String]) -> Result<StructuralCode, LoadError> {
-    let refuse = |index: usize, message: String| document.refuse(&[Step::Key("chain"), Step::Index(index)], message);
-    if chain.first().map(String::as_str) != Some("w")
-        || chain.last().map(String::as_str) != Some("t")
-        || chain.len() < 3
-    {
-        return Err(refuse(
-            0,
-            "a chain starts with w (workpiece) and ends with t (tool), as in [w, b, J1, J2, t]".into(),
-        ));
-    }
-    let mut sides: [Vec<String>; 2] = [Vec::new(), Vec::new()];
-    let mut bed_seen = false;
-    for (index, name) in chain.iter().enumerate().take(chain.len() - 1).skip(1) {
-        match name.as_str() {
-            "b" if bed_seen => return Err(refuse(index, "the bed b stands twice; it stands once".into())),
-            "b" => bed_seen = true,
-            "w" | "t" => return Err(refuse(index, format!("'{name}' stands inside the chain; it is an end"))),
-            name if refuse_axis_name(name).is_some() => {
-                return Err(refuse(index, refuse_axis_name(name).unwrap_or_default()));
-            }
-            _ if sides.iter().flatten().any(|other| other == name) => {
-                return Err(refuse(index, format!("axis '{name}' stands twice; each axis stands once")));
-            }
-            _ => sides[usize::from(bed_seen)].push(name.clone()),
-        }
-    }
-    if !bed_seen {
-        return Err(refuse(
-            0,
-            "the bed b is missing; write it between workpiece and tool axes, as in [w, b, J1, J2, t]".into(),
-        ));
-    }
-    let [workpiece_side, tool_side] = sides;
-    Ok(StructuralCode { workpiece_side, tool_side })
 }

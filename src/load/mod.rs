@@ -11,7 +11,10 @@ mod positions;
 mod quantity;
 mod range;
 mod recording;
+mod rows;
 mod session;
+mod test;
+mod test_path;
 mod text;
 mod urdf;
 

@@ -32,9 +32,21 @@ pub(super) fn unit_vector(
     })
 }
 
-/// A finite number, or a refusal.
+/// Largest number of a machine or session file: ten kilometres in mm.
+pub(super) const LARGEST: f64 = 1e7;
+
+/// Largest geometric error, mm: zero points of axes included.
+const LARGEST_LENGTH_MM: f64 = 1000.0;
+/// Largest geometric error, rad: zero positions of joints included.
+const LARGEST_ANGLE_RAD: f64 = std::f64::consts::PI;
+
+/// A finite number of sensible size, or a refusal.
 pub(super) fn finite(document: &Document, place: &[Step], value: f64) -> Result<f64, LoadError> {
-    if value.is_finite() { Ok(value) } else { Err(document.refuse(place, format!("'{value}' is not a finite number"))) }
+    if value.is_finite() && value.abs() <= LARGEST {
+        Ok(value)
+    } else {
+        Err(document.refuse(place, format!("'{value}' is not a finite number between -{LARGEST} and {LARGEST}")))
+    }
 }
 
 /// A quantity with a unit; a bare number is refused.
@@ -53,5 +65,31 @@ pub(super) fn quantity(
             );
         }
     };
-    parse_quantity(&text, measure).map_err(|why| document.refuse(place, why.to_string()))
+    let value = parse_quantity(&text, measure).map_err(|why| document.refuse(place, why.to_string()))?;
+    let largest = match measure {
+        Measure::Length => LARGEST_LENGTH_MM,
+        Measure::Angle => LARGEST_ANGLE_RAD,
+        _ => LARGEST,
+    };
+    if value.abs() <= largest {
+        return Ok(value);
+    }
+    Err(document.refuse(
+        place,
+        format!("'{text}' is larger than any geometric error (at most {LARGEST_LENGTH_MM} mm or half a turn); check its unit"),
+    ))
+}
+
+/// A standard deviation of a setup, mm.
+pub(super) fn positive_length(
+    document: &Document,
+    place: &[Step],
+    value: &serde_yaml::Value,
+) -> Result<f64, LoadError> {
+    let length = quantity(document, place, value, Measure::Length)?;
+    if length > 0.0 && length <= 100.0 {
+        Ok(length)
+    } else {
+        Err(document.refuse(place, "a spread is above zero and at most 100 mm"))
+    }
 }

@@ -9,14 +9,16 @@ pub fn outside_range(machine: &Machine, axis: usize, value: f64) -> Option<Strin
     // positions are printed to 1e-5; the ends themselves are allowed
     let slack = 1e-4 * (1.0 + value.abs());
     (value < from - slack || value > to + slack).then(|| {
-        let file = |value: f64| axis.kind.to_file_unit(value);
+        // degrees come back from radians with a stirred last digit
+        let file = |value: f64| (axis.kind.to_file_unit(value) * 1e9).round() / 1e9;
         format!(
-            "{} = {:.4} {} is outside the axis's range {} … {}",
+            "{} = {} {} is outside the axis's range {} … {} {}",
             axis.name,
             file(value),
             axis.kind.position_unit(),
             file(from),
-            file(to)
+            file(to),
+            axis.kind.position_unit()
         )
     })
 }

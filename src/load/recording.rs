@@ -1,9 +1,9 @@
-//! Recordings (CSV) to a [`Recording`]; decimal commas and semicolons are accepted, rows that make no sense are refused.
+//! Recordings (CSV) to a [`Recording`]: separators, headers and numbers. What the rows may say is judged in `rows`.
 
 use std::path::Path;
 
 use super::message::{LoadError, nearest};
-use super::range::outside_range;
+use super::rows::check_rows;
 use super::text::{MAX_CSV_BYTES, read_limited};
 use crate::machine::Machine;
 use crate::session::{Clock, Recording};
@@ -13,16 +13,35 @@ pub fn load_recording(file: &Path, machine: &Machine, bar_length_mm: Option<f64>
     recording_from_csv(file, &read_limited(file, MAX_CSV_BYTES)?, machine, bar_length_mm)
 }
 
-/// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
-const STROKE_LIMIT_MM: f64 = 5.0;
-
 /// What a column holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Column {
     Time,
     Pose,
     Axis(usize),
     Length,
     Channel,
+}
+
+impl Column {
+    fn is_leading(self) -> bool {
+        matches!(self, Column::Time | Column::Pose | Column::Axis(_))
+    }
+
+    fn may_be_empty(self) -> bool {
+        matches!(self, Column::Length | Column::Channel)
+    }
+}
+
+/// What a header looks like, for messages.
+const HEADER_EXAMPLE: &str = "time_s,A_deg,length_mm";
+
+/// Header and separator of a file.
+struct Header<'a> {
+    line: usize,
+    separator: char,
+    names: Vec<&'a str>,
+    columns: Vec<Column>,
 }
 
 /// Reads the text of a recording; `file` is its name in messages.
@@ -33,70 +52,178 @@ pub fn recording_from_csv(
     bar_length_mm: Option<f64>,
 ) -> Result<Recording, LoadError> {
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let Some((_, header)) = lines.next() else {
+    let Some((first, header)) = lines.next() else {
         return Err(LoadError::file(
             file,
-            "is empty; a recording has a header such as time_s,A_deg,length_mm and a row per sample",
+            format!("is empty; a recording has a header such as {HEADER_EXAMPLE} and a row per sample"),
         ));
     };
-    let separator = if header.contains(';') {
-        ';'
-    } else if header.contains('\t') {
-        '\t'
-    } else {
-        ','
-    };
-    let names: Vec<&str> = header.split(separator).map(|name| name.trim().trim_matches('"')).collect();
-    let columns = columns(file, &names, machine)?;
-    let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+    let header = header_of(file, first + 1, header, machine)?;
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); header.columns.len()];
     let mut leading_texts = Vec::new();
+    let mut line_of_row = Vec::new();
     for (index, line) in lines {
-        let fields: Vec<&str> = line.split(separator).collect();
-        if fields.len() != columns.len() {
-            return Err(LoadError::line(
-                file,
-                index + 1,
-                format!(
-                    "has {} fields where the header has {}; the line may be cut off, or decimal commas stand in a file separated by commas",
-                    fields.len(),
-                    columns.len()
-                ),
+        let fields: Vec<&str> = line.split(header.separator).map(str::trim).collect();
+        read_row(file, index + 1, &header, &fields, &mut values)?;
+        let leading = header.columns.iter().zip(&fields).filter(|(column, _)| column.is_leading());
+        leading_texts.push(leading.map(|(_, field)| plain(field, header.separator)).collect::<Vec<_>>().join(","));
+        line_of_row.push(index + 1);
+    }
+    let Some(&last_line) = line_of_row.last() else {
+        return Err(LoadError::file(file, "has a header but no row; a recording has a row per sample"));
+    };
+    refuse_cut_number(file, text, header.separator, last_line)?;
+    let recording = assemble(&header, values, leading_texts, machine);
+    check_rows(file, &recording, &line_of_row, machine, bar_length_mm)?;
+    Ok(recording)
+}
+
+fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> Result<Header<'a>, LoadError> {
+    let separator = [';', '\t'].into_iter().find(|&separator| text.contains(separator)).unwrap_or(',');
+    let names: Vec<&str> = text.split(separator).map(|name| name.trim().trim_matches('"')).collect();
+    let refuse = |message: String| LoadError::line(file, line, message);
+    let mut columns = Vec::new();
+    for (index, name) in names.iter().enumerate() {
+        if names[..index].contains(name) {
+            return Err(refuse(format!("column '{name}' stands twice; each column stands once")));
+        }
+        columns.push(column(name, machine).map_err(refuse)?);
+    }
+    let found = names.join(" ");
+    if !columns.contains(&Column::Length) {
+        let hint = nearest("length_mm", &names).map(|name| format!("; '{name}' may be meant")).unwrap_or_default();
+        return Err(refuse(format!(
+            "no column length_mm{hint} (columns found: {found}); a header is {HEADER_EXAMPLE}"
+        )));
+    }
+    let has_clock = columns.iter().any(|column| matches!(column, Column::Time | Column::Pose));
+    let has_axis = columns.iter().any(|column| matches!(column, Column::Axis(_)));
+    if has_axis && !has_clock {
+        return Err(refuse(format!(
+            "no column time_s, or pose for static poses (columns found: {found}); a header is {HEADER_EXAMPLE}"
+        )));
+    }
+    Ok(Header { line, separator, names, columns })
+}
+
+/// What a header names.
+fn column(name: &str, machine: &Machine) -> Result<Column, String> {
+    match name {
+        "time_s" => return Ok(Column::Time),
+        "pose" => return Ok(Column::Pose),
+        "length_mm" => return Ok(Column::Length),
+        _ => {}
+    }
+    let (axis_name, unit) = name.rsplit_once('_').unwrap_or((name, ""));
+    if ["length", "time", "pose"].contains(&axis_name.to_ascii_lowercase().as_str()) {
+        return Err(format!(
+            "column '{name}': lengths are length_mm, times time_s, static poses pose; convert the column"
+        ));
+    }
+    let Some(axis) = machine.axis_index(axis_name) else {
+        let looks_like_axis = matches!(unit, "mm" | "deg") && axis_name.len() <= 2;
+        if looks_like_axis {
+            let axes = machine.axis_names().join(" ");
+            return Err(format!("column '{name}': the machine has no axis '{axis_name}'; its axes are {axes}"));
+        }
+        return Ok(Column::Channel);
+    };
+    let due = machine.axes[axis].kind.position_unit();
+    if unit == due {
+        Ok(Column::Axis(axis))
+    } else {
+        Err(format!(
+            "column '{name}': positions of axis {axis_name} are {axis_name}_{due}; rename or convert the column"
+        ))
+    }
+}
+
+/// Adds one row's numbers to the columns.
+fn read_row(
+    file: &Path,
+    line: usize,
+    header: &Header,
+    fields: &[&str],
+    values: &mut [Vec<f64>],
+) -> Result<(), LoadError> {
+    let refuse = |message: String| Err(LoadError::line(file, line, message));
+    let due = header.columns.len();
+    if fields.len() != due {
+        let hint = if fields.len() < due {
+            "the line may be cut off"
+        } else if header.separator == ',' {
+            "decimal commas need ; between the fields"
+        } else {
+            "remove what is too much"
+        };
+        return refuse(format!(
+            "has {} fields where the header (line {}) has {due}; {hint}",
+            fields.len(),
+            header.line
+        ));
+    }
+    for (index, field) in fields.iter().enumerate() {
+        let name = header.names[index];
+        let Some(value) = number(field, header.separator) else {
+            return refuse(format!(
+                "column {name}: '{field}' is not a number; correct it or leave a missing length_mm empty"
+            ));
+        };
+        let is_missing = field.is_empty() && header.columns[index].may_be_empty();
+        if !value.is_finite() && !is_missing {
+            let shown = if field.is_empty() { "an empty field" } else { field };
+            return refuse(format!(
+                "column {name}: {shown} is not a finite number; only a missing length_mm or channel may be empty"
             ));
         }
-        for ((column, field), name) in columns.iter().zip(&fields).zip(&names) {
-            let value = number(field.trim(), separator).ok_or_else(|| {
-                LoadError::line(file, index + 1, format!("column {name}: '{}' is not a number", field.trim()))
-            })?;
-            let may_be_missing = matches!(column, Column::Length | Column::Channel);
-            let is_missing = may_be_missing && field.trim().is_empty();
-            if !value.is_finite() && !is_missing {
-                return Err(LoadError::line(
-                    file,
-                    index + 1,
-                    format!(
-                        "column {name}: '{}' is not a finite number; leave the field empty for a missing reading",
-                        field.trim()
-                    ),
-                ));
-            }
-        }
-        for (list, field) in values.iter_mut().zip(&fields) {
-            list.push(number(field.trim(), separator).unwrap_or(f64::NAN));
-        }
-        let leading: Vec<String> = columns
-            .iter()
-            .zip(&fields)
-            .filter(|(column, _)| is_leading(column))
-            // written again they stand between commas
-            .map(|(_, field)| field.trim().replace(',', "."))
-            .collect();
-        leading_texts.push(leading.join(","));
+        values[index].push(value);
     }
-    if leading_texts.is_empty() {
-        return Err(LoadError::file(file, "has a header but no row"));
+    Ok(())
+}
+
+/// A number; an empty field is NaN; a decimal comma is accepted where the separator allows it.
+fn number(field: &str, separator: char) -> Option<f64> {
+    if field.is_empty() {
+        return Some(f64::NAN);
     }
-    let leading: Vec<&str> =
-        columns.iter().zip(&names).filter(|(column, _)| is_leading(column)).map(|(_, name)| *name).collect();
+    plain(field, separator).parse().ok()
+}
+
+/// A field without quotes and with a decimal point.
+fn plain(field: &str, separator: char) -> String {
+    let field = field.trim_matches('"');
+    if separator == ',' { field.to_string() } else { field.replacen(',', ".", 1) }
+}
+
+/// Refuses a last number that a broken transfer has cut: no line end and fewer decimals than every row before.
+fn refuse_cut_number(file: &Path, text: &str, separator: char, last_line: usize) -> Result<(), LoadError> {
+    if text.ends_with(['\n', '\r']) {
+        return Ok(());
+    }
+    let decimals = |line: &str| {
+        let field = line.rsplit(separator).next().unwrap_or_default();
+        let field = plain(field.trim(), separator);
+        field.split_once('.').map_or(0, |(_, digits)| digits.len())
+    };
+    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).skip(1).collect();
+    let Some((last, before)) = lines.split_last() else { return Ok(()) };
+    let usual = before.iter().filter(|line| !line.trim_end().ends_with(separator)).map(|line| decimals(line)).min();
+    match usual {
+        Some(usual) if decimals(last) < usual => Err(LoadError::line(
+            file,
+            last_line,
+            format!(
+                "the last line ends after '{}' without a line end, where all rows before have at least {usual} decimals; the file is cut off, fetch it again or remove the line",
+                last.rsplit(separator).next().unwrap_or_default().trim()
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn assemble(header: &Header, values: Vec<Vec<f64>>, leading_texts: Vec<String>, machine: &Machine) -> Recording {
+    let leading = header.columns.iter().zip(&header.names).filter(|(column, _)| column.is_leading());
+    let leading: Vec<&str> = leading.map(|(_, name)| *name).collect();
     let mut recording = Recording {
         clock: Clock::Absent,
         axes: Vec::new(),
@@ -106,8 +233,8 @@ pub fn recording_from_csv(
         leading_texts,
         leading_header: leading.join(","),
     };
-    for ((column, list), name) in columns.into_iter().zip(values).zip(&names) {
-        match column {
+    for ((column, list), name) in header.columns.iter().zip(values).zip(&header.names) {
+        match *column {
             Column::Time => recording.clock = Clock::TimeS(list),
             Column::Pose => recording.clock = Clock::Pose(list),
             Column::Axis(axis) => {
@@ -122,137 +249,5 @@ pub fn recording_from_csv(
     if recording.axes.is_empty() {
         recording.clock = Clock::Absent;
     }
-    check_rows(file, &recording, machine, bar_length_mm)?;
-    Ok(recording)
-}
-
-fn is_leading(column: &Column) -> bool {
-    matches!(column, Column::Time | Column::Pose | Column::Axis(_))
-}
-
-/// Meaning of each header; the length and at least a clock or the length alone are required.
-fn columns(file: &Path, names: &[&str], machine: &Machine) -> Result<Vec<Column>, LoadError> {
-    let mut seen: Vec<&str> = Vec::new();
-    let mut columns = Vec::new();
-    for name in names {
-        if seen.contains(name) {
-            return Err(LoadError::line(file, 1, format!("column '{name}' stands twice")));
-        }
-        seen.push(name);
-        columns.push(column(file, name, machine)?);
-    }
-    if !columns.iter().any(|column| matches!(column, Column::Length)) {
-        let hint = nearest("length_mm", names).map(|name| format!("; '{name}' may be meant")).unwrap_or_default();
-        return Err(LoadError::line(file, 1, format!("no column length_mm{hint}; a header is time_s,A_deg,length_mm")));
-    }
-    let has_clock = columns.iter().any(|column| matches!(column, Column::Time | Column::Pose));
-    let has_axis = columns.iter().any(|column| matches!(column, Column::Axis(_)));
-    if has_axis && !has_clock {
-        return Err(LoadError::line(
-            file,
-            1,
-            "no column time_s (or pose, for static poses); a header is time_s,A_deg,length_mm",
-        ));
-    }
-    Ok(columns)
-}
-
-fn column(file: &Path, name: &str, machine: &Machine) -> Result<Column, LoadError> {
-    match name {
-        "time_s" => return Ok(Column::Time),
-        "pose" => return Ok(Column::Pose),
-        "length_mm" => return Ok(Column::Length),
-        _ => {}
-    }
-    let Some((axis_name, unit)) = name.rsplit_once('_') else {
-        return Ok(Column::Channel);
-    };
-    if axis_name == "length" || axis_name == "time" {
-        return Err(LoadError::line(
-            file,
-            1,
-            format!("column '{name}': lengths are length_mm and times time_s; convert the column"),
-        ));
-    }
-    let Some(axis) = machine.axis_index(axis_name) else {
-        if matches!(unit, "mm" | "deg") && axis_name.len() <= 2 {
-            return Err(LoadError::line(
-                file,
-                1,
-                format!(
-                    "column '{name}': the machine has no axis '{axis_name}'; its axes are {}",
-                    machine.axis_names().join(" ")
-                ),
-            ));
-        }
-        return Ok(Column::Channel);
-    };
-    let due = machine.axes[axis].kind.position_unit();
-    if unit == due {
-        Ok(Column::Axis(axis))
-    } else {
-        Err(LoadError::line(file, 1, format!("column '{name}': positions of axis {axis_name} are {axis_name}_{due}")))
-    }
-}
-
-/// A number; an empty field is NaN; a decimal comma is accepted where the separator allows it.
-fn number(field: &str, separator: char) -> Option<f64> {
-    let field = field.trim_matches('"');
-    if field.is_empty() {
-        return Some(f64::NAN);
-    }
-    if separator != ',' && field.contains(',') {
-        return field.replacen(',', ".", 1).parse().ok();
-    }
-    field.parse().ok()
-}
-
-/// Times that rise, positions inside ranges, readings near the bar's length.
-fn check_rows(
-    file: &Path,
-    recording: &Recording,
-    machine: &Machine,
-    bar_length_mm: Option<f64>,
-) -> Result<(), LoadError> {
-    if let Some(time) = recording.time_s()
-        && let Some(row) = (1..time.len()).find(|&row| time[row] <= time[row - 1])
-    {
-        return Err(LoadError::line(
-            file,
-            row + 2,
-            format!("time_s goes from {} back to {}; times rise from row to row", time[row - 1], time[row]),
-        ));
-    }
-    for (&axis, column) in recording.axes.iter().zip(&recording.positions) {
-        for (row, &value) in column.iter().enumerate() {
-            if let Some(message) = outside_range(machine, axis, value) {
-                return Err(LoadError::line(file, row + 2, message));
-            }
-        }
-    }
-    if recording.readings() == 0 {
-        return Err(LoadError::file(file, "has no reading: every length_mm is empty"));
-    }
-    let Some(bar) = bar_length_mm else { return Ok(()) };
-    let mut finite: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
-    finite.sort_by(f64::total_cmp);
-    let median = finite[finite.len() / 2];
-    if (median - bar).abs() > STROKE_LIMIT_MM {
-        let hint = if (median * 1000.0 - bar).abs() < STROKE_LIMIT_MM {
-            "the column seems to be in metres; length_mm is in mm"
-        } else if (median * 25.4 - bar).abs() < STROKE_LIMIT_MM {
-            "the column seems to be in inches; length_mm is in mm"
-        } else if median.abs() < STROKE_LIMIT_MM {
-            "the column seems to be the deviation; length_mm is the absolute ball-to-ball length"
-        } else {
-            "check bar_length and the recording's file name"
-        };
-        return Err(LoadError::file(
-            file,
-            format!(
-                "readings are about {median} mm but the bar is {bar} mm with a stroke of at most ±{STROKE_LIMIT_MM} mm; {hint}"
-            ),
-        ));
-    }
-    Ok(())
+    recording
 }

@@ -14,20 +14,25 @@ pub const MAX_CSV_BYTES: u64 = 128 << 20;
 /// Text of a file of at most `limit` bytes; a byte order mark is dropped.
 pub fn read_limited(file: &Path, limit: u64) -> Result<String, LoadError> {
     let refuse = |message: String| LoadError::file(file, message);
-    let metadata = std::fs::metadata(file).map_err(|why| refuse(format!("cannot be read: {why}")))?;
+    let metadata = std::fs::metadata(file).map_err(|why| match why.kind() {
+        std::io::ErrorKind::NotFound => refuse("is not there; check its name and folder".into()),
+        _ => refuse(format!("cannot be read: {why}")),
+    })?;
     if metadata.is_dir() {
         return Err(refuse("is a folder; name a file in it".into()));
     }
-    let too_large = || refuse(format!("is larger than the {} MB allowed for this kind of file", limit >> 20));
+    let too_large = |found: String| {
+        refuse(format!("is {found} large; a file of this kind has at most {} MB, is it the right one?", limit >> 20))
+    };
     if metadata.len() > limit {
-        return Err(too_large());
+        return Err(too_large(format!("{} MB", metadata.len().div_ceil(1 << 20))));
     }
     let opened = File::open(file).map_err(|why| refuse(format!("cannot be opened: {why}")))?;
     let mut bytes = Vec::new();
     opened.take(limit + 1).read_to_end(&mut bytes).map_err(|why| refuse(format!("cannot be read: {why}")))?;
     // a pipe or device reports no size, so the limit is checked on what came
     if bytes.len() as u64 > limit {
-        return Err(too_large());
+        return Err(too_large("too".into()));
     }
     let text = String::from_utf8(bytes).map_err(|why| {
         let line = 1 + why.as_bytes()[..why.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();

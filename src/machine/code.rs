@@ -47,56 +47,66 @@ pub fn refuse_axis_name(name: &str) -> Option<String> {
 }
 
 impl StructuralCode {
-    /// Reads a code of letters, `[wCAYbXZt]`; the brackets may be left out.
+    /// Reads `[wCAYbXZt]` (brackets may be left out) or the form for longer names, `[w, b, J1, J2, t]`.
     pub fn parse(text: &str) -> Result<StructuralCode, CodeError> {
-        let refuse = |column: usize, reason: String| CodeError { code: text.to_string(), column, reason };
-        let characters: Vec<char> = text.chars().collect();
-        let mut body: &[char] = &characters;
-        let mut first = 0;
-        if body.first() == Some(&'[') {
-            if body.last() != Some(&']') {
-                let at = body.len();
-                return Err(refuse(at, "the code opens with '[' but does not close with ']'".into()));
-            }
-            body = &body[1..body.len() - 1];
-            first = 1;
+        let refuse = |column: usize, reason: String| CodeError { code: printable(text), column, reason };
+        let (body, first) = unbracketed(text).map_err(|(column, reason)| refuse(column, reason))?;
+        let is_list = body.contains(',');
+        let words: Vec<(usize, &str)> = if is_list { words_of_list(body) } else { letters(body) };
+        let names: Vec<&str> = words.iter().map(|(_, word)| *word).collect();
+        let unknown = |name: &&str| !(AXIS_LETTERS.contains(*name) || matches!(*name, "w" | "b" | "t"));
+        let outcome = match names.iter().position(unknown).filter(|_| !is_list) {
+            Some(index) => Err((
+                index,
+                format!(
+                    "'{}' is no axis; allowed are X Y Z A B C U V W and one b for the bed",
+                    printable(names[index])
+                ),
+            )),
+            None => StructuralCode::from_words(&names),
+        };
+        outcome.map_err(|(index, reason)| {
+            let column = words.get(index).map_or(body.chars().count(), |(column, _)| *column);
+            refuse(first + column, reason)
+        })
+    }
+
+    /// Builds a code from its words, `w` and `t` included; a refusal names the index of the offending word.
+    pub fn from_words(words: &[&str]) -> Result<StructuralCode, (usize, String)> {
+        const EXAMPLES: &str = "as in [wCAYbXZt] or [w, b, J1, J2, t]";
+        let last = words.len().saturating_sub(1);
+        if words.first() != Some(&"w") {
+            return Err((0, format!("a structural code starts with 'w', the workpiece, {EXAMPLES}")));
         }
-        if body.first() != Some(&'w') {
-            return Err(refuse(first, "a structural code starts with 'w', the workpiece, as in [wCAYbXZt]".into()));
+        if last == 0 || words[last] != "t" {
+            return Err((last, format!("a structural code ends with 't', the tool, {EXAMPLES}")));
         }
-        let last = first + body.len() - 1;
-        if body.len() < 2 || body[body.len() - 1] != 't' {
-            return Err(refuse(last, "a structural code ends with 't', the tool, as in [wCAYbXZt]".into()));
-        }
-        let mut names: [Vec<String>; 2] = [Vec::new(), Vec::new()];
+        let mut sides: [Vec<String>; 2] = [Vec::new(), Vec::new()];
         let mut bed_seen = false;
-        for (offset, &letter) in body[1..body.len() - 1].iter().enumerate() {
-            let column = first + 1 + offset;
-            match letter {
-                'b' if bed_seen => return Err(refuse(column, "the bed 'b' stands twice; it stands once".into())),
-                'b' => bed_seen = true,
-                letter if AXIS_LETTERS.contains(letter) => {
-                    let name = letter.to_string();
-                    if names.iter().flatten().any(|other| *other == name) {
-                        return Err(refuse(column, format!("axis '{letter}' stands twice; each axis stands once")));
+        for (index, &word) in words.iter().enumerate().take(last).skip(1) {
+            match word {
+                "b" if bed_seen => return Err((index, "the bed 'b' stands twice; it stands once".into())),
+                "b" => bed_seen = true,
+                "w" | "t" => return Err((index, format!("'{word}' stands inside the code; it is an end"))),
+                _ => {
+                    if let Some(reason) = refuse_axis_name(word) {
+                        return Err((index, reason));
                     }
-                    names[usize::from(bed_seen)].push(name);
-                }
-                other => {
-                    return Err(refuse(
-                        column,
-                        format!("'{other}' is no axis; allowed are X Y Z A B C U V W and one b for the bed"),
-                    ));
+                    if sides.iter().flatten().any(|other| other == word) {
+                        return Err((index, format!("axis '{word}' stands twice; each axis stands once")));
+                    }
+                    sides[usize::from(bed_seen)].push(word.to_string());
                 }
             }
         }
         if !bed_seen {
-            return Err(refuse(
-                last,
-                "the bed 'b' is missing; write it between workpiece and tool axes, as in [wCAYbXZt]".into(),
-            ));
+            let reason = format!("the bed 'b' is missing; write it between workpiece and tool axes, {EXAMPLES}");
+            return Err((last, reason));
         }
-        let [workpiece_side, tool_side] = names;
+        let [workpiece_side, tool_side] = sides;
+        if workpiece_side.is_empty() && tool_side.is_empty() {
+            return Err((last, format!("no axis stands between workpiece and tool; write at least one, {EXAMPLES}")));
+        }
         Ok(StructuralCode { workpiece_side, tool_side })
     }
 
@@ -118,5 +128,72 @@ impl fmt::Display for StructuralCode {
             .chain(std::iter::once("t"))
             .collect();
         write!(out, "[{}]", words.join(separator))
+    }
+}
+
+/// The code without its brackets and the column at which it begins.
+fn unbracketed(text: &str) -> Result<(&str, usize), (usize, String)> {
+    match (text.strip_prefix('['), text.strip_suffix(']')) {
+        (Some(rest), Some(_)) if !rest.is_empty() => Ok((&rest[..rest.len() - 1], 1)),
+        (Some(_), _) => Err((text.chars().count(), "the code opens with '[' but does not close with ']'".into())),
+        (None, Some(_)) => Err((0, "the code closes with ']' but does not open with '['".into())),
+        (None, None) => Ok((text, 0)),
+    }
+}
+
+/// Letters with their columns.
+fn letters(body: &str) -> Vec<(usize, &str)> {
+    let places = body.char_indices().map(|(at, letter)| &body[at..at + letter.len_utf8()]);
+    places.enumerate().collect()
+}
+
+/// Words between commas with the columns at which they begin.
+fn words_of_list(body: &str) -> Vec<(usize, &str)> {
+    let mut column = 0;
+    let words = body.split(',').map(|part| {
+        let blanks = part.chars().take_while(|c| c.is_whitespace()).count();
+        let word = (column + blanks, part.trim());
+        column += part.chars().count() + 1;
+        word
+    });
+    words.collect()
+}
+
+/// Text in one line of visible characters, so that the caret stands right.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '·' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, message: &str) {
+        assert_eq!(StructuralCode::parse(text).unwrap_err().to_string(), message);
+    }
+
+    #[test]
+    fn the_caret_stands_under_the_offence() {
+        check("[wCAYbXZ", "the code opens with '[' but does not close with ']'\n    [wCAYbXZ\n            ^");
+        check(
+            "[wCAYbXQt]",
+            "'Q' is no axis; allowed are X Y Z A B C U V W and one b for the bed\n    [wCAYbXQt]\n           ^",
+        );
+        check("[wCAYbXAt]", "axis 'A' stands twice; each axis stands once\n    [wCAYbXAt]\n           ^");
+        check(
+            "[w, b, J1, J 2, t]",
+            "'J 2' cannot name an axis; a name starts with a letter and holds letters, digits, _ - . / (at most 64)\n    [w, b, J1, J 2, t]\n               ^",
+        );
+        let missing =
+            "the bed 'b' is missing; write it between workpiece and tool axes, as in [wCAYbXZt] or [w, b, J1, J2, t]";
+        check("[wCAYXZt]", &format!("{missing}\n    [wCAYXZt]\n           ^"));
+    }
+
+    #[test]
+    fn printed_codes_read_back() {
+        for text in ["[wCAbYXZt]", "[wbXYZCAt]", "[w, b, J1, J2, t]", "[w, P, b, t]"] {
+            assert_eq!(StructuralCode::parse(text).unwrap().to_string(), text);
+        }
+        assert_eq!(StructuralCode::parse("wCAbYXZt").unwrap().to_string(), "[wCAbYXZt]");
     }
 }

@@ -125,6 +125,16 @@ impl ErrorName {
                 known.to_lowercase()
             )));
         }
+        let own_letter = ['X', 'Y', 'Z'][component.direction_index()];
+        if is_location && angle_rest.is_some() && known.chars().eq([own_letter]) {
+            let (length, angle) = (Component::ALL[component.direction_index()], component);
+            return Err(refuse(format!(
+                "the thesis's Table 2.1 pairs θ{0}0{0} with {1}, a length; write {1} for the zero point or {2} for the rotation",
+                known.to_lowercase(),
+                ErrorName::location(length, known),
+                ErrorName::location(angle, known)
+            )));
+        }
         Ok(ErrorName { component, is_location, axis: known.to_string() })
     }
 }
@@ -157,6 +167,7 @@ mod tests {
             assert_eq!(name(text).as_deref(), Ok(iso), "{text}");
         }
         assert!(name("θya").unwrap_err().to_string().contains("write EB0A"));
+        assert!(name("θx0x").unwrap_err().to_string().contains("write EX0X for the zero point or EA0X"));
         assert!(name("EX0Q").unwrap_err().to_string().contains("no axis 'Q'"));
         assert!(name("0").is_err());
         assert!(name("").is_err());

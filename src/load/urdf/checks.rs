@@ -61,12 +61,11 @@ fn numbers(file: &Path, element: &Element, name: &str, text: &str, count: usize)
     match found {
         Some(found) if found.len() == count && found.iter().all(sensible) => Ok(found),
         _ => {
-            let due = if count == 1 {
-                "one finite number".into()
-            } else {
-                format!("{count} finite numbers (lengths in m, below {MAX_COORDINATE_M})")
+            let due = match count {
+                1 => "one finite number is due".to_string(),
+                _ => format!("{count} finite numbers of at most {MAX_COORDINATE_M} are due"),
             };
-            Err(LoadError::line(file, element.line, format!("<{}> has {name}=\"{text}\"; {due} is due", element.name)))
+            Err(LoadError::line(file, element.line, format!("<{}> has {name}=\"{text}\"; {due}", element.name)))
         }
     }
 }

@@ -1,0 +1,140 @@
+//! What the rows of a recording may say: rising times, positions inside ranges, lengths a bar can read. No text is read here.
+
+use std::path::Path;
+
+use super::message::LoadError;
+use super::range::outside_range;
+use crate::machine::Machine;
+use crate::session::Recording;
+
+/// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
+const STROKE_LIMIT_MM: f64 = 5.0;
+/// Readings outside the stroke that a file may hold: one in so many. Single wrong readings are left to the fit, which
+/// reports them; more than these are a wrong bar, unit or file.
+const ONE_OUTSIDE_IN: usize = 10;
+/// Two balls of usual size touch at about this distance, mm: shorter readings are no distances.
+const SHORTEST_DISTANCE_MM: f64 = 5.0;
+/// Millimetres in an inch.
+const MM_PER_INCH: f64 = 25.4;
+
+/// Checks a recording against its machine and bar; `line_of_row` gives the line of each row in the file.
+pub fn check_rows(
+    file: &Path,
+    recording: &Recording,
+    line_of_row: &[usize],
+    machine: &Machine,
+    bar_length_mm: Option<f64>,
+) -> Result<(), LoadError> {
+    let line = |row: usize| line_of_row.get(row).copied().unwrap_or(row + 1);
+    if recording.readings() == 0 {
+        return Err(LoadError::file(file, "has no reading: every length_mm is empty"));
+    }
+    if let Some(bar) = bar_length_mm {
+        refuse_swapped(file, recording, machine, bar)?;
+    }
+    if let Some(time) = recording.time_s()
+        && let Some(row) = (1..time.len()).find(|&row| time[row] <= time[row - 1])
+    {
+        let (before, now) = (time[row - 1], time[row]);
+        let message = format!("time_s goes from {before} to {now}; times rise from row to row, sort or split the file");
+        return Err(LoadError::line(file, line(row), message));
+    }
+    for (&axis, column) in recording.axes.iter().zip(&recording.positions) {
+        for (row, &value) in column.iter().enumerate() {
+            if let Some(message) = outside_range(machine, axis, value) {
+                return Err(LoadError::line(file, line(row), message));
+            }
+        }
+    }
+    match bar_length_mm {
+        Some(bar) => refuse_outside_stroke(file, recording, line, bar),
+        None => refuse_no_distances(file, recording),
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    finite.sort_by(f64::total_cmp);
+    finite.get(finite.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// A column that holds lengths under another name while length_mm does not.
+fn refuse_swapped(file: &Path, recording: &Recording, machine: &Machine, bar: f64) -> Result<(), LoadError> {
+    let is_length = |value: f64| (value - bar).abs() <= STROKE_LIMIT_MM;
+    let lengths = || recording.length_mm.iter().copied();
+    if is_length(median(lengths())) {
+        return Ok(());
+    }
+    let time = recording.time_s().map(|time| ("time_s".to_string(), time.to_vec()));
+    let positions = recording.axes.iter().zip(&recording.positions).map(|(&axis, column)| {
+        let axis = &machine.axes[axis];
+        let values = column.iter().map(|&value| axis.kind.to_file_unit(value)).collect();
+        (format!("{}_{}", axis.name, axis.kind.position_unit()), values)
+    });
+    // every row of the column: a sweep only passes the bar's length somewhere
+    let holds_lengths = |values: &Vec<f64>| values.iter().all(|&value| is_length(value));
+    match time.into_iter().chain(positions).find(|(_, values)| holds_lengths(values)) {
+        Some((name, values)) => Err(LoadError::line(
+            file,
+            1,
+            format!(
+                "the columns {name} and length_mm seem swapped: {name} holds about {:.4}, the bar's length is {bar} mm, length_mm holds about {:.4}; correct the header",
+                median(values.into_iter()),
+                median(lengths())
+            ),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn refuse_outside_stroke(
+    file: &Path,
+    recording: &Recording,
+    line: impl Fn(usize) -> usize,
+    bar: f64,
+) -> Result<(), LoadError> {
+    let is_outside = |length: &f64| length.is_finite() && (length - bar).abs() > STROKE_LIMIT_MM;
+    let outside = recording.length_mm.iter().filter(|length| is_outside(length)).count();
+    let readings = recording.readings();
+    if outside <= (readings / ONE_OUTSIDE_IN).max(1).min(readings - 1) {
+        return Ok(());
+    }
+    let stroke = format!("bar_length is {bar} mm and a reading lies within ±{STROKE_LIMIT_MM} mm of it");
+    let middle = median(recording.length_mm.iter().copied());
+    if outside == readings {
+        let near = |factor: f64| (middle * factor - bar).abs() <= STROKE_LIMIT_MM;
+        let hint = if near(1000.0) {
+            "the column seems to be in metres, length_mm is in mm"
+        } else if near(MM_PER_INCH) {
+            "the column seems to be in inches, length_mm is in mm"
+        } else if middle.abs() <= STROKE_LIMIT_MM {
+            "the column seems to be the deviation, length_mm is the absolute ball-to-ball length"
+        } else {
+            "check bar_length and which recording belongs to the test"
+        };
+        return Err(LoadError::file(file, format!("readings are about {middle} mm but {stroke}; {hint}")));
+    }
+    let row = recording.length_mm.iter().position(|length| is_outside(length)).unwrap_or(0);
+    Err(LoadError::line(
+        file,
+        line(row),
+        format!(
+            "length_mm {} is the first of {outside} readings out of {readings} outside the bar's stroke: {stroke}; one in {ONE_OUTSIDE_IN} may be wrong, check the recording",
+            recording.length_mm[row]
+        ),
+    ))
+}
+
+/// Without a bar the readings are absolute distances: they cannot be shorter than two balls.
+fn refuse_no_distances(file: &Path, recording: &Recording) -> Result<(), LoadError> {
+    let middle = median(recording.length_mm.iter().copied());
+    if middle >= SHORTEST_DISTANCE_MM {
+        return Ok(());
+    }
+    Err(LoadError::file(
+        file,
+        format!(
+            "readings are about {middle} mm, shorter than two balls can be apart ({SHORTEST_DISTANCE_MM} mm); length_mm is the absolute ball-to-ball length in mm, convert metres or deviations"
+        ),
+    ))
+}

@@ -1,0 +1,231 @@
+//! One test of a session file with its recording: balls, bar and axes that stand still. Paths are read in `test_path`.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use super::document::{Document, Step};
+use super::message::{LoadError, nearest};
+use super::quantity::{LARGEST, finite, positive_length, quantity};
+use super::range::outside_range;
+use super::recording::load_recording;
+use super::test_path::{CircleFile, SweepFile};
+use crate::chain::Chain;
+use crate::machine::{AxisKind, Machine};
+use crate::session::{Ball, Clock, Follow, Path as TestPath, Test};
+use crate::units::Measure;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TestFile {
+    pub(super) name: String,
+    pub(super) recording: Option<String>,
+    #[serde(default)]
+    pub(super) started_at: f64,
+    pub(super) bar_length: Option<f64>,
+    pub(super) bar_setup: Option<String>,
+    pub(super) bar_error: Option<serde_yaml::Value>,
+    pub(super) pivot: BallFile,
+    pub(super) spindle_ball: BallFile,
+    #[serde(default)]
+    pub(super) positions: BTreeMap<String, f64>,
+    pub(super) feed: Option<f64>,
+    pub(super) overshoot: Option<f64>,
+    pub(super) sweep: Option<SweepFile>,
+    pub(super) circle: Option<CircleFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BallFile {
+    link: String,
+    at: [f64; 3],
+    setup: Option<String>,
+    spread: Option<serde_yaml::Value>,
+}
+
+/// Smallest bar length, mm, and feed, mm/min.
+const SMALLEST: f64 = 1e-3;
+/// Longest name of a test, bytes.
+const MAX_NAME: usize = 200;
+
+/// True for names that can be a file's: a simulation writes its recordings under them.
+fn names_a_file(name: &str) -> bool {
+    let is_plain = name.chars().all(|c| !c.is_control() && c != '/' && c != '\\');
+    is_plain && !name.trim_matches(['.', ' ']).is_empty() && name.len() <= MAX_NAME
+}
+
+/// What reading one test needs.
+pub(super) struct TestReader<'a> {
+    pub(super) document: &'a Document,
+    pub(super) folder: &'a Path,
+    pub(super) machine: &'a Machine,
+    pub(super) chain: &'a Chain,
+}
+
+impl TestReader<'_> {
+    /// Reads the test with this index.
+    pub(super) fn test(&self, index: usize, raw: &TestFile) -> Result<Test, LoadError> {
+        let refuse = |key: &str, message: String| {
+            self.document.refuse(
+                &[Step::Key("tests"), Step::Index(index), Step::Key(key)],
+                format!("test '{}': {message}", raw.name),
+            )
+        };
+        if !names_a_file(&raw.name) {
+            return Err(refuse(
+                "name",
+                "recordings are named after their tests; a name is 1 to 200 characters without / \\ and control characters"
+                    .into(),
+            ));
+        }
+        for (key, value, least, unit) in [
+            ("started_at", Some(raw.started_at), -LARGEST, "s"),
+            ("bar_length", raw.bar_length, SMALLEST, "mm"),
+            ("feed", raw.feed, SMALLEST, "mm/min"),
+            ("overshoot", raw.overshoot, 0.0, "mm or deg"),
+        ] {
+            if let Some(value) = value.filter(|value| !(least..=LARGEST).contains(value)) {
+                return Err(refuse(key, format!("{key} {value} is not a number from {least} to {LARGEST} {unit}")));
+            }
+        }
+        let path = self.path(index, raw)?;
+        let recording = match &raw.recording {
+            Some(name) => self.recording(index, raw, name)?,
+            None => None,
+        };
+        if let Some(recording) = &recording {
+            let no_positions = matches!(recording.clock, Clock::Absent);
+            if no_positions && path.is_none() {
+                return Err(refuse(
+                    "recording",
+                    "the recording has no column of positions such as A_deg; add it, or say the arc of samples uniform in angle with 'sweep: {axis: C, from: 0, to: 360}'"
+                        .into(),
+                ));
+            }
+        }
+        if recording.is_none() && path.is_none() {
+            return Err(refuse("name", "has neither a recording nor a sweep or circle; add one".into()));
+        }
+        let mut test = Test {
+            name: raw.name.clone(),
+            recording_file: raw.recording.clone(),
+            recording,
+            path,
+            started_at_s: raw.started_at,
+            bar_length_mm: raw.bar_length,
+            bar_setup: raw.bar_setup.clone(),
+            bar_error_mm: match &raw.bar_error {
+                Some(value) => quantity(
+                    self.document,
+                    &[Step::Key("tests"), Step::Index(index), Step::Key("bar_error")],
+                    value,
+                    Measure::Length,
+                )?,
+                None => 0.0,
+            },
+            pivot: self.ball(index, "pivot", &raw.pivot)?,
+            spindle_ball: self.ball(index, "spindle_ball", &raw.spindle_ball)?,
+            positions: vec![None; self.machine.axes.len()],
+            feed_mm_per_min: raw.feed,
+            overshoot: raw.overshoot,
+        };
+        for (name, &value) in &raw.positions {
+            let axis =
+                self.axis(&[Step::Key("tests"), Step::Index(index), Step::Key("positions"), Step::Key(name)], name)?;
+            test.positions[axis] = Some(self.position(index, axis, value)?);
+        }
+        self.every_axis_known(index, &test)?;
+        Ok(test)
+    }
+
+    pub(super) fn axis(&self, place: &[Step], name: &str) -> Result<usize, LoadError> {
+        self.machine.axis_index(name).ok_or_else(|| {
+            self.document.refuse(
+                place,
+                format!("the machine has no axis '{name}'; its axes are {}", self.machine.axis_names().join(" ")),
+            )
+        })
+    }
+
+    fn position(&self, index: usize, axis: usize, value: f64) -> Result<f64, LoadError> {
+        let name = &self.machine.axes[axis].name;
+        let place = [Step::Key("tests"), Step::Index(index), Step::Key("positions"), Step::Key(name)];
+        let value = self.machine.axes[axis].kind.from_file_unit(finite(self.document, &place, value)?);
+        match outside_range(self.machine, axis, value) {
+            Some(message) => Err(self.document.refuse(&place, message)),
+            None => Ok(value),
+        }
+    }
+
+    fn ball(&self, index: usize, key: &str, raw: &BallFile) -> Result<Ball, LoadError> {
+        let place = [Step::Key("tests"), Step::Index(index), Step::Key(key)];
+        for value in raw.at {
+            finite(self.document, &place, value)?;
+        }
+        if self.chain.link(&raw.link).is_none() {
+            let known = self.chain.link_names();
+            let hint = nearest(&raw.link, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+            return Err(self
+                .document
+                .refuse(&place, format!("no link is called '{}'{hint} (links: {})", raw.link, known.join(" "))));
+        }
+        Ok(Ball {
+            link: raw.link.clone(),
+            at: Vector3::from(raw.at),
+            setup: raw.setup.clone(),
+            spread_mm: raw.spread.as_ref().map(|value| positive_length(self.document, &place, value)).transpose()?,
+        })
+    }
+
+    fn recording(
+        &self,
+        index: usize,
+        raw: &TestFile,
+        name: &str,
+    ) -> Result<Option<crate::session::Recording>, LoadError> {
+        let refuse = |message: String| {
+            self.document.refuse(&[Step::Key("tests"), Step::Index(index), Step::Key("recording")], message)
+        };
+        let relative = PathBuf::from(name);
+        let stays_inside = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        if !stays_inside || name.is_empty() {
+            return Err(refuse(format!(
+                "recording '{name}' leaves the session's folder; put the file beside the session"
+            )));
+        }
+        let file = self.folder.join(&relative);
+        if !file.exists() && (raw.sweep.is_some() || raw.circle.is_some()) {
+            // a planned test names the file that its recording will have
+            return Ok(None);
+        }
+        load_recording(&file, self.machine, raw.bar_length).map(Some)
+    }
+
+    fn every_axis_known(&self, index: usize, test: &Test) -> Result<(), LoadError> {
+        let moved: Vec<usize> = match (&test.recording, &test.path) {
+            (Some(recording), _) if !matches!(recording.clock, Clock::Absent) => recording.axes.clone(),
+            (_, Some(TestPath::Sweep { axis, follow: Follow::None, .. })) => vec![*axis],
+            (_, Some(TestPath::Sweep { axis, .. })) => {
+                let linear = (0..self.machine.axes.len()).filter(|&k| self.machine.axes[k].kind == AxisKind::Linear);
+                linear.chain([*axis]).collect()
+            }
+            (_, Some(TestPath::Circle { plane, .. })) => vec![plane.first, plane.second],
+            (_, None) => Vec::new(),
+        };
+        for (axis, entry) in self.machine.axes.iter().enumerate() {
+            if test.positions[axis].is_none() && !moved.contains(&axis) {
+                return Err(self.document.refuse(
+                    &[Step::Key("tests"), Step::Index(index), Step::Key("positions")],
+                    format!(
+                        "test '{}': axis {} has neither a column in the recording nor a place in positions; add it, e.g. {}: 0",
+                        test.name, entry.name, entry.name
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
