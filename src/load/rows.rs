@@ -114,7 +114,7 @@ fn refuse_outside_stroke(
         };
         return Err(LoadError::file(file, format!("readings are about {middle} mm but {stroke}; {hint}")));
     }
-    let row = recording.length_mm.iter().position(|length| is_outside(length)).unwrap_or(0);
+    let row = recording.length_mm.iter().position(is_outside).unwrap_or(0);
     Err(LoadError::line(
         file,
         line(row),
