@@ -23,13 +23,21 @@
 //! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad
 //! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.
 
+pub mod bodies;
 pub mod chain;
+<<<<<<< HEAD
 pub mod effects;
 pub mod identify;
 pub mod load;
 pub mod machine;
 pub mod methods;
 pub mod report;
+=======
+pub mod collision;
+pub mod load;
+pub mod machine;
+pub mod plan;
+>>>>>>> 98b1838 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
 pub mod session;
 pub mod simulate;
 pub mod units;

@@ -2,10 +2,12 @@
 
 mod axis;
 mod component_form;
+mod bodies;
 mod document;
 mod effects;
 mod instrument;
 mod machine;
+mod mesh;
 mod message;
 mod positions;
 mod quantity;
@@ -19,7 +21,12 @@ mod text;
 mod urdf;
 
 pub use instrument::load_instrument;
+<<<<<<< HEAD
 pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};
+=======
+pub use bodies::{load_kit, load_machine_and_bodies, standard_kit};
+pub use machine::{load_machine, machine_from_yaml};
+>>>>>>> 98b1838 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
 pub use message::LoadError;
 pub use positions::{PositionsError, positions_from_text};
 pub use recording::recording_from_csv;

@@ -1,0 +1,110 @@
+//! Bodies beside the kinematic model: solids on links, surfaces that take a pivot, the spindle side, the kit. It measures no distances.
+
+mod kit;
+mod mesh;
+mod solid;
+
+pub use kit::{Bar, Cup, Fixture, Kit, PivotStand};
+pub use mesh::{MAX_TRIANGLES, MeshError, convex_pieces};
+pub use solid::{Solid, frame_along};
+
+use nalgebra::Vector3;
+
+use crate::chain::Pose;
+
+/// A solid that a link carries.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Name for people: `table`, `spindle nose`.
+    pub name: String,
+    /// Name of the carrying link.
+    pub link: String,
+    /// Shape in its own frame.
+    pub solid: Solid,
+    /// The solid's frame in R with all axes at zero.
+    pub at: Pose,
+}
+
+/// Outline of a mounting surface about its middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outline {
+    /// A disc or ring, mm.
+    Disc { inner_radius_mm: f64, radius_mm: f64 },
+    /// A rectangle; the first size runs along `Mount::along`, mm.
+    Rectangle { size_mm: [f64; 2] },
+}
+
+/// A surface on which a pivot stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mount {
+    pub name: String,
+    /// Name of the carrying link.
+    pub link: String,
+    /// Middle of the surface, mm, in R with all axes at zero.
+    pub middle: Vector3<f64>,
+    /// Outward normal, unit length; the pivot's stem runs along it.
+    pub normal: Vector3<f64>,
+    /// Direction in the surface, unit length: first side of a rectangle, direction of T-slots.
+    pub along: Vector3<f64>,
+    pub outline: Outline,
+    /// Pitch of T-slots running along `along`, one of them through the middle, mm; `None` when a pivot stands anywhere.
+    pub slot_pitch_mm: Option<f64>,
+}
+
+impl Mount {
+    /// Point of the surface with coordinates (u along `along`, v across), mm.
+    pub fn point(&self, u: f64, v: f64) -> Vector3<f64> {
+        self.middle + self.along * u + self.normal.cross(&self.along) * v
+    }
+
+    /// True when the point (u, v) lies on the surface with `edge_mm` to spare on all sides, and on a T-slot if there are any.
+    pub fn holds(&self, u: f64, v: f64, edge_mm: f64) -> bool {
+        let inside = match self.outline {
+            Outline::Disc { inner_radius_mm, radius_mm } => {
+                let r = u.hypot(v);
+                r <= radius_mm - edge_mm + 1e-9 && (inner_radius_mm == 0.0 || r >= inner_radius_mm + edge_mm - 1e-9)
+            }
+            Outline::Rectangle { size_mm } => {
+                u.abs() <= 0.5 * size_mm[0] - edge_mm + 1e-9 && v.abs() <= 0.5 * size_mm[1] - edge_mm + 1e-9
+            }
+        };
+        let on_slot = self.slot_pitch_mm.is_none_or(|pitch| ((v / pitch).round() * pitch - v).abs() < 1e-6);
+        inside && on_slot
+    }
+
+    /// Largest distance of a surface point from the middle, mm.
+    pub fn extent_mm(&self) -> f64 {
+        match self.outline {
+            Outline::Disc { radius_mm, .. } => radius_mm,
+            Outline::Rectangle { size_mm } => 0.5 * size_mm[0].hypot(size_mm[1]),
+        }
+    }
+}
+
+/// Where tools are clamped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpindleSide {
+    /// Name of the carrying link.
+    pub link: String,
+    /// Middle of the nose face, mm, in R with all axes at zero.
+    pub nose: Vector3<f64>,
+    /// From the tool tip into the spindle, unit length.
+    pub direction: Vector3<f64>,
+    /// From the nose to the spindle ball on the tool axis, mm.
+    pub gauge_length_mm: f64,
+}
+
+impl SpindleSide {
+    /// Spindle ball on the tool axis, mm.
+    pub fn ball(&self) -> Vector3<f64> {
+        self.nose - self.direction * self.gauge_length_mm
+    }
+}
+
+/// Everything solid about a machine.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Bodies {
+    pub bodies: Vec<Body>,
+    pub mounts: Vec<Mount>,
+    pub spindle: Option<SpindleSide>,
+}

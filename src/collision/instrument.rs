@@ -1,0 +1,279 @@
+//! The ball bar of one test as solids: balls, necks, bar, cups, stems, stand and fixture. Where it stands is the test's.
+
+use nalgebra::Vector3;
+
+use super::convex::Convex;
+use super::world::{BarEnds, Cone, Part, Scene, World};
+use crate::bodies::{Bodies, Kit, Mount};
+use crate::chain::Geometry;
+use crate::session::{Path, Test};
+
+/// Where an instrument stands: what a test says and what the machine offers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement<'a> {
+    pub mount: &'a Mount,
+    /// Ball centre above the surface, mm.
+    pub height_mm: f64,
+}
+
+/// Why an instrument cannot be placed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InstrumentError {
+    #[error(
+        "test '{test}': the pivot at ({x:.3}, {y:.3}, {z:.3}) on link {link} stands on no mounting surface; surfaces of that link: {known}"
+    )]
+    NoMount { test: String, link: String, x: f64, y: f64, z: f64, known: String },
+    #[error("test '{test}': {reason}")]
+    NoSpindle { test: String, reason: String },
+    #[error("test '{test}': bar {found} mm is not made by the kit '{kit}', which makes {known}")]
+    NoBar { test: String, found: f64, kit: String, known: String },
+}
+
+/// The instrument of one test.
+#[derive(Debug, Clone)]
+pub struct Instrument<'a> {
+    pub placement: Placement<'a>,
+    parts: Vec<Part>,
+    bar: BarEnds,
+    cones: Vec<Cone>,
+    /// Frames and bodies under the stand and at the spindle stem: touch by design.
+    stands_on: Option<usize>,
+    clamped_by: Option<usize>,
+    stand_parts: Vec<usize>,
+    stem_parts: Vec<usize>,
+    /// Parts of the bar, by index.
+    bar_parts: Vec<usize>,
+    cup_parts: [usize; 2],
+    ball_parts: [usize; 2],
+}
+
+impl<'a> Placement<'a> {
+    /// The surface on which a pivot ball stands.
+    pub fn of(
+        bodies: &'a Bodies,
+        kit: &Kit,
+        test: &Test,
+        same_link: impl Fn(&str) -> bool,
+    ) -> Result<Placement<'a>, InstrumentError> {
+        let at = test.pivot.at;
+        let [lowest, highest] = kit.pivot_stand.height_mm;
+        let mut known = Vec::new();
+        for mount in bodies.mounts.iter().filter(|mount| same_link(&mount.link)) {
+            let from = at - mount.middle;
+            let height_mm = from.dot(&mount.normal);
+            let u = from.dot(&mount.along);
+            let v = from.dot(&mount.normal.cross(&mount.along));
+            let free = Mount { slot_pitch_mm: None, ..mount.clone() };
+            if height_mm >= lowest - 1e-6 && height_mm <= highest + 1e-6 && free.holds(u, v, 0.0) {
+                return Ok(Placement { mount, height_mm });
+            }
+            known.push(format!("{} (ball {lowest} to {highest} mm above it)", mount.name));
+        }
+        let known = if known.is_empty() { "none".to_string() } else { known.join(", ") };
+        Err(InstrumentError::NoMount {
+            test: test.name.clone(),
+            link: test.pivot.link.clone(),
+            x: at.x,
+            y: at.y,
+            z: at.z,
+            known,
+        })
+    }
+}
+
+impl<'a> Instrument<'a> {
+    /// The instrument of a test on a machine.
+    pub fn of(world: &World, bodies: &'a Bodies, kit: &Kit, test: &Test) -> Result<Instrument<'a>, InstrumentError> {
+        let chain = world.chain();
+        let pivot_link = chain.link(&test.pivot.link);
+        let placement = Placement::of(bodies, kit, test, |link| chain.link(link) == pivot_link)?;
+        let no_spindle = |reason: String| InstrumentError::NoSpindle { test: test.name.clone(), reason };
+        let spindle = bodies.spindle.as_ref().ok_or_else(|| {
+            no_spindle("the machine file has no 'spindle'; add its link, nose and direction".to_string())
+        })?;
+        let (Some(pivot_link), Some(spindle_link)) = (pivot_link, chain.link(&test.spindle_ball.link)) else {
+            return Err(no_spindle("a ball is on a link that the machine has not".into()));
+        };
+        if chain.link(&spindle.link) != Some(spindle_link) {
+            return Err(no_spindle(format!(
+                "the spindle ball is on link {}, the spindle on {}",
+                test.spindle_ball.link, spindle.link
+            )));
+        }
+        let (pivot_frame, spindle_frame) = (world.frame(pivot_link), world.frame(spindle_link));
+        let bar_frame = world.frame_count();
+        let (pivot, ball) = (test.pivot.at, test.spindle_ball.at);
+        let normal = placement.mount.normal;
+        let foot = pivot - normal * placement.height_mm;
+        let bar = &kit.bar;
+        let length = test.bar_length_mm.unwrap_or(bar.length_mm);
+        let known = kit.lengths_mm();
+        if !known.iter().any(|&made| (made - length).abs() <= bar.half_stroke_mm) {
+            let known: Vec<String> = known.iter().map(|made| made.to_string()).collect();
+            let known = format!("{} mm, ± {} mm stroke", known.join(" "), bar.half_stroke_mm);
+            return Err(InstrumentError::NoBar {
+                test: test.name.clone(),
+                found: length,
+                kit: kit.name.clone(),
+                known,
+            });
+        }
+        let along = |s: f64| Vector3::new(0.0, 0.0, s);
+        let mut parts = vec![
+            Part::new("pivot ball", pivot_frame, Convex::ball(pivot, bar.ball_radius_mm)),
+            Part::new("spindle ball", spindle_frame, Convex::ball(ball, bar.ball_radius_mm)),
+            Part::new("bar", bar_frame, Convex::capsule(along(0.0), along(length), bar.neck_radius_mm)),
+        ];
+        let mut bar_parts = vec![2];
+        // the rounded ends of the thick part stay behind the necks
+        let (from, to) = (bar.neck_length_mm + bar.radius_mm, length - bar.neck_length_mm - bar.radius_mm);
+        if to > from {
+            bar_parts.push(parts.len());
+            parts.push(Part::new("bar", bar_frame, Convex::capsule(along(from), along(to), bar.radius_mm)));
+        }
+        let cup = &kit.pivot_cup;
+        let rim = pivot - normal * cup.rim_below_ball_mm;
+        let below = rim - normal * cup.height_mm;
+        let pivot_cup = parts.len();
+        parts.push(Part::new("pivot cup", pivot_frame, Convex::cylinder(rim, below, cup.radius_mm)));
+        let stand = &kit.pivot_stand;
+        let base_top = foot + normal * stand.base_height_mm;
+        let mut stand_parts = vec![parts.len()];
+        parts.push(Part::new("pivot base", pivot_frame, Convex::cylinder(foot, base_top, stand.base_radius_mm)));
+        if (below - foot).dot(&normal) > stand.base_height_mm {
+            stand_parts.push(parts.len());
+            parts.push(Part::new("pivot stem", pivot_frame, Convex::cylinder(base_top, below, cup.stem_radius_mm)));
+        }
+        let gauge_mm = (spindle.nose - ball).dot(&spindle.direction);
+        let aside = ball - (spindle.nose - spindle.direction * gauge_mm);
+        let up = spindle.direction;
+        let spindle_cup = parts.len();
+        let looks = if aside.norm() < 1e-6 { -up } else { fixture_look(world, test, &aside.normalize(), &up) };
+        let cup = &kit.spindle_cup;
+        let rim = ball - looks * cup.rim_below_ball_mm;
+        let back = rim - looks * cup.height_mm;
+        parts.push(Part::new("spindle cup", spindle_frame, Convex::cylinder(rim, back, cup.radius_mm)));
+        let mut stem_parts = Vec::new();
+        let mut stem = |name: &str, convex| {
+            stem_parts.push(parts.len());
+            parts.push(Part::new(name, spindle_frame, convex));
+        };
+        if aside.norm() < 1e-6 {
+            if gauge_mm < cup.rim_below_ball_mm + cup.height_mm {
+                return Err(no_spindle(format!(
+                    "the spindle ball is {gauge_mm:.3} mm in front of the nose, which leaves no room for its cup ({} mm)",
+                    cup.rim_below_ball_mm + cup.height_mm
+                )));
+            }
+            stem("spindle stem", Convex::cylinder(back, spindle.nose, cup.stem_radius_mm));
+        } else {
+            let fixture = kit.fixture.as_ref().ok_or_else(|| {
+                no_spindle(format!("the spindle ball is off the tool axis and the kit '{}' has no fixture", kit.name))
+            })?;
+            // the flat bar passes behind the cup
+            let arm_end = if looks.dot(&up).abs() > 0.5 { back + up * fixture.arm_radius_mm } else { back };
+            let root = spindle.nose - up * (spindle.nose - arm_end).dot(&up);
+            if (spindle.nose - root).dot(&up) < 0.0 {
+                return Err(no_spindle(format!(
+                    "the fixture does not fit: the ball is {gauge_mm:.3} mm in front of the nose"
+                )));
+            }
+            stem("fixture", Convex::capsule(root, arm_end, fixture.arm_radius_mm));
+            stem("fixture", Convex::cylinder(root, spindle.nose, fixture.arm_radius_mm));
+        }
+        let lever_mm = bar.neck_length_mm;
+        let cone = |name, frame, axis, half_angle_rad, at_pivot| Cone {
+            name,
+            frame,
+            axis,
+            half_angle_rad,
+            at_pivot,
+            lever_mm,
+        };
+        let cones = vec![
+            cone("cone of the pivot cup", pivot_frame, normal, kit.pivot_cup.cone_rad, true),
+            cone("cone of the spindle cup", spindle_frame, looks, kit.spindle_cup.cone_rad, false),
+        ];
+        Ok(Instrument {
+            stands_on: nearest_body(world, pivot_frame, &placement.mount.middle),
+            clamped_by: nearest_body(world, spindle_frame, &spindle.nose),
+            placement,
+            parts,
+            bar: BarEnds { pivot: (pivot_frame, pivot), spindle: (spindle_frame, ball) },
+            cones,
+            stand_parts,
+            stem_parts,
+            bar_parts,
+            cup_parts: [pivot_cup, spindle_cup],
+            ball_parts: [0, 1],
+        })
+    }
+
+    /// The machine with this instrument mounted.
+    pub fn scene<'w>(&self, world: &'w World) -> Scene<'w> {
+        let first = world.parts.len();
+        let mut pairs = Vec::new();
+        for (part, own) in self.parts.iter().enumerate() {
+            let excluded = if self.stand_parts.contains(&part) {
+                self.stands_on
+            } else if self.stem_parts.contains(&part) {
+                self.clamped_by
+            } else {
+                None
+            };
+            for (body, other) in world.parts.iter().enumerate() {
+                let by_design = excluded == Some(world.body_of[body]) && own.frame == other.frame;
+                if !by_design {
+                    pairs.push((body, first + part));
+                }
+            }
+        }
+        for part in 0..self.parts.len() {
+            for other in part + 1..self.parts.len() {
+                if self.may_meet(part, other) {
+                    pairs.push((first + part, first + other));
+                }
+            }
+        }
+        Scene::new(world, self.parts.clone(), pairs, Some(self.bar.clone()), self.cones.clone())
+    }
+
+    fn may_meet(&self, one: usize, other: usize) -> bool {
+        if self.parts[one].frame == self.parts[other].frame {
+            return false;
+        }
+        let bar = |part: usize| self.bar_parts.contains(&part);
+        let held = |part: usize| self.cup_parts.contains(&part) || self.ball_parts.contains(&part);
+        !(bar(one) && held(other) || bar(other) && held(one))
+    }
+}
+
+/// Whether the cup of a fixture looks down the tool or outward: the way that is nearer to the bar in the middle of the test.
+fn fixture_look(world: &World, test: &Test, outward: &Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
+    let mut q: Vec<f64> =
+        (0..world.chain().axis_count()).map(|k| test.positions.get(k).copied().flatten().unwrap_or(0.0)).collect();
+    if let Some(Path::Sweep { axis, from, to, .. }) = &test.path {
+        q[*axis] = world.chain().joint(*axis).kind.from_file_unit(0.5 * (from + to));
+    } else if let Some(recording) = &test.recording {
+        for (axis, positions) in recording.axes.iter().zip(&recording.positions) {
+            q[*axis] = positions.get(positions.len() / 2).copied().unwrap_or(0.0);
+        }
+    }
+    let Ok((pivot, spindle)) = test.links(world.chain()) else { return -up };
+    let geometry = Geometry::nominal(world.chain());
+    let bar =
+        geometry.point(pivot, &test.pivot.at, &q, None) - geometry.point(spindle, &test.spindle_ball.at, &q, None);
+    let in_link = geometry.pose(spindle, &q, None).rotation.tr_mul(&bar);
+    if in_link.dot(outward) > in_link.dot(&-up) { *outward } else { -up }
+}
+
+/// Index of the body of a frame that is nearest to a point of that frame.
+fn nearest_body(world: &World, frame: usize, at: &Vector3<f64>) -> Option<usize> {
+    let point = Convex::ball(*at, 0.0);
+    let pose = crate::chain::Pose::identity();
+    (0..world.parts.len())
+        .filter(|&part| world.parts[part].frame == frame)
+        .map(|part| (part, super::distance(&world.parts[part].convex, &pose, &point, &pose)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(part, _)| world.body_of[part])
+}

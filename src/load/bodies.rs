@@ -1,0 +1,413 @@
+//! Solids, mounting surfaces and the spindle of a machine file, and kit files, to [`Bodies`] and [`Kit`]. Meshes are in `mesh`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+
+use super::document::{Document, Step};
+use super::machine::{finite, load_machine};
+use super::mesh::load_mesh;
+use super::message::{LoadError, nearest};
+use super::text::{MAX_YAML_BYTES, read_limited};
+use crate::bodies::{
+    Bar, Bodies, Body, Cup, Fixture, Kit, Mount, Outline, PivotStand, Solid, SpindleSide, convex_pieces, frame_along,
+};
+use crate::chain::{Chain, Pose};
+use crate::machine::Machine;
+
+/// Most solids of a machine.
+const MAX_BODIES: usize = 400;
+/// Largest extent of anything in a machine file, mm.
+const MAX_EXTENT_MM: f64 = 1e6;
+
+/// The part of a machine file that this reader knows; the rest is the machine's own.
+#[derive(Deserialize)]
+struct SolidsFile {
+    #[serde(default)]
+    bodies: Vec<BodyFile>,
+    #[serde(default)]
+    mounts: Vec<MountFile>,
+    spindle: Option<SpindleFile>,
+    gauge_length: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyFile {
+    name: String,
+    link: String,
+    #[serde(rename = "box")]
+    cuboid: Option<BoxFile>,
+    cylinder: Option<RoundFile>,
+    capsule: Option<RoundFile>,
+    hull: Option<Vec<[f64; 3]>>,
+    mesh: Option<MeshFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoxFile {
+    at: [f64; 3],
+    size: [f64; 3],
+    /// Turns about R's x, y, z in this order, degrees.
+    turned: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RoundFile {
+    from: [f64; 3],
+    to: [f64; 3],
+    radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshFile {
+    file: String,
+    at: Option<[f64; 3]>,
+    turned: Option<[f64; 3]>,
+    /// mm per unit of the file.
+    scale: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MountFile {
+    name: String,
+    link: String,
+    at: [f64; 3],
+    normal: [f64; 3],
+    along: Option<[f64; 3]>,
+    /// Radius, or inner and outer radius.
+    disc: Option<Vec<f64>>,
+    rectangle: Option<[f64; 2]>,
+    slot_pitch: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpindleFile {
+    link: Option<String>,
+    nose: [f64; 3],
+    direction: Option<[f64; 3]>,
+}
+
+/// Reads a machine file with its solids.
+pub fn load_machine_and_bodies(file: &Path) -> Result<(Machine, Bodies), LoadError> {
+    let machine = load_machine(file)?;
+    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf")) {
+        return Ok((machine, Bodies::default()));
+    }
+    let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
+    let raw: SolidsFile = document.read()?;
+    let reader = Reader { document: &document, file, chain: Chain::of(&machine) };
+    let mut bodies = Bodies::default();
+    for (index, body) in raw.bodies.iter().enumerate() {
+        bodies.bodies.extend(reader.body(index, body)?);
+        if bodies.bodies.len() > MAX_BODIES {
+            return Err(document.refuse(&[Step::Key("bodies")], format!("more than {MAX_BODIES} solids")));
+        }
+    }
+    for (index, mount) in raw.mounts.iter().enumerate() {
+        bodies.mounts.push(reader.mount(index, mount)?);
+    }
+    bodies.spindle = raw.spindle.as_ref().map(|spindle| reader.spindle(spindle, raw.gauge_length)).transpose()?;
+    Ok((machine, bodies))
+}
+
+struct Reader<'a> {
+    document: &'a Document,
+    file: &'a Path,
+    chain: Chain,
+}
+
+impl Reader<'_> {
+    fn body(&self, index: usize, raw: &BodyFile) -> Result<Vec<Body>, LoadError> {
+        let at = |key| [Step::Key("bodies"), Step::Index(index), Step::Key(key)];
+        let refuse = |key, message: String| self.document.refuse(&at(key), format!("body '{}': {message}", raw.name));
+        self.link(&at("link"), &raw.link)?;
+        let point = |key, value: &[f64; 3]| self.point(&at(key), value);
+        let shapes = [
+            raw.cuboid.is_some(),
+            raw.cylinder.is_some(),
+            raw.capsule.is_some(),
+            raw.hull.is_some(),
+            raw.mesh.is_some(),
+        ];
+        if shapes.iter().filter(|given| **given).count() != 1 {
+            return Err(refuse("name", "give exactly one of box, cylinder, capsule, hull, mesh".into()));
+        }
+        let one = |solid, rotation, translation_mm| {
+            vec![Body { name: raw.name.clone(), link: raw.link.clone(), solid, at: Pose { rotation, translation_mm } }]
+        };
+        if let Some(cuboid) = &raw.cuboid {
+            let size = point("box", &cuboid.size)?;
+            if size.min() <= 0.0 {
+                return Err(refuse("box", "every size of a box is above zero".into()));
+            }
+            let rotation = self.turned(&at("box"), cuboid.turned)?;
+            return Ok(one(Solid::Box { half_mm: size * 0.5 }, rotation, point("box", &cuboid.at)?));
+        }
+        for (key, round) in [("cylinder", &raw.cylinder), ("capsule", &raw.capsule)] {
+            let Some(round) = round else { continue };
+            let (from, to) = (point(key, &round.from)?, point(key, &round.to)?);
+            let radius_mm = finite(self.document, &at(key), round.radius)?;
+            let length = (to - from).norm();
+            if radius_mm <= 0.0 || length <= 0.0 {
+                return Err(refuse(key, "the radius is above zero, and from and to differ".into()));
+            }
+            let half_mm = 0.5 * length;
+            let solid = match key {
+                "cylinder" => Solid::Cylinder { radius_mm, half_mm },
+                _ => Solid::Capsule { radius_mm, half_mm },
+            };
+            return Ok(one(solid, frame_along(&((to - from) / length)), (from + to) * 0.5));
+        }
+        if let Some(corners) = &raw.hull {
+            let corners = corners.iter().map(|corner| point("hull", corner)).collect::<Result<Vec<_>, _>>()?;
+            let solid = Solid::hull_of(&corners)
+                .ok_or_else(|| refuse("hull", "its points lie in a plane; a hull encloses a volume".into()))?;
+            return Ok(one(solid, Matrix3::identity(), Vector3::zeros()));
+        }
+        let Some(mesh) = &raw.mesh else { return Ok(Vec::new()) };
+        let scale = finite(self.document, &at("mesh"), mesh.scale.unwrap_or(1.0))?;
+        if scale <= 0.0 {
+            return Err(refuse("mesh", "scale is above zero, mm per unit of the file".into()));
+        }
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        let triangles = load_mesh(folder, &mesh.file, scale).map_err(|why| refuse("mesh", why.to_string()))?;
+        let pieces = convex_pieces(&triangles).map_err(|why| refuse("mesh", format!("{} {why}", mesh.file)))?;
+        let rotation = self.turned(&at("mesh"), mesh.turned)?;
+        let translation_mm = point("mesh", &mesh.at.unwrap_or_default())?;
+        Ok(pieces.into_iter().flat_map(|solid| one(solid, rotation, translation_mm)).collect())
+    }
+
+    fn mount(&self, index: usize, raw: &MountFile) -> Result<Mount, LoadError> {
+        let at = |key| [Step::Key("mounts"), Step::Index(index), Step::Key(key)];
+        let refuse = |key, message: &str| self.document.refuse(&at(key), format!("mount '{}': {message}", raw.name));
+        self.link(&at("link"), &raw.link)?;
+        let normal = self.direction(&at("normal"), &raw.normal)?;
+        let along = match &raw.along {
+            Some(along) => self.direction(&at("along"), along)?,
+            None => [Vector3::x(), Vector3::y()]
+                .iter()
+                .find_map(|axis| (axis - normal * normal.dot(axis)).try_normalize(0.5))
+                .unwrap_or_else(Vector3::z),
+        };
+        if along.dot(&normal).abs() > 1e-6 {
+            return Err(refuse("along", "along lies in the surface, at a right angle to normal"));
+        }
+        let outline = match (raw.disc.as_deref(), raw.rectangle) {
+            (Some([radius]), None) if *radius > 0.0 => Outline::Disc { inner_radius_mm: 0.0, radius_mm: *radius },
+            (Some([inner, radius]), None) if *inner >= 0.0 && radius > inner => {
+                Outline::Disc { inner_radius_mm: *inner, radius_mm: *radius }
+            }
+            (None, Some(size)) if size.iter().all(|s| *s > 0.0) => Outline::Rectangle { size_mm: size },
+            _ => {
+                return Err(refuse(
+                    "name",
+                    "give one outline: 'disc: [radius]', 'disc: [inner, outer]' or 'rectangle: [along, across]', above zero",
+                ));
+            }
+        };
+        if raw.slot_pitch.is_some_and(|pitch| !(pitch.is_finite() && pitch > 0.0)) {
+            return Err(refuse("slot_pitch", "slot_pitch is above zero, mm"));
+        }
+        Ok(Mount {
+            name: raw.name.clone(),
+            link: raw.link.clone(),
+            middle: self.point(&at("at"), &raw.at)?,
+            normal,
+            along,
+            outline,
+            slot_pitch_mm: raw.slot_pitch,
+        })
+    }
+
+    fn spindle(&self, raw: &SpindleFile, gauge_length: Option<f64>) -> Result<SpindleSide, LoadError> {
+        let place = [Step::Key("spindle"), Step::Key("nose")];
+        let link = raw.link.clone().unwrap_or_else(|| "t".into());
+        self.link(&[Step::Key("spindle"), Step::Key("link")], &link)?;
+        let nose = self.point(&place, &raw.nose)?;
+        let direction = match &raw.direction {
+            Some(direction) => self.direction(&[Step::Key("spindle"), Step::Key("direction")], direction)?,
+            None => Vector3::z(),
+        };
+        let gauge_length_mm = gauge_length.unwrap_or_else(|| nose.dot(&direction));
+        if !(gauge_length_mm.is_finite() && gauge_length_mm > 0.0) {
+            return Err(self
+                .document
+                .refuse(&place, "the nose lies behind the spindle ball; gauge_length is above zero"));
+        }
+        Ok(SpindleSide { link, nose, direction, gauge_length_mm })
+    }
+
+    fn link(&self, place: &[Step], name: &str) -> Result<(), LoadError> {
+        if self.chain.link(name).is_some() {
+            return Ok(());
+        }
+        let known = self.chain.link_names();
+        let hint = nearest(name, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+        Err(self.document.refuse(place, format!("no link is called '{name}'{hint} (links: {})", known.join(" "))))
+    }
+
+    fn point(&self, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {
+        for &component in value {
+            if finite(self.document, place, component)?.abs() > MAX_EXTENT_MM {
+                return Err(self.document.refuse(place, format!("{component} mm is beyond {MAX_EXTENT_MM} mm")));
+            }
+        }
+        Ok(Vector3::from(*value))
+    }
+
+    fn direction(&self, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {
+        self.point(place, value)?
+            .try_normalize(1e-9)
+            .ok_or_else(|| self.document.refuse(place, "the direction has no length; give a vector such as [0, 0, 1]"))
+    }
+
+    fn turned(&self, place: &[Step], value: Option<[f64; 3]>) -> Result<Matrix3<f64>, LoadError> {
+        let angles = self.point(place, &value.unwrap_or_default())?.map(f64::to_radians);
+        let about = |axis: Vector3<f64>, angle: f64| *nalgebra::Rotation3::new(axis * angle).matrix();
+        Ok(about(Vector3::z(), angles.z) * about(Vector3::y(), angles.y) * about(Vector3::x(), angles.x))
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KitFile {
+    name: String,
+    bar: BarFile,
+    pivot_cup: CupFile,
+    spindle_cup: CupFile,
+    pivot_stand: StandFile,
+    #[serde(default)]
+    spindle_reach: f64,
+    fixture: Option<FixtureFile>,
+    #[serde(default)]
+    calibrator: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BarFile {
+    length: f64,
+    #[serde(default)]
+    extensions: Vec<f64>,
+    half_stroke: f64,
+    radius: f64,
+    neck_radius: f64,
+    neck_length: f64,
+    ball_radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CupFile {
+    radius: f64,
+    rim_below_ball: f64,
+    height: f64,
+    cone: f64,
+    stem_radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StandFile {
+    base_radius: f64,
+    base_height: f64,
+    height: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FixtureFile {
+    arms: Vec<f64>,
+    arm_radius: f64,
+}
+
+/// Kit of the common 100 mm bar; `kits/ballbar.yaml`.
+const STANDARD_KIT: &str = include_str!("../../kits/ballbar.yaml");
+/// Most extensions of a kit: lengths double with each.
+const MAX_EXTENSIONS: usize = 6;
+
+/// The kit that ships with the program.
+pub fn standard_kit() -> Result<Kit, LoadError> {
+    kit_from_yaml(Path::new("kits/ballbar.yaml"), STANDARD_KIT.to_string())
+}
+
+/// Reads a kit file.
+pub fn load_kit(file: &Path) -> Result<Kit, LoadError> {
+    kit_from_yaml(file, read_limited(file, MAX_YAML_BYTES)?)
+}
+
+fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
+    let document = Document::parse(file, text)?;
+    let raw: KitFile = document.read()?;
+    let sizes = BTreeMap::from([
+        (
+            "bar",
+            vec![
+                raw.bar.length,
+                raw.bar.half_stroke,
+                raw.bar.radius,
+                raw.bar.neck_radius,
+                raw.bar.neck_length,
+                raw.bar.ball_radius,
+            ],
+        ),
+        ("pivot_cup", vec![raw.pivot_cup.radius, raw.pivot_cup.height, raw.pivot_cup.cone, raw.pivot_cup.stem_radius]),
+        (
+            "spindle_cup",
+            vec![raw.spindle_cup.radius, raw.spindle_cup.height, raw.spindle_cup.cone, raw.spindle_cup.stem_radius],
+        ),
+        ("pivot_stand", vec![raw.pivot_stand.base_radius, raw.pivot_stand.base_height, raw.pivot_stand.height[0]]),
+        ("fixture", raw.fixture.iter().flat_map(|f| f.arms.iter().copied().chain([f.arm_radius])).collect()),
+        ("calibrator", raw.calibrator.clone()),
+    ]);
+    for (key, values) in &sizes {
+        if values.iter().chain(&raw.bar.extensions).any(|v| !(v.is_finite() && *v > 0.0 && *v < 1e5)) {
+            return Err(
+                document.refuse(&[Step::Key(key)], "every size is a finite number above zero, mm (cone: degrees)")
+            );
+        }
+    }
+    if raw.bar.extensions.len() > MAX_EXTENSIONS {
+        return Err(document.refuse(&[Step::Key("bar")], format!("at most {MAX_EXTENSIONS} extensions are allowed")));
+    }
+    if raw.pivot_stand.height[1] < raw.pivot_stand.height[0] {
+        return Err(document.refuse(&[Step::Key("pivot_stand")], "height is lowest first: [45, 220]"));
+    }
+    let cup = |raw: &CupFile| Cup {
+        radius_mm: raw.radius,
+        rim_below_ball_mm: raw.rim_below_ball,
+        height_mm: raw.height,
+        cone_rad: raw.cone.to_radians(),
+        stem_radius_mm: raw.stem_radius,
+    };
+    Ok(Kit {
+        name: raw.name,
+        bar: Bar {
+            length_mm: raw.bar.length,
+            extensions_mm: raw.bar.extensions,
+            half_stroke_mm: raw.bar.half_stroke,
+            radius_mm: raw.bar.radius,
+            neck_radius_mm: raw.bar.neck_radius,
+            neck_length_mm: raw.bar.neck_length,
+            ball_radius_mm: raw.bar.ball_radius,
+        },
+        pivot_cup: cup(&raw.pivot_cup),
+        spindle_cup: cup(&raw.spindle_cup),
+        pivot_stand: PivotStand {
+            base_radius_mm: raw.pivot_stand.base_radius,
+            base_height_mm: raw.pivot_stand.base_height,
+            height_mm: raw.pivot_stand.height,
+        },
+        spindle_reach_mm: raw.spindle_reach.max(0.0),
+        fixture: raw.fixture.map(|f| Fixture { arms_mm: f.arms, arm_radius_mm: f.arm_radius }),
+        calibrator_mm: raw.calibrator,
+    })
+}

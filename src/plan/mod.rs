@@ -1,0 +1,15 @@
+//! Setups that are reachable, collision-free and informative, for any serial machine. It reads and writes no files.
+//!
+//! | file | question |
+//! |---|---|
+//! | `solver` | where do the balls and the linear axes go so that one axis can be swept on a bar of a given length? |
+//! | `candidates` | which places, bars, static positions and sweeps come into question? |
+//! | `reach` | how far can the axis sweep before something comes too close? |
+//! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
+//! | `choose` | which tests, at what cost in time and pivot setups? |
+//! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
+//! | `words` | what stays undetermined and why |
+
+mod run_in;
+
+pub use run_in::rows_with_run_in;

@@ -1,0 +1,93 @@
+//! `fiveaxis clearance`: the least clearance over every sweep of a session, with pose and pair.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use fiveaxis::chain::Chain;
+use fiveaxis::collision::{Instrument, Scratch, World, sweep_clearance};
+use fiveaxis::load::{load_kit, load_machine_and_bodies, load_session, standard_kit};
+use fiveaxis::plan::rows_with_run_in;
+use fiveaxis::session::Motion;
+use serde_json::{Map, Value, json};
+
+use super::Refusal;
+
+/// Arguments of `clearance`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Session file; its machine file has bodies
+    session: PathBuf,
+    /// Kit file; the common 100 mm bar with extensions unless given
+    #[arg(long)]
+    kit: Option<PathBuf>,
+    /// How finely the least clearance is found, mm
+    #[arg(long, default_value_t = 0.05)]
+    tolerance: f64,
+    /// JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the verb.
+pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    if !(arguments.tolerance >= 1e-3 && arguments.tolerance <= 10.0) {
+        return Err(format!("--tolerance {} is not between 0.001 and 10 mm", arguments.tolerance).into());
+    }
+    let session = load_session(&arguments.session)?;
+    let folder = arguments.session.parent().map(PathBuf::from).unwrap_or_default();
+    let machine_file = folder.join(&session.machine_file);
+    let (machine, bodies) = load_machine_and_bodies(&machine_file)?;
+    if bodies.bodies.is_empty() {
+        return Err(format!(
+            "{}: has no bodies; add 'bodies', 'mounts' and 'spindle' as in machines/hermle-c600u.yaml",
+            machine_file.display()
+        )
+        .into());
+    }
+    let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
+    let chain = Chain::of(&machine);
+    let world = World::new(&chain, &bodies)?;
+    let mut scratch = Scratch::default();
+    let mut tests = Vec::new();
+    for test in &session.tests {
+        let instrument = Instrument::of(&world, &bodies, &kit, test)?;
+        let motion = Motion::of(&session, &chain, test)?;
+        let rows = rows_with_run_in(&machine, test, &motion);
+        let least = sweep_clearance(&instrument.scene(&world), &rows, arguments.tolerance, &mut scratch);
+        let positions: Map<String, Value> = machine
+            .axes
+            .iter()
+            .zip(&least.positions)
+            .map(|(axis, &q)| (axis.name.clone(), json!((axis.kind.to_file_unit(q) * 1e4).round() / 1e4)))
+            .collect();
+        tests.push(json!({
+            "name": test.name,
+            "clearance_mm": (least.mm * 1e3).round() / 1e3,
+            "pair": [least.pair.0, least.pair.1],
+            "positions": positions,
+        }));
+    }
+    if arguments.json {
+        let touching: Vec<Value> = world.touching.iter().map(|(a, b)| json!([a, b])).collect();
+        println!("{}", json!({ "tests": tests, "tolerance_mm": arguments.tolerance, "touch_at_zero": touching }));
+        return Ok(());
+    }
+    println!("{:<24} {:>12}  nearest pair and pose", "test", "clearance mm");
+    for test in &tests {
+        let pose: Vec<String> = test["positions"]
+            .as_object()
+            .map(|map| map.iter().map(|(axis, q)| format!("{axis} {q}")).collect())
+            .unwrap_or_default();
+        let text = |value: &Value| value.as_str().unwrap_or_default().to_string();
+        let verdict = if test["clearance_mm"].as_f64().unwrap_or(0.0) <= 0.0 { "COLLIDES " } else { "" };
+        println!(
+            "{:<24} {:>12.3}  {verdict}{} – {} at {}",
+            text(&test["name"]),
+            test["clearance_mm"].as_f64().unwrap_or(f64::NAN),
+            text(&test["pair"][0]),
+            text(&test["pair"][1]),
+            pose.join(" ")
+        );
+    }
+    Ok(())
+}
