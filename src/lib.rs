@@ -4,6 +4,7 @@
 //! recording, machine file ─load─▶ Machine ─build─▶ Chain          (nominal, named error slots, no state)
 //! Chain + errors + Session ─simulate─▶ Trace
 //! Chain + Recordings       ─identify─▶ Fit                        (estimates, covariance, what cannot be told apart)
+//! Chain + Bodies           ─plan─▶ Plan                           (setups reachable, collision-free, informative)
 //! any of them              ─report─▶ terminal, JSON, HTML
 //! ```
 //!
@@ -12,8 +13,11 @@
 //! | [`units`] | quantities with units as users write them |
 //! | [`machine`] | the machine as its file describes it |
 //! | [`chain`] | compiled kinematics: positions, lengths, closed-form derivatives |
+//! | [`bodies`] | solids on links, mounting surfaces, the ball-bar kit |
 //! | [`session`] | tests, balls, recordings, planned paths |
 //! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
+//! | [`collision`] | clearances at a pose and certified over motions |
+//! | [`plan`] | setups: reachable, collision-free, informative; what stays undetermined |
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
@@ -25,19 +29,14 @@
 
 pub mod bodies;
 pub mod chain;
-<<<<<<< HEAD
+pub mod collision;
 pub mod effects;
 pub mod identify;
 pub mod load;
 pub mod machine;
 pub mod methods;
-pub mod report;
-=======
-pub mod collision;
-pub mod load;
-pub mod machine;
 pub mod plan;
->>>>>>> 98b1838 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
+pub mod report;
 pub mod session;
 pub mod simulate;
 pub mod units;

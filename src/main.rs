@@ -16,27 +16,21 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Verb {
-<<<<<<< HEAD
     /// Validate a machine or session file and show what it says: fiveaxis check machine.yaml --at "A=30,C=-45"
     Check(verbs::check::Arguments),
     /// Location errors of a machine from recordings: fiveaxis identify session.yaml
     Identify(verbs::identify::Arguments),
-=======
     /// Least clearance over every sweep: fiveaxis clearance session.yaml
     Clearance(verbs::clearance::Arguments),
->>>>>>> 98b1838 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
     /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
     Simulate(verbs::simulate::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match CommandLine::parse().verb {
-<<<<<<< HEAD
         Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
-=======
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),
->>>>>>> 98b1838 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
     };
     match outcome {

@@ -317,8 +317,7 @@ impl<'a> Scene<'a> {
         self.bounds(scratch);
         let mut best = f64::MAX;
         let mut nearest = None;
-        loop {
-            let Some((index, bound)) = lowest(&scratch.bounds) else { break };
+        while let Some((index, bound)) = lowest(&scratch.bounds) {
             if bound >= best {
                 break;
             }

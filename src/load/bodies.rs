@@ -7,9 +7,10 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::document::{Document, Step};
-use super::machine::{finite, load_machine};
+use super::machine::load_machine;
 use super::mesh::load_mesh;
 use super::message::{LoadError, nearest};
+use super::quantity::finite;
 use super::text::{MAX_YAML_BYTES, read_limited};
 use crate::bodies::{
     Bar, Bodies, Body, Cup, Fixture, Kit, Mount, Outline, PivotStand, Solid, SpindleSide, convex_pieces, frame_along,

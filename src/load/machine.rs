@@ -30,10 +30,8 @@ struct MachineFile {
     gauge_length: Option<f64>,
     #[serde(default)]
     links: Vec<LinkFile>,
-<<<<<<< HEAD
     #[serde(default)]
     effects: Vec<serde_yaml::Mapping>,
-=======
     // solids are the business of the reader in `bodies`
     #[serde(rename = "bodies")]
     _bodies: Option<serde::de::IgnoredAny>,
@@ -41,7 +39,6 @@ struct MachineFile {
     _mounts: Option<serde::de::IgnoredAny>,
     #[serde(rename = "spindle")]
     _spindle: Option<serde::de::IgnoredAny>,
->>>>>>> 9836321 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
 }
 
 /// A further name of a link: places of robots are known by the names of their links.

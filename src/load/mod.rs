@@ -1,8 +1,8 @@
 //! Files to values: machine and session YAML, URDF, recordings. The only room that knows formats; nothing here computes positions.
 
 mod axis;
-mod component_form;
 mod bodies;
+mod component_form;
 mod document;
 mod effects;
 mod instrument;
@@ -21,12 +21,8 @@ mod text;
 mod urdf;
 
 pub use instrument::load_instrument;
-<<<<<<< HEAD
 pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};
-=======
 pub use bodies::{load_kit, load_machine_and_bodies, standard_kit};
-pub use machine::{load_machine, machine_from_yaml};
->>>>>>> 98b1838 (Clearance of every sweep: bodies on links, ball-bar kit, certified collision checks, fiveaxis clearance)
 pub use message::LoadError;
 pub use positions::{PositionsError, positions_from_text};
 pub use recording::recording_from_csv;
