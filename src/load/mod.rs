@@ -20,9 +20,9 @@ mod test_path;
 mod text;
 mod urdf;
 
+pub use bodies::{load_kit, load_machine_and_bodies, standard_kit};
 pub use instrument::load_instrument;
 pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};
-pub use bodies::{load_kit, load_machine_and_bodies, standard_kit};
 pub use message::LoadError;
 pub use positions::{PositionsError, positions_from_text};
 pub use recording::recording_from_csv;
