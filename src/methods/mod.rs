@@ -5,11 +5,13 @@
 //! | `circle_fit` | the algebraic circle fit of section 4.2 |
 //! | `turning` | a sweep of any rotary axis as a circle in its turning plane (start position, cone reduction) |
 //! | `runs` | repeat runs, averaged with their standard deviation |
+//! | `axis_line` | an axis as a line, an outer axis's share in an inner one's |
 //! | `thesis` | chapters 4, 5 and 6: which tests, which differences give which error |
 //! | `compensated` | traces with the found errors taken out, as in Figs 4.6–4.8 |
 //!
 //! What each approximation costs is measured in `tests/thesis_methods.rs` and told in `docs/methods.md`.
 
+mod axis_line;
 mod circle_fit;
 mod compensated;
 mod runs;

@@ -17,6 +17,9 @@ pub struct Scatter {
 }
 
 impl Scatter {
+    /// Of a value that does not vary.
+    pub const NONE: Scatter = Scatter { of_one_run: Some(0.0), of_mean: Some(0.0) };
+
     /// Scatter of `Σ factor·value` over independent values.
     pub fn combined(parts: &[(f64, Scatter)]) -> Scatter {
         let sum = |part: fn(&Scatter) -> Option<f64>| {

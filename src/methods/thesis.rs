@@ -23,13 +23,12 @@
 
 use std::fmt;
 
-use nalgebra::Vector3;
-
 use super::MethodError;
+use super::axis_line::{AxisLine, Part};
 use super::compensated::{CompensatedTrace, compensated};
-use super::runs::{Bar, Runs, Scatter};
+use super::runs::{Bar, Runs};
 use crate::chain::{Branch, Chain};
-use crate::machine::{AxisKind, Component, ErrorName, Machine};
+use crate::machine::{AxisKind, ErrorName, Machine};
 use crate::session::{Motion, Session};
 
 /// One of the thesis's methods.
@@ -237,119 +236,6 @@ fn outer_at_zero(session: &Session, chain: &Chain, test: usize, outer: usize) ->
         });
     }
     Ok(())
-}
-
-/// Place or direction of an axis.
-#[derive(Clone, Copy, PartialEq)]
-enum Part {
-    Place,
-    Turn,
-}
-
-/// An axis as a line: displacement at its origin and turn, each with its scatter; R's directions.
-#[derive(Clone)]
-struct AxisLine {
-    direction: Vector3<f64>,
-    origin: Vector3<f64>,
-    /// mm.
-    place: Vector3<f64>,
-    place_scatter: [Scatter; 3],
-    /// rad.
-    turn: Vector3<f64>,
-    turn_scatter: [Scatter; 3],
-}
-
-impl AxisLine {
-    /// The line through two centres.
-    fn through(machine: &Machine, axis: usize, runs: [&Runs; 2]) -> AxisLine {
-        let axis = &machine.axes[axis];
-        let along = axis.coordinate_direction().unwrap_or(2);
-        // s grows along the axis's direction, which may be the negative coordinate
-        let distance_mm = runs[1].at_mm - runs[0].at_mm;
-        let weight = runs[0].at_mm / distance_mm;
-        let zero = Scatter { of_one_run: Some(0.0), of_mean: Some(0.0) };
-        let mut line = AxisLine {
-            direction: axis.direction,
-            origin: axis.origin,
-            place: Vector3::zeros(),
-            place_scatter: [zero; 3],
-            turn: Vector3::zeros(),
-            turn_scatter: [zero; 3],
-        };
-        for k in 0..2 {
-            let coordinate = (along + 1 + k) % 3;
-            let (near, far) = (runs[0].centre_mm[k], runs[1].centre_mm[k]);
-            let (near_scatter, far_scatter) = (runs[0].centre_scatter[k], runs[1].centre_scatter[k]);
-            let slope = (far - near) / distance_mm;
-            line.place[coordinate] = near - slope * runs[0].at_mm;
-            line.place_scatter[coordinate] = Scatter::combined(&[(1.0 + weight, near_scatter), (-weight, far_scatter)]);
-            // ε = d × slope: the first coordinate's slope turns about the second and the other way round
-            let unit = Vector3::from_fn(|row, _| if row == coordinate { 1.0 } else { 0.0 });
-            let about = axis.direction.cross(&unit);
-            let turned = about.iamax();
-            line.turn[turned] = slope.atan() * about[turned];
-            line.turn_scatter[turned] =
-                Scatter::combined(&[(1.0 / distance_mm, near_scatter), (1.0 / distance_mm, far_scatter)]);
-        }
-        line
-    }
-
-    /// What this outer axis's place or turn does to the line of an axis that it carries, across that axis.
-    fn carried(&self, part: Part, inner: &AxisLine) -> AxisLine {
-        let lever = inner.origin - self.origin;
-        let (place, turn) = match part {
-            Part::Place => (self.place, Vector3::zeros()),
-            Part::Turn => (self.turn.cross(&lever), self.turn),
-        };
-        let across = |vector: Vector3<f64>| vector - inner.direction * inner.direction.dot(&vector);
-        let zero = Scatter { of_one_run: Some(0.0), of_mean: Some(0.0) };
-        let (mut place_scatter, mut turn_scatter) = ([zero; 3], [zero; 3]);
-        match part {
-            Part::Place => place_scatter = self.place_scatter,
-            Part::Turn => {
-                turn_scatter = self.turn_scatter;
-                place_scatter = [0, 1, 2].map(|k| {
-                    let (next, last) = ((k + 1) % 3, (k + 2) % 3);
-                    Scatter::combined(&[
-                        (lever[last], self.turn_scatter[next]),
-                        (-lever[next], self.turn_scatter[last]),
-                    ])
-                });
-            }
-        }
-        AxisLine { place: across(place), turn: across(turn), place_scatter, turn_scatter, ..inner.clone() }
-    }
-
-    fn less(&self, other: &AxisLine) -> AxisLine {
-        let both =
-            |a: [Scatter; 3], b: [Scatter; 3]| [0, 1, 2].map(|k| Scatter::combined(&[(1.0, a[k]), (-1.0, b[k])]));
-        AxisLine {
-            place: self.place - other.place,
-            turn: self.turn - other.turn,
-            place_scatter: both(self.place_scatter, other.place_scatter),
-            turn_scatter: both(self.turn_scatter, other.turn_scatter),
-            ..self.clone()
-        }
-    }
-
-    /// Location errors of the axis's slots.
-    fn values(&self, machine: &Machine, axis: usize) -> Vec<ThesisValue> {
-        let value = |component: Component| {
-            let k = component.direction_index();
-            let (value, scatter) = match component.is_angle() {
-                false => (self.place[k], self.place_scatter[k]),
-                true => (self.turn[k], self.turn_scatter[k]),
-            };
-            ThesisValue {
-                name: ErrorName::location(component, &machine.axes[axis].name),
-                value,
-                run_deviation: scatter.of_one_run.map(f64::sqrt),
-                mean_deviation: scatter.of_mean.map(f64::sqrt),
-                holds: None,
-            }
-        };
-        machine.axes[axis].slots().into_iter().map(value).collect()
-    }
 }
 
 /// Marks the inner axis's orientation errors in which chapters 4 and 5 leave the outer axis's.
