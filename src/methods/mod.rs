@@ -8,17 +8,20 @@
 //! | `axis_line` | an axis as a line, an outer axis's share in an inner one's |
 //! | `thesis` | chapters 4, 5 and 6: which tests, which differences give which error |
 //! | `compensated` | traces with the found errors taken out, as in Figs 4.6–4.8 |
+//! | `circles` | planar circles of two linear axes: ISO 230-4 figures and their parts |
 //!
 //! What each approximation costs is measured in `tests/thesis_methods.rs` and told in `docs/methods.md`.
 
 mod axis_line;
 mod circle_fit;
+mod circles;
 mod compensated;
 mod runs;
 mod thesis;
 mod turning;
 
 pub use circle_fit::{FittedCircle, fit_circle};
+pub use circles::{AxisReversals, CircleFigures, DirectionFigures, Reversal, Squareness, circles};
 pub use compensated::CompensatedTrace;
 pub use runs::{Bar, Runs, Scatter};
 pub use thesis::{ThesisEstimate, ThesisMethod, ThesisValue, chapter4, chapter5, chapter6};

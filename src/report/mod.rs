@@ -2,6 +2,7 @@
 
 pub mod check;
 mod effect_yaml;
+pub mod circles;
 pub mod fit;
 mod number;
 pub mod polar;
