@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use fiveaxis::identify::{Options, identify, parse_free};
 use fiveaxis::load::load_session;
-use fiveaxis::methods::{ThesisEstimate, chapter4, chapter5, chapter6};
+use fiveaxis::methods::{ThesisEstimate, chapter4, chapter5, chapter6, circles};
+use fiveaxis::report::circles::circles_text;
 use fiveaxis::report::fit::{fit_json, fit_text};
 use fiveaxis::report::thesis::{thesis_json, thesis_text};
 use fiveaxis::session::Session;
@@ -60,10 +61,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if let Some(folder) = &arguments.save {
         save(&arguments.session, &session, &fit, folder)?;
     }
+    let circles = circles(&session)?;
     if arguments.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&fit_json(&session, &fit))?))
+        let mut json = serde_json::to_value(fit_json(&session, &fit))?;
+        json["circles"] = serde_json::to_value(&circles)?;
+        print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
     } else {
-        print(&fit_text(&session, &fit))
+        print(&format!("{}{}", fit_text(&session, &fit), circles_text(&circles)))
     }
 }
 

@@ -62,9 +62,11 @@ pub struct End {
 }
 
 /// Readings this far on both sides of a reversal are needed to see its step, rad.
-const SIDE_RAD: f64 = 10.0 * TAU / 360.0;
+const SIDE_RAD: f64 = 16.0 * TAU / 360.0;
 /// After a reversal an axis may stick, slip and swing: these readings do not take part in the fit, rad.
-const AFTER_REVERSAL_RAD: f64 = 6.0 * TAU / 360.0;
+const AFTER_REVERSAL_RAD: f64 = 12.0 * TAU / 360.0;
+/// A reading on the reversal itself belongs to neither side: positions are printed to 1e-5 mm, rad.
+const ON_REVERSAL_RAD: f64 = 1e-4;
 /// Parts that are not reversals.
 const SMOOTH_PARTS: usize = 5;
 
@@ -74,7 +76,12 @@ pub fn fit_parts(runs: &[CircleRun]) -> Option<Parts> {
     let columns = SMOOTH_PARTS + ends.len();
     let row = |angle: f64, sign: f64| {
         let mut row = vec![1.0, angle.cos(), angle.sin(), (2.0 * angle).cos(), (2.0 * angle).sin()];
-        row.extend(ends.iter().map(|&quadrant| step(quadrant, angle, sign)));
+        row.extend(ends.iter().map(|&quadrant| {
+            let opposite = (quadrant + 2) % 4;
+            // an end that the arc does not pass: the axis lags there by as much as at the end that it does
+            let beyond = if ends.contains(&opposite) { 0.0 } else { step(opposite, angle, sign) };
+            step(quadrant, angle, sign) + beyond
+        }));
         row
     };
     let undisturbed = samples(runs).filter(|&(angle, _, sign)| {
@@ -87,7 +94,9 @@ pub fn fit_parts(runs: &[CircleRun]) -> Option<Parts> {
     let squares: Vec<f64> = samples(runs).map(|sample| residual(sample).powi(2)).collect();
     let spike = |quadrant: usize| {
         samples(runs)
-            .filter(|&(angle, _, sign)| since_reversal(quadrant, angle, sign) <= AFTER_REVERSAL_RAD)
+            .filter(|&(angle, _, sign)| {
+                (ON_REVERSAL_RAD..=AFTER_REVERSAL_RAD).contains(&since_reversal(quadrant, angle, sign))
+            })
             .map(residual)
             .fold(0.0, |largest: f64, value| if value.abs() > largest.abs() { value } else { largest })
     };
