@@ -1,8 +1,8 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
 pub mod check;
-mod effect_yaml;
 pub mod circles;
+mod effect_yaml;
 pub mod fit;
 mod number;
 pub mod polar;
