@@ -211,3 +211,69 @@ fn a_session_of_another_design_is_told_which_test_is_missing() {
         message.contains("a test of C with extension") && message.contains("C without extension at 0.0 mm (6 runs)")
     );
 }
+
+/// A B/C table whose axes do not meet, with planned sweeps after chapter 6.
+const OTHER_TABLE: &str = "name: BC table
+code: '[wCBbXYZt]'
+axes:
+  B: {origin: [0, 0, -50]}
+  C: {origin: [0, 0, 20]}
+";
+
+#[test]
+fn a_b_c_table_whose_axes_do_not_meet_comes_out_as_well() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("machine.yaml"), OTHER_TABLE).unwrap();
+    let mut text = String::from("machine: machine.yaml\ntests:\n");
+    for (name, axis, pivot, still, arc) in [
+        ("b-1", "B", "[100, -200, -50]", "{X: 0, Y: -200, Z: -50, C: 0}", (-40, 80)),
+        ("b-2", "B", "[100, 200, -50]", "{X: 0, Y: 200, Z: -50, C: 0}", (-40, 80)),
+        ("c-1", "C", "[100, 0, 0]", "{X: 0, Y: 0, Z: 0, B: 0}", (0, 360)),
+        ("c-2", "C", "[100, 0, 150]", "{X: 0, Y: 0, Z: 150, B: 0}", (0, 360)),
+    ] {
+        text += &format!(
+            "  - {{name: {name}, pivot: {{link: w, at: {pivot}}}, spindle_ball: {{link: t, at: [0, 0, 0]}}, \
+             positions: {still}, sweep: {{axis: {axis}, from: {}, to: {}, step: 1}}}}\n",
+            arc.0, arc.1
+        );
+    }
+    std::fs::write(folder.path().join("session.yaml"), text).unwrap();
+    let planned = load_session(&folder.path().join("session.yaml")).unwrap();
+    let mut wrong = planned.clone();
+    let inserted = [
+        ("EX0B", 21.0),
+        ("EZ0B", -13.0),
+        ("EA0B", 8.0),
+        ("EC0B", -5.0),
+        ("EX0C", -7.0),
+        ("EY0C", 17.0),
+        ("EA0C", -9.0),
+        ("EB0C", 6.0),
+    ];
+    for (name, size) in inserted {
+        let name = ErrorName::parse(name, &wrong.machine.axis_names()).unwrap();
+        let axis = wrong.machine.axis_index(&name.axis).unwrap();
+        let value = size / name.component.measure().to_output(1.0);
+        wrong.machine.axes[axis].location_errors[name.component.index()] = value;
+    }
+    let mut recorded = planned;
+    for (test, trace) in recorded.tests.iter_mut().zip(simulate(&wrong, Composition::Exact).unwrap()) {
+        test.recording = Some(fiveaxis::session::Recording {
+            clock: fiveaxis::session::Clock::Absent,
+            axes: Vec::new(),
+            positions: Vec::new(),
+            length_mm: trace.length_mm,
+            channels: Vec::new(),
+            leading_texts: Vec::new(),
+            leading_header: String::new(),
+        });
+    }
+    let estimate = chapter6(&recorded).unwrap();
+    for (name, size) in inserted {
+        let value = estimate.values.iter().find(|value| value.name.to_string() == name).unwrap();
+        let found = value.name.component.measure().to_output(value.value);
+        println!("{name}: found {found:.4}, inserted {size}");
+        assert!((found - size).abs() < 0.02, "{name}: {found}");
+        assert!(value.run_deviation.is_none(), "a single run has no standard deviation");
+    }
+}
