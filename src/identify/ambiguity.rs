@@ -6,7 +6,7 @@ use super::candidates::{Candidate, candidate_tests};
 use super::noise::NoiseModel;
 use super::problem::Problem;
 use super::solve::Solution;
-use super::unknowns::{Quantity, Unknown};
+use super::unknowns::{Quantity, Unknown, is_arm};
 use crate::chain::Sensitivity;
 use crate::units::Measure;
 
@@ -15,8 +15,17 @@ use crate::units::Measure;
 pub struct Ambiguity {
     /// Indices of the unknowns with their weight in the direction that the data do not see, largest 1.
     pub members: Vec<(usize, f64)>,
-    /// In words.
-    pub says: String,
+    /// What is not seen, in words.
+    pub fact: String,
+    /// What would separate them, in words.
+    pub remedy: String,
+}
+
+impl Ambiguity {
+    /// Fact and remedy in one sentence.
+    pub fn says(&self) -> String {
+        format!("{}; {}", self.fact, self.remedy)
+    }
 }
 
 /// A direction is open when the data leave it this uncertain: 10 µm, or the 10 arcsec that move a ball as far at 200 mm.
@@ -54,8 +63,8 @@ pub fn ambiguities(problem: &Problem, solution: &Solution, noise: &[NoiseModel])
     directions
         .into_iter()
         .map(|members| {
-            let says = words(problem, &members, &separators);
-            Ambiguity { members, says }
+            let (fact, remedy) = (fact(problem, &members), remedy(problem, &members, &separators));
+            Ambiguity { members, fact, remedy }
         })
         .collect()
 }
@@ -175,39 +184,52 @@ fn candidate_columns(problem: &Problem, solution: &Solution, candidate: &Candida
     columns
 }
 
-/// The ambiguity in words with what would resolve it.
-fn words(problem: &Problem, members: &[(usize, f64)], separators: &Separators) -> String {
+/// The ambiguity in words.
+fn fact(problem: &Problem, members: &[(usize, f64)]) -> String {
     let name = |k: usize| problem.unknowns[k].label.clone();
-    let lead =
-        members.iter().find(|(k, _)| !problem.unknowns[*k].quantity.is_setup()).map_or(members[0].0, |(k, _)| *k);
-    let fact = match members {
-        [(only, _)] => format!("{} is not seen at all by these recordings", name(*only)),
+    let is_setup = |k: usize| problem.unknowns[k].quantity.is_setup();
+    match members {
+        [(only, _)] => format!("{} is not seen at all", name(*only)),
         [(a, wa), (b, wb)] => {
             let same_unit = problem.unknowns[*a].measure == problem.unknowns[*b].measure;
             let equal = same_unit && (wa.abs() - wb.abs()).abs() < 0.05;
             match (equal, wa * wb < 0.0) {
-                (true, true) => format!("{} and {} are seen only as a sum", name(*a), name(*b)),
-                (true, false) => format!("{} and {} are seen only as a difference", name(*a), name(*b)),
-                _ => format!("{} and {} are seen only in one fixed combination", name(*a), name(*b)),
+                (true, true) => format!("{} and {} only as a sum", name(*a), name(*b)),
+                (true, false) => format!("{} and {} only as a difference", name(*a), name(*b)),
+                _ => format!("{} and {} only in one fixed combination", name(*a), name(*b)),
             }
         }
         more => {
-            let errors: Vec<String> =
-                more.iter().filter(|(k, _)| !problem.unknowns[*k].quantity.is_setup()).map(|(k, _)| name(*k)).collect();
-            let places: Vec<String> =
-                more.iter().filter(|(k, _)| problem.unknowns[*k].quantity.is_setup()).map(|(k, _)| name(*k)).collect();
+            let (places, errors): (Vec<usize>, Vec<usize>) = more.iter().map(|(k, _)| *k).partition(|&k| is_setup(k));
+            let errors: Vec<String> = errors.into_iter().map(name).collect();
+            let places: Vec<String> = places.into_iter().map(name).collect();
             match places.len() {
-                0 => format!("{} are seen only in combination", errors.join(", ")),
-                1..=3 => format!("{} and {} are seen only in combination", errors.join(", "), places.join("; ")),
-                count => format!("{} and {count} ball coordinates are seen only in combination", errors.join(", ")),
+                0 => format!("{} only in combination", errors.join(", ")),
+                1..=3 => format!("{} and {} only in combination", errors.join(", "), places.join("; ")),
+                count => format!("{} and {count} ball coordinates only in combination", errors.join(", ")),
             }
         }
-    };
-    let spindle = members.iter().any(|(k, _)| matches!(problem.unknowns[*k].quantity, Quantity::SpindleBall { .. }));
-    let remedy = match separators.best_for(lead) {
+    }
+}
+
+/// What would separate the members.
+fn remedy(problem: &Problem, members: &[(usize, f64)], separators: &Separators) -> String {
+    let lead =
+        members.iter().find(|(k, _)| !problem.unknowns[*k].quantity.is_setup()).map_or(members[0].0, |(k, _)| *k);
+    let has = |wanted: fn(&Quantity) -> bool| members.iter().any(|(k, _)| wanted(&problem.unknowns[*k].quantity));
+    let with_spindle_ball = has(|quantity| matches!(quantity, Quantity::SpindleBall { .. }));
+    let with_pivot = has(|quantity| matches!(quantity, Quantity::Pivot { .. }));
+    match separators.best_for(lead) {
         Some((candidate, shrink)) if shrink < 0.5 => format!("a test of {} would separate them", candidate.says),
-        _ if spindle => "only the place of the spindle ball itself can separate them: index the spindle by 0° and 180° (across the spindle axis) or measure the gauge length (along it)".to_string(),
-        _ => "no further sweep with these balls separates them; mount a ball at another place or calibrate the bar".to_string(),
-    };
-    format!("{fact}; {remedy}")
+        _ if is_arm(&problem.session.machine) && (with_spindle_ball || with_pivot) => {
+            "they move the balls and the arm alike, so a prediction for these balls does not depend on them; measure the places of the balls on base and flange, or hold some of these errors (--free names the others)".to_string()
+        }
+        _ if with_spindle_ball => {
+            "only the place of the spindle ball itself separates them: index the spindle by 0° and 180° (across the spindle axis) or measure the gauge length (along it)".to_string()
+        }
+        _ if with_pivot => {
+            "no sweep with these balls separates them; mount a ball at another place".to_string()
+        }
+        _ => "no sweep with these balls separates them; mount a ball at another place or calibrate the bar".to_string(),
+    }
 }

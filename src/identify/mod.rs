@@ -6,6 +6,7 @@
 
 mod absorbed;
 mod ambiguity;
+mod axis_lines;
 mod candidates;
 mod fitted;
 mod noise;
@@ -15,6 +16,7 @@ mod solve;
 mod unknowns;
 
 pub use ambiguity::Ambiguity;
+pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use candidates::{Candidate, candidate_tests};
 pub use fitted::fitted_session;
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};

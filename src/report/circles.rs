@@ -62,7 +62,7 @@ pub fn circles_text(circles: &[CircleFigures]) -> String {
         }
     }
     format!(
-        "planar circles, ISO 230-4, µm (F about the fitted centre for a full turn, as set up for a shorter arc)\n{}\n\
+        "\nPlanar circles, ISO 230-4, µm (F about the fitted centre for a full turn, as set up for a shorter arc)\n{}\n\
          parts of the paths (squareness: angle between the positive directions beyond 90°)\n{}\n\
          reversals (step and spike: outward is positive)\n{}",
         figures.text(),

@@ -1,14 +1,14 @@
-//! A fit as JSON and as terminal text. The documented shape of `identify --json` is [`FitJson`].
+//! A fit as JSON, see docs/json.md; terminal text and HTML are made from the same value.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::table::Table;
-use crate::identify::{Fit, Quantity};
-use crate::machine::{Component, ErrorName, Machine};
+use super::words::{ControlJson, control_json, sign_in_words};
+use crate::identify::{AxisLine, Fit, NoiseModel, Quantity};
+use crate::methods::CircleFigures;
 use crate::session::Session;
+use crate::units::UM_PER_MM;
 
 /// `fiveaxis identify --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -27,9 +27,38 @@ pub struct FitJson {
     pub left_out: usize,
     /// Root mean square over all readings whose residual is below 5 mm, µm.
     pub rms_below_5mm_um: f64,
+    /// Parts of the noise model of sweeps, or of static poses where there is no sweep.
+    pub noise: NoiseJson,
     pub tests: Vec<TestJson>,
     pub setups: Vec<SetupJson>,
     pub cannot_tell_apart: Vec<String>,
+    /// The rotary axes' lines as a control needs them.
+    pub control: Vec<ControlJson>,
+    /// ISO 230-4 figures of the planar circles.
+    pub circles: Vec<CircleFigures>,
+}
+
+/// The noise model of a reading.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseJson {
+    pub white_um: f64,
+    /// Standard deviation of the first-order autoregressive part.
+    pub ar_um: f64,
+    /// Its correlation from one sample to the next.
+    pub ar_rho: f64,
+    /// Standard deviation of the random walk at the end of a trace.
+    pub drift_um: f64,
+}
+
+impl NoiseJson {
+    fn of(noise: &NoiseModel) -> NoiseJson {
+        NoiseJson {
+            white_um: noise.white_mm * UM_PER_MM,
+            ar_um: noise.ar_mm * UM_PER_MM,
+            ar_rho: noise.ar_rho,
+            drift_um: noise.drift_mm * UM_PER_MM,
+        }
+    }
 }
 
 /// One location error.
@@ -68,15 +97,21 @@ pub struct TestJson {
 #[derive(Debug, Clone, Serialize)]
 pub struct SetupJson {
     pub name: String,
+    /// Estimate minus what the session states.
     pub value_um: f64,
     pub sigma_um: f64,
+    /// Standard deviation before the fit.
+    pub spread_um: f64,
 }
 
 /// Readings with a larger residual are left out of the comparable figure, mm.
 const COMPARABLE_LIMIT_MM: f64 = 5.0;
 
-/// The JSON value of a fit.
-pub fn fit_json(session: &Session, fit: &Fit) -> FitJson {
+/// Stands for the noise of a session without tests.
+static NO_NOISE: NoiseModel = NoiseModel { white_mm: 0.0, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0 };
+
+/// The JSON value of a fit, its axis lines and the figures of its planar circles.
+pub fn fit_json(session: &Session, fit: &Fit, lines: &[AxisLine], circles: Vec<CircleFigures>) -> FitJson {
     let machine = &session.machine;
     let mut location_errors = BTreeMap::new();
     let mut setups = Vec::new();
@@ -103,10 +138,13 @@ pub fn fit_json(session: &Session, fit: &Fit) -> FitJson {
                 name: unknown.label.clone(),
                 value_um: out(estimate.value),
                 sigma_um: out(estimate.sigma),
+                spread_um: out(unknown.prior_sigma),
             }),
         }
     }
     let noise = fit.noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / fit.noise.len().max(1) as f64;
+    let is_sweep = |model: &&NoiseModel| model.ar_mm > 0.0;
+    let sweep_noise = fit.noise.iter().find(is_sweep).or(fit.noise.first()).unwrap_or(&NO_NOISE);
     let near =
         fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|value| value.abs() < COMPARABLE_LIMIT_MM);
     FitJson {
@@ -116,6 +154,7 @@ pub fn fit_json(session: &Session, fit: &Fit) -> FitJson {
         location_errors,
         rms_um: fit.rms_mm * 1e3,
         noise_um: noise.sqrt() * 1e3,
+        noise: NoiseJson::of(sweep_noise),
         readings: fit.tests.iter().map(|test| test.kept.iter().filter(|kept| **kept).count()).sum(),
         left_out: fit.tests.iter().map(|test| test.left_out.len()).sum(),
         rms_below_5mm_um: crate::identify::rms(near) * 1e3,
@@ -130,93 +169,8 @@ pub fn fit_json(session: &Session, fit: &Fit) -> FitJson {
             })
             .collect(),
         setups,
-        cannot_tell_apart: fit.ambiguities.iter().map(|ambiguity| ambiguity.says.clone()).collect(),
+        cannot_tell_apart: fit.ambiguities.iter().map(|ambiguity| ambiguity.says()).collect(),
+        control: lines.iter().map(|line| control_json(machine, line)).collect(),
+        circles,
     }
-}
-
-/// What a positive location error means on the machine.
-pub fn sign_in_words(machine: &Machine, axis: usize, component: Component) -> String {
-    let entry = &machine.axes[axis];
-    let name = ErrorName::location(component, &entry.name);
-    let letter = ['x', 'y', 'z'][component.direction_index()];
-    if entry.zero_position() == Some(component) {
-        return format!(
-            "{name} > 0: at the reading 0 the part that {} carries stands on the positive side",
-            entry.name
-        );
-    }
-    if component.is_angle() {
-        let turned = ['y', 'z', 'x'][component.direction_index()];
-        let towards = ['z', 'x', 'y'][component.direction_index()];
-        format!(
-            "{name} > 0: the line of {} is turned about {letter} (right-handed, {turned} towards {towards})",
-            entry.name
-        )
-    } else {
-        format!(
-            "{name} > 0: the line of {} lies on the +{letter} side of its nominal place, seen from what carries it",
-            entry.name
-        )
-    }
-}
-
-/// The fit for a terminal.
-pub fn fit_text(session: &Session, fit: &Fit) -> String {
-    let json = fit_json(session, fit);
-    let mut text = String::new();
-    let _ = writeln!(text, "{} on {} {}", json.session, json.machine, json.code);
-    let _ = writeln!(
-        text,
-        "{} tests, {} readings{}; residual {:.2} µm rms, noise {:.2} µm\n",
-        json.tests.len(),
-        json.readings,
-        if json.left_out > 0 { format!(" ({} left out as gross outliers)", json.left_out) } else { String::new() },
-        json.rms_um,
-        json.noise_um
-    );
-    let mut table = Table::new(&["error", "value", "± sigma", "unit", "to spindle ball", "from priors", "verdict"]);
-    for unknown in fit.unknowns.iter().filter(|unknown| !unknown.quantity.is_setup()) {
-        let error = &json.location_errors[&unknown.label];
-        let verdict = match (error.determined, error.relative_to_spindle_ball) {
-            (true, true) => "determined, relative to the spindle ball",
-            (true, false) => "determined",
-            (false, _) => "NOT determined by these recordings",
-        };
-        table.row(vec![
-            unknown.label.clone(),
-            format!("{:.2}", error.value),
-            format!("{:.2}", error.sigma),
-            if error.unit == "um" { "µm".into() } else { "arcsec".to_string() },
-            format!("± {:.2}", error.sigma_to_spindle_ball),
-            format!("{:.0} %", 100.0 * error.prior_share),
-            verdict.to_string(),
-        ]);
-    }
-    text.push_str(&table.text());
-    if !json.cannot_tell_apart.is_empty() {
-        text.push_str("\nCannot be told apart:\n");
-        for line in &json.cannot_tell_apart {
-            let _ = writeln!(text, "  • {line}");
-        }
-    }
-    text.push_str("\nResidual per test, µm rms:\n");
-    let mut line = String::new();
-    for test in &json.tests {
-        let item = format!(
-            "{} {:.2}{}",
-            test.name,
-            test.rms_um,
-            if test.left_out.is_empty() { String::new() } else { format!(" ({} out)", test.left_out.len()) }
-        );
-        if line.chars().count() + item.chars().count() > 96 {
-            let _ = writeln!(text, "  {line}");
-            line.clear();
-        }
-        if !line.is_empty() {
-            line.push_str("  ");
-        }
-        line.push_str(&item);
-    }
-    let _ = writeln!(text, "  {line}");
-    text
 }

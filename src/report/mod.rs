@@ -4,12 +4,14 @@ pub mod check;
 pub mod circles;
 mod effect_yaml;
 pub mod fit;
+pub mod fit_text;
 mod number;
 pub mod polar;
 pub mod recording;
 pub mod simulation;
 pub mod table;
 pub mod thesis;
+pub mod words;
 mod yaml;
 
 pub use effect_yaml::effect_yaml;

@@ -43,6 +43,19 @@ pub fn scaled_quantity(measure: Measure, value: f64, scale: f64) -> String {
         .unwrap_or_else(|| format!("{} {}", value / scale, inside.0))
 }
 
+/// A value and its standard deviation with the same decimals: two digits of the deviation, at most two decimals.
+pub fn shown(value: f64, sigma: f64) -> (String, String) {
+    let decimals = match sigma.abs() {
+        sigma if sigma < 10.0 => 2,
+        sigma if sigma < 100.0 => 1,
+        _ => 0,
+    };
+    let text = format!("{value:.decimals$}");
+    // no minus before a zero
+    let is_zero = text.chars().all(|c| "-0.".contains(c));
+    (if is_zero { text.replace('-', "") } else { text }, format!("{sigma:.decimals$}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

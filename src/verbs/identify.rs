@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::identify::{Options, identify, parse_free};
+use fiveaxis::identify::{Options, axis_lines, identify, parse_free};
 use fiveaxis::load::load_session;
 use fiveaxis::methods::{ThesisEstimate, chapter4, chapter5, chapter6, circles};
 use fiveaxis::report::circles::circles_text;
-use fiveaxis::report::fit::{fit_json, fit_text};
+use fiveaxis::report::fit::fit_json;
+use fiveaxis::report::fit_text::fit_text;
 use fiveaxis::report::thesis::{thesis_json, thesis_text};
 use fiveaxis::session::Session;
 
@@ -61,13 +62,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if let Some(folder) = &arguments.save {
         save(&arguments.session, &session, &fit, folder)?;
     }
-    let circles = circles(&session)?;
+    let json = fit_json(&session, &fit, &axis_lines(&session, &fit), circles(&session)?);
     if arguments.json {
-        let mut json = serde_json::to_value(fit_json(&session, &fit))?;
-        json["circles"] = serde_json::to_value(&circles)?;
         print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
     } else {
-        print(&format!("{}{}", fit_text(&session, &fit), circles_text(&circles)))
+        print(&format!("{}{}", fit_text(&json, &fit), circles_text(&json.circles)))
     }
 }
 

@@ -1,0 +1,171 @@
+//! Where the lines of the rotary axes stand by a fit, with all axes at zero: what a control is told. It solves nothing.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::{Fit, Quantity};
+use crate::chain::{Branch, Chain, Composition, Geometry};
+use crate::machine::AxisKind;
+use crate::session::Session;
+
+/// The line of a rotary axis in R with all axes at zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisLine {
+    /// Axis index.
+    pub axis: usize,
+    /// The axis belongs to the spindle's branch.
+    pub is_head: bool,
+    /// The rotary axis that carries it, if any.
+    pub carrier: Option<usize>,
+    /// Where the line stands off its nominal place, across its direction, mm.
+    pub shift_mm: Vector3<f64>,
+    pub shift_sigma_mm: Vector3<f64>,
+    /// The same relative to the carrier's line; equal to `shift_mm` without a carrier.
+    pub from_carrier_mm: Vector3<f64>,
+    pub from_carrier_sigma_mm: Vector3<f64>,
+    /// Unit vector of the line.
+    pub direction: Vector3<f64>,
+    /// Turn of the line about x, y, z, rad; the part about its own direction is zero.
+    pub tilt_rad: Vector3<f64>,
+    pub tilt_sigma_rad: Vector3<f64>,
+    /// Positions that bring the spindle's zero point over the line: machine coordinate of a linear axis (mm, index), or
+    /// distance from its zero when the machine file does not state `machine_zero`; `None` for heads and inclined axes.
+    pub centre_at: Vec<CentreReading>,
+    /// Every free error on which the line depends is determined by the data.
+    pub determined: bool,
+}
+
+/// What a linear axis reads when the spindle stands over the line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CentreReading {
+    /// Linear axis, by index.
+    pub axis: usize,
+    pub reading_mm: f64,
+    pub sigma_mm: f64,
+    /// The reading is a machine coordinate; else it counts from the axis's zero in the session.
+    pub is_machine_coordinate: bool,
+}
+
+/// Step of the differences by which uncertainties travel, mm and rad; places are nearly linear in errors.
+const STEP: f64 = 1e-4;
+
+/// Lines of all rotary axes, in the order of the structural code.
+pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
+    let machine = &session.machine;
+    let chain = Chain::of(machine);
+    let mut errors = machine.location_errors();
+    let free: Vec<(usize, usize, usize)> = fit
+        .unknowns
+        .iter()
+        .enumerate()
+        .filter_map(|(k, unknown)| match unknown.quantity {
+            Quantity::Location { axis, component } => Some((k, axis, component.index())),
+            _ => None,
+        })
+        .collect();
+    for &(k, axis, component) in &free {
+        errors[axis][component] = fit.estimates[k].value;
+    }
+    let covariance = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i].0, free[j].0)]);
+    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    rotary
+        .map(|axis| {
+            let quantities = |errors: &[[f64; 6]]| line_quantities(&chain, axis, errors);
+            let at = quantities(&errors);
+            let mut jacobian = DMatrix::zeros(at.len(), free.len());
+            for (column, &(_, of, component)) in free.iter().enumerate() {
+                let mut moved = [errors.clone(), errors.clone()];
+                moved[0][of][component] += STEP;
+                moved[1][of][component] -= STEP;
+                for (row, (up, down)) in quantities(&moved[0]).iter().zip(quantities(&moved[1])).enumerate() {
+                    jacobian[(row, column)] = (up - down) / (2.0 * STEP);
+                }
+            }
+            let spread = &jacobian * &covariance * jacobian.transpose();
+            let sigma = |from: usize| Vector3::from_fn(|k, _| spread[(from + k, from + k)].max(0.0).sqrt());
+            let value = |from: usize| Vector3::from_fn(|k, _| at[from + k]);
+            let determined = free
+                .iter()
+                .enumerate()
+                .all(|(column, &(k, ..))| jacobian.column(column).amax() < 1e-9 || fit.estimates[k].determined);
+            let line = AxisLine {
+                axis,
+                is_head: chain.carried_by(axis).branch == Branch::Tool,
+                carrier: carrier(&chain, axis),
+                shift_mm: value(0),
+                shift_sigma_mm: sigma(0),
+                from_carrier_mm: value(6),
+                from_carrier_sigma_mm: sigma(6),
+                direction: chain.joint(axis).direction + value(3).cross(&chain.joint(axis).direction),
+                tilt_rad: value(3),
+                tilt_sigma_rad: sigma(3),
+                centre_at: Vec::new(),
+                determined,
+            };
+            AxisLine { centre_at: centre_at(session, &chain, &line), direction: line.direction.normalize(), ..line }
+        })
+        .collect()
+}
+
+/// Shift, tilt and shift from the carrier of an axis's line: nine numbers.
+fn line_quantities(chain: &Chain, axis: usize, errors: &[[f64; 6]]) -> [f64; 9] {
+    let geometry = Geometry::new(chain, errors, Composition::Exact);
+    let zero = vec![0.0; chain.axis_count()];
+    let joint = chain.joint(axis);
+    let across = |vector: Vector3<f64>| vector - joint.direction * joint.direction.dot(&vector);
+    let pose = geometry.pose(chain.carried_by(axis), &zero, None);
+    let shift = across(pose.point(&joint.origin) - joint.origin);
+    let tilt = joint.direction.cross(&(pose.rotation * joint.direction));
+    let from_carrier = match carrier(chain, axis) {
+        None => shift,
+        Some(carrier) => {
+            let pose = geometry.pose(chain.carried_by(carrier), &zero, None);
+            // where the carrier would have brought the line, had it no error of its own
+            shift - across(pose.point(&joint.origin) - joint.origin)
+        }
+    };
+    let mut list = [0.0; 9];
+    for (part, vector) in [shift, tilt, from_carrier].iter().enumerate() {
+        list[3 * part..3 * part + 3].copy_from_slice(vector.as_slice());
+    }
+    list
+}
+
+/// The nearest rotary axis towards the bed.
+fn carrier(chain: &Chain, axis: usize) -> Option<usize> {
+    let path = chain.path(chain.carried_by(axis));
+    let place = path.iter().position(|&other| other == axis)?;
+    path[..place].iter().rev().copied().find(|&other| chain.joint(other).kind == AxisKind::Rotary)
+}
+
+/// Readings of the linear axes that bring the spindle over a table axis's line.
+fn centre_at(session: &Session, chain: &Chain, line: &AxisLine) -> Vec<CentreReading> {
+    let machine = &session.machine;
+    if line.is_head || machine.axes[line.axis].coordinate_direction().is_none() {
+        return Vec::new();
+    }
+    let joint = chain.joint(line.axis);
+    let mut linear: Vec<usize> =
+        (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear).collect();
+    linear.sort_by_key(|&axis| machine.axes[axis].coordinate_direction());
+    linear
+        .into_iter()
+        .filter_map(|axis| {
+            let linear = chain.joint(axis);
+            let k = machine.axes[axis].coordinate_direction()?;
+            // along the line itself there is no centre
+            if joint.direction[k].abs() > 0.5 {
+                return None;
+            }
+            let carries_spindle = chain.carried_by(axis).branch == Branch::Tool;
+            let place = joint.origin[k] + line.shift_mm[k];
+            let along = linear.sign * linear.direction[k] * if carries_spindle { 1.0 } else { -1.0 };
+            let zero = machine.machine_zero[axis];
+            Some(CentreReading {
+                axis,
+                reading_mm: zero.unwrap_or(0.0) + place / along,
+                sigma_mm: line.shift_sigma_mm[k],
+                is_machine_coordinate: zero.is_some(),
+            })
+        })
+        .collect()
+}

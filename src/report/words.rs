@@ -1,0 +1,158 @@
+//! Signs of errors and numbers for a control in words, as a fitter at the machine needs them. It computes no results.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::number::shown;
+use crate::identify::{AxisLine, CentreReading};
+use crate::machine::{Component, ErrorName, Machine};
+use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
+
+const LETTERS: [char; 3] = ['x', 'y', 'z'];
+
+/// What a positive location error means on the machine.
+pub fn sign_in_words(machine: &Machine, axis: usize, component: Component) -> String {
+    let entry = &machine.axes[axis];
+    let (name, axis_name) = (ErrorName::location(component, &entry.name), &entry.name);
+    let k = component.direction_index();
+    let letter = LETTERS[k];
+    if entry.zero_position() == Some(component) {
+        return format!(
+            "{name} > 0: at the reading 0 what {axis_name} carries stands on the positive side {} {letter}",
+            if component.is_angle() { "about" } else { "along" }
+        );
+    }
+    if !component.is_angle() {
+        return format!(
+            "{name} > 0: the line of {axis_name} lies on the +{letter} side of its nominal place, seen from what carries it"
+        );
+    }
+    let (turned, towards) = (LETTERS[(k + 1) % 3], LETTERS[(k + 2) % 3]);
+    let what = match entry.kind {
+        crate::machine::AxisKind::Rotary => "the line of",
+        crate::machine::AxisKind::Linear => "the motion of",
+    };
+    // e_k × e_along = ± the third direction: that is where the + end of the line goes
+    let lean = entry.coordinate_direction().map_or(String::new(), |along| {
+        let sign = if along == (k + 1) % 3 { '+' } else { '-' };
+        format!(": its +{} end leans towards {sign}{}", LETTERS[along], LETTERS[3 - k - along])
+    });
+    format!("{name} > 0: {what} {axis_name} is turned right-handed about {letter} ({turned} towards {towards}){lean}")
+}
+
+/// Numbers for a control, one entry per rotary axis.
+#[derive(Debug, Clone, Serialize)]
+pub struct ControlJson {
+    pub axis: String,
+    /// The axis belongs to the spindle's side.
+    pub is_head: bool,
+    /// The rotary axis that carries it.
+    pub carried_by: Option<String>,
+    /// Where the line stands off its nominal place at the zero position, x y z, and its standard deviation.
+    pub shift_um: [f64; 3],
+    pub shift_sigma_um: [f64; 3],
+    /// The same relative to the line of the carrier: the change of the vector between two rotary axes.
+    pub from_carrier_um: [f64; 3],
+    pub from_carrier_sigma_um: [f64; 3],
+    /// Unit vector of the line.
+    pub direction: [f64; 3],
+    /// Turn of the line about x y z, and its standard deviation.
+    pub tilt_arcsec: [f64; 3],
+    pub tilt_sigma_arcsec: [f64; 3],
+    /// Readings of the linear axes with the spindle over the line.
+    pub centre: Vec<CentreJson>,
+    /// The data and not priors fix it.
+    pub determined: bool,
+    /// In words.
+    pub says: String,
+}
+
+/// A reading of a linear axis.
+#[derive(Debug, Clone, Serialize)]
+pub struct CentreJson {
+    pub axis: String,
+    pub reading_mm: f64,
+    pub sigma_mm: f64,
+    /// A machine coordinate (G53); else counted from the zero of the session.
+    pub machine_coordinate: bool,
+}
+
+/// A line as numbers and words for a control.
+pub fn control_json(machine: &Machine, line: &AxisLine) -> ControlJson {
+    let um = |vector: Vector3<f64>| <[f64; 3]>::from(vector * UM_PER_MM);
+    let arcsec = |vector: Vector3<f64>| <[f64; 3]>::from(vector * ARCSEC_PER_RAD);
+    let name = |axis: usize| machine.axes[axis].name.clone();
+    let centre = |reading: &CentreReading| CentreJson {
+        axis: name(reading.axis),
+        reading_mm: reading.reading_mm,
+        sigma_mm: reading.sigma_mm,
+        machine_coordinate: reading.is_machine_coordinate,
+    };
+    ControlJson {
+        axis: name(line.axis),
+        is_head: line.is_head,
+        carried_by: line.carrier.map(name),
+        shift_um: um(line.shift_mm),
+        shift_sigma_um: um(line.shift_sigma_mm),
+        from_carrier_um: um(line.from_carrier_mm),
+        from_carrier_sigma_um: um(line.from_carrier_sigma_mm),
+        direction: line.direction.into(),
+        tilt_arcsec: arcsec(line.tilt_rad),
+        tilt_sigma_arcsec: arcsec(line.tilt_sigma_rad),
+        centre: line.centre_at.iter().map(centre).collect(),
+        determined: line.determined,
+        says: control_in_words(machine, line),
+    }
+}
+
+/// What to enter for a rotary axis.
+pub fn control_in_words(machine: &Machine, line: &AxisLine) -> String {
+    let entry = &machine.axes[line.axis];
+    let along = entry.coordinate_direction();
+    let mut says = match (line.carrier, line.is_head) {
+        (None, false) => {
+            format!(
+                "{}: move the table centre in the control by {}",
+                entry.name,
+                across(along, line.shift_mm, line.shift_sigma_mm)
+            )
+        }
+        (Some(carrier), _) => format!(
+            "{}: add {} to the vector from {} to {}",
+            entry.name,
+            across(along, line.from_carrier_mm, line.from_carrier_sigma_mm),
+            machine.axes[carrier].name,
+            entry.name
+        ),
+        (None, true) => format!(
+            "{}: its line and all that it carries stand off by {}: a zero shift of the linear axes, no vector of the head",
+            entry.name,
+            across(along, line.shift_mm, line.shift_sigma_mm)
+        ),
+    };
+    if let [first, ..] = line.centre_at.as_slice() {
+        let readings: Vec<String> = line
+            .centre_at
+            .iter()
+            .map(|reading| format!("{} = {:.4}", machine.axes[reading.axis].name, reading.reading_mm))
+            .collect();
+        let from = if first.is_machine_coordinate { "machine coordinates" } else { "from the zeros of this session" };
+        says.push_str(&format!("; the spindle stands over the line at {} mm ({from})", readings.join(", ")));
+    }
+    if !line.determined {
+        says.push_str("; NOT determined by these recordings: do not enter it");
+    }
+    says
+}
+
+/// `x -2.9 ± 3.0 µm, y -52.4 ± 0.1 µm`: what stands across a line, mm.
+fn across(along: Option<usize>, value_mm: Vector3<f64>, sigma_mm: Vector3<f64>) -> String {
+    let parts: Vec<String> = (0..3)
+        .filter(|&k| along != Some(k))
+        .map(|k| {
+            let (value, sigma) = shown(value_mm[k] * UM_PER_MM, sigma_mm[k] * UM_PER_MM);
+            format!("{} {value} ± {sigma} µm", LETTERS[k])
+        })
+        .collect();
+    parts.join(", ")
+}
