@@ -223,6 +223,14 @@ fn one_direction_alone_gives_no_figures_of_two() {
 }
 
 #[test]
+fn a_short_arc_is_no_circle_test() {
+    let nominal = machine("[wCAbYXZt]");
+    let planned = session(nominal.clone(), vec![test(&nominal, "XY", 10.0, 30.0), test(&nominal, "XY", 0.0, 360.0)]);
+    let lengths = with_lost_motion(&planned, [0.0; 2], [0.0; 2]);
+    assert_eq!(recorded(planned, lengths).len(), 1);
+}
+
+#[test]
 fn practice_circles_show_what_was_concealed() {
     let Some(folder) = shared_data::folder("recordings/practice") else { return };
     // truth: EC0Y = −12.84 arcsec; Z backlash of half width 1.025 µm, of which about half is taken up over 1.5 mm

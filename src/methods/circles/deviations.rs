@@ -1,6 +1,6 @@
 //! One planar circle as deviations over the angle in its plane; finds the circles of a session. Fits nothing.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Vector3;
 
@@ -49,6 +49,8 @@ pub struct CircleRun {
 
 /// Fewest readings of a circle.
 const FEWEST_READINGS: usize = 24;
+/// Shorter arcs are no circle tests: centre, squareness and radius are not told apart, rad.
+const SHORTEST_ARC_RAD: f64 = FRAC_PI_2;
 /// Nominal radii within a circle may differ by this, mm: positions are printed to 1e-5.
 const ROUND_MM: f64 = 0.05;
 /// An arc that lacks less than this of 360° is a full turn, rad.
@@ -140,7 +142,7 @@ fn circle_run(session: &Session, chain: &Chain, test_index: usize) -> Result<Opt
     let radius_mm = radii.iter().sum::<f64>() / radii.len() as f64;
     let turn = angle_rad[angle_rad.len() - 1] - angle_rad[0];
     let one_way = angle_rad.windows(2).all(|pair| (pair[1] - pair[0]) * turn > 0.0);
-    if !one_way || radii.iter().any(|radius| (radius - radius_mm).abs() > ROUND_MM) {
+    if !one_way || turn.abs() < SHORTEST_ARC_RAD || radii.iter().any(|radius| (radius - radius_mm).abs() > ROUND_MM) {
         return Ok(None);
     }
     let direction = if turn > 0.0 { Direction::Ccw } else { Direction::Cw };

@@ -123,6 +123,7 @@ pub struct Reversal {
 }
 
 /// Figures of every planar circle of a session: a run with the next one of the same circle in the other direction.
+/// Arcs too short to tell the parts apart are left out: they are no circle tests.
 pub fn circles(session: &Session) -> Result<Vec<CircleFigures>, MethodError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
@@ -143,22 +144,19 @@ pub fn circles(session: &Session) -> Result<Vec<CircleFigures>, MethodError> {
             None => groups.push(vec![run]),
         }
     }
-    groups.iter().map(|runs| figures(session, runs)).collect()
+    Ok(groups.iter().filter_map(|runs| figures(session, runs)).collect())
 }
 
-fn figures(session: &Session, runs: &[CircleRun]) -> Result<CircleFigures, MethodError> {
+fn figures(session: &Session, runs: &[CircleRun]) -> Option<CircleFigures> {
     let machine = &session.machine;
     let first = &runs[0];
-    let parts = fit_parts(runs).ok_or_else(|| MethodError::Test {
-        test: session.tests[first.test].name.clone(),
-        reason: format!("covers {:.0}° of a circle; too little to tell its parts", first.arc_rad.to_degrees()),
-    })?;
+    let parts = fit_parts(runs)?;
     let one = |direction: Direction| {
         runs.iter().find(|run| run.direction == direction).map(|run| direction_figures(session, run))
     };
     let both = (runs.len() == 2).then(|| centred(runs));
     let letters = first.axes.map(|axis| machine.axes[axis].name.clone());
-    Ok(CircleFigures {
+    Some(CircleFigures {
         plane: letters.concat(),
         tests: runs.iter().map(|run| session.tests[run.test].name.clone()).collect(),
         feed_mm_per_min: session.tests[first.test].feed_mm_per_min,
