@@ -30,6 +30,7 @@
 pub mod bodies;
 pub mod chain;
 pub mod collision;
+pub mod diagnose;
 pub mod effects;
 pub mod identify;
 pub mod load;

@@ -19,7 +19,7 @@ pub use ambiguity::Ambiguity;
 pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use candidates::{Candidate, candidate_tests};
 pub use fitted::fitted_session;
-pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
+pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, misfit};
 pub use outliers::{kept_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};
 pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};

@@ -207,15 +207,15 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
         ar_rho: (-(x[2].exp())).exp().clamp(0.3, 0.9995),
         drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
     };
-    let best = descend(pack(&start), 0.5, |x| {
+    let best = minimise_in_four(pack(&start), 0.5, |x| {
         let noise = unpack(x);
         misfit(&noise, traces) + absorbed_misfit(&noise, absorbed)
     });
     unpack(&best)
 }
 
-/// Nelder–Mead in four variables, restarted once to leave a collapsed simplex.
-fn descend(start: [f64; 4], size: f64, cost: impl Fn(&[f64; 4]) -> f64) -> [f64; 4] {
+/// Nelder–Mead in four variables from `start` with first steps of `size`, restarted once to leave a collapsed simplex.
+pub fn minimise_in_four(start: [f64; 4], size: f64, cost: impl Fn(&[f64; 4]) -> f64) -> [f64; 4] {
     let mut best = start;
     for round in 0..2 {
         let spread = size / (1 + 2 * round) as f64;

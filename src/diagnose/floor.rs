@@ -1,0 +1,122 @@
+//! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::ground::Ground;
+use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, rms};
+
+/// Half waves of the free curve of a trace.
+const HALF_WAVES: usize = 12;
+/// Traces used at most: the quieter ones, in which no fast effect acts.
+const MOST_TRACES: usize = 14;
+/// Shortest trace from which noise is learnt.
+const SHORTEST: usize = 60;
+/// Drift of a trace that the free curves hide, as a share of the rest of the noise.
+const DRIFT_SHARE: f64 = 0.7;
+
+/// Noise floor of every test. Static poses have no order in time from which it could be told from missing physics:
+/// for them it is the white noise of the residual itself.
+pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
+    let kept = |test: usize| -> Vec<f64> {
+        residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
+    };
+    let is_sweep = |test: &usize| ground.context.motion(*test).time_s.is_some() && residual_mm[*test].len() >= SHORTEST;
+    let sweeps: Vec<usize> = (0..residual_mm.len()).filter(is_sweep).collect();
+    let poses = NoiseModel::white(rms((0..residual_mm.len()).flat_map(kept)).max(NOISE_FLOOR_MM));
+    if sweeps.is_empty() {
+        return vec![poses; residual_mm.len()];
+    }
+    let mut traces: Vec<(f64, Trace)> = sweeps
+        .iter()
+        .map(|&test| {
+            let trace = Trace::new(kept(test));
+            (trace.rough_rms(), trace)
+        })
+        .collect();
+    traces.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let use_count = (traces.len().div_ceil(2)).clamp(2.min(traces.len()), MOST_TRACES);
+    let chosen: Vec<&Trace> = traces[..use_count].iter().map(|(_, trace)| trace).collect();
+    let mut noise = fit(&chosen);
+    noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
+    (0..residual_mm.len()).map(|test| if ground.context.motion(test).time_s.is_some() { noise } else { poses }).collect()
+}
+
+/// Most likely noise of the residuals as they are.
+pub fn likely_noise(ground: &Ground, residual_mm: &[Vec<f64>], start: &[NoiseModel]) -> Vec<NoiseModel> {
+    let mut sweeps = Vec::new();
+    let mut poses = Vec::new();
+    for test in 0..residual_mm.len() {
+        let masked: Vec<f64> = residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
+        if ground.context.motion(test).time_s.is_some() { sweeps.push(masked) } else { poses.push(masked) }
+    }
+    let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
+    let from = (0..residual_mm.len()).find(|&test| ground.context.motion(test).time_s.is_some()).map(|test| start[test]);
+    let sweep = if sweeps.is_empty() { white } else { fit_noise(&sweeps, from) };
+    (0..residual_mm.len()).map(|test| if ground.context.motion(test).time_s.is_some() { sweep } else { white }).collect()
+}
+
+/// A trace with its free curve.
+struct Trace {
+    residual: Vec<f64>,
+    present: Vec<bool>,
+    basis: DMatrix<f64>,
+}
+
+impl Trace {
+    fn new(residual: Vec<f64>) -> Trace {
+        let rows = residual.len();
+        let present = residual.iter().map(|value| value.is_finite()).collect();
+        let basis = DMatrix::from_fn(rows, HALF_WAVES + 1, |row, k| {
+            (std::f64::consts::PI * k as f64 * (row as f64 + 0.5) / rows as f64).cos()
+        });
+        Trace { residual: residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }).collect(), present, basis }
+    }
+
+    /// What white noise alone would leave beside the curve, mm.
+    fn rough_rms(&self) -> f64 {
+        let count = self.present.iter().filter(|present| **present).count().max(1);
+        let (misfit, _) = self.reml(&NoiseModel::white(1.0));
+        (misfit / count as f64).sqrt()
+    }
+
+    /// Weighted sum of squares left by the curve, and the log determinants of the restricted likelihood.
+    fn reml(&self, noise: &NoiseModel) -> (f64, f64) {
+        let whitener = Whitener::new(noise, &self.present);
+        let mut y = self.residual.clone();
+        whitener.apply(&mut y);
+        let mut basis = self.basis.clone();
+        for mut column in basis.column_iter_mut() {
+            whitener.apply(column.as_mut_slice());
+        }
+        let y = DVector::from_vec(y);
+        let gram = basis.tr_mul(&basis);
+        let right = basis.tr_mul(&y);
+        match Cholesky::new(gram) {
+            Some(factor) => {
+                let log_gram = 2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>();
+                (y.norm_squared() - right.dot(&factor.solve(&right)), whitener.log_determinant + log_gram)
+            }
+            None => (y.norm_squared(), whitener.log_determinant),
+        }
+    }
+}
+
+/// Restricted maximum likelihood of white and AR(1) noise beside the free curves.
+fn fit(traces: &[&Trace]) -> NoiseModel {
+    let white = traces.iter().map(|trace| trace.rough_rms()).sum::<f64>() / traces.len().max(1) as f64;
+    let white = white.max(NOISE_FLOOR_MM);
+    let start = [(0.7 * white).ln(), (0.7 * white).ln(), (-(0.95f64.ln())).ln(), 0.0];
+    let unpack = |x: &[f64; 4]| NoiseModel {
+        white_mm: x[0].exp().max(NOISE_FLOOR_MM),
+        ar_mm: x[1].exp().max(NOISE_FLOOR_MM),
+        ar_rho: (-(x[2].exp())).exp().clamp(0.5, 0.99),
+        drift_mm: 0.0,
+    };
+    let best = minimise_in_four(start, 0.5, |x| {
+        let noise = unpack(x);
+        // the fourth variable is not used; a slight pull keeps it still
+        let pull = x[3] * x[3];
+        pull + traces.iter().map(|trace| trace.reml(&noise)).map(|(misfit, logs)| misfit + logs).sum::<f64>()
+    });
+    unpack(&best)
+}

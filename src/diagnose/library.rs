@@ -1,0 +1,434 @@
+//! The candidates of a search: which effect at which place through which outlets, over which grid of shapes. It judges nothing.
+
+use std::f64::consts::PI;
+
+use super::ground::{Ground, Term};
+use crate::chain::Geometry;
+use crate::effects::kind;
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+
+/// A family of candidates that differ only in shape.
+#[derive(Debug, Clone)]
+pub struct Family {
+    pub kind: &'static str,
+    pub place: Place,
+    pub outlets: Vec<Outlet>,
+    /// Shapes on the grid.
+    pub grid: Vec<Effect>,
+    /// Shape parameters that are refined: name, smallest, largest, first step (library units); index into a list.
+    pub refined: Vec<Refined>,
+    /// Size beyond which the effect would not be called plausible in its first outlet, display units.
+    pub plausible: f64,
+}
+
+/// A shape parameter to refine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refined {
+    pub name: &'static str,
+    pub least: f64,
+    pub most: f64,
+    pub step: f64,
+    /// Element of a list parameter; `None` for a number.
+    pub element: Option<usize>,
+}
+
+impl Family {
+    fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
+        Family { kind, place, outlets, grid: vec![Effect::new(kind, place)], refined: Vec::new(), plausible }
+    }
+
+    fn over(mut self, grid: Vec<Effect>) -> Family {
+        self.grid = grid;
+        self
+    }
+
+    fn refine(mut self, refined: Vec<Refined>) -> Family {
+        self.refined = refined;
+        self
+    }
+}
+
+/// Terms of an effect: every function through every outlet.
+pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term> {
+    let Some(kind) = kind(&effect.kind) else { return Vec::new() };
+    let functions = (kind.functions)(effect);
+    outlets
+        .iter()
+        .flat_map(|outlet| {
+            functions.iter().enumerate().map(|(function, name)| Term {
+                outlet: *outlet,
+                function,
+                measure: (kind.measure)(machine, outlet, name),
+            })
+        })
+        .collect()
+}
+
+/// All families for a session.
+pub fn families(ground: &Ground) -> Vec<Family> {
+    let machine = ground.context.machine();
+    let mut list = Vec::new();
+    for axis in 0..machine.axes.len() {
+        match machine.axes[axis].kind {
+            AxisKind::Rotary => rotary(ground, axis, &mut list),
+            AxisKind::Linear => linear(ground, axis, &mut list),
+        }
+    }
+    setup(ground, &mut list);
+    list
+}
+
+/// Motion outlets of an axis for some components.
+fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
+    components.iter().map(|&component| Outlet::Motion { axis, component }).collect()
+}
+
+/// Components across and along the nearest coordinate direction of an axis.
+struct Directions {
+    across: [Component; 2],
+    along: Component,
+    tilts: [Component; 2],
+}
+
+fn directions(machine: &Machine, axis: usize) -> Directions {
+    let k = machine.axes[axis].own_component().direction_index();
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    Directions {
+        across: [Component::ALL[i], Component::ALL[j]],
+        along: Component::ALL[k],
+        tilts: [Component::ALL[i + 3], Component::ALL[j + 3]],
+    }
+}
+
+/// Smallest and largest position that recordings reach with an axis in motion; `None` when it never moves.
+fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
+    let mut ends: Option<(f64, f64)> = None;
+    for test in 0..ground.tests() {
+        let motion = ground.context.motion(test);
+        if motion.moving.contains(&axis) {
+            for q in motion.axis(axis) {
+                ends = Some(ends.map_or((q, q), |(from, to)| (from.min(q), to.max(q))));
+            }
+        }
+    }
+    ends.filter(|(from, to)| to - from > 1e-6)
+}
+
+/// Smallest and largest position of an axis, standing or moving.
+fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
+    (0..ground.tests()).flat_map(|test| ground.context.motion(test).axis(axis)).fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))
+}
+
+fn list_of(values: Vec<f64>) -> ParameterValue {
+    ParameterValue::List(values)
+}
+
+fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let place = Place::Axis(axis);
+    let own = Outlet::own(machine, axis);
+    let d = directions(machine, axis);
+    let ends = travelled(ground, axis);
+    if let Some((from, to)) = ends {
+        list.push(
+            Family::new("rotary-backlash", place, vec![own], 60.0)
+                .over(windups("rotary-backlash", place, 3f64.to_radians()))
+                .refine(windup_refined(20f64.to_radians())),
+        );
+        for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
+            list.push(
+                Family::new("lateral-play", place, outlets, 30.0)
+                    .over(windups("lateral-play", place, 3f64.to_radians()))
+                    .refine(windup_refined(20f64.to_radians())),
+            );
+        }
+        list.push(
+            Family::new("reversal-spike", place, vec![own], 60.0)
+                .over([0.3f64, 1.0, 3.0].map(|d| number("reversal-spike", place, "travel", d.to_radians())).to_vec())
+                .refine(vec![refined("travel", 0.01f64.to_radians(), 20f64.to_radians(), 0.5)]),
+        );
+        let arc = to - from;
+        let lowest = if arc > 1.8 * PI { 1.0 } else { (2.0 * PI / arc).max(1.0) };
+        let orders: Vec<f64> = (0..7).map(|k| lowest * (1 + k) as f64).collect();
+        let effect = Effect::new("rotary-error-motion", place).with("orders", list_of(orders));
+        for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
+            list.push(Family::new("rotary-error-motion", place, outlets, 50.0).over(vec![effect.clone()]));
+        }
+        let highest = 0.4 * 2.0 * PI / finest_step(ground, axis);
+        let step = (PI / arc).max(0.5);
+        let cyclic = |n: f64| Effect::new("cyclic-error", place).with("orders", list_of(vec![n]));
+        let mut grid = Vec::new();
+        let mut n = lowest;
+        while n < highest.min(400.0) {
+            grid.push(cyclic(n));
+            n += step;
+        }
+        list.push(
+            Family::new("cyclic-error", place, vec![own], 30.0)
+                .over(grid)
+                .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }]),
+        );
+        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0));
+        for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), vec![own]] {
+            for driver in ["position", "direction"] {
+                list.push(unknown(place, axis, machine, outlets.clone(), (from, to), driver));
+            }
+        }
+    }
+    if turns_against_gravity(ground, axis) {
+        let components = [d.across[0], d.across[1], d.tilts[0], d.tilts[1]];
+        let mut outlets = motion(axis, &components);
+        outlets.push(own);
+        list.push(Family::new("gravity-sag", place, outlets, 60.0));
+    }
+    for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
+        list.push(growth(ground, place, outlets));
+    }
+}
+
+fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let place = Place::Axis(axis);
+    let own = Outlet::own(machine, axis);
+    let d = directions(machine, axis);
+    let all_across = [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]];
+    if let Some((from, to)) = travelled(ground, axis) {
+        list.push(
+            Family::new("linear-backlash", place, vec![own], 30.0)
+                .over(windups("linear-backlash", place, 2.0))
+                .refine(windup_refined(40.0)),
+        );
+        for component in all_across {
+            list.push(
+                Family::new("lateral-play", place, motion(axis, &[component]), 20.0)
+                    .over(windups("lateral-play", place, 2.0))
+                    .refine(windup_refined(40.0)),
+            );
+        }
+        list.push(
+            Family::new("reversal-spike", place, vec![own], 30.0)
+                .over(spikes(place))
+                .refine(vec![refined("travel", 1e-3, 20.0, 0.7)]),
+        );
+        list.push(Family::new("linear-scale", place, vec![own], 300.0));
+        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0));
+        list.push(Family::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4));
+        let lowest_period = 3.0 * finest_step(ground, axis);
+        let mut grid = Vec::new();
+        let mut frequency = 2.0 / (to - from);
+        while 1.0 / frequency > lowest_period && grid.len() < 400 {
+            grid.push(Effect::new("cyclic-error", place).with("periods", list_of(vec![1.0 / frequency])));
+            frequency += 0.5 / (to - from);
+        }
+        if !grid.is_empty() {
+            list.push(Family::new("cyclic-error", place, vec![own], 20.0).over(grid).refine(vec![Refined {
+                name: "periods",
+                least: lowest_period,
+                most: to - from,
+                step: 0.02,
+                element: Some(0),
+            }]));
+        }
+        for outlets in all_across.iter().map(|c| motion(axis, &[*c])).chain([vec![own]]) {
+            for driver in ["position", "direction"] {
+                list.push(unknown(place, axis, machine, outlets.clone(), (from, to), driver));
+            }
+        }
+    }
+    let (from, to) = visited(ground, axis);
+    if to - from > 1.0 {
+        for component in all_across {
+            let mut grid = Vec::new();
+            for share in [1.0, 0.5, 0.25, 0.12] {
+                let width = share * (to - from);
+                let mut centre = from;
+                while centre <= to + 1e-9 {
+                    let bump = Effect::new("straightness", place).with("centre", ParameterValue::Number(centre));
+                    grid.push(bump.with("width", ParameterValue::Number(width)));
+                    centre += width / 4.0;
+                }
+            }
+            let span = to - from;
+            list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(vec![
+                Refined { name: "centre", least: from - 0.3 * span, most: to + 0.3 * span, step: 0.03 * span, element: None },
+                Refined { name: "width", least: 0.02 * span, most: 3.0 * span, step: 0.05 * span, element: None },
+                Refined { name: "skew", least: -0.8, most: 0.8, step: 0.2, element: None },
+            ]));
+            let bow = Effect::new("straightness", place)
+                .with("degrees", list_of(vec![2.0, 3.0]))
+                .with("half_travel", ParameterValue::Number((to - from) / 2.0));
+            list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(vec![bow]));
+        }
+        for tilt in d.tilts {
+            list.push(Family::new("squareness", place, vec![Outlet::Location { axis, component: tilt }], 120.0));
+        }
+    }
+    for outlets in [vec![own], motion(axis, &d.across), motion(axis, &d.tilts)] {
+        list.push(growth(ground, place, outlets));
+    }
+    if last_before_spindle(ground, axis) {
+        // a spindle that grows also bends: along the slide with its tilts and shifts
+        let mut outlets = vec![own];
+        outlets.extend(motion(axis, &d.across));
+        outlets.extend(motion(axis, &d.tilts));
+        list.push(growth(ground, place, outlets));
+    }
+}
+
+/// The slide nearest to the spindle: where growth of the spindle shows.
+fn last_before_spindle(ground: &Ground, axis: usize) -> bool {
+    let chain = ground.context.chain();
+    let machine = ground.context.machine();
+    let branch = chain.branch(crate::chain::Branch::Tool);
+    branch.iter().rev().find(|&&k| machine.axes[k].kind == AxisKind::Linear) == Some(&axis)
+}
+
+fn setup(ground: &Ground, list: &mut Vec<Family>) {
+    let session = ground.context.session();
+    let setups = ground.problem.setups;
+    list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0));
+    let tests = ground.context.order();
+    let latest = tests.iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    let slip = |kind: &'static str, place: Place, setup_of: &[usize], setup: usize, outlets: Vec<Outlet>, list: &mut Vec<Family>| {
+        let mut grid = Vec::new();
+        let mut first = true;
+        for &test in tests.iter().filter(|&&test| setup_of[test] == setup) {
+            let (from, to) = (session.tests[test].started_at_s, ground.context.ends_at_s(test));
+            let shares: &[f64] = if first { &[0.2, 0.4, 0.6, 0.8] } else { &[-1e-6, 0.2, 0.4, 0.6, 0.8] };
+            first = false;
+            let ball = if place == Place::Pivot { &session.tests[test].pivot } else { &session.tests[test].spindle_ball };
+            for share in shares {
+                grid.push(
+                    number(kind, place, "time", from + share * (to - from))
+                        .with("link", ParameterValue::Word(ball.link.clone()))
+                        .with("at", list_of(vec![ball.at.x, ball.at.y, ball.at.z])),
+                );
+            }
+        }
+        if !grid.is_empty() {
+            list.push(Family::new(kind, place, outlets, 60.0).over(grid).refine(vec![
+                Refined { name: "time", least: 0.0, most: latest, step: 8.0, element: None },
+                Refined { name: "creep_share", least: 0.0, most: 1.0, step: 0.3, element: None },
+                Refined { name: "creep_time", least: 0.5, most: 2000.0, step: 10.0, element: None },
+            ]));
+        }
+    };
+    for setup in 0..setups.pivots.len() {
+        slip("pivot-slip", Place::Pivot, &setups.pivot_of, setup, (0..3).map(Outlet::Pivot).collect(), list);
+    }
+    for setup in 0..setups.spindle_balls.len() {
+        slip("ball-slip", Place::SpindleBall, &setups.spindle_ball_of, setup, (0..3).map(Outlet::SpindleBall).collect(), list);
+    }
+    let span = latest.max(60.0);
+    let bar_growth = Effect::new("bar-length", Place::Bar).with("constant", ParameterValue::Word("no".into()));
+    list.push(
+        Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+            .over([0.1, 0.3, 1.0].map(|share| bar_growth.clone().with("tau", list_of(vec![share * span]))).to_vec())
+            .refine(vec![Refined { name: "tau", least: 10.0, most: 10.0 * span, step: 0.1 * span, element: Some(0) }]),
+    );
+    for channel in channels(ground) {
+        let effect = bar_growth.clone().with("channel", ParameterValue::Word(channel));
+        list.push(Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
+    }
+    for bar in &setups.bars {
+        if let Some(length) = session.tests[bar.first_test].bar_length_mm {
+            let effect = number("bar-length", Place::Bar, "bar", length);
+            list.push(Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
+        }
+    }
+}
+
+/// Temperature columns that every recording has.
+pub fn channels(ground: &Ground) -> Vec<String> {
+    let tests = &ground.context.session().tests;
+    let names = |index: usize| -> Vec<String> {
+        let recording = tests.get(index).and_then(|test| test.recording.as_ref());
+        recording.map(|recording| recording.channels.iter().map(|(name, _)| name.clone()).collect()).unwrap_or_default()
+    };
+    let common = names(0);
+    common
+        .into_iter()
+        .filter(|name| name.starts_with("temp") && (0..tests.len()).all(|test| names(test).contains(name)))
+        .collect()
+}
+
+/// Growth over session time (fast and slow node) or with a temperature channel.
+fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
+    let span = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(60.0, f64::max);
+    let pair = |fast: f64, slow: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![fast, slow]));
+    let mut grid = vec![pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)];
+    grid.extend(channels(ground).into_iter().map(|channel| Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel))));
+    Family::new("thermal-growth", place, outlets, 100.0).over(grid).refine(vec![
+        Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.05 * span, element: Some(0) },
+        Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.2 * span, element: Some(1) },
+    ])
+}
+
+/// Free curve over the positions of an axis.
+fn unknown(place: Place, axis: usize, machine: &Machine, outlets: Vec<Outlet>, ends: (f64, f64), driver: &str) -> Family {
+    let kind = machine.axes[axis].kind;
+    let effect = Effect::new("unknown", place)
+        .with("driver", ParameterValue::Word(driver.into()))
+        .with("from", ParameterValue::Number(kind.to_file_unit(ends.0)))
+        .with("to", ParameterValue::Number(kind.to_file_unit(ends.1)))
+        .with("count", ParameterValue::Number(14.0));
+    Family::new("unknown", place, outlets, 60.0).over(vec![effect])
+}
+
+fn number(kind: &str, place: Place, name: &str, value: f64) -> Effect {
+    Effect::new(kind, place).with(name, ParameterValue::Number(value))
+}
+
+/// Lost motion: all at once, half or all by wind-up.
+fn windups(kind: &str, place: Place, take_up: f64) -> Vec<Effect> {
+    let base = |share: f64| {
+        number(kind, place, "take_up", take_up).with("windup_share", ParameterValue::Number(share)).with("gap", ParameterValue::Number(0.0))
+    };
+    vec![base(0.0), base(0.5), base(1.0)]
+}
+
+fn windup_refined(longest: f64) -> Vec<Refined> {
+    vec![
+        Refined { name: "windup_share", least: 0.0, most: 1.0, step: 0.25, element: None },
+        Refined { name: "take_up", least: 1e-3 * longest, most: longest, step: 0.1 * longest, element: None },
+    ]
+}
+
+fn spikes(place: Place) -> Vec<Effect> {
+    let by_travel = [0.02, 0.1, 0.5, 2.0].map(|d| number("reversal-spike", place, "travel", d));
+    let ringing = [1.0, 3.0, 8.0].map(|hz| number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5)));
+    by_travel.into_iter().chain(ringing).collect()
+}
+
+fn refined(name: &'static str, least: f64, most: f64, relative_step: f64) -> Refined {
+    Refined { name, least, most, step: relative_step, element: None }
+}
+
+/// Median distance of neighbouring positions of an axis in motion.
+fn finest_step(ground: &Ground, axis: usize) -> f64 {
+    let mut steps: Vec<f64> = (0..ground.tests())
+        .filter(|&test| ground.context.motion(test).moving.contains(&axis))
+        .flat_map(|test| {
+            let positions: Vec<f64> = ground.context.motion(test).axis(axis).collect();
+            positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect::<Vec<_>>()
+        })
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// The load on the joint changes its direction to gravity in the session.
+fn turns_against_gravity(ground: &Ground, axis: usize) -> bool {
+    let chain = ground.context.chain();
+    let geometry = Geometry::nominal(chain);
+    let link = chain.carried_by(axis);
+    let gravity = ground.context.machine().gravity;
+    let mut first = None;
+    (0..ground.tests()).any(|test| {
+        let motion = ground.context.motion(test);
+        [0, motion.rows() / 2, motion.rows().saturating_sub(1)].iter().filter(|&&row| row < motion.rows()).any(|&row| {
+            let seen = geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
+            (seen - *first.get_or_insert(seen)).norm() > 0.02
+        })
+    })
+}
