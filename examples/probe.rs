@@ -13,10 +13,15 @@ fn main() {
         let values: Vec<f64> = fit.estimates.iter().map(|e| e.value).collect();
         let context = effects::Context::of(&session, &chain).unwrap();
         let kept: Vec<Vec<bool>> = fit.tests.iter().map(|t| t.kept.clone()).collect();
-        let ground = diagnose::Ground::new(&context, &problem, &values, kept.clone(), &[]);
+        let mut ground = diagnose::Ground::new(&context, &problem, &values, kept.clone());
         let families = diagnose::families(&ground);
+        ground.prepare(families.iter().flat_map(|f| &f.outlets));
+        let (thin_session, groups) = diagnose::thin(&session, &kept);
+        let thin_context = effects::Context::of(&thin_session, &chain).unwrap();
+        let mut coarse = ground.thinned(&thin_context, &groups);
+        coarse.prepare(families.iter().flat_map(|f| &f.outlets));
         let t2 = t0.elapsed();
-        let search = diagnose::search(&ground, &families, &kept);
+        let search = diagnose::search(&diagnose::Grounds { fine: &ground, coarse: &coarse }, &families);
         println!("{file}: fit {t1:?} ground {:?} total {:?}, {} families {} cells, floor {:?} after {:?}", t2 - t1, t0.elapsed(), families.len(), families.iter().map(|f| f.grid.len()).sum::<usize>(), search.floor[0], search.noise_after[0]);
         for found in &search.found {
             let c = &found.chosen;

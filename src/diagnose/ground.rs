@@ -31,7 +31,6 @@ impl<'a> Ground<'a> {
         problem: &'a Problem<'a>,
         values: &[f64],
         kept: Vec<Vec<bool>>,
-        outlets: &[Outlet],
     ) -> Ground<'a> {
         let geometry = problem.geometry(values);
         let mut residual_mm = Vec::new();
@@ -53,12 +52,57 @@ impl<'a> Ground<'a> {
             nuisance.push(columns);
             sensitivities.push(all);
         }
-        let mut ground = Ground { context, problem, residual_mm, kept, nuisance, sensitivities, gains: HashMap::new() };
-        for outlet in outlets {
-            let gains = ground.gain_of(outlet);
-            ground.gains.insert(*outlet, gains);
+        Ground { context, problem, residual_mm, kept, nuisance, sensitivities, gains: HashMap::new() }
+    }
+
+    /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
+    ///
+    /// `context` belongs to the thinned session; `groups` are its rows as ranges of the rows here.
+    pub fn thinned(&self, context: &'a Context<'a>, groups: &[Vec<std::ops::Range<usize>>]) -> Ground<'a> {
+        let mut thin = Ground {
+            context,
+            problem: self.problem,
+            residual_mm: Vec::new(),
+            kept: Vec::new(),
+            nuisance: Vec::new(),
+            sensitivities: Vec::new(),
+            gains: HashMap::new(),
+        };
+        for (test, groups) in groups.iter().enumerate() {
+            let kept = &self.kept[test];
+            let rows = |group: &std::ops::Range<usize>| -> Vec<usize> {
+                let present: Vec<usize> = group.clone().filter(|&row| kept[row]).collect();
+                if present.is_empty() { group.clone().collect() } else { present }
+            };
+            let columns = self.problem.unknowns.len();
+            let mut nuisance = DMatrix::zeros(groups.len(), columns);
+            let mut residual = Vec::with_capacity(groups.len());
+            for (index, group) in groups.iter().enumerate() {
+                let rows = rows(group);
+                let share = 1.0 / rows.len() as f64;
+                residual.push(rows.iter().map(|&row| self.residual_mm[test][row]).sum::<f64>() * share);
+                for k in 0..columns {
+                    nuisance[(index, k)] = rows.iter().map(|&row| self.nuisance[test][(row, k)]).sum::<f64>() * share;
+                }
+            }
+            // a group with fewer than half of its readings would be noisier than the others
+            thin.kept.push(groups.iter().map(|group| 2 * group.clone().filter(|&row| kept[row]).count() >= group.len()).collect());
+            thin.residual_mm.push(residual);
+            thin.nuisance.push(nuisance);
+            let middle = |group: &std::ops::Range<usize>| self.sensitivities[test][(group.start + group.end - 1) / 2].clone();
+            thin.sensitivities.push(groups.iter().map(middle).collect());
         }
-        ground
+        thin
+    }
+
+    /// Works out the gains of these outlets once, so that columns need not.
+    pub fn prepare<'o>(&mut self, outlets: impl Iterator<Item = &'o Outlet>) {
+        for outlet in outlets {
+            if !self.gains.contains_key(outlet) {
+                let gains = self.gain_of(outlet);
+                self.gains.insert(*outlet, gains);
+            }
+        }
     }
 
     /// Number of tests.
@@ -102,8 +146,9 @@ impl<'a> Ground<'a> {
         let by_test = gains
             .iter()
             .zip(profile)
-            .map(|(gain, profile)| {
-                if gain.is_empty() {
+            .enumerate()
+            .map(|(test, (gain, profile))| {
+                if gain.is_empty() || term.test.is_some_and(|only| only != test) {
                     return Vec::new();
                 }
                 let column: Vec<f64> = gain.iter().zip(profile).map(|(gain, value)| gain * value * unit).collect();
@@ -132,6 +177,8 @@ pub struct Term {
     /// Index of the function.
     pub function: usize,
     pub measure: Measure,
+    /// The one test in which it acts; `None`: all.
+    pub test: Option<usize>,
 }
 
 /// Change of the readings per display unit of a term, mm, by test; empty where it has none.

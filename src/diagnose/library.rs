@@ -19,6 +19,10 @@ pub struct Family {
     pub refined: Vec<Refined>,
     /// Size beyond which the effect would not be called plausible in its first outlet, display units.
     pub plausible: f64,
+    /// Every test has amplitudes of its own: the phase of a free-running source is not kept from test to test.
+    pub by_test: bool,
+    /// It changes from row to row: it is judged on all rows, the others on averaged ones.
+    pub fast: bool,
 }
 
 /// A shape parameter to refine.
@@ -33,12 +37,34 @@ pub struct Refined {
 }
 
 impl Family {
+    /// Rank among names for the same signature: lower is the customary one (gauge squareness, growth at the spindle's slide).
+    pub fn customary_rank(&self, ground: &Ground) -> usize {
+        let machine = ground.context.machine();
+        match (self.kind, self.outlets.first()) {
+            ("squareness", Some(Outlet::Location { axis, component })) => {
+                let gauge = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
+                let along = machine.axes[*axis].coordinate_direction();
+                usize::from(!gauge.iter().any(|(c, k)| c == component && along == Some(*k)))
+            }
+            ("thermal-growth", _) => match self.place.axis() {
+                Some(axis) if last_before_spindle(ground, axis) => self.outlets.len(),
+                _ => 10,
+            },
+            _ => 0,
+        }
+    }
+
     fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
-        Family { kind, place, outlets, grid: vec![Effect::new(kind, place)], refined: Vec::new(), plausible }
+        Family { kind, place, outlets, grid: vec![Effect::new(kind, place)], refined: Vec::new(), plausible, by_test: false, fast: false }
     }
 
     fn over(mut self, grid: Vec<Effect>) -> Family {
         self.grid = grid;
+        self
+    }
+
+    fn fast(mut self) -> Family {
+        self.fast = true;
         self
     }
 
@@ -59,9 +85,19 @@ pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term
                 outlet: *outlet,
                 function,
                 measure: (kind.measure)(machine, outlet, name),
+                test: None,
             })
         })
         .collect()
+}
+
+/// Terms of a family's effect in a session of so many tests.
+pub fn family_terms(machine: &Machine, family: &Family, effect: &Effect, tests: usize) -> Vec<Term> {
+    let plain = terms(machine, effect, &family.outlets);
+    if !family.by_test {
+        return plain;
+    }
+    (0..tests).flat_map(|test| plain.iter().map(move |term| Term { test: Some(test), ..*term })).collect()
 }
 
 /// All families for a session.
@@ -145,7 +181,8 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         list.push(
             Family::new("reversal-spike", place, vec![own], 60.0)
                 .over([0.3f64, 1.0, 3.0].map(|d| number("reversal-spike", place, "travel", d.to_radians())).to_vec())
-                .refine(vec![refined("travel", 0.01f64.to_radians(), 20f64.to_radians(), 0.5)]),
+                .refine(vec![refined("travel", 0.01f64.to_radians(), 20f64.to_radians(), 0.5)])
+                .fast(),
         );
         let arc = to - from;
         let lowest = if arc > 1.8 * PI { 1.0 } else { (2.0 * PI / arc).max(1.0) };
@@ -166,7 +203,8 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         list.push(
             Family::new("cyclic-error", place, vec![own], 30.0)
                 .over(grid)
-                .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }]),
+                .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }])
+                .fast(),
         );
         list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0));
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), vec![own]] {
@@ -179,7 +217,11 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         let components = [d.across[0], d.across[1], d.tilts[0], d.tilts[1]];
         let mut outlets = motion(axis, &components);
         outlets.push(own);
-        list.push(Family::new("gravity-sag", place, outlets, 60.0));
+        list.push(
+            Family::new("gravity-sag", place, outlets, 60.0)
+                .over(vec![number("gravity-sag", place, "exponent", 1.0)])
+                .refine(vec![Refined { name: "exponent", least: 0.5, most: 1.5, step: 0.1, element: None }]),
+        );
     }
     for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
         list.push(growth(ground, place, outlets));
@@ -208,7 +250,12 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         list.push(
             Family::new("reversal-spike", place, vec![own], 30.0)
                 .over(spikes(place))
-                .refine(vec![refined("travel", 1e-3, 20.0, 0.7)]),
+                .refine(vec![
+                    refined("travel", 1e-3, 20.0, 0.7),
+                    refined("servo_hz", 0.2, 60.0, 0.4),
+                    Refined { name: "damping", least: 0.05, most: 3.0, step: 0.15, element: None },
+                ])
+                .fast(),
         );
         list.push(Family::new("linear-scale", place, vec![own], 300.0));
         list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0));
@@ -227,7 +274,7 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 most: to - from,
                 step: 0.02,
                 element: Some(0),
-            }]));
+            }]).fast());
         }
         for outlets in all_across.iter().map(|c| motion(axis, &[*c])).chain([vec![own]]) {
             for driver in ["position", "direction"] {
@@ -297,17 +344,18 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
             let shares: &[f64] = if first { &[0.2, 0.4, 0.6, 0.8] } else { &[-1e-6, 0.2, 0.4, 0.6, 0.8] };
             first = false;
             let ball = if place == Place::Pivot { &session.tests[test].pivot } else { &session.tests[test].spindle_ball };
-            for share in shares {
+            let shares = shares.iter().map(|share| from + share * (to - from));
+            for time in shares.chain(jumps(ground, test)) {
                 grid.push(
-                    number(kind, place, "time", from + share * (to - from))
+                    number(kind, place, "time", time)
                         .with("link", ParameterValue::Word(ball.link.clone()))
                         .with("at", list_of(vec![ball.at.x, ball.at.y, ball.at.z])),
                 );
             }
         }
         if !grid.is_empty() {
-            list.push(Family::new(kind, place, outlets, 60.0).over(grid).refine(vec![
-                Refined { name: "time", least: 0.0, most: latest, step: 8.0, element: None },
+            list.push(Family::new(kind, place, outlets, 60.0).over(grid).fast().refine(vec![
+                Refined { name: "time", least: 0.0, most: latest, step: 3.0, element: None },
                 Refined { name: "creep_share", least: 0.0, most: 1.0, step: 0.3, element: None },
                 Refined { name: "creep_time", least: 0.5, most: 2000.0, step: 10.0, element: None },
             ]));
@@ -319,6 +367,7 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
     for setup in 0..setups.spindle_balls.len() {
         slip("ball-slip", Place::SpindleBall, &setups.spindle_ball_of, setup, (0..3).map(Outlet::SpindleBall).collect(), list);
     }
+    vibrations(ground, list);
     let span = latest.max(60.0);
     let bar_growth = Effect::new("bar-length", Place::Bar).with("constant", ParameterValue::Word("no".into()));
     list.push(
@@ -336,6 +385,128 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
             list.push(Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
         }
     }
+}
+
+/// Frequencies at which the traces together have the most power, tried as vibration of ball and joints.
+fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let lines = spectral_lines(ground);
+    if lines.is_empty() {
+        return;
+    }
+    let mut places: Vec<(Place, Outlet)> = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k))).collect();
+    for axis in 0..machine.axes.len() {
+        if machine.axes[axis].kind == AxisKind::Rotary {
+            places.push((Place::Axis(axis), Outlet::own(machine, axis)));
+        }
+    }
+    for (place, outlet) in places {
+        let clocked = |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
+        let mut family = Family::new("vibration", place, vec![outlet], 10.0).over(lines.iter().map(clocked).collect()).fast();
+        family.by_test = true;
+        list.push(family.refine(vec![Refined { name: "frequency", least: 0.02, most: 1e3, step: 0.004, element: None }]));
+    }
+}
+
+/// Frequencies searched per trace at most.
+const MOST_LINES: usize = 1200;
+/// Peaks of the pooled spectrum that are tried.
+const PEAKS: usize = 4;
+
+/// Peaks of the power spectrum in time, summed over all traces, Hz; the trend of neighbouring rows is taken off first.
+fn spectral_lines(ground: &Ground) -> Vec<f64> {
+    let traces: Vec<(Vec<f64>, Vec<f64>)> = (0..ground.tests()).filter_map(|test| timed_trace(ground, test)).collect();
+    let longest = traces.iter().map(|(time, _)| time[time.len() - 1] - time[0]).fold(0.0, f64::max);
+    let finest = traces.iter().map(|(time, _)| (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64).fold(f64::MAX, f64::min);
+    if traces.is_empty() || longest <= 0.0 {
+        return Vec::new();
+    }
+    let lowest = 12.0 / longest;
+    let highest = 0.48 / finest;
+    let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_LINES);
+    let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
+    let power: Vec<f64> = (0..count).map(|k| traces.iter().map(|trace| trace_power(trace, frequency(k))).sum()).collect();
+    let mut order: Vec<usize> = (0..count).collect();
+    // judged against the neighbourhood, since the noise is louder at low frequencies
+    let prominence = |k: usize| {
+        let near = &power[k.saturating_sub(15)..(k + 16).min(count)];
+        let mut sorted = near.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        power[k] / sorted[sorted.len() / 2].max(f64::MIN_POSITIVE)
+    };
+    order.sort_by(|&a, &b| prominence(b).total_cmp(&prominence(a)));
+    let mut chosen: Vec<usize> = Vec::new();
+    for k in order {
+        if chosen.len() < PEAKS && chosen.iter().all(|&other| other.abs_diff(k) > 3) {
+            chosen.push(k);
+        }
+    }
+    chosen.into_iter().map(frequency).collect()
+}
+
+/// Times and trend-free residuals of a trace; `None` for static poses and very short traces.
+fn timed_trace(ground: &Ground, test: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+    let time = ground.context.motion(test).time_s.as_ref()?;
+    let residual = &ground.residual_mm[test];
+    let rows: Vec<usize> = (0..residual.len()).filter(|&row| ground.kept[test][row]).collect();
+    if rows.len() < 60 {
+        return None;
+    }
+    let second = |pair: &[usize]| residual[pair[1]] - 0.5 * (residual[pair[0]] + residual[pair[2]]);
+    let times = rows.windows(3).map(|rows| time[rows[1]]).collect();
+    Some((times, rows.windows(3).map(second).collect()))
+}
+
+/// Power of a trace at a frequency, in units of its variance.
+fn trace_power((time, value): &(Vec<f64>, Vec<f64>), frequency: f64) -> f64 {
+    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    if frequency > 0.5 / step {
+        return 1.0;
+    }
+    let (mut re, mut im, mut sum) = (0.0, 0.0, 0.0);
+    // rows are near enough to even spacing for a rotation that is renewed now and then
+    for (chunk_time, chunk) in time.chunks(64).zip(value.chunks(64)) {
+        let (mut s, mut c) = (std::f64::consts::TAU * frequency * chunk_time[0]).sin_cos();
+        let (ds, dc) = (std::f64::consts::TAU * frequency * step).sin_cos();
+        for v in chunk {
+            re += v * c;
+            im += v * s;
+            sum += v * v;
+            (s, c) = (s * dc + c * ds, c * dc - s * ds);
+        }
+    }
+    (re * re + im * im) / sum.max(f64::MIN_POSITIVE)
+}
+
+/// Rows compared on each side of a possible jump.
+const BESIDE: usize = 6;
+
+/// Session times of the two largest jumps of a test's residual.
+fn jumps(ground: &Ground, test: usize) -> Vec<f64> {
+    let residual = &ground.residual_mm[test];
+    let mean = |rows: std::ops::Range<usize>| -> f64 {
+        let (sum, count) = rows
+            .filter(|&row| ground.kept[test][row])
+            .fold((0.0, 0usize), |(sum, count), row| (sum + residual[row], count + 1));
+        if count == 0 { f64::NAN } else { sum / count as f64 }
+    };
+    let mut steps: Vec<(usize, f64)> = (BESIDE..residual.len().saturating_sub(BESIDE))
+        .map(|row| (row, (mean(row..row + BESIDE) - mean(row - BESIDE..row)).abs()))
+        .filter(|(_, step)| step.is_finite())
+        .collect();
+    steps.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut chosen: Vec<usize> = Vec::new();
+    for (row, _) in steps {
+        if chosen.len() == 2 {
+            break;
+        }
+        if chosen.iter().all(|&other| other.abs_diff(row) > 3 * BESIDE) {
+            chosen.push(row);
+        }
+    }
+    // between the last row before the jump and the first behind it
+    let time = |row: usize| 0.5 * (ground.context.session_time_s(test, row - 1) + ground.context.session_time_s(test, row));
+    chosen.into_iter().map(time).collect()
 }
 
 /// Temperature columns that every recording has.

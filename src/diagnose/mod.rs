@@ -5,8 +5,10 @@ mod ground;
 mod library;
 mod search;
 mod stage;
+mod thin;
 
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
-pub use search::{Candidate, Found, Search, search};
+pub use search::{Candidate, Found, Grounds, Search, search};
 pub use stage::{Judgement, Stage};
+pub use thin::thin;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::floor::{likely_noise, noise_floor};
 use super::ground::{Column, Ground, Term};
-use super::library::{Family, Refined, terms};
+use super::library::{Family, Refined, family_terms};
 use super::stage::{Judgement, Stage};
 use crate::identify::{NoiseModel, misfit};
 use crate::machine::{Effect, ParameterValue};
@@ -29,6 +29,8 @@ pub struct Found {
     pub rivals: Vec<(Candidate, f64)>,
     /// Gain in log likelihood with the noise fitted before and after, less the cost of shapes and amplitudes.
     pub log_odds: f64,
+    /// The gain alone.
+    pub gain: f64,
 }
 
 /// Result of a search.
@@ -39,75 +41,148 @@ pub struct Search {
     pub found: Vec<Found>,
     /// Residuals with what was found in the fit, mm.
     pub residual_mm: Vec<Vec<f64>>,
+    /// Log odds of the best candidate that was not accepted.
+    pub best_left: f64,
+}
+
+/// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
+pub struct Grounds<'g, 'a> {
+    pub fine: &'g Ground<'a>,
+    pub coarse: &'g Ground<'a>,
 }
 
 /// Most effects of one session.
-const MOST_EFFECTS: usize = 4;
+const MOST_EFFECTS: usize = 6;
 /// Log odds above which an effect is accepted.
 const ACCEPT: f64 = 14.0;
 /// Families refined at each stage.
-const REFINED: usize = 14;
+const REFINED: usize = 12;
 /// A further effect explains at least this share of what the first explained.
 const LEAST_SHARE: f64 = 0.01;
+/// A free curve is preferred to a form of the catalogue only when it explains so much more.
+const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
-pub fn search(ground: &Ground, families: &[Family], kept: &[Vec<bool>]) -> Search {
-    let mut columns: Vec<Column> = Vec::new();
+pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
+    let fine = grounds.fine;
+    let fine_floor = noise_floor(fine, &fine.residual_mm);
+    let coarse_floor = noise_floor(grounds.coarse, &grounds.coarse.residual_mm);
+    let mut columns: [Vec<Column>; 2] = [Vec::new(), Vec::new()];
     let mut found: Vec<Found> = Vec::new();
-    let floor = noise_floor(ground, &ground.residual_mm);
-    let mut residual_mm = Stage::new(ground, &floor, &columns, kept).residual_mm(&columns);
-    let noise_before = likely_noise(ground, &residual_mm, &floor);
+    let mut residual_mm = Stage::new(fine, &fine_floor, &columns[0], &fine.kept).residual_mm(&columns[0]);
+    let noise_before = likely_noise(fine, &residual_mm, &fine_floor);
     let mut noise = noise_before.clone();
     let mut first_gain = None;
+    let mut best_left = f64::NEG_INFINITY;
     while found.len() < MOST_EFFECTS {
-        let screening = sharper(&floor, &noise);
-        let stage = Stage::new(ground, &screening, &columns, kept);
-        let mut candidates = screen(&stage, families);
-        candidates.truncate(REFINED);
-        let mut candidates = refine_all(&stage, families, candidates);
+        let fine_noise = sharper(&fine_floor, &noise);
+        let stages = [
+            Stage::new(fine, &fine_noise, &columns[0], &fine.kept),
+            Stage::new(grounds.coarse, &coarse_floor, &columns[1], &grounds.coarse.kept),
+        ];
+        let mut candidates = screen(&stages, families);
+        keep_diverse(&mut candidates, families);
+        let candidates = refine_all(&stages, families, candidates);
         let Some(best) = candidates.first() else { break };
         // the noise that the best candidate leaves is the one to compare under
-        let with_best = joined(&columns, best);
-        let left = Stage::new(ground, &screening, &with_best, kept).residual_mm(&with_best);
-        let noise_left = likely_noise(ground, &left, &screening);
-        let stage = Stage::new(ground, &noise_left, &columns, kept);
-        candidates.par_iter_mut().for_each(|candidate| {
-            let cost = candidate.judgement.log_evidence - candidate.log_odds;
-            candidate.judgement = stage.judge(&candidate.columns);
-            candidate.log_odds = candidate.judgement.log_evidence - cost;
-        });
-        candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-        let chosen = candidates.remove(0);
-        let with_chosen = joined(&columns, &chosen);
-        let after = Stage::new(ground, &noise_left, &with_chosen, kept);
+        let with_best = joined(&columns[0], &best.columns);
+        let left = Stage::new(fine, &fine_noise, &with_best, &fine.kept).residual_mm(&with_best);
+        let noise_left = likely_noise(fine, &left, &fine_noise);
+        let stage = Stage::new(fine, &noise_left, &columns[0], &fine.kept);
+        let candidates = compare(&stage, candidates);
+        let index = choose(&candidates, families, fine);
+        let chosen = candidates[index].clone();
+        let with_chosen = joined(&columns[0], &chosen.columns);
+        let after = Stage::new(fine, &noise_left, &with_chosen, &fine.kept);
         let left = after.residual_mm(&with_chosen);
-        let noise_chosen = likely_noise(ground, &left, &noise_left);
-        let before_cost = pooled_misfit(ground, &noise, &residual_mm, kept);
-        let after_cost = pooled_misfit(ground, &noise_chosen, &left, kept);
-        let occam = 0.5 * chosen.judgement.chi2 - chosen.log_odds;
-        let gain = 0.5 * (before_cost - after_cost);
-        let log_odds = gain - occam;
-        if std::env::var_os("FIVEAXIS_TRACE").is_some() {
-            eprintln!("stage {}: gain {gain:.1} occam {occam:.1} log odds {log_odds:.1}; noise {:?}", found.len(), noise_chosen[0]);
-            for candidate in std::iter::once(&chosen).chain(&candidates).take(8) {
-                eprintln!("   {:8.1} chi2 {:8.1} {} {} {:?} {:?}", candidate.log_odds, candidate.judgement.chi2, candidate.effect.kind,
-                    candidate.effect.place.name(ground.context.machine()),
-                    families[candidate.family].outlets.iter().map(|o| o.name(ground.context.machine())).collect::<Vec<_>>(), candidate.effect.parameters);
-            }
-        }
+        let noise_chosen = likely_noise(fine, &left, &noise_left);
+        let gain = 0.5 * (pooled_misfit(fine, &noise, &residual_mm) - pooled_misfit(fine, &noise_chosen, &left));
+        let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
+        trace(fine, families, found.len(), &candidates, index, (gain, log_odds), &noise_chosen);
         let share = first_gain.map_or(1.0, |first: f64| gain / first);
         if !(log_odds > ACCEPT && share > LEAST_SHARE) {
+            best_left = log_odds;
             break;
         }
         first_gain.get_or_insert(gain);
-        let lead = chosen.log_odds;
-        let rivals = candidates.into_iter().map(|rival| (rival.log_odds - lead, rival)).map(|(odds, rival)| (rival, odds)).collect();
-        columns = with_chosen;
+        let lead = candidates[index].log_odds;
+        let rivals = candidates.into_iter().enumerate().filter(|(k, _)| *k != index).map(|(_, rival)| {
+            let odds = rival.log_odds - lead;
+            (rival, odds)
+        });
+        let rivals = rivals.collect();
+        let coarse_columns = grounds.coarse.columns(&chosen.effect, &chosen.terms).unwrap_or_default();
+        columns = [with_chosen, joined(&columns[1], &coarse_columns)];
         residual_mm = left;
         noise = noise_chosen;
-        found.push(Found { chosen, rivals, log_odds });
+        found.push(Found { chosen, rivals, log_odds, gain });
     }
-    Search { floor, noise_before, noise_after: noise, found, residual_mm }
+    Search { floor: fine_floor, noise_before, noise_after: noise, found, residual_mm, best_left }
+}
+
+/// Prints the standing of the best candidates when the variable FIVEAXIS_TRACE is set: for work on the search itself.
+fn trace(ground: &Ground, families: &[Family], stage: usize, candidates: &[Candidate], index: usize, (gain, log_odds): (f64, f64), noise: &[NoiseModel]) {
+    if std::env::var_os("FIVEAXIS_TRACE").is_none() {
+        return;
+    }
+    let machine = ground.context.machine();
+    eprintln!("stage {stage}: gain {gain:.1} log odds {log_odds:.1} chosen {index}; noise {:?}", noise.first());
+    for candidate in candidates.iter().take(8) {
+        let outlets: Vec<String> = families[candidate.family].outlets.iter().map(|outlet| outlet.name(machine)).collect();
+        let effect = &candidate.effect;
+        eprintln!(
+            "   {:9.1} chi2 {:9.1} {} {} {} {:?}",
+            candidate.log_odds,
+            candidate.judgement.chi2,
+            effect.kind,
+            effect.place.name(machine),
+            outlets.join(" "),
+            effect.parameters
+        );
+    }
+}
+
+/// Keeps the best candidates, but not only free curves: as many named ones are refined as free ones.
+fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
+    let mut named = 0;
+    let mut free = 0;
+    candidates.retain(|candidate| {
+        let count = if families[candidate.family].kind == "unknown" { &mut free } else { &mut named };
+        *count += 1;
+        *count <= if families[candidate.family].kind == "unknown" { 3 } else { REFINED }
+    });
+}
+
+/// Judges refined candidates under one noise, on all rows.
+fn compare(stage: &Stage, mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+    candidates.par_iter_mut().for_each(|candidate| {
+        let cost = candidate.judgement.log_evidence - candidate.log_odds;
+        candidate.judgement = stage.judge(&candidate.columns);
+        candidate.log_odds = candidate.judgement.log_evidence - cost;
+    });
+    candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    candidates
+}
+
+/// Log odds within which candidates count as equal, so that the customary name decides.
+const TIE: f64 = 3.0;
+
+/// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
+fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
+    let is_free = |candidate: &Candidate| families[candidate.family].kind == "unknown";
+    let best_named = candidates.iter().position(|candidate| !is_free(candidate));
+    let best = match best_named {
+        Some(named) if is_free(&candidates[0]) => {
+            let far_more = candidates[0].judgement.chi2 > FREE_CURVE_MARGIN * candidates[named].judgement.chi2 + 30.0;
+            if far_more { 0 } else { named }
+        }
+        _ => 0,
+    };
+    let near = |candidate: &Candidate| candidates[best].log_odds - candidate.log_odds < TIE && !is_free(candidate);
+    (0..candidates.len())
+        .filter(|&k| k == best || near(&candidates[k]))
+        .min_by_key(|&k| (families[candidates[k].family].customary_rank(ground), k != best))
+        .unwrap_or(best)
 }
 
 /// The smaller of floor and present noise: missing physics must not make the screening blind.
@@ -115,28 +190,35 @@ fn sharper(floor: &[NoiseModel], noise: &[NoiseModel]) -> Vec<NoiseModel> {
     floor.iter().zip(noise).map(|(floor, noise)| if noise.rms_mm() < floor.rms_mm() { *noise } else { *floor }).collect()
 }
 
-fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>], kept: &[Vec<bool>]) -> f64 {
+fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
     (0..ground.tests())
         .map(|test| {
-            let masked: Vec<f64> = residual_mm[test].iter().zip(&kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
+            let kept = &ground.kept[test];
+            let masked: Vec<f64> = residual_mm[test].iter().zip(kept).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
             misfit(&noise[test], &[masked])
         })
         .sum()
 }
 
-fn joined(columns: &[Column], candidate: &Candidate) -> Vec<Column> {
-    columns.iter().chain(&candidate.columns).cloned().collect()
+fn joined(columns: &[Column], more: &[Column]) -> Vec<Column> {
+    columns.iter().chain(more).cloned().collect()
+}
+
+/// The stage at which a family is judged: all rows for fast ones.
+fn stage_of<'s, 'g, 'a>(stages: &'s [Stage<'g, 'a>; 2], family: &Family) -> &'s Stage<'g, 'a> {
+    &stages[usize::from(!family.fast)]
 }
 
 /// The best cell of every family, best first.
-fn screen(stage: &Stage, families: &[Family]) -> Vec<Candidate> {
-    let machine = stage.ground.context.machine();
+fn screen(stages: &[Stage; 2], families: &[Family]) -> Vec<Candidate> {
+    let machine = stages[0].ground.context.machine();
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
         .filter_map(|(index, family)| {
+            let stage = stage_of(stages, family);
             let cells = family.grid.iter().filter_map(|effect| {
-                let terms = terms(machine, effect, &family.outlets);
+                let terms = family_terms(machine, family, effect, stage.ground.tests());
                 let columns = stage.ground.columns(effect, &terms).ok()?;
                 let judgement = stage.judge(&columns);
                 Some(Candidate { family: index, effect: effect.clone(), terms, columns, log_odds: judgement.log_evidence, judgement })
@@ -151,9 +233,19 @@ fn screen(stage: &Stage, families: &[Family]) -> Vec<Candidate> {
     list
 }
 
-fn refine_all(stage: &Stage, families: &[Family], candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let mut list: Vec<Candidate> =
-        candidates.into_par_iter().map(|candidate| refine(stage, &families[candidate.family], candidate)).collect();
+/// Refined shapes; their columns are those of all rows.
+fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Candidate>) -> Vec<Candidate> {
+    let mut list: Vec<Candidate> = candidates
+        .into_par_iter()
+        .map(|candidate| {
+            let family = &families[candidate.family];
+            let mut refined = refine(stage_of(stages, family), family, candidate);
+            if let Ok(columns) = stages[0].ground.columns(&refined.effect, &refined.terms) {
+                refined.columns = columns;
+            }
+            refined
+        })
+        .collect();
     list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     list
 }
@@ -181,7 +273,7 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
                 }
                 let mut effect = best.effect.clone();
                 set_parameter(&mut effect, refined, value);
-                let terms = terms(machine, &effect, &family.outlets);
+                let terms = family_terms(machine, family, &effect, stage.ground.tests());
                 let Ok(columns) = stage.ground.columns(&effect, &terms) else { continue };
                 let judgement = stage.judge(&columns);
                 let log_odds = judgement.log_evidence - cost;
@@ -205,7 +297,7 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
 
 /// Next value of a parameter: periods, orders and travels move by ratio, the others by difference.
 fn stepped(refined: &Refined, now: f64, step: f64) -> f64 {
-    let by_ratio = matches!(refined.name, "periods" | "travel");
+    let by_ratio = matches!(refined.name, "periods" | "travel" | "servo_hz" | "frequency");
     let next = if by_ratio { now * (1.0 + step.abs()).powf(step.signum()) } else { now + step };
     next.clamp(refined.least, refined.most)
 }
@@ -217,6 +309,7 @@ fn parameter(effect: &Effect, refined: &Refined) -> Option<f64> {
         (None, None) => match refined.name {
             "skew" | "creep_share" => Some(0.0),
             "creep_time" => Some(20.0),
+            "damping" => Some(0.7),
             _ => None,
         },
         _ => None,
