@@ -22,6 +22,8 @@ enum Verb {
     Identify(verbs::identify::Arguments),
     /// Least clearance over every sweep: fiveaxis clearance session.yaml
     Clearance(verbs::clearance::Arguments),
+    /// The physics that location errors leave unexplained: fiveaxis diagnose session.yaml
+    Diagnose(verbs::diagnose::Arguments),
     /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
     Simulate(verbs::simulate::Arguments),
 }
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),
+        Verb::Diagnose(arguments) => verbs::diagnose::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
     };
     match outcome {

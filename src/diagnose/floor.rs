@@ -51,7 +51,7 @@ pub fn likely_noise(ground: &Ground, residual_mm: &[Vec<f64>], start: &[NoiseMod
     }
     let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
     let from = (0..residual_mm.len()).find(|&test| ground.context.motion(test).time_s.is_some()).map(|test| start[test]);
-    let sweep = if sweeps.is_empty() { white } else { fit_noise(&sweeps, from) };
+    let sweep = if sweeps.is_empty() { white } else { fit_noise(&sweeps, &[], from) };
     (0..residual_mm.len()).map(|test| if ground.context.motion(test).time_s.is_some() { sweep } else { white }).collect()
 }
 

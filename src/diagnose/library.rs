@@ -21,6 +21,8 @@ pub struct Family {
     pub plausible: f64,
     /// Every test has amplitudes of its own: the phase of a free-running source is not kept from test to test.
     pub by_test: bool,
+    /// Names of the effect's functions that take part; empty: all.
+    pub functions: &'static [&'static str],
     /// It changes from row to row: it is judged on all rows, the others on averaged ones.
     pub fast: bool,
 }
@@ -55,7 +57,7 @@ impl Family {
     }
 
     fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
-        Family { kind, place, outlets, grid: vec![Effect::new(kind, place)], refined: Vec::new(), plausible, by_test: false, fast: false }
+        Family { kind, place, outlets, grid: vec![Effect::new(kind, place)], refined: Vec::new(), plausible, by_test: false, functions: &[], fast: false }
     }
 
     fn over(mut self, grid: Vec<Effect>) -> Family {
@@ -93,7 +95,11 @@ pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term
 
 /// Terms of a family's effect in a session of so many tests.
 pub fn family_terms(machine: &Machine, family: &Family, effect: &Effect, tests: usize) -> Vec<Term> {
-    let plain = terms(machine, effect, &family.outlets);
+    let mut plain = terms(machine, effect, &family.outlets);
+    if let (false, Some(kind)) = (family.functions.is_empty(), kind(&effect.kind)) {
+        let names = (kind.functions)(effect);
+        plain.retain(|term| family.functions.contains(&names[term.function].as_str()));
+    }
     if !family.by_test {
         return plain;
     }
@@ -217,11 +223,10 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         let components = [d.across[0], d.across[1], d.tilts[0], d.tilts[1]];
         let mut outlets = motion(axis, &components);
         outlets.push(own);
-        list.push(
-            Family::new("gravity-sag", place, outlets, 60.0)
-                .over(vec![number("gravity-sag", place, "exponent", 1.0)])
-                .refine(vec![Refined { name: "exponent", least: 0.5, most: 1.5, step: 0.1, element: None }]),
-        );
+        let whole = Family::new("gravity-sag", place, outlets, 60.0);
+        list.push(Family { functions: &["x", "y", "z"], ..whole.clone() });
+        // a body that bends in its own frame adds products of gravity's components
+        list.push(whole);
     }
     for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
         list.push(growth(ground, place, outlets));

@@ -1,14 +1,187 @@
 //! Finds the physics that a fit left out: where, what, how much, how sure. It simulates through the same effects as every other room.
+//!
+//! To first order every effect adds columns `∂L/∂outlet · function` to the linear model of a fit. The search whitens
+//! data and columns by the noise, projects out location errors, ball places and bars with their priors, and asks which
+//! few blocks of columns the evidence demands; what is accepted joins the model and the question is asked again.
 
+mod finding;
 mod floor;
 mod ground;
 mod library;
 mod search;
+mod size;
 mod stage;
 mod thin;
 
+pub use finding::{Cause, Finding, RangeFound, SizeFound};
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
 pub use search::{Candidate, Found, Grounds, Search, search};
 pub use stage::{Judgement, Stage};
 pub use thin::thin;
+
+use crate::chain::Chain;
+use crate::effects::{Context, EffectError};
+use crate::identify::{self, FitError, FreePrior, Options, Problem, Quantity, rms};
+use crate::machine::Effect;
+use crate::session::{MotionError, Session, Setups};
+use crate::units::Measure;
+
+/// How a session is explained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    Clean,
+    Explained,
+    PartlyExplained,
+    Unexplained,
+    DataFault,
+}
+
+impl Verdict {
+    /// Words of the JSON contract.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Clean => "clean",
+            Verdict::Explained => "explained",
+            Verdict::PartlyExplained => "partly explained",
+            Verdict::Unexplained => "unexplained",
+            Verdict::DataFault => "data fault",
+        }
+    }
+}
+
+/// Result of a diagnosis.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    pub verdict: Verdict,
+    pub findings: Vec<Finding>,
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+    pub noise_um: f64,
+    pub location_errors: Vec<Moved>,
+    pub tests: Vec<TestBeforeAfter>,
+}
+
+/// A location error before and after the effects were modelled, mm or rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moved {
+    pub name: String,
+    pub measure: Measure,
+    pub before: f64,
+    pub after: f64,
+    pub sigma: f64,
+    pub determined: bool,
+}
+
+/// Residuals of one test before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TestBeforeAfter {
+    pub name: String,
+    pub before_mm: Vec<f64>,
+    pub after_mm: Vec<f64>,
+    pub kept: Vec<bool>,
+}
+
+impl TestBeforeAfter {
+    /// Root mean square of kept rows, µm, before and after.
+    pub fn rms_um(&self) -> (f64, f64) {
+        let of = |values: &[f64]| 1e3 * rms(values.iter().zip(&self.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value));
+        (of(&self.before_mm), of(&self.after_mm))
+    }
+}
+
+/// Why a session cannot be diagnosed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DiagnoseError {
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+}
+
+/// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
+const WIDER_SETUPS: f64 = 2.5;
+/// Residual over noise floor up to which a session counts as explained.
+const EXPLAINED: f64 = 1.15;
+
+/// Diagnoses a session.
+pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, DiagnoseError> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let free = options.free.clone().unwrap_or_else(|| identify::default_free(&session.machine));
+    let prior = options.prior.unwrap_or_else(|| FreePrior::of(&session.machine));
+    let mut unknowns = identify::unknowns(session, &setups, &free, prior);
+    for unknown in unknowns.iter_mut().filter(|unknown| unknown.quantity.is_setup()) {
+        unknown.prior_sigma *= WIDER_SETUPS;
+    }
+    let problem = Problem::new(session, &chain, &setups, unknowns)?;
+    let fit = identify::fit(&problem)?;
+    let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
+    let kept: Vec<Vec<bool>> = fit.tests.iter().map(|test| test.kept.clone()).collect();
+    let context = Context::of(session, &chain)?;
+    let mut fine = Ground::new(&context, &problem, &values, kept.clone());
+    let families = families(&fine);
+    fine.prepare(families.iter().flat_map(|family| &family.outlets));
+    let (thinned, groups) = thin(session, &kept);
+    let thin_context = Context::of(&thinned, &chain)?;
+    let mut coarse = fine.thinned(&thin_context, &groups);
+    coarse.prepare(families.iter().flat_map(|family| &family.outlets));
+    let search = search(&Grounds { fine: &fine, coarse: &coarse }, &families);
+    let columns: Vec<Column> = search.found.iter().flat_map(|found| found.chosen.columns.iter().cloned()).collect();
+    let stage = Stage::new(&fine, &search.noise_after, &columns, &fine.kept);
+    let findings = finding::findings(&fine, &families, &search, &stage, &columns);
+    let after = stage.residual_mm(&columns);
+    let tests: Vec<TestBeforeAfter> = fit
+        .tests
+        .iter()
+        .zip(after)
+        .map(|(test, after)| TestBeforeAfter { name: test.name.clone(), before_mm: test.residual_mm.clone(), after_mm: after, kept: test.kept.clone() })
+        .collect();
+    let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
+        1e3 * rms(tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value)))
+    };
+    let rms_before_um = pooled(|test| &test.before_mm);
+    let rms_after_um = pooled(|test| &test.after_mm);
+    let noise_um = 1e3 * (search.floor.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / search.floor.len().max(1) as f64).sqrt();
+    let verdict = verdict(&findings, rms_after_um, noise_um);
+    let location_errors = moved(&problem, &fit, &stage);
+    Ok(Diagnosis { verdict, findings, rms_before_um, rms_after_um, noise_um, location_errors, tests })
+}
+
+fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: f64) -> Verdict {
+    if findings.is_empty() {
+        return Verdict::Clean;
+    }
+    if findings.iter().all(|finding| finding.cause.effect == "unknown") {
+        return Verdict::Unexplained;
+    }
+    if rms_after_um <= EXPLAINED * noise_um { Verdict::Explained } else { Verdict::PartlyExplained }
+}
+
+/// Location errors of the fit with and without the effects.
+fn moved(problem: &Problem, fit: &identify::Fit, stage: &Stage) -> Vec<Moved> {
+    let covariance = stage.covariance();
+    problem
+        .unknowns
+        .iter()
+        .enumerate()
+        .filter(|(_, unknown)| matches!(unknown.quantity, Quantity::Location { .. }))
+        .map(|(k, unknown)| Moved {
+            name: unknown.label.clone(),
+            measure: unknown.measure,
+            before: fit.estimates[k].value,
+            after: fit.estimates[k].value + stage.amplitudes[k] * unknown.prior_sigma,
+            sigma: covariance[(k, k)].sqrt() * unknown.prior_sigma,
+            determined: fit.estimates[k].determined,
+        })
+        .collect()
+}
+
+impl Diagnosis {
+    /// All effects found, as they go into a machine file.
+    pub fn effects(&self) -> Vec<Effect> {
+        self.findings.iter().flat_map(|finding| finding.effects.iter().cloned()).collect()
+    }
+}

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod circles;
 mod effect_yaml;
+pub mod diagnosis;
 pub mod fit;
 pub mod fit_text;
 mod number;

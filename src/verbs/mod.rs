@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod clearance;
+pub mod diagnose;
 pub mod identify;
 pub mod output;
 pub mod progress;

@@ -1,0 +1,345 @@
+//! Accepted candidates to findings: which belong together, what they are called, how large they are. No search, no text.
+
+use super::ground::{Column, Ground, Term, display};
+use super::library::Family;
+use super::search::{Candidate, Found, Search};
+use super::stage::Stage;
+use crate::effects::{Driver, kind};
+use crate::machine::{Component, Effect, ErrorName, Machine, Outlet, Place, Size};
+use crate::units::Measure;
+
+/// A cause that was found, or a rival of one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cause {
+    /// Name in the catalogue.
+    pub effect: String,
+    pub driver: Driver,
+    pub place: String,
+    /// ISO names of the motions, largest first.
+    pub components: Vec<String>,
+}
+
+/// One finding.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    pub cause: Cause,
+    /// Effects as they go into a machine file, with sizes.
+    pub effects: Vec<Effect>,
+    pub size: SizeFound,
+    /// Tests in which it shows, most visible first.
+    pub tests: Vec<String>,
+    pub range: Option<RangeFound>,
+    pub probability: f64,
+    pub rivals: Vec<(Cause, f64)>,
+    /// Log likelihood that it explains.
+    pub gain: f64,
+    /// Acts once: it cannot be shown to repeat.
+    pub single: bool,
+    /// Indices of the accepted columns that belong to it.
+    pub columns: Vec<usize>,
+    /// Root mean square of what it adds to the readings of the tests in which it shows, µm.
+    pub rms_um: f64,
+}
+
+/// Size in display units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SizeFound {
+    pub value: f64,
+    pub sigma: f64,
+    pub unit: &'static str,
+    pub meaning: String,
+}
+
+/// Where along its driver it acts, in file units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RangeFound {
+    /// Axis name, or `time_s`.
+    pub axis: String,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// Log odds per log likelihood explained by which a rival's lag is softened: forms of the catalogue are never exact.
+const SOFTENING: f64 = 0.02;
+/// Rivals less probable than this are not named.
+const LEAST_PROBABILITY: f64 = 0.02;
+/// Rivals named at most.
+const MOST_RIVALS: usize = 4;
+/// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
+const REST_OF_FORM: f64 = 0.6;
+/// Free curves at a place that explain this share beside a named form show that the form is not the right one.
+const FORM_UNKNOWN: f64 = 0.25;
+
+/// Drivers that look alike where one place is concerned.
+fn driver_class(driver: Driver) -> u8 {
+    match driver {
+        Driver::Position | Driver::Gravity => 0,
+        Driver::Direction => 1,
+        Driver::Time | Driver::Temperature | Driver::Event => 2,
+        Driver::Speed => 3,
+        Driver::Constant => 4,
+    }
+}
+
+/// Groups what a search accepted and words each group as one finding, strongest first.
+pub fn findings(ground: &Ground, families: &[Family], search: &Search, stage: &Stage, columns: &[Column]) -> Vec<Finding> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, found) in search.found.iter().enumerate() {
+        let joins = |group: &Vec<usize>| {
+            let lead = &search.found[group[0]];
+            let same_place = lead.chosen.effect.place == found.chosen.effect.place;
+            let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
+            let alike = driver_class(driver(lead, families)) == driver_class(driver(found, families));
+            let free = is_free(found, families);
+            same_place && ((same_kind && !is_event(found)) || ((alike || free) && (free || found.gain < REST_OF_FORM * lead.gain)))
+        };
+        match groups.iter_mut().find(|group| joins(group)) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    let mut first_column = Vec::new();
+    let mut next = 0;
+    for found in &search.found {
+        first_column.push(next);
+        next += found.chosen.columns.len();
+    }
+    let covariance = stage.covariance();
+    let mut list: Vec<Finding> = groups
+        .iter()
+        .map(|group| finding(ground, families, search, group, &first_column, stage, &covariance, columns))
+        .collect();
+    list.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    list
+}
+
+fn is_free(found: &Found, families: &[Family]) -> bool {
+    families[found.chosen.family].kind == "unknown"
+}
+
+fn is_event(found: &Found) -> bool {
+    found.chosen.effect.kind.ends_with("-slip")
+}
+
+/// Driver of a candidate: free curves have theirs as a parameter.
+fn candidate_driver(candidate: &Candidate) -> Driver {
+    use crate::machine::ParameterValue;
+    let named = |name: &str| match candidate.effect.parameter(name) {
+        Some(ParameterValue::Word(word)) => Some(word.clone()),
+        _ => None,
+    };
+    match (candidate.effect.kind.as_str(), named("driver").as_deref(), named("channel")) {
+        ("unknown", Some("direction"), _) => Driver::Direction,
+        ("thermal-growth" | "bar-length", _, Some(_)) => Driver::Temperature,
+        ("bar-length", _, None) if candidate.effect.parameter("tau").is_some() => Driver::Time,
+        (name, _, _) => kind(name).map_or(Driver::Position, |kind| kind.driver),
+    }
+}
+
+fn driver(found: &Found, _families: &[Family]) -> Driver {
+    candidate_driver(&found.chosen)
+}
+
+#[allow(clippy::too_many_arguments)]
+fn finding(
+    ground: &Ground,
+    families: &[Family],
+    search: &Search,
+    group: &[usize],
+    first_column: &[usize],
+    stage: &Stage,
+    covariance: &nalgebra::DMatrix<f64>,
+    columns: &[Column],
+) -> Finding {
+    let machine = ground.context.machine();
+    let lead = &search.found[group[0]];
+    let nuisance = ground.problem.unknowns.len();
+    let mut effects = Vec::new();
+    let mut own_columns = Vec::new();
+    for &index in group {
+        let found = &search.found[index];
+        let first = first_column[index];
+        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| stage.accepted(first + k).0).collect();
+        own_columns.extend(first..first + found.chosen.columns.len());
+        effects.extend(sized(machine, &found.chosen, &sizes, ground));
+    }
+    let gain: f64 = group.iter().map(|&index| search.found[index].gain).sum();
+    let free_gain: f64 = group.iter().skip(1).filter(|&&index| is_free(&search.found[index], families)).map(|&index| search.found[index].gain).sum();
+    let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
+    let mut cause = cause(machine, &lead.chosen, &effects);
+    if is_unknown {
+        cause.effect = "unknown".into();
+        for &index in group.iter().skip(1) {
+            for component in components(machine, &search.found[index].chosen.terms) {
+                if !cause.components.contains(&component) {
+                    cause.components.push(component);
+                }
+            }
+        }
+    }
+    let (probability, rivals) = standing(machine, lead, families);
+    let column_indices: Vec<usize> = own_columns.iter().map(|k| nuisance + k).collect();
+    let size = super::size::size_of(ground, &lead.chosen, &effects, &cause, stage, covariance, &column_indices[..lead.chosen.columns.len()]);
+    let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
+    let range = range(ground, lead);
+    Finding { cause, effects, size, tests, range, probability, rivals, gain, single: is_event(lead), columns: own_columns, rms_um }
+}
+
+/// The effect with its fitted sizes; effects with amplitudes by test become one effect per test.
+fn sized(machine: &Machine, candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
+    let Some(kind) = kind(&candidate.effect.kind) else { return Vec::new() };
+    let functions = (kind.functions)(&candidate.effect);
+    let size = |term: &Term, value: f64| Size { outlet: term.outlet, function: functions[term.function].clone(), value: value / display(term.measure) };
+    let _ = machine;
+    let mut list: Vec<Effect> = Vec::new();
+    for (term, &value) in candidate.terms.iter().zip(sizes) {
+        let tests = term.test.map(|test| vec![ground.context.session().tests[test].name.clone()]);
+        match list.iter_mut().find(|effect| effect.tests == tests) {
+            Some(effect) => effect.sizes.push(size(term, value)),
+            None => {
+                let mut effect = candidate.effect.clone();
+                effect.tests = tests;
+                effect.sizes = vec![size(term, value)];
+                list.push(effect);
+            }
+        }
+    }
+    list
+}
+
+fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]) -> Cause {
+    let mut components = components(machine, &candidate.terms);
+    // the motions that matter: at least a tenth of the largest, in display units
+    let weight = |name: &String| -> f64 {
+        effects
+            .iter()
+            .flat_map(|effect| &effect.sizes)
+            .filter(|size| component_name(machine, &size.outlet) == *name)
+            .map(|size| (size.value * display(size.outlet.measure(machine))).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    components.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    let largest = components.first().map_or(0.0, weight);
+    components.retain(|name| weight(name) >= 0.1 * largest);
+    Cause { effect: candidate.effect.kind.clone(), driver: candidate_driver(candidate), place: place_name(machine, candidate.effect.place), components }
+}
+
+fn place_name(machine: &Machine, place: Place) -> String {
+    place.name(machine).to_string()
+}
+
+fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for term in terms {
+        let name = component_name(machine, &term.outlet);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// ISO name of what an outlet moves.
+fn component_name(machine: &Machine, outlet: &Outlet) -> String {
+    let axis_name = |axis: usize| machine.axes[axis].name.clone();
+    match *outlet {
+        Outlet::Pivot(k) => format!("pivot-{}", ["x", "y", "z"][k]),
+        Outlet::SpindleBall(k) => format!("spindle-ball-{}", ["x", "y", "z"][k]),
+        Outlet::Reading => "length".into(),
+        Outlet::Lag { axis } | Outlet::Acceleration { axis } | Outlet::Along { axis } => {
+            let own: Component = machine.axes[axis].own_component();
+            ErrorName::motion(own, &axis_name(axis)).to_string()
+        }
+        Outlet::Delay => "delay".into(),
+        Outlet::Motion { axis, component } => ErrorName::motion(component, &axis_name(axis)).to_string(),
+        Outlet::Location { axis, component } => ErrorName::location(component, &axis_name(axis)).to_string(),
+    }
+}
+
+/// Probability of the lead among its rivals, and the rivals worth naming.
+fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
+    let own = cause(machine, &lead.chosen, &[]);
+    let soften = 1.0 / (1.0 + SOFTENING * lead.gain);
+    let mut named: Vec<(Cause, f64)> = Vec::new();
+    let mut total = 1.0;
+    for (rival, odds) in &lead.rivals {
+        if families[rival.family].kind == "unknown" {
+            continue;
+        }
+        let cause = cause(machine, rival, &[]);
+        let same = cause.effect == own.effect && cause.place == own.place && cause.components == own.components;
+        if same || named.iter().any(|(other, _)| *other == cause) {
+            continue;
+        }
+        let weight = (odds * soften).min(0.0).exp();
+        total += weight;
+        named.push((cause, weight));
+    }
+    let mut rivals: Vec<(Cause, f64)> = named.into_iter().map(|(cause, weight)| (cause, weight / total)).collect();
+    rivals.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
+    rivals.truncate(MOST_RIVALS);
+    (1.0 / total, rivals)
+}
+
+/// Tests in which the columns show, most visible first, and their rms there, µm.
+fn shows(ground: &Ground, columns: &[Column], own: &[usize], stage: &Stage) -> (Vec<String>, f64) {
+    let mut shares: Vec<(usize, f64)> = Vec::new();
+    for test in 0..ground.tests() {
+        let rows = ground.residual_mm[test].len();
+        let mut sum = vec![0.0; rows];
+        for &k in own {
+            let (size, _) = stage.accepted(k);
+            for (total, value) in sum.iter_mut().zip(&columns[k].by_test[test]) {
+                *total += size * value;
+            }
+        }
+        let mean = sum.iter().sum::<f64>() / rows.max(1) as f64;
+        let rms = (sum.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rows.max(1) as f64).sqrt();
+        shares.push((test, rms * 1e3));
+    }
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let largest = shares.first().map_or(0.0, |(_, rms)| *rms);
+    shares.retain(|(_, rms)| *rms > 0.3 * largest);
+    let rms = (shares.iter().map(|(_, rms)| rms * rms).sum::<f64>() / shares.len().max(1) as f64).sqrt();
+    (shares.iter().take(12).map(|(test, _)| ground.context.session().tests[*test].name.clone()).collect(), rms)
+}
+
+/// Where along its driver the lead acts.
+fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
+    use crate::machine::ParameterValue;
+    let machine = ground.context.machine();
+    let effect = &lead.chosen.effect;
+    let number = |name: &str| match effect.parameter(name) {
+        Some(ParameterValue::Number(value)) => Some(*value),
+        _ => None,
+    };
+    let last = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    if let Some(time) = number("time") {
+        return Some(RangeFound { axis: "time_s".into(), from: time, to: last });
+    }
+    let axis = effect.place.axis()?;
+    let entry = &machine.axes[axis];
+    let file = |q: f64| entry.kind.to_file_unit(q);
+    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
+        return Some(RangeFound { axis: entry.name.clone(), from: file(centre - width / 2.0), to: file(centre + width / 2.0) });
+    }
+    if matches!(effect.kind.as_str(), "thermal-growth") {
+        return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });
+    }
+    let ends = (0..ground.tests())
+        .flat_map(|test| ground.context.motion(test).axis(axis))
+        .fold((f64::MAX, f64::MIN), |(from, to), q| (from.min(q), to.max(q)));
+    Some(RangeFound { axis: entry.name.clone(), from: file(ends.0), to: file(ends.1) })
+}
+
+/// Unit of a measure in findings.
+pub fn unit(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Length | Measure::LengthPerKelvin => "um",
+        Measure::Angle | Measure::AnglePerKelvin => "arcsec",
+        Measure::Strain => "um/m",
+        Measure::Time => "ms",
+        Measure::TimeSquared => "us2",
+    }
+}

@@ -1,0 +1,124 @@
+//! The one number by which a finding is known: half width, height, amplitude, growth; with its uncertainty. It fits nothing.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::finding::{Cause, SizeFound, unit};
+use super::ground::{Ground, Term, display};
+use super::search::Candidate;
+use super::stage::Stage;
+use crate::effects::{Profile, kind};
+use crate::machine::{Effect, Outlet};
+use crate::units::Measure;
+
+/// Size of a finding's leading effect; `columns` are its amplitudes' places in the covariance.
+#[allow(clippy::too_many_arguments)]
+pub fn size_of(
+    ground: &Ground,
+    lead: &Candidate,
+    effects: &[Effect],
+    cause: &Cause,
+    stage: &Stage,
+    covariance: &DMatrix<f64>,
+    columns: &[usize],
+) -> SizeFound {
+    let nuisance = ground.problem.unknowns.len();
+    let amplitudes: Vec<f64> = columns.iter().map(|&k| stage.accepted(k - nuisance).0).collect();
+    let sub = DMatrix::from_fn(columns.len(), columns.len(), |i, j| covariance[(columns[i], columns[j])]);
+    // terms in the unit of the finding: lengths if it has any
+    let main: Vec<usize> = main_terms(&lead.terms);
+    let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
+    let value_at = |a: &[f64]| size_function(ground, lead, effects, cause, &main, a);
+    let value = value_at(&amplitudes);
+    // first-order propagation of the amplitudes' covariance
+    let gradient = DVector::from_iterator(
+        amplitudes.len(),
+        (0..amplitudes.len()).map(|k| {
+            let step = sub[(k, k)].sqrt().max(1e-6);
+            let mut up = amplitudes.clone();
+            up[k] += step;
+            let mut down = amplitudes.clone();
+            down[k] -= step;
+            (value_at(&up) - value_at(&down)) / (2.0 * step)
+        }),
+    );
+    let sigma = (gradient.transpose() * &sub * &gradient)[(0, 0)].max(0.0).sqrt();
+    // a form is never exact: three per cent of the size stands for that
+    let sigma = sigma.hypot(FORM_SIGMA * value);
+    let meaning = kind(&cause.effect).map_or("largest", |kind| kind.size_meaning).to_string();
+    SizeFound { value, sigma, unit: unit(measure), meaning }
+}
+
+/// Uncertainty of a size from the form of its effect, as a share.
+const FORM_SIGMA: f64 = 0.03;
+
+/// Terms that carry the size: lengths where there are any, else all.
+fn main_terms(terms: &[Term]) -> Vec<usize> {
+    let lengths: Vec<usize> = (0..terms.len()).filter(|&k| terms[k].measure == Measure::Length).collect();
+    if lengths.is_empty() || terms.iter().all(|term| term.measure == Measure::Length) {
+        return (0..terms.len()).collect();
+    }
+    lengths
+}
+
+/// The size for given amplitudes (display units).
+fn size_function(ground: &Ground, lead: &Candidate, _effects: &[Effect], cause: &Cause, main: &[usize], amplitudes: &[f64]) -> f64 {
+    match cause.effect.as_str() {
+        "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
+            largest_curve(ground, lead, cause, main, amplitudes)
+        }
+        "vibration" => {
+            // cosine and sine of each test
+            let tests = (amplitudes.len() / 2).max(1) as f64;
+            (amplitudes.iter().map(|a| a * a).sum::<f64>() / tests).sqrt()
+        }
+        "gravity-sag" => largest_curve(ground, lead, cause, main, amplitudes),
+        _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
+    }
+}
+
+/// Largest value, or range, of the curves that the outlets follow over the session.
+fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize], amplitudes: &[f64]) -> f64 {
+    let Some(kind) = kind(&lead.effect.kind) else { return 0.0 };
+    let Ok(profiles) = kind.shape(ground.context, &lead.effect) else { return 0.0 };
+    let mut outlets: Vec<Outlet> = Vec::new();
+    for &k in main {
+        if !outlets.contains(&lead.terms[k].outlet) {
+            outlets.push(lead.terms[k].outlet);
+        }
+    }
+    let curves = outlets.iter().map(|outlet| {
+        let terms: Vec<usize> = main.iter().copied().filter(|&k| lead.terms[k].outlet == *outlet).collect();
+        curve(ground, lead, &profiles, &terms, amplitudes)
+    });
+    let size = |curve: Vec<f64>| -> f64 {
+        let (low, high) = curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+        if low > high {
+            return 0.0;
+        }
+        match cause.effect.as_str() {
+            "thermal-growth" => high - low,
+            "rotary-error-motion" | "unknown" => 0.5 * (high - low),
+            _ => high.abs().max(low.abs()),
+        }
+    };
+    curves.map(size).fold(0.0, f64::max)
+}
+
+/// Sum of functions times amplitudes over the rows in which the place's axis moves (all rows for other places).
+fn curve(ground: &Ground, lead: &Candidate, profiles: &[Profile], terms: &[usize], amplitudes: &[f64]) -> Vec<f64> {
+    let axis = lead.effect.place.axis();
+    let everywhere = lead.effect.kind == "thermal-growth";
+    let mut curve = Vec::new();
+    for test in 0..ground.tests() {
+        let moving = axis.is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));
+        if !(moving || everywhere) {
+            continue;
+        }
+        for row in 0..ground.residual_mm[test].len() {
+            let value: f64 = terms.iter().map(|&k| amplitudes[k] * profiles[lead.terms[k].function][test][row]).sum();
+            curve.push(value);
+        }
+    }
+    let _ = display;
+    curve
+}

@@ -1,0 +1,228 @@
+//! A diagnosis as JSON (the documented contract) and as a terminal story.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::table::Table;
+use crate::diagnose::{Cause, Diagnosis, Finding};
+use crate::effects::kind;
+use crate::session::Session;
+
+/// `fiveaxis diagnose --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct DiagnosisJson {
+    pub verdict: &'static str,
+    pub findings: Vec<FindingJson>,
+    pub blind_to: Vec<BlindJson>,
+    pub fit: FitBeforeAfterJson,
+    pub location_errors: BTreeMap<String, MovedJson>,
+}
+
+/// One finding.
+#[derive(Debug, Clone, Serialize)]
+pub struct FindingJson {
+    pub effect: String,
+    pub driver: &'static str,
+    pub place: String,
+    pub components: Vec<String>,
+    pub size: SizeJson,
+    #[serde(rename = "where")]
+    pub located: WhereJson,
+    pub probability: f64,
+    pub cross_validated: Option<&'static str>,
+    pub cannot_tell_from: Vec<RivalJson>,
+    pub next_test: Option<NextTestJson>,
+}
+
+/// Size with its unit.
+#[derive(Debug, Clone, Serialize)]
+pub struct SizeJson {
+    pub value: Option<f64>,
+    pub unit: &'static str,
+    pub sigma: Option<f64>,
+    pub meaning: String,
+}
+
+/// Where a finding shows.
+#[derive(Debug, Clone, Serialize)]
+pub struct WhereJson {
+    pub tests: Vec<String>,
+    pub range: Option<RangeJson>,
+}
+
+/// Range along an axis or in time.
+#[derive(Debug, Clone, Serialize)]
+pub struct RangeJson {
+    pub axis: String,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// A cause that these recordings cannot exclude.
+#[derive(Debug, Clone, Serialize)]
+pub struct RivalJson {
+    pub effect: String,
+    pub driver: &'static str,
+    pub place: String,
+    pub components: Vec<String>,
+    pub probability: f64,
+}
+
+/// Test that would separate a finding from its rivals.
+#[derive(Debug, Clone, Serialize)]
+pub struct NextTestJson {
+    pub says: String,
+    pub odds_after: f64,
+}
+
+/// What the recordings cannot show.
+#[derive(Debug, Clone, Serialize)]
+pub struct BlindJson {
+    pub effect: String,
+    pub place: String,
+    pub components: Vec<String>,
+    pub smallest_visible: SmallestJson,
+    pub test: String,
+}
+
+/// Smallest visible size; null when no size shows.
+#[derive(Debug, Clone, Serialize)]
+pub struct SmallestJson {
+    pub value: Option<f64>,
+    pub unit: &'static str,
+}
+
+/// Fit before and after.
+#[derive(Debug, Clone, Serialize)]
+pub struct FitBeforeAfterJson {
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+    pub noise_um: f64,
+    pub heldout_before_um: Option<f64>,
+    pub heldout_after_um: Option<f64>,
+}
+
+/// A location error before and after.
+#[derive(Debug, Clone, Serialize)]
+pub struct MovedJson {
+    pub before: f64,
+    pub after: f64,
+    pub sigma: f64,
+    pub unit: &'static str,
+    pub determined: bool,
+}
+
+/// The JSON value of a diagnosis.
+pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
+    DiagnosisJson {
+        verdict: diagnosis.verdict.name(),
+        findings: diagnosis.findings.iter().map(finding_json).collect(),
+        blind_to: Vec::new(),
+        fit: FitBeforeAfterJson {
+            rms_before_um: diagnosis.rms_before_um,
+            rms_after_um: diagnosis.rms_after_um,
+            noise_um: diagnosis.noise_um,
+            heldout_before_um: None,
+            heldout_after_um: None,
+        },
+        location_errors: diagnosis
+            .location_errors
+            .iter()
+            .map(|moved| {
+                let out = |value: f64| moved.measure.to_output(value);
+                let json = MovedJson {
+                    before: out(moved.before),
+                    after: out(moved.after),
+                    sigma: out(moved.sigma),
+                    unit: moved.measure.output_unit(),
+                    determined: moved.determined,
+                };
+                (moved.name.clone(), json)
+            })
+            .collect(),
+    }
+}
+
+fn finding_json(finding: &Finding) -> FindingJson {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    FindingJson {
+        effect: finding.cause.effect.clone(),
+        driver: finding.cause.driver.name(),
+        place: finding.cause.place.clone(),
+        components: finding.cause.components.clone(),
+        size: SizeJson {
+            value: finite(finding.size.value),
+            unit: finding.size.unit,
+            sigma: finite(finding.size.sigma),
+            meaning: finding.size.meaning.clone(),
+        },
+        located: WhereJson {
+            tests: finding.tests.clone(),
+            range: finding.range.as_ref().map(|range| RangeJson { axis: range.axis.clone(), from: range.from, to: range.to }),
+        },
+        probability: finding.probability,
+        cross_validated: finding.single.then_some("single occurrence"),
+        cannot_tell_from: finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)).collect(),
+        next_test: None,
+    }
+}
+
+fn rival_json(cause: &Cause, probability: f64) -> RivalJson {
+    RivalJson {
+        effect: cause.effect.clone(),
+        driver: cause.driver.name(),
+        place: cause.place.clone(),
+        components: cause.components.clone(),
+        probability,
+    }
+}
+
+/// The story for a terminal.
+pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{} on {} {}", session.name, session.machine.name, session.machine.code);
+    let _ = writeln!(
+        text,
+        "verdict: {}; residual {:.2} µm rms before, {:.2} after, noise floor {:.2} µm\n",
+        diagnosis.verdict.name(),
+        diagnosis.rms_before_um,
+        diagnosis.rms_after_um,
+        diagnosis.noise_um
+    );
+    for (index, finding) in diagnosis.findings.iter().enumerate() {
+        let cause = &finding.cause;
+        let _ = writeln!(
+            text,
+            "{}. {} at {} ({}), driven by {}: {:.2} ± {:.2} {} ({}), probability {:.2}",
+            index + 1,
+            cause.effect,
+            cause.place,
+            cause.components.join(" "),
+            cause.driver.name(),
+            finding.size.value,
+            finding.size.sigma,
+            finding.size.unit,
+            finding.size.meaning,
+            finding.probability
+        );
+        if let Some(range) = &finding.range {
+            let _ = writeln!(text, "   where: {} from {:.1} to {:.1}; tests {}", range.axis, range.from, range.to, finding.tests.join(" "));
+        }
+        if let Some(kind) = kind(&cause.effect) {
+            let _ = writeln!(text, "   usual cause: {}\n   what to do: {}", kind.cause, kind.remedy);
+        }
+        for (rival, probability) in &finding.rivals {
+            let _ = writeln!(text, "   cannot be told from {} at {} ({}), probability {:.2}", rival.effect, rival.place, rival.components.join(" "), probability);
+        }
+    }
+    let mut table = Table::new(&["error", "before", "after", "± sigma", "unit"]);
+    for moved in &diagnosis.location_errors {
+        let out = |value: f64| format!("{:.2}", moved.measure.to_output(value));
+        table.row(vec![moved.name.clone(), out(moved.before), out(moved.after), out(moved.sigma), moved.measure.output_unit().to_string()]);
+    }
+    text.push('\n');
+    text.push_str(&table.text());
+    text
+}
