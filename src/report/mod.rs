@@ -5,6 +5,7 @@ pub mod circles;
 mod effect_yaml;
 pub mod diagnosis;
 pub mod fit;
+pub mod fit_page;
 pub mod fit_text;
 mod number;
 pub mod polar;
@@ -12,6 +13,7 @@ pub mod recording;
 pub mod simulation;
 pub mod table;
 pub mod thesis;
+pub mod trace_plots;
 pub mod words;
 mod yaml;
 

@@ -262,7 +262,7 @@ fn number(value: f64) -> String {
 }
 
 /// Text that may stand in XML: markup escaped, characters that XML 1.0 forbids left out.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {

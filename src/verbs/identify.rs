@@ -15,6 +15,7 @@ use fiveaxis::session::Session;
 use super::Refusal;
 use super::output::print;
 use super::progress::Working;
+use super::report::write_report;
 use super::save::save;
 
 /// Arguments of `identify`.
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// Write machine.yaml and session.yaml as fitted, with the recordings, into this folder
     #[arg(long, value_name = "DIR", conflicts_with = "method")]
     save: Option<PathBuf>,
+    /// Write report.html (one page, opens offline) and its plots as SVG files into this folder
+    #[arg(long, value_name = "DIR", conflicts_with = "method")]
+    report: Option<PathBuf>,
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -63,6 +67,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         save(&arguments.session, &session, &fit, folder)?;
     }
     let json = fit_json(&session, &fit, &axis_lines(&session, &fit), circles(&session)?);
+    if let Some(folder) = &arguments.report {
+        write_report(&arguments.session, &session, &fit, &json, folder)?;
+    }
     if arguments.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
     } else {

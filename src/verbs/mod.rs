@@ -6,6 +6,7 @@ pub mod diagnose;
 pub mod identify;
 pub mod output;
 pub mod progress;
+pub mod report;
 pub mod save;
 pub mod simulate;
 

@@ -1,0 +1,34 @@
+//! `identify --report DIR`: one HTML page, and every plot as an SVG file for papers.
+
+use std::path::Path;
+
+use fiveaxis::chain::Chain;
+use fiveaxis::identify::Fit;
+use fiveaxis::report::fit::FitJson;
+use fiveaxis::report::fit_page::{fit_page, identifier};
+use fiveaxis::report::trace_plots::{TestPlots, test_plots};
+use fiveaxis::session::{Motion, Session};
+
+use super::Refusal;
+use super::output::{OutputFolder, session_inputs};
+
+/// Writes report.html and plots/*.svg; never over an input.
+pub fn write_report(file: &Path, session: &Session, fit: &Fit, json: &FitJson, folder: &Path) -> Result<(), Refusal> {
+    let chain = Chain::of(&session.machine);
+    let mut plots: Vec<TestPlots> = Vec::with_capacity(session.tests.len());
+    for (test, fitted) in session.tests.iter().zip(&fit.tests) {
+        let motion = Motion::of(session, &chain, test)?;
+        plots.extend(test_plots(session, test, &motion, fitted));
+    }
+    let mut output = OutputFolder::default();
+    output.add("report.html", fit_page(json, fit, &plots));
+    for (index, plot) in plots.iter().enumerate() {
+        // the number keeps names apart that differ only in signs a file name cannot have
+        let name = format!("{:02}-{}", index + 1, identifier(&plot.test));
+        if let Some(polar) = &plot.polar {
+            output.add(format!("plots/{name}-polar.svg"), polar.as_str());
+        }
+        output.add(format!("plots/{name}-residual.svg"), plot.residual.as_str());
+    }
+    output.write(folder, &session_inputs(file, session))
+}
