@@ -8,22 +8,27 @@ mod absorbed;
 mod ambiguity;
 mod axis_lines;
 mod candidates;
+mod compressed;
 mod fitted;
+mod gram;
 mod noise;
 mod outliers;
 mod problem;
 mod solve;
 mod unknowns;
+mod white;
 
 pub use ambiguity::Ambiguity;
 pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use candidates::{Candidate, candidate_tests};
+pub use compressed::{SweepBasis, SweepStatistics};
 pub use fitted::fitted_session;
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, misfit};
 pub use outliers::{kept_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};
 pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};
 pub use unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
+pub use white::{Evidence, WhiteFit, fit_white};
 
 use absorbed::absorbed;
 use nalgebra::{Cholesky, DMatrix};
@@ -53,6 +58,8 @@ pub enum FitError {
     NoRecording,
     #[error("the fit did not converge; check ball places, bar lengths and the signs of the axes in the session")]
     NoConvergence,
+    #[error("the recordings do not determine {unknown}, alone or beside the unknowns before it; give it a prior")]
+    Undetermined { unknown: String },
     #[error("only {readings} readings for {unknowns} unknowns; record more or free fewer errors")]
     TooFew { readings: usize, unknowns: usize },
 }

@@ -1,0 +1,139 @@
+//! Products of the columns of a block with each other, in SIMD registers, and small symmetric solves; no statistics.
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// Adds the products of all pairs of columns to the lower triangle of `sums` (`count × count`, row by row).
+///
+/// `columns` holds `count` columns of `rows` numbers one after the other.
+pub fn add_products(columns: &[f64], rows: usize, count: usize, sums: &mut [f64]) {
+    if rows > 0 && count > 0 {
+        Arch::new().dispatch(Products { columns: &columns[..rows * count], rows, count, sums });
+    }
+}
+
+struct Products<'a> {
+    columns: &'a [f64],
+    rows: usize,
+    count: usize,
+    sums: &'a mut [f64],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        // sixteen sums and eight operands need thirty-two registers
+        if S::REGISTER_COUNT >= 32 { self.all_tiles::<S, 4>(simd) } else { self.all_tiles::<S, 2>(simd) }
+    }
+}
+
+impl Products<'_> {
+    #[inline(always)]
+    fn all_tiles<S: Simd, const T: usize>(&mut self, simd: S) {
+        let mut a = 0;
+        while a < self.count {
+            let mut b = 0;
+            while b <= a {
+                self.tile::<S, T>(simd, a, b);
+                b += T;
+            }
+            a += T;
+        }
+    }
+
+    /// Columns `a..a+T` times columns `b..b+T`; columns beyond the last repeat it and are dropped.
+    #[inline(always)]
+    fn tile<S: Simd, const T: usize>(&mut self, simd: S, a: usize, b: usize) {
+        let mut sums = [[simd.splat_f64s(0.0); T]; T];
+        let (mut left, mut right) = ([0; T], [0; T]);
+        for k in 0..T {
+            left[k] = (a + k).min(self.count - 1) * self.rows;
+            right[k] = (b + k).min(self.count - 1) * self.rows;
+        }
+        let mut row = 0;
+        while row < self.rows {
+            let end = (row + S::F64_LANES).min(self.rows);
+            let (mut x, mut y) = ([simd.splat_f64s(0.0); T], [simd.splat_f64s(0.0); T]);
+            for k in 0..T {
+                x[k] = load(simd, &self.columns[left[k] + row..left[k] + end]);
+                y[k] = load(simd, &self.columns[right[k] + row..right[k] + end]);
+            }
+            for i in 0..T {
+                for j in 0..T {
+                    sums[i][j] = simd.mul_add_e_f64s(x[i], y[j], sums[i][j]);
+                }
+            }
+            row = end;
+        }
+        for i in 0..T {
+            for j in 0..T {
+                if b + j <= a + i && a + i < self.count {
+                    self.sums[(a + i) * self.count + b + j] += simd.reduce_sum_f64s(sums[i][j]);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, from: &[f64]) -> S::f64s {
+    let (vectors, tail) = S::as_simd_f64s(from);
+    if tail.is_empty() { vectors[0] } else { simd.partial_load_f64s(tail) }
+}
+
+/// Lower Cholesky factor of a symmetric matrix given by its lower triangle, in units of its diagonal.
+pub struct Factor {
+    count: usize,
+    lower: Vec<f64>,
+    /// `1/√diagonal` of the matrix.
+    scale: Vec<f64>,
+}
+
+/// Pivots below this share of the diagonal are rounding: the matrix has no inverse.
+const SMALLEST_PIVOT: f64 = 1e-13;
+
+impl Factor {
+    /// Factors `matrix` (`count × count`, row by row, lower triangle read); `Err` names the first dependent row.
+    pub fn of(matrix: &[f64], count: usize) -> Result<Factor, usize> {
+        let scale: Vec<f64> = (0..count).map(|k| 1.0 / matrix[k * count + k].sqrt()).collect();
+        let mut lower = vec![0.0; count * count];
+        for i in 0..count {
+            let (above, row) = lower.split_at_mut(i * count);
+            for j in 0..=i {
+                let other: &[f64] = if j < i { &above[j * count..j * count + j] } else { &[] };
+                let entry = matrix[i * count + j] * scale[i] * scale[j];
+                if j < i {
+                    let dot: f64 = row[..j].iter().zip(other).map(|(x, y)| x * y).sum();
+                    row[j] = (entry - dot) / above[j * count + j];
+                } else {
+                    let pivot = entry - row[..i].iter().map(|x| x * x).sum::<f64>();
+                    if pivot.is_nan() || pivot < SMALLEST_PIVOT {
+                        return Err(i);
+                    }
+                    row[i] = pivot.sqrt();
+                }
+            }
+        }
+        Ok(Factor { count, lower, scale })
+    }
+
+    /// Solution x of `matrix·x = right`.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let n = self.count;
+        let mut x: Vec<f64> = right.iter().zip(&self.scale).map(|(r, s)| r * s).collect();
+        for i in 0..n {
+            let dot: f64 = (0..i).map(|j| self.lower[i * n + j] * x[j]).sum();
+            x[i] = (x[i] - dot) / self.lower[i * n + i];
+        }
+        for i in (0..n).rev() {
+            x[i] /= self.lower[i * n + i];
+            let solved = x[i];
+            for j in 0..i {
+                x[j] -= self.lower[i * n + j] * solved;
+            }
+        }
+        x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);
+        x
+    }
+}

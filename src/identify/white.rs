@@ -1,0 +1,328 @@
+//! Gauss–Newton for white noise, sample by sample or from compressed sweeps; no outliers and no noise model.
+//!
+//! Minimises `Σ_tests Σ_i (y_i − L_i − d)²/σ² + Σ ((x − prior)/σ_prior)²`; an infinite prior sigma means no prior.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::FitError;
+use super::compressed::{SweepBasis, SweepStatistics};
+use super::gram::{Factor, add_products};
+use super::problem::Problem;
+use super::unknowns::Quantity;
+use crate::chain::{Bar, Column, Geometry, Poses};
+
+/// What a test contributes to a white-noise fit.
+#[derive(Debug, Clone)]
+pub enum Evidence {
+    /// Every reading, mm, with its pose.
+    Samples { poses: Poses, reading_mm: Vec<f64> },
+    /// Statistics of a sweep of one axis, equivalent to its samples.
+    Sweep { basis: SweepBasis, statistics: SweepStatistics },
+}
+
+/// Solution of a white-noise fit.
+#[derive(Debug, Clone)]
+pub struct WhiteFit {
+    /// Values of the unknowns, mm and rad.
+    pub values: Vec<f64>,
+    /// `JᵀJ/σ²` with priors, the inverse of the covariance.
+    pub information: DMatrix<f64>,
+    /// Weighted sum of squares, priors included, before the last step.
+    pub cost: f64,
+    /// Evaluations of the model.
+    pub evaluations: usize,
+}
+
+impl WhiteFit {
+    /// Covariance of the values; `None` when rounding spoils the inverse.
+    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        nalgebra::Cholesky::new(self.information.clone()).map(|factor| factor.inverse())
+    }
+}
+
+/// Evaluations after which a fit is given up.
+const MAX_EVALUATIONS: usize = 40;
+/// The distance left to the minimum, in sigmas, that ends a fit.
+const DISTANCE_SIGMAS: f64 = 1e-5;
+/// Rows worked on at a time: with 32 columns they stay in the second cache.
+const BLOCK_ROWS: usize = 256;
+
+impl Evidence {
+    /// Readings of a test's rows where `kept` holds and a reading exists.
+    pub fn samples(problem: &Problem, test: usize, kept: &[bool]) -> Evidence {
+        let prepared = &problem.tests[test];
+        let rows: Vec<usize> = (0..prepared.motion.rows())
+            .filter(|&row| kept.get(row).copied().unwrap_or(true) && prepared.reading_mm[row].is_finite())
+            .collect();
+        let columns = (0..prepared.motion.axis_count)
+            .map(|axis| rows.iter().map(|&row| prepared.motion.row(row)[axis]).collect());
+        let poses = Poses::from_columns(columns).with_sines(problem.chain);
+        Evidence::Samples { poses, reading_mm: rows.iter().map(|&row| prepared.reading_mm[row]).collect() }
+    }
+
+    /// The same evidence with a sweep of one axis compressed; other tests stay as they are.
+    pub fn compressed(self, problem: &Problem, test: usize, values: &[f64]) -> Evidence {
+        let Evidence::Samples { poses, reading_mm } = &self else { return self };
+        let (pivot, spindle, _) = problem.setup_of(test, values);
+        let links = problem.tests[test].links;
+        let geometry = problem.geometry(values);
+        match SweepBasis::of(&geometry, (links.0, &pivot), (links.1, &spindle), poses) {
+            Some(basis) => Evidence::Sweep { statistics: basis.compress(reading_mm), basis },
+            None => self,
+        }
+    }
+
+    /// The same positions with other readings.
+    pub fn with_readings(&self, reading_mm: &[f64]) -> Evidence {
+        match self {
+            Evidence::Samples { poses, .. } => {
+                Evidence::Samples { poses: poses.clone(), reading_mm: reading_mm.to_vec() }
+            }
+            Evidence::Sweep { basis, .. } => {
+                Evidence::Sweep { basis: basis.clone(), statistics: basis.compress(reading_mm) }
+            }
+        }
+    }
+
+    fn poses(&self) -> &Poses {
+        match self {
+            Evidence::Samples { poses, .. } => poses,
+            Evidence::Sweep { basis, .. } => &basis.nodes,
+        }
+    }
+}
+
+/// Fits the unknowns of a problem to evidence with white noise of `noise_mm` per test, starting from the prior means.
+///
+/// Component errors of the machine are not part of this model.
+pub fn fit_white(problem: &Problem, evidence: &[Evidence], noise_mm: &[f64]) -> Result<WhiteFit, FitError> {
+    let mut equations = Equations::new(problem, evidence, noise_mm);
+    let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    equations.evaluate(&values);
+    let (mut cost, mut last_decrement) = (equations.cost, 0.0);
+    let mut evaluations = 1;
+    while evaluations < MAX_EVALUATIONS {
+        let factor = Factor::of(&equations.information, values.len())
+            .map_err(|index| FitError::Undetermined { unknown: problem.unknowns[index].label.clone() })?;
+        let step = factor.solve(&equations.gradient);
+        // length of the step in sigmas; Gauss–Newton shortens it by a constant ratio or better
+        let decrement = step.iter().zip(&equations.gradient).map(|(s, g)| s * g).sum::<f64>().max(0.0).sqrt();
+        let ratio = if last_decrement > 0.0 { decrement / last_decrement } else { 1.0 };
+        let information = equations.information_matrix();
+        let start = values.clone();
+        let mut share = 1.0;
+        for (value, (start, step)) in values.iter_mut().zip(start.iter().zip(&step)) {
+            *value = start + step;
+        }
+        if decrement * ratio.min(1.0) < DISTANCE_SIGMAS && (ratio < 0.5 || decrement < DISTANCE_SIGMAS) {
+            return Ok(WhiteFit { values, information, cost, evaluations });
+        }
+        equations.evaluate(&values);
+        evaluations += 1;
+        while (equations.cost.is_nan() || equations.cost > cost * (1.0 + 1e-9) + 1e-9) && evaluations < MAX_EVALUATIONS
+        {
+            share *= 0.5;
+            for (value, (start, step)) in values.iter_mut().zip(start.iter().zip(&step)) {
+                *value = start + share * step;
+            }
+            equations.evaluate(&values);
+            evaluations += 1;
+        }
+        cost = equations.cost;
+        last_decrement = if share == 1.0 { decrement } else { 0.0 };
+    }
+    Err(FitError::NoConvergence)
+}
+
+/// Normal equations of a problem, evaluated again and again in the same memory.
+struct Equations<'a> {
+    problem: &'a Problem<'a>,
+    evidence: &'a [Evidence],
+    noise_mm: &'a [f64],
+    /// By test: columns of the length, by unknown.
+    columns: Vec<TestColumns>,
+    /// Lower triangle, unknowns × unknowns.
+    information: Vec<f64>,
+    gradient: Vec<f64>,
+    cost: f64,
+    block: Vec<f64>,
+    lengths: Vec<f64>,
+    sums: Vec<f64>,
+}
+
+struct TestColumns {
+    length: Vec<Column>,
+    /// Unknowns of `length`, then the one of the bar's reading if it is unknown.
+    unknowns: Vec<usize>,
+}
+
+impl TestColumns {
+    fn of(problem: &Problem, test: usize) -> TestColumns {
+        let mut columns = TestColumns { length: Vec::new(), unknowns: Vec::new() };
+        let mut bar = None;
+        for &index in &problem.tests[test].columns {
+            let column = match problem.unknowns[index].quantity {
+                Quantity::Location { axis, component } => Column::Location { axis, component: component.index() },
+                Quantity::Pivot { coordinate, .. } => Column::Pivot(coordinate),
+                Quantity::SpindleBall { coordinate, .. } => Column::Spindle(coordinate),
+                Quantity::Bar { .. } => {
+                    bar = Some(index);
+                    continue;
+                }
+            };
+            columns.length.push(column);
+            columns.unknowns.push(index);
+        }
+        columns.unknowns.extend(bar);
+        columns
+    }
+}
+
+impl<'a> Equations<'a> {
+    fn new(problem: &'a Problem<'a>, evidence: &'a [Evidence], noise_mm: &'a [f64]) -> Equations<'a> {
+        let columns: Vec<TestColumns> = (0..evidence.len()).map(|test| TestColumns::of(problem, test)).collect();
+        let widest = columns.iter().map(|columns| columns.unknowns.len() + 1).max().unwrap_or(0);
+        let longest = evidence.iter().map(|evidence| evidence.poses().rows()).max().unwrap_or(0).min(BLOCK_ROWS);
+        let count = problem.unknowns.len();
+        Equations {
+            problem,
+            evidence,
+            noise_mm,
+            columns,
+            information: vec![0.0; count * count],
+            gradient: vec![0.0; count],
+            cost: 0.0,
+            block: vec![0.0; widest * longest],
+            lengths: vec![0.0; longest],
+            sums: vec![0.0; widest * widest],
+        }
+    }
+
+    fn information_matrix(&self) -> DMatrix<f64> {
+        let count = self.gradient.len();
+        DMatrix::from_fn(count, count, |i, j| self.information[i.max(j) * count + i.min(j)])
+    }
+
+    /// Information, gradient and cost at `values`.
+    fn evaluate(&mut self, values: &[f64]) {
+        self.information.fill(0.0);
+        self.gradient.fill(0.0);
+        self.cost = 0.0;
+        let count = values.len();
+        for (k, unknown) in self.problem.unknowns.iter().enumerate() {
+            let weight = unknown.prior_sigma.powi(-2);
+            let off = values[k] - unknown.prior_mean;
+            self.information[k * count + k] = weight;
+            self.gradient[k] = -weight * off;
+            self.cost += weight * off * off;
+        }
+        let geometry = self.problem.geometry(values);
+        for test in 0..self.evidence.len() {
+            let (pivot, spindle, offset_mm) = self.problem.setup_of(test, values);
+            self.sum_test(&geometry, test, &pivot, &spindle, offset_mm);
+            self.spread(test);
+        }
+    }
+
+    /// Products of the columns and of the residual of one test, into `sums`.
+    fn sum_test(
+        &mut self,
+        geometry: &Geometry,
+        test: usize,
+        pivot: &Vector3<f64>,
+        spindle: &Vector3<f64>,
+        offset_mm: f64,
+    ) {
+        let width = self.columns[test].unknowns.len() + 1;
+        self.sums[..width * width].fill(0.0);
+        let evidence = &self.evidence[test];
+        let links = self.problem.tests[test].links;
+        let bar = geometry.bar((links.0, pivot), (links.1, spindle), evidence.poses());
+        match evidence {
+            Evidence::Samples { reading_mm, .. } => self.sum_samples(geometry, &bar, test, reading_mm, offset_mm),
+            Evidence::Sweep { basis, statistics } => {
+                self.sum_sweep(geometry, &bar, test, basis, statistics, offset_mm);
+            }
+        }
+    }
+
+    fn sum_samples(&mut self, geometry: &Geometry, bar: &Bar, test: usize, reading_mm: &[f64], offset_mm: f64) {
+        let columns = &self.columns[test];
+        let derivatives = bar.derivatives(geometry, &columns.length);
+        let (lengths_wide, width) = (columns.length.len(), columns.unknowns.len() + 1);
+        let mut start = 0;
+        while start < reading_mm.len() {
+            let rows = (reading_mm.len() - start).min(BLOCK_ROWS);
+            let block = &mut self.block[..rows * width];
+            let lengths = &mut self.lengths[..rows];
+            derivatives.evaluate(start..start + rows, lengths, &mut block[..rows * lengths_wide]);
+            block[rows * lengths_wide..].fill(1.0);
+            let residual = &mut block[rows * (width - 1)..];
+            for ((residual, reading), length) in residual.iter_mut().zip(&reading_mm[start..]).zip(&*lengths) {
+                *residual = reading - length - offset_mm;
+            }
+            add_products(block, rows, width, &mut self.sums);
+            start += rows;
+        }
+    }
+
+    fn sum_sweep(
+        &mut self,
+        geometry: &Geometry,
+        bar: &Bar,
+        test: usize,
+        basis: &SweepBasis,
+        statistics: &SweepStatistics,
+        offset_mm: f64,
+    ) {
+        let columns = &self.columns[test];
+        let (length_columns, width) = (columns.length.len(), columns.unknowns.len() + 1);
+        let nodes = basis.node_count();
+        let values = &mut self.lengths[..nodes];
+        let block = &mut self.block[..nodes * width];
+        bar.derivatives(geometry, &columns.length).evaluate(0..nodes, values, &mut block[..nodes * length_columns]);
+        block[nodes * length_columns..].fill(1.0);
+        values.iter_mut().for_each(|value| *value += offset_mm - statistics.base_mm);
+        let weighted = |column: &[f64], m: usize| -> f64 {
+            basis.weight[m * nodes..(m + 1) * nodes].iter().zip(column).map(|(w, c)| w * c).sum()
+        };
+        // f − W·v, the sum of the residuals seen by each node
+        let mut pull = [0.0; MAX_NODES];
+        let mut square = statistics.squares;
+        for m in 0..nodes {
+            let through = weighted(values, m);
+            square += values[m] * (through - 2.0 * statistics.projected[m]);
+            pull[m] = statistics.projected[m] - through;
+        }
+        let mut through = [0.0; MAX_NODES];
+        for a in 0..width - 1 {
+            let column = &block[a * nodes..(a + 1) * nodes];
+            for (m, through) in through[..nodes].iter_mut().enumerate() {
+                *through = weighted(column, m);
+            }
+            for b in 0..=a {
+                let other = &block[b * nodes..(b + 1) * nodes];
+                self.sums[a * width + b] = through.iter().zip(other).map(|(x, y)| x * y).sum();
+            }
+            self.sums[(width - 1) * width + a] = pull.iter().zip(column).map(|(x, y)| x * y).sum();
+        }
+        self.sums[width * width - 1] = square;
+    }
+
+    /// Adds the sums of a test to the equations of all unknowns.
+    fn spread(&mut self, test: usize) {
+        let unknowns = &self.columns[test].unknowns;
+        let (width, count) = (unknowns.len() + 1, self.gradient.len());
+        let weight = self.noise_mm[test].powi(-2);
+        for (a, &i) in unknowns.iter().enumerate() {
+            for (b, &j) in unknowns[..=a].iter().enumerate() {
+                self.information[i.max(j) * count + i.min(j)] += weight * self.sums[a * width + b];
+            }
+            self.gradient[i] += weight * self.sums[(width - 1) * width + a];
+        }
+        self.cost += weight * self.sums[width * width - 1];
+    }
+}
+
+/// Most nodes of a basis.
+const MAX_NODES: usize = 64;
