@@ -34,28 +34,30 @@ pub enum Column {
 pub struct Derivatives<'b, 'p> {
     bar: &'b Bar<'p>,
     columns: usize,
-    /// Per way (pivot, spindle): per frame.
-    frames: [Vec<FrameSums>; 2],
+    /// Per way (pivot, spindle), in the order of the frames.
+    sums: [Vec<ColumnSum>; 2],
     /// Columns that no frame writes.
     untouched: Vec<usize>,
     composition: Composition,
 }
 
-/// Everything that is read off in one frame.
-#[derive(Debug, Clone, Default)]
-struct FrameSums {
-    needs_products: bool,
-    sums: Vec<ColumnSum>,
-}
-
 /// One column: constants times products of the frame.
 #[derive(Debug, Clone)]
 struct ColumnSum {
+    /// Frame in which the column is read off.
+    frame: usize,
     column: usize,
-    terms: Vec<(usize, f64)>,
+    /// Product and its constant; the first `used` count.
+    terms: [(usize, f64); MAX_TERMS],
+    used: usize,
+    /// Some products are those of point and force.
+    takes_moments: bool,
     times_position_of: Option<usize>,
     write: Write,
 }
+
+/// Three of the force and nine of the first-order products.
+const MAX_TERMS: usize = 12;
 
 #[derive(Debug, Clone, Copy)]
 enum Write {
@@ -67,20 +69,17 @@ impl<'p> Bar<'p> {
     /// Prepares the derivatives with respect to `columns` in the geometry that the bar was made from.
     pub fn derivatives<'b>(&'b self, geometry: &Geometry, columns: &[Column]) -> Derivatives<'b, 'p> {
         let composition = geometry.composition();
-        let mut frames = [0, 1].map(|k: usize| vec![FrameSums::default(); self.ways[k].steps.len() + 1]);
+        let mut sums = [0, 1].map(|_| Vec::with_capacity(columns.len()));
         let mut untouched = Vec::new();
         for (index, &column) in columns.iter().enumerate() {
             let mut write = Write::Replace;
-            for (way, frames) in self.ways.iter().zip(&mut frames).enumerate().filter_map(|(k, pair)| {
+            for (k, way) in self.ways.iter().enumerate() {
                 // a ball's place moves that ball alone
-                let other_ball = matches!((k, column), (1, Column::Pivot(_)) | (0, Column::Spindle(_)));
-                (!other_ball).then_some(pair)
-            }) {
+                if matches!((k, column), (1, Column::Pivot(_)) | (0, Column::Spindle(_))) {
+                    continue;
+                }
                 if let Some(velocity) = way.velocity(geometry, column, self.poses) {
-                    let frame = &mut frames[velocity.frame];
-                    let sum = ColumnSum::of(index, &velocity, composition, write);
-                    frame.needs_products |= sum.terms.iter().any(|term| term.0 >= 3);
-                    frame.sums.push(sum);
+                    sums[k].push(ColumnSum::of(index, &velocity, composition, write));
                     write = Write::Add;
                 }
             }
@@ -88,25 +87,46 @@ impl<'p> Bar<'p> {
                 untouched.push(index);
             }
         }
-        Derivatives { bar: self, columns: columns.len(), frames, untouched, composition }
+        sums.iter_mut().for_each(|sums| sums.sort_by_key(|sum| sum.frame));
+        Derivatives { bar: self, columns: columns.len(), sums, untouched, composition }
     }
 }
 
 impl ColumnSum {
     fn of(column: usize, velocity: &Velocity, composition: Composition, write: Write) -> ColumnSum {
         let matrix = &velocity.matrix;
-        let mut terms: Vec<(usize, f64)> = (0..3).map(|k| (k, velocity.constant[k])).collect();
+        let (mut terms, mut used) = ([(0, 0.0); MAX_TERMS], 0);
+        let mut take = |product: usize, factor: f64| {
+            if factor != 0.0 {
+                terms[used] = (product, factor);
+                used += 1;
+            }
+        };
+        for k in 0..3 {
+            take(k, velocity.constant[k]);
+        }
         match composition {
-            Composition::Exact => terms.extend((0..3).map(|k| {
-                let (a, b) = ((k + 1) % 3, (k + 2) % 3);
-                (3 + k, 0.5 * (matrix[(b, a)] - matrix[(a, b)]))
-            })),
+            Composition::Exact => {
+                for k in 0..3 {
+                    let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+                    take(3 + k, 0.5 * (matrix[(b, a)] - matrix[(a, b)]));
+                }
+            }
             Composition::FirstOrder => {
-                terms.extend((0..9).map(|k| (3 + k, matrix[(k / 3, k % 3)])));
+                for k in 0..9 {
+                    take(3 + k, matrix[(k / 3, k % 3)]);
+                }
             }
         }
-        terms.retain(|term| term.1 != 0.0);
-        ColumnSum { column, terms, times_position_of: velocity.times_position_of, write }
+        ColumnSum {
+            frame: velocity.frame,
+            column,
+            terms,
+            used,
+            takes_moments: terms[..used].iter().any(|term| term.0 >= 3),
+            times_position_of: velocity.times_position_of,
+            write,
+        }
     }
 }
 
@@ -197,8 +217,8 @@ impl WithSimd for Evaluation<'_, '_, '_> {
             let opposite = lanes.sub3([lanes.splat(0.0); 3], pull);
             let mut output =
                 Output { of: self.of, at, row, count: lengths.len(), stride: self.stride, into: self.derivatives };
-            output.walk(lanes, &bar.pivot, &self.of.frames[0], &tapes[0], pull);
-            output.walk(lanes, &bar.spindle, &self.of.frames[1], &tapes[1], opposite);
+            output.walk(lanes, &bar.pivot, &self.of.sums[0], &tapes[0], pull);
+            output.walk(lanes, &bar.spindle, &self.of.sums[1], &tapes[1], opposite);
         }
     }
 }
@@ -219,14 +239,20 @@ impl Output<'_, '_, '_> {
         &mut self,
         lanes: Lanes<S, U>,
         way: &BoundWay,
-        frames: &[FrameSums],
+        sums: &[ColumnSum],
         tape: &Tape<S, U>,
         pull: Wide3<S, U>,
     ) {
         let mut g = pull;
-        for (k, frame) in frames.iter().enumerate() {
-            if !frame.sums.is_empty() {
-                self.write_frame(lanes, frame, g, &tape.points[k]);
+        let mut rest = sums;
+        for k in 0..=way.steps.len() {
+            let here = rest.iter().take_while(|sum| sum.frame == k).count();
+            if here > 0 {
+                self.write_frame(lanes, &rest[..here], g, &tape.points[k]);
+                rest = &rest[here..];
+            }
+            if rest.is_empty() {
+                return;
             }
             if let Some(step) = way.steps.get(k)
                 && let StepKind::Turn { matrix } = &step.kind
@@ -240,23 +266,23 @@ impl Output<'_, '_, '_> {
     fn write_frame<S: Simd, const U: usize>(
         &mut self,
         lanes: Lanes<S, U>,
-        frame: &FrameSums,
+        sums: &[ColumnSum],
         g: Wide3<S, U>,
         r: &Wide3<S, U>,
     ) {
-        match (self.of.composition, frame.needs_products) {
+        match (self.of.composition, sums.iter().any(|sum| sum.takes_moments)) {
             (Composition::Exact, true) => {
                 let m = lanes.cross(*r, g);
-                self.write_sums(lanes, frame, &[g[0], g[1], g[2], m[0], m[1], m[2], m[2], m[2]]);
+                self.write_sums(lanes, sums, &[g[0], g[1], g[2], m[0], m[1], m[2], m[2], m[2]]);
             }
             (Composition::FirstOrder, true) => {
                 let (x, y, z) = (lanes.mul3(*r, g[0]), lanes.mul3(*r, g[1]), lanes.mul3(*r, g[2]));
                 let (g0, g1, g2) = (g[0], g[1], g[2]);
                 let products =
                     [g0, g1, g2, x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2], z[2], z[2], z[2], z[2]];
-                self.write_sums(lanes, frame, &products);
+                self.write_sums(lanes, sums, &products);
             }
-            (_, false) => self.write_sums(lanes, frame, &[g[0], g[1], g[2], g[2]]),
+            (_, false) => self.write_sums(lanes, sums, &[g[0], g[1], g[2], g[2]]),
         }
     }
 
@@ -265,12 +291,12 @@ impl Output<'_, '_, '_> {
     fn write_sums<S: Simd, const U: usize, const N: usize>(
         &mut self,
         lanes: Lanes<S, U>,
-        frame: &FrameSums,
+        sums: &[ColumnSum],
         products: &[Wide<S, U>; N],
     ) {
-        for sum in &frame.sums {
+        for sum in sums {
             let mut value = lanes.splat(0.0);
-            for &(product, factor) in &sum.terms {
+            for &(product, factor) in &sum.terms[..sum.used] {
                 value = lanes.add_scaled(value, factor, products[product % N]);
             }
             if let Some(axis) = sum.times_position_of {

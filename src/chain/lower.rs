@@ -71,7 +71,7 @@ impl Way {
         for &axis in geometry.chain.path(ball.0) {
             let placed = &geometry.placed[axis];
             here = match poses.standing(axis) {
-                Some(q) => standing(geometry, placed, q, &here),
+                Some(q) => standing(placed, q, &here),
                 None => {
                     let (step, inner) = moving(placed, axis, &here);
                     steps.push(step);
@@ -108,19 +108,14 @@ impl Way {
 }
 
 /// The link behind an axis that stands at `q`: its place in the frame of the link before it.
-fn standing(geometry: &Geometry, placed: &PlacedJoint, q: f64, carrier: &LinkInFrame) -> LinkInFrame {
-    let carry = |at: Vector3<f64>| placed.carry(&at, q, None, geometry.composition);
+fn standing(placed: &PlacedJoint, q: f64, carrier: &LinkInFrame) -> LinkInFrame {
     let matrix = match placed.joint.kind {
         AxisKind::Linear => Matrix3::identity(),
-        AxisKind::Rotary => {
-            let turned = |arm| super::geometry::turn(&arm, &placed.joint.direction, placed.joint.sign * q);
-            placed.rotation * Matrix3::from_columns(&[turned(Vector3::x()), turned(Vector3::y()), turned(Vector3::z())])
-        }
+        AxisKind::Rotary => placed.rotation * turn_matrix(&(placed.joint.direction * placed.joint.sign), q),
     };
-    // the origin on the axis is where the translation is free of cancellation
     let offset = match placed.joint.kind {
-        AxisKind::Linear => carry(Vector3::zeros()),
-        AxisKind::Rotary => carry(placed.joint.origin) - matrix * placed.joint.origin,
+        AxisKind::Linear => placed.translation + placed.slide(q),
+        AxisKind::Rotary => placed.joint.origin + placed.translation - matrix * placed.joint.origin,
     };
     LinkInFrame {
         frame: carrier.frame,
@@ -158,6 +153,12 @@ fn frame_along(z: &Vector3<f64>) -> Matrix3<f64> {
     let guess = unit(z.iamax() + 1);
     let x = (guess - z * z.dot(&guess)).normalize();
     Matrix3::from_columns(&[x, z.cross(&x), *z])
+}
+
+/// Rotation about a unit vector (Rodrigues).
+fn turn_matrix(about: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
+    let (sine, cosine) = angle.sin_cos();
+    Matrix3::identity() * cosine + about.cross_matrix() * sine + about * about.transpose() * (1.0 - cosine)
 }
 
 fn unit(k: usize) -> Vector3<f64> {

@@ -28,6 +28,8 @@ const MARGIN_MM: f64 = 0.2;
 const MAX_HARMONICS: usize = 16;
 /// Nodes at which harmonics are judged.
 const FINE_NODES: usize = 64;
+/// Harmonics that are judged: fewer than half the nodes, so that none is mistaken for another.
+const JUDGED_HARMONICS: usize = 28;
 
 /// Positions of a sweep in the form that turns readings into statistics.
 #[derive(Debug, Clone)]
@@ -218,35 +220,31 @@ fn harmonics_needed(
 ) -> Option<usize> {
     let angles = family.angles(FINE_NODES);
     let nodes = node_poses(geometry.chain(), poses, axis, family, &angles);
+    let multiples: Vec<f64> =
+        (1..=JUDGED_HARMONICS).flat_map(|k| angles.iter().map(move |angle| k as f64 * angle)).collect();
+    let (sine, cosine) = sines_and_cosines(&multiples);
     let mut needed = 1;
     for direction in 0..6 {
         let mut place = *spindle.1;
         place[direction % 3] += if direction < 3 { MARGIN_MM } else { -MARGIN_MM };
-        let lengths = geometry.bar(pivot, (spindle.0, &place), &nodes).lengths();
+        let mut lengths = geometry.bar(pivot, (spindle.0, &place), &nodes).lengths();
+        // counted from the first value: rounding of a constant length is no harmonic
+        let first = lengths[0];
+        lengths.iter_mut().for_each(|length| *length -= first);
+        let project = |table: &[f64]| lengths.iter().zip(table).map(|(length, factor)| length * factor).sum::<f64>();
         let mut rest = 0.0;
-        let sizes: Vec<f64> = (1..=2 * MAX_HARMONICS - 4).map(|k| harmonic_size(&lengths, &angles, k)).collect();
-        let enough = (1..=sizes.len()).rev().find(|&k| {
-            rest += sizes[k - 1];
+        let enough = (1..=JUDGED_HARMONICS).rev().find(|k| {
+            let here = (k - 1) * FINE_NODES..k * FINE_NODES;
+            let (c, s) = match family {
+                Family::Turn => (project(&cosine[here.clone()]), project(&sine[here])),
+                Family::Slide { .. } => (project(&cosine[here]), 0.0),
+            };
+            rest += 2.0 / FINE_NODES as f64 * c.hypot(s);
             rest > TRUNCATION_MM
         });
         needed = needed.max(enough.unwrap_or(0));
     }
     (needed <= MAX_HARMONICS).then_some(needed)
-}
-
-/// Amplitude of a harmonic of values at equally spaced angles.
-fn harmonic_size(values: &[f64], angles: &[f64], k: usize) -> f64 {
-    let (mut c, mut s) = (0.0, 0.0);
-    for (value, angle) in values.iter().zip(angles) {
-        let (sine, cosine) = (k as f64 * angle).sin_cos();
-        // counted from the first value: rounding of a constant length is no harmonic
-        c += (value - values[0]) * cosine;
-        s += (value - values[0]) * sine;
-    }
-    let scale = 2.0 / values.len() as f64;
-    // Chebyshev nodes cover half a circle: their sine sums are no harmonics
-    let is_half = angles.last().is_some_and(|&last| last < std::f64::consts::PI);
-    scale * if is_half { c.abs() } else { c.hypot(s) }
 }
 
 struct Sums<'a> {
@@ -265,23 +263,38 @@ impl WithSimd for Sums<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (Vec<f64>, f64) {
-        let lanes = Lanes::<S, 2> { simd };
-        let count = Lanes::<S, 2>::COUNT;
+        // sums held in registers for the few harmonics that bars need, in memory for more
+        match self.harmonics {
+            0..=2 => self.pass::<S, 3>(simd),
+            3 => self.pass::<S, 4>(simd),
+            4 => self.pass::<S, 5>(simd),
+            5 => self.pass::<S, 6>(simd),
+            6..=8 => self.pass::<S, 9>(simd),
+            _ => self.pass::<S, MAX_SUMS>(simd),
+        }
+    }
+}
+
+impl Sums<'_> {
+    /// One pass over the values with room for `ROOM − 1` harmonics.
+    #[inline(always)]
+    fn pass<S: Simd, const ROOM: usize>(self, simd: S) -> (Vec<f64>, f64) {
+        let lanes = Lanes::<S, 1> { simd };
+        let count = S::F64_LANES;
         let zero = lanes.splat(0.0);
-        let (mut cosine_sums, mut sine_sums) = ([zero; MAX_SUMS], [zero; MAX_SUMS]);
+        let (mut cosine_sums, mut sine_sums) = ([zero; ROOM], [zero; ROOM]);
         let mut squares = zero;
         let rows = self.values.len().min(self.cosine.len());
         let mut row = 0;
         while row < rows {
             let end = (row + count).min(rows);
             let mut y = lanes.load(&self.values[row..end]);
-            if end - row == count {
-                y = lanes.sub(y, lanes.splat(self.base));
-            } else {
+            y = lanes.sub(y, lanes.splat(self.base));
+            if end - row < count {
                 // rows beyond the last count as zero
-                let mut part = [0.0; 16];
-                for (k, value) in self.values[row..end].iter().enumerate() {
-                    part[k % 16] = value - self.base;
+                let mut part = [0.0; 8];
+                for (part, value) in part.iter_mut().zip(&self.values[row..end]) {
+                    *part = value - self.base;
                 }
                 y = lanes.load(&part[..end - row]);
             }
@@ -291,15 +304,15 @@ impl WithSimd for Sums<'_> {
             cosine_sums[0] = lanes.add(cosine_sums[0], y);
             // y·cos kθ and y·sin kθ by cos(k+1)θ = 2 cos θ·cos kθ − cos(k−1)θ
             let (mut last, mut here) = (y, lanes.mul(y, c));
-            for sum in &mut cosine_sums[1..=self.harmonics] {
-                *sum = lanes.add(*sum, here);
+            for k in 1..ROOM {
+                cosine_sums[k] = lanes.add(cosine_sums[k], here);
                 let next = lanes.sub(lanes.mul(twice, here), last);
                 (last, here) = (here, next);
             }
             if !self.sine.is_empty() {
                 let (mut last, mut here) = (zero, lanes.mul(y, lanes.load(&self.sine[row..end])));
-                for sum in &mut sine_sums[1..=self.harmonics] {
-                    *sum = lanes.add(*sum, here);
+                for k in 1..ROOM {
+                    sine_sums[k] = lanes.add(sine_sums[k], here);
                     let next = lanes.sub(lanes.mul(twice, here), last);
                     (last, here) = (here, next);
                 }
@@ -308,18 +321,13 @@ impl WithSimd for Sums<'_> {
         }
         let mut out = Vec::with_capacity(2 * self.harmonics + 1);
         for sum in &cosine_sums[..=self.harmonics] {
-            out.push(total(lanes, *sum));
+            out.push(simd.reduce_sum_f64s(sum[0]));
         }
         if !self.sine.is_empty() {
             for sum in &sine_sums[1..=self.harmonics] {
-                out.push(total(lanes, *sum));
+                out.push(simd.reduce_sum_f64s(sum[0]));
             }
         }
-        (out, total(lanes, squares))
+        (out, simd.reduce_sum_f64s(squares[0]))
     }
-}
-
-#[inline(always)]
-fn total<S: Simd>(lanes: Lanes<S, 2>, sum: [S::f64s; 2]) -> f64 {
-    lanes.simd.reduce_sum_f64s(lanes.simd.add_f64s(sum[0], sum[1]))
 }

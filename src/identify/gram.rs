@@ -82,6 +82,54 @@ fn load<S: Simd>(simd: S, from: &[f64]) -> S::f64s {
     if tail.is_empty() { vectors[0] } else { simd.partial_load_f64s(tail) }
 }
 
+/// Rows of [`weighted_products`] are filled up to a multiple of this.
+pub const ROW_STEP: usize = 8;
+
+/// `JᵀWJ` for a few rows: `rows` holds J row by row with `stride` numbers each (a multiple of [`ROW_STEP`]), `weight`
+/// is symmetric, `weighted` takes WJ and `sums` the result, both row by row with the same stride.
+pub fn weighted_products(rows: &[f64], stride: usize, weight: &[f64], weighted: &mut [f64], sums: &mut [f64]) {
+    let count = rows.len() / stride;
+    Arch::new().dispatch(RowSums { rows, stride, factors: weight, next_row: count, next_factor: 1, into: weighted });
+    Arch::new().dispatch(RowSums {
+        rows: weighted,
+        stride,
+        factors: rows,
+        next_row: 1,
+        next_factor: stride,
+        into: sums,
+    });
+}
+
+/// `into[r] = Σ_n factors[r·next_row + n·next_factor] · rows[n]`.
+struct RowSums<'a> {
+    rows: &'a [f64],
+    stride: usize,
+    factors: &'a [f64],
+    next_row: usize,
+    next_factor: usize,
+    into: &'a mut [f64],
+}
+
+impl WithSimd for RowSums<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (r, into) in self.into.chunks_exact_mut(self.stride).enumerate() {
+            let (into, _) = S::as_mut_simd_f64s(into);
+            for (v, into) in into.iter_mut().enumerate() {
+                let mut sum = simd.splat_f64s(0.0);
+                for (n, row) in self.rows.chunks_exact(self.stride).enumerate() {
+                    let (row, _) = S::as_simd_f64s(row);
+                    let factor = self.factors[r * self.next_row + n * self.next_factor];
+                    sum = simd.mul_add_e_f64s(simd.splat_f64s(factor), row[v], sum);
+                }
+                *into = sum;
+            }
+        }
+    }
+}
+
 /// Lower Cholesky factor of a symmetric matrix given by its lower triangle, in units of its diagonal.
 pub struct Factor {
     count: usize,

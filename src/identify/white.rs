@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::FitError;
 use super::compressed::{SweepBasis, SweepStatistics};
-use super::gram::{Factor, add_products};
+use super::gram::{Factor, ROW_STEP, add_products, weighted_products};
 use super::problem::Problem;
 use super::unknowns::Quantity;
 use crate::chain::{Bar, Column, Geometry, Poses};
@@ -84,6 +84,14 @@ impl Evidence {
         }
     }
 
+    /// Nodes of a compressed sweep, 0 for samples.
+    fn node_count(&self) -> usize {
+        match self {
+            Evidence::Samples { .. } => 0,
+            Evidence::Sweep { basis, .. } => basis.node_count(),
+        }
+    }
+
     fn poses(&self) -> &Poses {
         match self {
             Evidence::Samples { poses, .. } => poses,
@@ -108,14 +116,13 @@ pub fn fit_white(problem: &Problem, evidence: &[Evidence], noise_mm: &[f64]) -> 
         // length of the step in sigmas; Gauss–Newton shortens it by a constant ratio or better
         let decrement = step.iter().zip(&equations.gradient).map(|(s, g)| s * g).sum::<f64>().max(0.0).sqrt();
         let ratio = if last_decrement > 0.0 { decrement / last_decrement } else { 1.0 };
-        let information = equations.information_matrix();
         let start = values.clone();
         let mut share = 1.0;
         for (value, (start, step)) in values.iter_mut().zip(start.iter().zip(&step)) {
             *value = start + step;
         }
         if decrement * ratio.min(1.0) < DISTANCE_SIGMAS && (ratio < 0.5 || decrement < DISTANCE_SIGMAS) {
-            return Ok(WhiteFit { values, information, cost, evaluations });
+            return Ok(WhiteFit { values, information: equations.information_matrix(), cost, evaluations });
         }
         equations.evaluate(&values);
         evaluations += 1;
@@ -148,6 +155,7 @@ struct Equations<'a> {
     block: Vec<f64>,
     lengths: Vec<f64>,
     sums: Vec<f64>,
+    scratch: Vec<f64>,
 }
 
 struct TestColumns {
@@ -184,6 +192,8 @@ impl<'a> Equations<'a> {
         let widest = columns.iter().map(|columns| columns.unknowns.len() + 1).max().unwrap_or(0);
         let longest = evidence.iter().map(|evidence| evidence.poses().rows()).max().unwrap_or(0).min(BLOCK_ROWS);
         let count = problem.unknowns.len();
+        let most_nodes = evidence.iter().map(Evidence::node_count).max().unwrap_or(0);
+        let stride = widest.next_multiple_of(ROW_STEP);
         Equations {
             problem,
             evidence,
@@ -195,6 +205,7 @@ impl<'a> Equations<'a> {
             block: vec![0.0; widest * longest],
             lengths: vec![0.0; longest],
             sums: vec![0.0; widest * widest],
+            scratch: vec![0.0; (2 * most_nodes + widest) * stride],
         }
     }
 
@@ -282,31 +293,27 @@ impl<'a> Equations<'a> {
         let block = &mut self.block[..nodes * width];
         bar.derivatives(geometry, &columns.length).evaluate(0..nodes, values, &mut block[..nodes * length_columns]);
         block[nodes * length_columns..].fill(1.0);
-        values.iter_mut().for_each(|value| *value += offset_mm - statistics.base_mm);
-        let weighted = |column: &[f64], m: usize| -> f64 {
-            basis.weight[m * nodes..(m + 1) * nodes].iter().zip(column).map(|(w, c)| w * c).sum()
-        };
-        // f − W·v, the sum of the residuals seen by each node
-        let mut pull = [0.0; MAX_NODES];
-        let mut square = statistics.squares;
-        for m in 0..nodes {
-            let through = weighted(values, m);
-            square += values[m] * (through - 2.0 * statistics.projected[m]);
-            pull[m] = statistics.projected[m] - through;
+        let stride = width.next_multiple_of(ROW_STEP);
+        // J row by row, the model's values counted from the base as the last column
+        let (rows, scratch) = self.scratch.split_at_mut(nodes * stride);
+        for (m, row) in rows.chunks_exact_mut(stride).enumerate() {
+            for (a, entry) in row[..width - 1].iter_mut().enumerate() {
+                *entry = block[a * nodes + m];
+            }
+            row[width - 1] = values[m] + offset_mm - statistics.base_mm;
         }
-        let mut through = [0.0; MAX_NODES];
+        let (weighted, products) = scratch.split_at_mut(nodes * stride);
+        let products = &mut products[..width * stride];
+        weighted_products(rows, stride, &basis.weight, weighted, products);
+        // residual products: fᵀJ − vᵀWJ, and Σy² − 2fᵀv + vᵀWv
+        let projected =
+            |a: usize| -> f64 { rows.chunks_exact(stride).zip(&statistics.projected).map(|(row, f)| row[a] * f).sum() };
         for a in 0..width - 1 {
-            let column = &block[a * nodes..(a + 1) * nodes];
-            for (m, through) in through[..nodes].iter_mut().enumerate() {
-                *through = weighted(column, m);
-            }
-            for b in 0..=a {
-                let other = &block[b * nodes..(b + 1) * nodes];
-                self.sums[a * width + b] = through.iter().zip(other).map(|(x, y)| x * y).sum();
-            }
-            self.sums[(width - 1) * width + a] = pull.iter().zip(column).map(|(x, y)| x * y).sum();
+            self.sums[a * width..=a * width + a].copy_from_slice(&products[a * stride..=a * stride + a]);
+            self.sums[(width - 1) * width + a] = projected(a) - products[(width - 1) * stride + a];
         }
-        self.sums[width * width - 1] = square;
+        let last = width - 1;
+        self.sums[width * width - 1] = statistics.squares - 2.0 * projected(last) + products[last * stride + last];
     }
 
     /// Adds the sums of a test to the equations of all unknowns.
@@ -323,6 +330,3 @@ impl<'a> Equations<'a> {
         self.cost += weight * self.sums[width * width - 1];
     }
 }
-
-/// Most nodes of a basis.
-const MAX_NODES: usize = 64;
