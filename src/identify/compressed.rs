@@ -304,15 +304,15 @@ impl Sums<'_> {
             cosine_sums[0] = lanes.add(cosine_sums[0], y);
             // y·cos kθ and y·sin kθ by cos(k+1)θ = 2 cos θ·cos kθ − cos(k−1)θ
             let (mut last, mut here) = (y, lanes.mul(y, c));
-            for k in 1..ROOM {
-                cosine_sums[k] = lanes.add(cosine_sums[k], here);
+            for sum in &mut cosine_sums[1..] {
+                *sum = lanes.add(*sum, here);
                 let next = lanes.sub(lanes.mul(twice, here), last);
                 (last, here) = (here, next);
             }
             if !self.sine.is_empty() {
                 let (mut last, mut here) = (zero, lanes.mul(y, lanes.load(&self.sine[row..end])));
-                for k in 1..ROOM {
-                    sine_sums[k] = lanes.add(sine_sums[k], here);
+                for sum in &mut sine_sums[1..] {
+                    *sum = lanes.add(*sum, here);
                     let next = lanes.sub(lanes.mul(twice, here), last);
                     (last, here) = (here, next);
                 }

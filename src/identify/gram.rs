@@ -66,11 +66,9 @@ impl Products<'_> {
             }
             row = end;
         }
-        for i in 0..T {
-            for j in 0..T {
-                if b + j <= a + i && a + i < self.count {
-                    self.sums[(a + i) * self.count + b + j] += simd.reduce_sum_f64s(sums[i][j]);
-                }
+        for (i, row) in sums.iter().enumerate().take_while(|(i, _)| a + i < self.count) {
+            for (j, sum) in row.iter().enumerate().take_while(|(j, _)| b + j <= a + i) {
+                self.sums[(a + i) * self.count + b + j] += simd.reduce_sum_f64s(*sum);
             }
         }
     }
@@ -171,14 +169,14 @@ impl Factor {
         let n = self.count;
         let mut x: Vec<f64> = right.iter().zip(&self.scale).map(|(r, s)| r * s).collect();
         for i in 0..n {
-            let dot: f64 = (0..i).map(|j| self.lower[i * n + j] * x[j]).sum();
+            let dot: f64 = self.lower[i * n..i * n + i].iter().zip(&x).map(|(lower, x)| lower * x).sum();
             x[i] = (x[i] - dot) / self.lower[i * n + i];
         }
         for i in (0..n).rev() {
             x[i] /= self.lower[i * n + i];
             let solved = x[i];
-            for j in 0..i {
-                x[j] -= self.lower[i * n + j] * solved;
+            for (x, lower) in x[..i].iter_mut().zip(&self.lower[i * n..i * n + i]) {
+                *x -= lower * solved;
             }
         }
         x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);

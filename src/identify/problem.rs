@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::FitError;
 use super::unknowns::{Quantity, Unknown};
-use crate::chain::{Chain, Composition, Geometry, LinkId, Sensitivity};
+use crate::chain::{Chain, Column, Composition, Geometry, LinkId, Poses, Sensitivity};
 use crate::effects::{Context, Disturbances};
 use crate::session::{Motion, Session, Setups};
 use crate::simulate::component_errors;
@@ -24,6 +24,8 @@ pub struct Problem<'a> {
 /// One test: its motion, links, readings, and which unknowns reach it.
 pub struct PreparedTest {
     pub motion: Motion,
+    /// The same positions axis by axis, with their sines.
+    pub poses: Poses,
     pub links: (LinkId, LinkId),
     /// Readings, mm; NaN where there is none.
     pub reading_mm: Vec<f64>,
@@ -56,7 +58,8 @@ impl<'a> Problem<'a> {
                 Some(recording) => recording.length_mm.clone(),
                 None => vec![f64::NAN; motion.rows()],
             };
-            Ok(PreparedTest { motion, links, reading_mm, columns: Vec::new() })
+            let poses = Poses::from_rows(motion.axis_count, &motion.positions).with_sines(chain);
+            Ok(PreparedTest { motion, poses, links, reading_mm, columns: Vec::new() })
         });
         let tests = tests.collect::<Result<Vec<_>, FitError>>()?;
         let composition = Composition::Exact;
@@ -114,8 +117,52 @@ impl<'a> Problem<'a> {
         Geometry::new(self.chain, &errors, self.composition)
     }
 
+    /// True when nothing but constant errors acts on a test: no component errors, no effects.
+    pub fn is_constant(&self, test: usize) -> bool {
+        self.disturbances.by_test[test].is_empty()
+            && self.session.machine.axes.iter().all(|axis| axis.component_errors.is_empty())
+    }
+
+    /// What the batch kernels differentiate with respect to for an unknown; `None` for the reading of a bar.
+    pub(super) fn column(&self, unknown: usize) -> Option<Column> {
+        match self.unknowns[unknown].quantity {
+            Quantity::Location { axis, component } => Some(Column::Location { axis, component: component.index() }),
+            Quantity::Pivot { coordinate, .. } => Some(Column::Pivot(coordinate)),
+            Quantity::SpindleBall { coordinate, .. } => Some(Column::Spindle(coordinate)),
+            Quantity::Bar { .. } => None,
+        }
+    }
+
     /// Residuals and derivatives of one test.
     pub fn predict(&self, test: usize, geometry: &Geometry, values: &[f64]) -> Prediction {
+        if self.is_constant(test) {
+            self.predict_constant(test, geometry, values)
+        } else {
+            self.predict_by_row(test, geometry, values)
+        }
+    }
+
+    /// Many rows at a time.
+    fn predict_constant(&self, test: usize, geometry: &Geometry, values: &[f64]) -> Prediction {
+        let prepared = &self.tests[test];
+        let (pivot, spindle, bar_error_mm) = self.setup_of(test, values);
+        let rows = prepared.motion.rows();
+        // the bar's column, which is 1 everywhere, is differentiated as a place and overwritten
+        let columns: Vec<Option<Column>> = prepared.columns.iter().map(|&index| self.column(index)).collect();
+        let known: Vec<Column> = columns.iter().map(|column| column.unwrap_or(Column::Pivot(0))).collect();
+        let mut jacobian = DMatrix::zeros(rows, columns.len());
+        let mut lengths = vec![0.0; rows];
+        let bar = geometry.bar((prepared.links.0, &pivot), (prepared.links.1, &spindle), &prepared.poses);
+        bar.derivatives(geometry, &known).evaluate(0..rows, &mut lengths, jacobian.as_mut_slice());
+        for (k, _) in columns.iter().enumerate().filter(|(_, column)| column.is_none()) {
+            jacobian.column_mut(k).fill(1.0);
+        }
+        let residuals =
+            prepared.reading_mm.iter().zip(lengths).map(|(reading, length)| reading - length - bar_error_mm);
+        Prediction { residual_mm: residuals.collect(), jacobian }
+    }
+
+    fn predict_by_row(&self, test: usize, geometry: &Geometry, values: &[f64]) -> Prediction {
         let prepared = &self.tests[test];
         let rows = prepared.motion.rows();
         let mut residual_mm = Vec::with_capacity(rows);

@@ -8,7 +8,6 @@ use super::FitError;
 use super::compressed::{SweepBasis, SweepStatistics};
 use super::gram::{Factor, ROW_STEP, add_products, weighted_products};
 use super::problem::Problem;
-use super::unknowns::Quantity;
 use crate::chain::{Bar, Column, Geometry, Poses};
 
 /// What a test contributes to a white-noise fit.
@@ -103,8 +102,11 @@ impl Evidence {
 
 /// Fits the unknowns of a problem to evidence with white noise of `noise_mm` per test, starting from the prior means.
 ///
-/// Component errors of the machine are not part of this model.
+/// Constant errors only: component errors and effects are refused ([`Problem::is_constant`]).
 pub fn fit_white(problem: &Problem, evidence: &[Evidence], noise_mm: &[f64]) -> Result<WhiteFit, FitError> {
+    if let Some(test) = (0..evidence.len()).find(|&test| !problem.is_constant(test)) {
+        return Err(FitError::NotConstant { test: problem.session.tests[test].name.clone() });
+    }
     let mut equations = Equations::new(problem, evidence, noise_mm);
     let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
     equations.evaluate(&values);
@@ -170,17 +172,13 @@ impl TestColumns {
         let mut columns = TestColumns { length: Vec::new(), unknowns: Vec::new() };
         let mut bar = None;
         for &index in &problem.tests[test].columns {
-            let column = match problem.unknowns[index].quantity {
-                Quantity::Location { axis, component } => Column::Location { axis, component: component.index() },
-                Quantity::Pivot { coordinate, .. } => Column::Pivot(coordinate),
-                Quantity::SpindleBall { coordinate, .. } => Column::Spindle(coordinate),
-                Quantity::Bar { .. } => {
-                    bar = Some(index);
-                    continue;
+            match problem.column(index) {
+                Some(column) => {
+                    columns.length.push(column);
+                    columns.unknowns.push(index);
                 }
-            };
-            columns.length.push(column);
-            columns.unknowns.push(index);
+                None => bar = Some(index),
+            }
         }
         columns.unknowns.extend(bar);
         columns
