@@ -9,6 +9,7 @@ use fiveaxis::load::load_session;
 use fiveaxis::report::diagnosis::{diagnosis_json, diagnosis_text};
 
 use super::Refusal;
+use super::progress::Working;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]
@@ -28,7 +29,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let session = load_session(&arguments.session)?;
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
+    let working = Working::on(format!("looking for causes in {}", session.name));
     let diagnosis = diagnose(&session, &Options { free, prior: None })?;
+    drop(working);
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&diagnosis_json(&diagnosis))?);
     } else {
