@@ -110,6 +110,8 @@ fn sparse_directions(mut rows: Vec<Vec<f64>>, unknowns: &[Unknown]) -> Vec<Vec<(
             directions.push(members);
         }
     }
+    // in the order of the errors: pivots of equal size would else come in an order of rounding
+    directions.sort_by_key(|members| members.iter().map(|(k, _)| *k).find(|&k| !unknowns[k].quantity.is_setup()));
     directions
 }
 
