@@ -5,8 +5,8 @@ use std::path::Path;
 use super::places::Element;
 use crate::load::LoadError;
 
-/// Largest coordinate accepted, m.
-const MAX_COORDINATE_M: f64 = 1e4;
+/// Largest number accepted, m or rad.
+pub const MAX_COORDINATE_M: f64 = 1e4;
 
 /// Checks that urdf-rs leaves out: the root, numbers, joint types, required children.
 pub fn check_elements(file: &Path, elements: &[Element]) -> Result<(), LoadError> {
@@ -55,14 +55,14 @@ fn numbers(file: &Path, element: &Element, name: &str, text: &str, count: usize)
     let found: Option<Vec<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
     let sensible = |value: &f64| match element.name.as_str() {
         // URDF 1.2 writes an absent limit as infinity
-        "limit" => !value.is_nan(),
+        "limit" => value.is_infinite() || value.abs() <= MAX_COORDINATE_M,
         _ => value.is_finite() && value.abs() <= MAX_COORDINATE_M,
     };
     match found {
         Some(found) if found.len() == count && found.iter().all(sensible) => Ok(found),
         _ => {
             let due = match count {
-                1 => "one finite number is due".to_string(),
+                1 => format!("one number of at most {MAX_COORDINATE_M} is due"),
                 _ => format!("{count} finite numbers of at most {MAX_COORDINATE_M} are due"),
             };
             Err(LoadError::line(file, element.line, format!("<{}> has {name}=\"{text}\"; {due}", element.name)))

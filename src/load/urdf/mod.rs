@@ -13,7 +13,7 @@ use urdf_rs::{JointType, Robot};
 
 use super::message::LoadError;
 use crate::machine::{Axis, AxisKind, Machine, StructuralCode, refuse_axis_name};
-use checks::{check_elements, child};
+use checks::{MAX_COORDINATE_M, check_elements, child};
 use ends::Ends;
 use places::{Element, elements};
 use tree::{Branchlet, Tree};
@@ -170,6 +170,17 @@ impl Reader<'_> {
             placed.rotation *= roll_pitch_yaw(angles);
         }
         placed.at_mm = placed.at_mm.map(grain);
+        if placed.at_mm.amax() > MAX_COORDINATE_M * MM_PER_M {
+            let entry = &self.tree.joints[joint];
+            return Err(LoadError::line(
+                self.tree.file,
+                entry.element.line,
+                format!(
+                    "joint '{}' lies farther than {MAX_COORDINATE_M} m from the bed; lengths are in m",
+                    entry.joint.name
+                ),
+            ));
+        }
         Ok(placed)
     }
 
