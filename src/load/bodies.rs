@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::document::{Document, Step};
-use super::machine::load_machine;
+use super::machine::{is_urdf, load_machine};
 use super::mesh::load_mesh;
 use super::message::{LoadError, nearest};
 use super::quantity::finite;
@@ -99,10 +99,11 @@ struct SpindleFile {
 /// Reads a machine file with its solids.
 pub fn load_machine_and_bodies(file: &Path) -> Result<(Machine, Bodies), LoadError> {
     let machine = load_machine(file)?;
-    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf")) {
+    let text = read_limited(file, MAX_YAML_BYTES)?;
+    if is_urdf(file, &text) {
         return Ok((machine, Bodies::default()));
     }
-    let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
+    let document = Document::parse(file, text)?;
     let raw: SolidsFile = document.read()?;
     let reader = Reader { document: &document, file, chain: Chain::of(&machine) };
     let mut bodies = Bodies::default();

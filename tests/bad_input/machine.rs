@@ -29,7 +29,7 @@ fn one_message_each() {
         (
             "unknown top key",
             format!("{MACHINE}{}", "gravty: [0, 0, -1]\n"),
-            "machine.yaml:9:1: unknown key 'gravty'; did you mean 'gravity'? (allowed: name, code, chain, axes, gravity, machine_zero, gauge_length, links, effects)",
+            "machine.yaml:9:1: unknown key 'gravty'; did you mean 'gravity'? (allowed: name, code, chain, axes, gravity, machine_zero, gauge_length, links, effects, bodies, mounts, spindle)",
         ),
         ("missing key", changed(MACHINE, "name: mill\n", ""), "machine.yaml:1:1: the key 'name' is missing; add it"),
         (
