@@ -105,7 +105,7 @@ fn sparse_directions(mut rows: Vec<Vec<f64>>, unknowns: &[Unknown]) -> Vec<Vec<(
             .map(|(k, value)| (k, value / largest))
             .filter(|(_, value)| value.abs() > SMALL_WEIGHT)
             .collect();
-        members.sort_by(|a, b| a.0.cmp(&b.0));
+        members.sort_by_key(|member| member.0);
         if members.iter().any(|(k, _)| !unknowns[*k].quantity.is_setup()) {
             directions.push(members);
         }

@@ -78,8 +78,8 @@ mod tests {
         residual[100] += 0.5;
         residual[50] = f64::NAN;
         // a step with a decaying spike, as after a reversal
-        for row in 120..200 {
-            residual[row] += 0.1 + 0.1 * (-(row as f64 - 120.0) / 8.0).exp();
+        for (since, value) in residual[120..].iter_mut().enumerate() {
+            *value += 0.1 + 0.1 * (-(since as f64) / 8.0).exp();
         }
         let kept = near_trend(&residual);
         let left_out: Vec<usize> = (0..200).filter(|&row| !kept[row]).collect();

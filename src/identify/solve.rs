@@ -113,7 +113,7 @@ fn prior_cost(problem: &Problem, values: &[f64]) -> f64 {
 /// Normal equations and residuals at `values`, tests in parallel, summed in order so that results repeat exactly.
 pub fn normal_equations(problem: &Problem, values: &[f64], weighting: &Weighting) -> (Normal, Vec<Vec<f64>>) {
     let geometry = problem.geometry(values);
-    let parts: Vec<(DMatrix<f64>, DVector<f64>, f64, Vec<f64>)> = (0..problem.tests.len())
+    let parts: Vec<_> = (0..problem.tests.len())
         .into_par_iter()
         .map(|test| {
             let mut prediction = problem.predict(test, &geometry, values);

@@ -221,7 +221,7 @@ fn tests(page: &mut String, json: &FitJson, plots: &[TestPlots]) {
     page.push_str("<section>\n<h2>Tests</h2>\n<p class=\"small\">Round plots show deviations from the nominal length, outward longer; the division stands under each. Crosses mark readings left out.</p>\n<div class=\"tests\">\n");
     for plot in plots {
         let rms = json.tests.iter().find(|test| test.name == plot.test).map_or(f64::NAN, |test| test.rms_um);
-        let _ = write!(page, "<figure id=\"test-{}\">\n", identifier(&plot.test));
+        let _ = writeln!(page, "<figure id=\"test-{}\">", identifier(&plot.test));
         if let Some(polar) = &plot.polar {
             page.push_str(polar);
         }

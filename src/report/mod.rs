@@ -2,14 +2,15 @@
 
 pub mod check;
 pub mod circles;
-mod effect_yaml;
 pub mod diagnosis;
+mod effect_yaml;
 pub mod fit;
 pub mod fit_page;
 pub mod fit_text;
 mod number;
 pub mod polar;
 pub mod recording;
+pub mod residual_plot;
 pub mod simulation;
 pub mod table;
 pub mod thesis;

@@ -1,0 +1,186 @@
+//! The residual of one test over a position as SVG: its own scale, readings left out as crosses. It reads no sessions.
+
+use std::fmt::Write as _;
+
+use super::polar::escape;
+use crate::identify::TestFit;
+use crate::units::UM_PER_MM;
+
+const WIDTH: f64 = 600.0;
+const HEIGHT: f64 = 230.0;
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 16.0;
+const TOP: f64 = 40.0;
+const BOTTOM: f64 = 44.0;
+
+/// Where values lie in the picture.
+struct Frame {
+    low: f64,
+    high: f64,
+    /// Largest residual drawn, µm, a whole number of steps.
+    reach_um: f64,
+    step_um: f64,
+}
+
+impl Frame {
+    fn of(abscissa: &[f64], largest_um: f64) -> Frame {
+        let step_um = round_step(largest_um.max(1e-3) / 2.0);
+        let reach_um = step_um * (largest_um / step_um).ceil().max(1.0);
+        let (low, high) = abscissa.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        let (low, high) = if high > low { (low, high) } else { (low - 1.0, low + 1.0) };
+        Frame { low, high, reach_um, step_um }
+    }
+
+    fn x(&self, value: f64) -> f64 {
+        LEFT + (value - self.low) / (self.high - self.low) * (WIDTH - LEFT - RIGHT)
+    }
+
+    fn y(&self, um: f64) -> f64 {
+        TOP + (1.0 - um / self.reach_um) * (HEIGHT - TOP - BOTTOM) / 2.0
+    }
+
+    /// Values of the horizontal lines, µm.
+    fn levels(&self) -> Vec<f64> {
+        let count = (self.reach_um / self.step_um).round() as i64;
+        (-count..=count).map(|k| k as f64 * self.step_um).collect()
+    }
+
+    /// Positions of the vertical lines.
+    fn ticks(&self) -> Vec<f64> {
+        let across = position_step(self.high - self.low);
+        let (first, last) = ((self.low / across - 1e-9).ceil() as i64, (self.high / across + 1e-9).floor() as i64);
+        (first..=last).map(|k| k as f64 * across).collect()
+    }
+}
+
+/// Residual over a position (`label` with its unit): readings that took part as a line, the others as crosses.
+pub fn residual_svg(name: &str, label: &str, abscissa: &[f64], fit: &TestFit) -> String {
+    let sizes = fit.residual_mm.iter().zip(&fit.kept).filter(|(value, kept)| **kept && value.is_finite());
+    let largest_um = sizes.map(|(value, _)| value.abs() * UM_PER_MM).fold(0.0, f64::max);
+    let frame = Frame::of(abscissa, largest_um);
+    let name = escape(name);
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
+         height=\"{HEIGHT}\" role=\"img\" class=\"unrolled\" font-family=\"Helvetica, Arial, sans-serif\" \
+         font-size=\"12\" fill=\"#1c2128\">\n<title>Residual of {name}</title>\n<style>@media (prefers-color-scheme: dark)\
+         {{.unrolled{{fill:#e6e9ee}}.unrolled-ground{{fill:#14181f}}.unrolled-lines{{stroke:#e6e9ee}}\
+         .unrolled-trace{{stroke:#4fd6a8}}.unrolled-out{{stroke:#ff8087}}}}</style>\n\
+         <rect class=\"unrolled-ground\" width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#ffffff\"/>\n\
+         <text x=\"{LEFT}\" y=\"24\" font-weight=\"600\">Residual of {name}: {:.2} µm rms</text>\n",
+        fit.rms_mm * UM_PER_MM
+    );
+    graticule(&mut svg, &frame, label);
+    trace(&mut svg, &frame, abscissa, fit);
+    svg.push_str("</svg>\n");
+    svg
+}
+
+fn graticule(svg: &mut String, frame: &Frame, label: &str) {
+    svg.push_str("<g class=\"unrolled-lines\" stroke=\"#1c2128\">\n");
+    for level in frame.levels() {
+        let opacity = if level == 0.0 { 0.7 } else { 0.18 };
+        let (at, end) = (frame.y(level), WIDTH - RIGHT);
+        let _ = writeln!(
+            svg,
+            "<line x1=\"{LEFT}\" x2=\"{end}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke-opacity=\"{opacity}\"/>"
+        );
+    }
+    for tick in frame.ticks() {
+        let (at, end) = (frame.x(tick), HEIGHT - BOTTOM);
+        let _ =
+            writeln!(svg, "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{end}\" stroke-opacity=\"0.12\"/>");
+    }
+    svg.push_str("</g>\n");
+    for level in frame.levels() {
+        let (x, y) = (LEFT - 6.0, frame.y(level) + 4.0);
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>", plain(level));
+    }
+    for tick in frame.ticks() {
+        let (x, y) = (frame.x(tick), HEIGHT - BOTTOM + 16.0);
+        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{}</text>", plain(tick));
+    }
+    let _ = writeln!(
+        svg,
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n\
+         <text transform=\"translate(14 {}) rotate(-90)\" text-anchor=\"middle\">µm</text>",
+        (LEFT + WIDTH - RIGHT) / 2.0,
+        HEIGHT - 8.0,
+        escape(label),
+        (TOP + HEIGHT - BOTTOM) / 2.0
+    );
+}
+
+fn trace(svg: &mut String, frame: &Frame, abscissa: &[f64], fit: &TestFit) {
+    let mut path = String::new();
+    let mut pen = 'M';
+    for ((&at, &residual_mm), &kept) in abscissa.iter().zip(&fit.residual_mm).zip(&fit.kept) {
+        if kept && residual_mm.is_finite() {
+            let _ = write!(path, "{pen}{:.1} {:.1}", frame.x(at), frame.y(residual_mm * UM_PER_MM));
+            pen = 'L';
+        } else {
+            pen = 'M';
+        }
+    }
+    let _ = writeln!(
+        svg,
+        "<path class=\"unrolled-trace\" d=\"{path}\" fill=\"none\" stroke=\"#00805c\" stroke-width=\"1.2\" \
+         stroke-linejoin=\"round\"/>"
+    );
+    for &row in &fit.left_out {
+        let Some(&at) = abscissa.get(row) else { continue };
+        // one far outside stands at the edge
+        let um = (fit.residual_mm[row] * UM_PER_MM).clamp(-frame.reach_um, frame.reach_um);
+        let (x, y) = (frame.x(at) - 4.0, frame.y(um) - 4.0);
+        let _ = writeln!(
+            svg,
+            "<path class=\"unrolled-out\" d=\"M{x:.1} {y:.1}l8 8m0 -8l-8 8\" stroke=\"#b3202c\" stroke-width=\"1.6\"/>"
+        );
+    }
+}
+
+/// Smallest step of the series 1, 2, 5 × 10ⁿ not below `wanted`.
+fn round_step(wanted: f64) -> f64 {
+    let decade = 10f64.powf(wanted.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|k| k * decade).find(|step| *step >= wanted * (1.0 - 1e-9)).unwrap_or(wanted)
+}
+
+/// Step of the position axis: round numbers, for degrees those of a protractor.
+fn position_step(span: f64) -> f64 {
+    let wanted = span / 8.0;
+    [10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0]
+        .into_iter()
+        .find(|step| *step >= wanted && wanted > 5.0)
+        .unwrap_or_else(|| round_step(wanted))
+}
+
+fn plain(value: f64) -> String {
+    let text = format!("{value:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.replace('-', "−") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round_and_cover() {
+        assert_eq!(round_step(0.3), 0.5);
+        assert_eq!(position_step(360.0), 45.0);
+        assert_eq!(position_step(1000.0), 180.0);
+    }
+
+    #[test]
+    fn a_reading_left_out_is_a_cross_at_the_edge_and_breaks_the_line() {
+        let residual_mm = vec![1e-3, -1e-3, 0.5, 1e-3];
+        let kept = vec![true, true, false, true];
+        let fit = TestFit { name: "t".into(), residual_mm, kept, rms_mm: 1e-3, left_out: vec![2] };
+        let svg = residual_svg("a < b", "C, °", &[0.0, 90.0, 180.0, 270.0], &fit);
+        assert_eq!(svg.matches("unrolled-out\" d=").count(), 1);
+        // the largest kept residual is the edge, and so is the cross: 4 px above it in drawing
+        assert!(svg.contains(&format!("{:.1}l8 8", TOP - 4.0)), "{svg}");
+        let path = svg.split(" d=\"").nth(1).unwrap().split('"').next().unwrap();
+        assert_eq!(path.matches('M').count(), 2);
+        assert!(svg.contains("a &lt; b"));
+    }
+}
