@@ -43,11 +43,12 @@ fn within(residual: &[f64], limit: f64) -> Vec<bool> {
 fn near_trend(residual: &[f64]) -> Vec<bool> {
     let off: Vec<f64> = (0..residual.len())
         .map(|row| {
-            let before = median(&residual[row.saturating_sub(NEIGHBOURS)..row]);
-            let after = median(&residual[row + 1..(row + 1 + NEIGHBOURS).min(residual.len())]);
+            let before: Vec<f64> = residual[..row].iter().rev().take(NEIGHBOURS).copied().collect();
+            let after: Vec<f64> = residual[row + 1..].iter().take(NEIGHBOURS).copied().collect();
+            let (before, after) = (side_distance(residual[row], &before), side_distance(residual[row], &after));
             let sides = match (before, after) {
-                (Some(before), Some(after)) => [residual[row] - before, residual[row] - after],
-                (Some(one), None) | (None, Some(one)) => [residual[row] - one; 2],
+                (Some(before), Some(after)) => [before, after],
+                (Some(one), None) | (None, Some(one)) => [one; 2],
                 (None, None) => return 0.0,
             };
             if sides[0] * sides[1] > 0.0 { sides[0].abs().min(sides[1].abs()) } else { 0.0 }
@@ -57,6 +58,17 @@ fn near_trend(residual: &[f64]) -> Vec<bool> {
     // the difference of two readings has √2 times the white noise of one
     let sigma = (robust_sigma(steps) / std::f64::consts::SQRT_2).max(FINEST_MM);
     residual.iter().zip(&off).map(|(value, off)| value.is_finite() && *off <= SWEEP_LIMIT * sigma).collect()
+}
+
+/// Distance of a reading from the rows on one side: from their median, or from the line through the nearest two where that
+/// is much nearer, so that the start of a decaying spike belongs to what follows it.
+fn side_distance(value: f64, nearest_first: &[f64]) -> Option<f64> {
+    let from_median = value - median(nearest_first)?;
+    let from_line = match nearest_first {
+        [first, second, ..] => value - (2.0 * first - second),
+        _ => f64::NAN,
+    };
+    Some(if from_line.abs() < 0.5 * from_median.abs() { from_line } else { from_median })
 }
 
 fn median(values: &[f64]) -> Option<f64> {
