@@ -327,3 +327,65 @@ fn inward<S: Simd, const U: usize>(
     let z = lanes.combine(zero, [matrix[0][2], matrix[1][2], matrix[2][2]], g);
     [lanes.add_product(lanes.mul(cosine, x), sine, y), lanes.difference_of_products(cosine, y, sine, x), z]
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::chain::{Chain, Poses};
+
+    /// Lengths and all columns of one bar on one instruction set.
+    fn on<S: Simd>(simd: S, derivatives: &Derivatives, rows: usize) -> Vec<f64> {
+        let mut lengths = vec![0.0; rows];
+        let mut values = vec![0.0; rows * derivatives.columns];
+        simd.vectorize(Evaluation {
+            of: derivatives,
+            start: 0,
+            stride: rows,
+            lengths: &mut lengths,
+            derivatives: &mut values,
+        });
+        lengths.extend(values);
+        lengths
+    }
+
+    /// The machine that runs the tests dispatches to one instruction set: the others must give the same.
+    #[test]
+    fn every_instruction_set_gives_the_same() {
+        let yaml = "name: m\ncode: '[wCAYbXZt]'\naxes: {}\n";
+        let machine = crate::load::machine_from_yaml(Path::new("m.yaml"), yaml.into()).unwrap();
+        let chain = Chain::of(&machine);
+        let errors = vec![[0.01, -0.02, 0.03, 1e-3, 2e-3, -1e-3]; 5];
+        // 19 poses end inside every register and every group
+        let columns = (0..5).map(|axis| (0..19).map(|row| f64::from(row * (axis + 2) % 7) * 0.7 - 2.0).collect());
+        let poses = Poses::from_columns(columns);
+        let (pivot, spindle) = (Vector3::new(80.0, 60.0, 5.0), Vector3::new(3.0, -2.0, 120.0));
+        let all: Vec<Column> = (0..5)
+            .flat_map(|axis| (0..6).map(move |component| Column::Location { axis, component }))
+            .chain((0..3).map(Column::Pivot))
+            .collect();
+        for composition in [Composition::Exact, Composition::FirstOrder] {
+            let geometry = Geometry::new(&chain, &errors, composition);
+            let ends = (chain.link("w").unwrap(), chain.link("t").unwrap());
+            let bar = geometry.bar((ends.0, &pivot), (ends.1, &spindle), &poses);
+            let derivatives = bar.derivatives(&geometry, &all);
+            let plain = on(pulp::Scalar, &derivatives, 19);
+            let mut sets = vec![plain.clone()];
+            #[cfg(target_arch = "x86_64")]
+            {
+                sets.extend(pulp::x86::V3::try_new().map(|simd| on(simd, &derivatives, 19)));
+                sets.extend(pulp::x86::V4::try_new().map(|simd| on(simd, &derivatives, 19)));
+            }
+            println!("{} instruction sets", sets.len());
+            for set in sets {
+                for (one, other) in plain.iter().zip(&set) {
+                    // fused and separate rounding of lengths and levers of some 100 mm
+                    assert!((one - other).abs() < 1e-11, "{one} and {other}");
+                }
+            }
+        }
+    }
+}

@@ -28,7 +28,7 @@ pub(super) enum StepKind {
 }
 
 /// How a link's coordinates become those of its frame: `r = matrix·x + offset`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct LinkInFrame {
     frame: usize,
     matrix: Matrix3<f64>,
@@ -57,7 +57,8 @@ pub(super) struct Velocity {
 /// Velocity of a carried point in a link's own coordinates.
 struct LinkVelocity {
     depth: usize,
-    matrix: Matrix3<f64>,
+    /// `None`: all points move alike.
+    turning: Option<Matrix3<f64>>,
     constant: Vector3<f64>,
     times_position_of: Option<usize>,
 }
@@ -65,10 +66,12 @@ struct LinkVelocity {
 impl Way {
     /// Lowers the way of a ball on `link` at `at` for poses that say which axes stand still.
     pub fn of(geometry: &Geometry, ball: (LinkId, &Vector3<f64>), poses: &Poses) -> Way {
-        let mut steps = Vec::new();
+        let path = geometry.chain.path(ball.0);
+        let mut steps = Vec::with_capacity(path.len());
         let mut here = LinkInFrame { frame: 0, matrix: Matrix3::identity(), offset: Vector3::zeros() };
-        let mut links = vec![here.clone()];
-        for &axis in geometry.chain.path(ball.0) {
+        let mut links = Vec::with_capacity(path.len() + 1);
+        links.push(here);
+        for &axis in path {
             let placed = &geometry.placed[axis];
             here = match poses.standing(axis) {
                 Some(q) => standing(placed, q, &here),
@@ -78,7 +81,7 @@ impl Way {
                     inner
                 }
             };
-            links.push(here.clone());
+            links.push(here);
         }
         Way { steps, ball: (here.matrix * ball.1 + here.offset).into(), link: ball.0, links }
     }
@@ -96,14 +99,12 @@ impl Way {
             Column::Position { axis } => position_velocity(geometry, axis, depth_of(axis)?),
         };
         let link = &self.links[local.depth];
-        let back = inverse(&link.matrix, geometry.composition);
-        let matrix = link.matrix * local.matrix * back;
-        Some(Velocity {
-            frame: link.frame,
-            matrix,
-            constant: link.matrix * local.constant - matrix * link.offset,
-            times_position_of: local.times_position_of,
-        })
+        let (mut matrix, mut constant) = (Matrix3::zeros(), link.matrix * local.constant);
+        if let Some(turning) = local.turning {
+            matrix = link.matrix * turning * inverse(&link.matrix, geometry.composition);
+            constant -= matrix * link.offset;
+        }
+        Some(Velocity { frame: link.frame, matrix, constant, times_position_of: local.times_position_of })
     }
 }
 
@@ -132,7 +133,7 @@ fn moving(placed: &PlacedJoint, axis: usize, carrier: &LinkInFrame) -> (Step, Li
             let direction = carrier.matrix * placed.rotation * joint.direction * joint.sign;
             let kind = StepKind::Slide { direction: direction.into() };
             let offset = carrier.matrix * placed.translation;
-            let inner = LinkInFrame { frame: carrier.frame + 1, ..carrier.clone() };
+            let inner = LinkInFrame { frame: carrier.frame + 1, ..*carrier };
             (Step { axis, offset: offset.into(), kind }, inner)
         }
         AxisKind::Rotary => {
@@ -177,12 +178,12 @@ fn inverse(matrix: &Matrix3<f64>, composition: Composition) -> Matrix3<f64> {
 
 impl LinkVelocity {
     fn shift(depth: usize, direction: Vector3<f64>) -> LinkVelocity {
-        LinkVelocity { depth, matrix: Matrix3::zeros(), constant: direction, times_position_of: None }
+        LinkVelocity { depth, turning: None, constant: direction, times_position_of: None }
     }
 
-    /// `matrix·(x − about)`.
-    fn about(depth: usize, matrix: Matrix3<f64>, about: &Vector3<f64>) -> LinkVelocity {
-        LinkVelocity { depth, matrix, constant: -(matrix * about), times_position_of: None }
+    /// `turning·(x − about)`.
+    fn about(depth: usize, turning: Matrix3<f64>, about: &Vector3<f64>) -> LinkVelocity {
+        LinkVelocity { depth, turning: Some(turning), constant: -(turning * about), times_position_of: None }
     }
 }
 
