@@ -1,9 +1,9 @@
 //! Accepted candidates to findings: which belong together, what they are called, how large they are. No search, no text.
 
-use super::ground::{Column, Ground, Term, display};
+use super::ground::{Ground, Term, display};
 use super::library::Family;
 use super::search::{Candidate, Found, Search};
-use super::stage::Stage;
+use super::stage::{Accepted, Stage};
 use crate::effects::{Driver, kind};
 use crate::machine::{Component, Effect, ErrorName, Machine, Outlet, Place, Size};
 use crate::units::Measure;
@@ -82,7 +82,13 @@ fn driver_class(driver: Driver) -> u8 {
 }
 
 /// Groups what a search accepted and words each group as one finding, strongest first.
-pub fn findings(ground: &Ground, families: &[Family], search: &Search, stage: &Stage, columns: &[Column]) -> Vec<Finding> {
+pub fn findings(
+    ground: &Ground,
+    families: &[Family],
+    search: &Search,
+    stage: &Stage,
+    columns: &[Accepted],
+) -> Vec<Finding> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, found) in search.found.iter().enumerate() {
         let joins = |group: &Vec<usize>| {
@@ -91,7 +97,9 @@ pub fn findings(ground: &Ground, families: &[Family], search: &Search, stage: &S
             let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
             let alike = driver_class(driver(lead, families)) == driver_class(driver(found, families));
             let free = is_free(found, families);
-            same_place && ((same_kind && !is_event(found)) || ((alike || free) && (free || found.gain < REST_OF_FORM * lead.gain)))
+            same_place
+                && ((same_kind && !is_event(found))
+                    || ((alike || free) && (free || found.gain < REST_OF_FORM * lead.gain)))
         };
         match groups.iter_mut().find(|group| joins(group)) {
             Some(group) => group.push(index),
@@ -131,7 +139,9 @@ fn candidate_driver(candidate: &Candidate) -> Driver {
     match (candidate.effect.kind.as_str(), named("driver").as_deref(), named("channel")) {
         ("unknown", Some("direction"), _) => Driver::Direction,
         ("thermal-growth" | "bar-length", _, Some(_)) => Driver::Temperature,
-        ("bar-length", _, None) if candidate.effect.parameter("tau").is_some() => Driver::Time,
+        // heat drives a growth that runs out, whether or not a thermometer was read
+        ("thermal-growth", _, None) => Driver::Temperature,
+        ("bar-length", _, None) if candidate.effect.parameter("tau").is_some() => Driver::Temperature,
         (name, _, _) => kind(name).map_or(Driver::Position, |kind| kind.driver),
     }
 }
@@ -149,7 +159,7 @@ fn finding(
     first_column: &[usize],
     stage: &Stage,
     covariance: &nalgebra::DMatrix<f64>,
-    columns: &[Column],
+    columns: &[Accepted],
 ) -> Finding {
     let machine = ground.context.machine();
     let lead = &search.found[group[0]];
@@ -159,12 +169,17 @@ fn finding(
     for &index in group {
         let found = &search.found[index];
         let first = first_column[index];
-        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| stage.accepted(first + k).0).collect();
+        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| stage.accepted(first + k)).collect();
         own_columns.extend(first..first + found.chosen.columns.len());
         effects.extend(sized(machine, &found.chosen, &sizes, ground));
     }
     let gain: f64 = group.iter().map(|&index| search.found[index].gain).sum();
-    let free_gain: f64 = group.iter().skip(1).filter(|&&index| is_free(&search.found[index], families)).map(|&index| search.found[index].gain).sum();
+    let free_gain: f64 = group
+        .iter()
+        .skip(1)
+        .filter(|&&index| is_free(&search.found[index], families))
+        .map(|&index| search.found[index].gain)
+        .sum();
     let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
     if is_unknown {
@@ -179,17 +194,41 @@ fn finding(
     }
     let (probability, rivals) = standing(machine, lead, families);
     let column_indices: Vec<usize> = own_columns.iter().map(|k| nuisance + k).collect();
-    let size = super::size::size_of(ground, &lead.chosen, &effects, &cause, stage, covariance, &column_indices[..lead.chosen.columns.len()]);
+    let size = super::size::size_of(
+        ground,
+        &lead.chosen,
+        &effects,
+        &cause,
+        stage,
+        covariance,
+        &column_indices[..lead.chosen.columns.len()],
+    );
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
     let range = range(ground, lead);
-    Finding { cause, effects, size, tests, range, probability, rivals, gain, single: is_event(lead), columns: own_columns, rms_um }
+    Finding {
+        cause,
+        effects,
+        size,
+        tests,
+        range,
+        probability,
+        rivals,
+        gain,
+        single: is_event(lead),
+        columns: own_columns,
+        rms_um,
+    }
 }
 
 /// The effect with its fitted sizes; effects with amplitudes by test become one effect per test.
 fn sized(machine: &Machine, candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     let Some(kind) = kind(&candidate.effect.kind) else { return Vec::new() };
     let functions = (kind.functions)(&candidate.effect);
-    let size = |term: &Term, value: f64| Size { outlet: term.outlet, function: functions[term.function].clone(), value: value / display(term.measure) };
+    let size = |term: &Term, value: f64| Size {
+        outlet: term.outlet,
+        function: functions[term.function].clone(),
+        value: value / display(term.measure),
+    };
     let _ = machine;
     let mut list: Vec<Effect> = Vec::new();
     for (term, &value) in candidate.terms.iter().zip(sizes) {
@@ -222,7 +261,19 @@ fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]) -> Cause 
     components.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
     let largest = components.first().map_or(0.0, weight);
     components.retain(|name| weight(name) >= 0.1 * largest);
-    Cause { effect: candidate.effect.kind.clone(), driver: candidate_driver(candidate), place: place_name(machine, candidate.effect.place), components }
+    Cause {
+        effect: candidate.effect.kind.clone(),
+        driver: candidate_driver(candidate),
+        place: place_name(machine, candidate.effect.place),
+        components,
+    }
+}
+
+/// Cause of an effect through some outlets.
+pub fn cause_of(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Cause {
+    let driver = kind(&effect.kind).map_or(Driver::Position, |kind| kind.driver);
+    let components = outlets.iter().map(|outlet| component_name(machine, outlet)).collect();
+    Cause { effect: effect.kind.clone(), driver, place: effect.place.name(machine).to_string(), components }
 }
 
 fn place_name(machine: &Machine, place: Place) -> String {
@@ -283,14 +334,14 @@ fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(
 }
 
 /// Tests in which the columns show, most visible first, and their rms there, µm.
-fn shows(ground: &Ground, columns: &[Column], own: &[usize], stage: &Stage) -> (Vec<String>, f64) {
+fn shows(ground: &Ground, columns: &[Accepted], own: &[usize], stage: &Stage) -> (Vec<String>, f64) {
     let mut shares: Vec<(usize, f64)> = Vec::new();
     for test in 0..ground.tests() {
         let rows = ground.residual_mm[test].len();
         let mut sum = vec![0.0; rows];
         for &k in own {
-            let (size, _) = stage.accepted(k);
-            for (total, value) in sum.iter_mut().zip(&columns[k].by_test[test]) {
+            let size = stage.accepted(k);
+            for (total, value) in sum.iter_mut().zip(&columns[k].column.by_test[test]) {
                 *total += size * value;
             }
         }
@@ -322,7 +373,11 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
     let entry = &machine.axes[axis];
     let file = |q: f64| entry.kind.to_file_unit(q);
     if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
-        return Some(RangeFound { axis: entry.name.clone(), from: file(centre - width / 2.0), to: file(centre + width / 2.0) });
+        return Some(RangeFound {
+            axis: entry.name.clone(),
+            from: file(centre - width / 2.0),
+            to: file(centre + width / 2.0),
+        });
     }
     if matches!(effect.kind.as_str(), "thermal-growth") {
         return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });

@@ -38,21 +38,51 @@ pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel>
     let chosen: Vec<&Trace> = traces[..use_count].iter().map(|(_, trace)| trace).collect();
     let mut noise = fit(&chosen);
     noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
-    (0..residual_mm.len()).map(|test| if ground.context.motion(test).time_s.is_some() { noise } else { poses }).collect()
+    (0..residual_mm.len())
+        .map(|test| if ground.context.motion(test).time_s.is_some() { noise } else { poses })
+        .collect()
 }
 
-/// Most likely noise of the residuals as they are.
-pub fn likely_noise(ground: &Ground, residual_mm: &[Vec<f64>], start: &[NoiseModel]) -> Vec<NoiseModel> {
+/// Slow noise may be so many times the floor's rms: more is missing physics, not noise.
+const MOST_SLOW_NOISE: f64 = 2.0;
+/// Longest correlation of AR noise, per sample: beyond it is the offset of a whole trace, which instruments do not have.
+const LONGEST_MEMORY: f64 = 0.993;
+
+/// Noise within what an instrument with this floor can have.
+fn bounded(noise: NoiseModel, floor: &[NoiseModel]) -> NoiseModel {
+    let most = MOST_SLOW_NOISE * floor.iter().map(NoiseModel::rms_mm).fold(0.0, f64::max);
+    NoiseModel {
+        white_mm: noise.white_mm.min(most),
+        ar_mm: noise.ar_mm.min(most),
+        ar_rho: noise.ar_rho.min(LONGEST_MEMORY),
+        drift_mm: noise.drift_mm.min(most),
+    }
+}
+
+/// Most likely noise of the residuals as they are, within what the floor allows.
+pub fn likely_noise(
+    ground: &Ground,
+    residual_mm: &[Vec<f64>],
+    start: &[NoiseModel],
+    floor: &[NoiseModel],
+) -> Vec<NoiseModel> {
     let mut sweeps = Vec::new();
     let mut poses = Vec::new();
     for test in 0..residual_mm.len() {
-        let masked: Vec<f64> = residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
+        let masked: Vec<f64> = residual_mm[test]
+            .iter()
+            .zip(&ground.kept[test])
+            .map(|(r, kept)| if *kept { *r } else { f64::NAN })
+            .collect();
         if ground.context.motion(test).time_s.is_some() { sweeps.push(masked) } else { poses.push(masked) }
     }
     let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
-    let from = (0..residual_mm.len()).find(|&test| ground.context.motion(test).time_s.is_some()).map(|test| start[test]);
-    let sweep = if sweeps.is_empty() { white } else { fit_noise(&sweeps, &[], from) };
-    (0..residual_mm.len()).map(|test| if ground.context.motion(test).time_s.is_some() { sweep } else { white }).collect()
+    let from =
+        (0..residual_mm.len()).find(|&test| ground.context.motion(test).time_s.is_some()).map(|test| start[test]);
+    let sweep = if sweeps.is_empty() { white } else { bounded(fit_noise(&sweeps, &[], from), floor) };
+    (0..residual_mm.len())
+        .map(|test| if ground.context.motion(test).time_s.is_some() { sweep } else { white })
+        .collect()
 }
 
 /// A trace with its free curve.
@@ -69,7 +99,11 @@ impl Trace {
         let basis = DMatrix::from_fn(rows, HALF_WAVES + 1, |row, k| {
             (std::f64::consts::PI * k as f64 * (row as f64 + 0.5) / rows as f64).cos()
         });
-        Trace { residual: residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }).collect(), present, basis }
+        Trace {
+            residual: residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }).collect(),
+            present,
+            basis,
+        }
     }
 
     /// What white noise alone would leave beside the curve, mm.

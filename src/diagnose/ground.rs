@@ -26,12 +26,7 @@ pub struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     /// Lays out a problem at the values of a fit.
-    pub fn new(
-        context: &'a Context<'a>,
-        problem: &'a Problem<'a>,
-        values: &[f64],
-        kept: Vec<Vec<bool>>,
-    ) -> Ground<'a> {
+    pub fn new(context: &'a Context<'a>, problem: &'a Problem<'a>, values: &[f64], kept: Vec<Vec<bool>>) -> Ground<'a> {
         let geometry = problem.geometry(values);
         let mut residual_mm = Vec::new();
         let mut nuisance = Vec::new();
@@ -86,13 +81,29 @@ impl<'a> Ground<'a> {
                 }
             }
             // a group with fewer than half of its readings would be noisier than the others
-            thin.kept.push(groups.iter().map(|group| 2 * group.clone().filter(|&row| kept[row]).count() >= group.len()).collect());
+            thin.kept.push(
+                groups.iter().map(|group| 2 * group.clone().filter(|&row| kept[row]).count() >= group.len()).collect(),
+            );
             thin.residual_mm.push(residual);
             thin.nuisance.push(nuisance);
-            let middle = |group: &std::ops::Range<usize>| self.sensitivities[test][(group.start + group.end - 1) / 2].clone();
+            let middle =
+                |group: &std::ops::Range<usize>| self.sensitivities[test][(group.start + group.end - 1) / 2].clone();
             thin.sensitivities.push(groups.iter().map(middle).collect());
         }
         thin
+    }
+
+    /// The same ground with other rows taking part.
+    pub fn with_rows(&self, kept: Vec<Vec<bool>>) -> Ground<'a> {
+        Ground {
+            context: self.context,
+            problem: self.problem,
+            residual_mm: self.residual_mm.clone(),
+            kept,
+            nuisance: self.nuisance.clone(),
+            sensitivities: self.sensitivities.clone(),
+            gains: self.gains.clone(),
+        }
     }
 
     /// Works out the gains of these outlets once, so that columns need not.

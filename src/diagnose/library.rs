@@ -17,7 +17,7 @@ pub struct Family {
     pub grid: Vec<Effect>,
     /// Shape parameters that are refined: name, smallest, largest, first step (library units); index into a list.
     pub refined: Vec<Refined>,
-    /// Size beyond which the effect would not be called plausible in its first outlet, display units.
+    /// Amplitudes up to this are plausible, display units: the widest amplitude prior that is tried.
     pub plausible: f64,
     /// Every test has amplitudes of its own: the phase of a free-running source is not kept from test to test.
     pub by_test: bool,
@@ -57,7 +57,17 @@ impl Family {
     }
 
     fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
-        Family { kind, place, outlets, grid: vec![Effect::new(kind, place)], refined: Vec::new(), plausible, by_test: false, functions: &[], fast: false }
+        Family {
+            kind,
+            place,
+            outlets,
+            grid: vec![Effect::new(kind, place)],
+            refined: Vec::new(),
+            plausible,
+            by_test: false,
+            functions: &[],
+            fast: false,
+        }
     }
 
     fn over(mut self, grid: Vec<Effect>) -> Family {
@@ -158,7 +168,9 @@ fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
 
 /// Smallest and largest position of an axis, standing or moving.
 fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
-    (0..ground.tests()).flat_map(|test| ground.context.motion(test).axis(axis)).fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))
+    (0..ground.tests())
+        .flat_map(|test| ground.context.motion(test).axis(axis))
+        .fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))
 }
 
 fn list_of(values: Vec<f64>) -> ParameterValue {
@@ -192,10 +204,15 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         );
         let arc = to - from;
         let lowest = if arc > 1.8 * PI { 1.0 } else { (2.0 * PI / arc).max(1.0) };
-        let orders: Vec<f64> = (0..7).map(|k| lowest * (1 + k) as f64).collect();
+        let orders: Vec<f64> = if arc > 1.8 * PI {
+            (1..=8).map(f64::from).collect()
+        } else {
+            // half waves of the arc: a bearing's orders cannot be told apart over part of a turn
+            (1..=8).map(|k| f64::from(k) * PI / arc).filter(|order| *order > 1.5).collect()
+        };
         let effect = Effect::new("rotary-error-motion", place).with("orders", list_of(orders));
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
-            list.push(Family::new("rotary-error-motion", place, outlets, 50.0).over(vec![effect.clone()]));
+            list.push(Family::new("rotary-error-motion", place, outlets, 10.0).over(vec![effect.clone()]));
         }
         let highest = 0.4 * 2.0 * PI / finest_step(ground, axis);
         let step = (PI / arc).max(0.5);
@@ -223,12 +240,13 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         let components = [d.across[0], d.across[1], d.tilts[0], d.tilts[1]];
         let mut outlets = motion(axis, &components);
         outlets.push(own);
-        let whole = Family::new("gravity-sag", place, outlets, 60.0);
+        let whole = Family::new("gravity-sag", place, outlets, 30.0);
         list.push(Family { functions: &["x", "y", "z"], ..whole.clone() });
         // a body that bends in its own frame adds products of gravity's components
         list.push(whole);
     }
-    for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
+    let growing = [d.along, d.tilts[0], d.tilts[1]];
+    for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), motion(axis, &growing)] {
         list.push(growth(ground, place, outlets));
     }
 }
@@ -239,12 +257,16 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let own = Outlet::own(machine, axis);
     let d = directions(machine, axis);
     let all_across = [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]];
-    if let Some((from, to)) = travelled(ground, axis) {
+    let (least, most) = visited(ground, axis);
+    if most - least > 1.0 {
+        // also for a slide that only moves from test to test: it stands on one or the other flank
         list.push(
             Family::new("linear-backlash", place, vec![own], 30.0)
                 .over(windups("linear-backlash", place, 2.0))
                 .refine(windup_refined(40.0)),
         );
+    }
+    if let Some((from, to)) = travelled(ground, axis) {
         for component in all_across {
             list.push(
                 Family::new("lateral-play", place, motion(axis, &[component]), 20.0)
@@ -256,7 +278,7 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             Family::new("reversal-spike", place, vec![own], 30.0)
                 .over(spikes(place))
                 .refine(vec![
-                    refined("travel", 1e-3, 20.0, 0.7),
+                    refined("travel", 0.02, 20.0, 0.7),
                     refined("servo_hz", 0.2, 60.0, 0.4),
                     Refined { name: "damping", least: 0.05, most: 3.0, step: 0.15, element: None },
                 ])
@@ -273,13 +295,18 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             frequency += 0.5 / (to - from);
         }
         if !grid.is_empty() {
-            list.push(Family::new("cyclic-error", place, vec![own], 20.0).over(grid).refine(vec![Refined {
-                name: "periods",
-                least: lowest_period,
-                most: to - from,
-                step: 0.02,
-                element: Some(0),
-            }]).fast());
+            list.push(
+                Family::new("cyclic-error", place, vec![own], 20.0)
+                    .over(grid)
+                    .refine(vec![Refined {
+                        name: "periods",
+                        least: lowest_period,
+                        most: to - from,
+                        step: 0.02,
+                        element: Some(0),
+                    }])
+                    .fast(),
+            );
         }
         for outlets in all_across.iter().map(|c| motion(axis, &[*c])).chain([vec![own]]) {
             for driver in ["position", "direction"] {
@@ -302,8 +329,14 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             }
             let span = to - from;
             list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(vec![
-                Refined { name: "centre", least: from - 0.3 * span, most: to + 0.3 * span, step: 0.03 * span, element: None },
-                Refined { name: "width", least: 0.02 * span, most: 3.0 * span, step: 0.05 * span, element: None },
+                Refined {
+                    name: "centre",
+                    least: from - 0.3 * span,
+                    most: to + 0.3 * span,
+                    step: 0.03 * span,
+                    element: None,
+                },
+                Refined { name: "width", least: 0.05 * span, most: 2.0 * span, step: 0.05 * span, element: None },
                 Refined { name: "skew", least: -0.8, most: 0.8, step: 0.2, element: None },
             ]));
             let bow = Effect::new("straightness", place)
@@ -315,7 +348,9 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             list.push(Family::new("squareness", place, vec![Outlet::Location { axis, component: tilt }], 120.0));
         }
     }
-    for outlets in [vec![own], motion(axis, &d.across), motion(axis, &d.tilts)] {
+    let mut tilting = vec![own];
+    tilting.extend(motion(axis, &d.tilts));
+    for outlets in [vec![own], motion(axis, &d.across), motion(axis, &d.tilts), tilting] {
         list.push(growth(ground, place, outlets));
     }
     if last_before_spindle(ground, axis) {
@@ -341,14 +376,20 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
     list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0));
     let tests = ground.context.order();
     let latest = tests.iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
-    let slip = |kind: &'static str, place: Place, setup_of: &[usize], setup: usize, outlets: Vec<Outlet>, list: &mut Vec<Family>| {
+    let slip = |kind: &'static str,
+                place: Place,
+                setup_of: &[usize],
+                setup: usize,
+                outlets: Vec<Outlet>,
+                list: &mut Vec<Family>| {
         let mut grid = Vec::new();
         let mut first = true;
         for &test in tests.iter().filter(|&&test| setup_of[test] == setup) {
             let (from, to) = (session.tests[test].started_at_s, ground.context.ends_at_s(test));
             let shares: &[f64] = if first { &[0.2, 0.4, 0.6, 0.8] } else { &[-1e-6, 0.2, 0.4, 0.6, 0.8] };
             first = false;
-            let ball = if place == Place::Pivot { &session.tests[test].pivot } else { &session.tests[test].spindle_ball };
+            let ball =
+                if place == Place::Pivot { &session.tests[test].pivot } else { &session.tests[test].spindle_ball };
             let shares = shares.iter().map(|share| from + share * (to - from));
             for time in shares.chain(jumps(ground, test)) {
                 grid.push(
@@ -359,7 +400,7 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
             }
         }
         if !grid.is_empty() {
-            list.push(Family::new(kind, place, outlets, 60.0).over(grid).fast().refine(vec![
+            list.push(Family::new(kind, place, outlets, 30.0).over(grid).fast().refine(vec![
                 Refined { name: "time", least: 0.0, most: latest, step: 3.0, element: None },
                 Refined { name: "creep_share", least: 0.0, most: 1.0, step: 0.3, element: None },
                 Refined { name: "creep_time", least: 0.5, most: 2000.0, step: 10.0, element: None },
@@ -370,7 +411,14 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
         slip("pivot-slip", Place::Pivot, &setups.pivot_of, setup, (0..3).map(Outlet::Pivot).collect(), list);
     }
     for setup in 0..setups.spindle_balls.len() {
-        slip("ball-slip", Place::SpindleBall, &setups.spindle_ball_of, setup, (0..3).map(Outlet::SpindleBall).collect(), list);
+        slip(
+            "ball-slip",
+            Place::SpindleBall,
+            &setups.spindle_ball_of,
+            setup,
+            (0..3).map(Outlet::SpindleBall).collect(),
+            list,
+        );
     }
     vibrations(ground, list);
     let span = latest.max(60.0);
@@ -406,10 +454,18 @@ fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
         }
     }
     for (place, outlet) in places {
-        let clocked = |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
-        let mut family = Family::new("vibration", place, vec![outlet], 10.0).over(lines.iter().map(clocked).collect()).fast();
+        let clocked =
+            |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
+        let mut family =
+            Family::new("vibration", place, vec![outlet], 10.0).over(lines.iter().map(clocked).collect()).fast();
         family.by_test = true;
-        list.push(family.refine(vec![Refined { name: "frequency", least: 0.02, most: 1e3, step: 0.004, element: None }]));
+        list.push(family.refine(vec![Refined {
+            name: "frequency",
+            least: 0.02,
+            most: 1e3,
+            step: 0.004,
+            element: None,
+        }]));
     }
 }
 
@@ -422,7 +478,10 @@ const PEAKS: usize = 4;
 fn spectral_lines(ground: &Ground) -> Vec<f64> {
     let traces: Vec<(Vec<f64>, Vec<f64>)> = (0..ground.tests()).filter_map(|test| timed_trace(ground, test)).collect();
     let longest = traces.iter().map(|(time, _)| time[time.len() - 1] - time[0]).fold(0.0, f64::max);
-    let finest = traces.iter().map(|(time, _)| (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64).fold(f64::MAX, f64::min);
+    let finest = traces
+        .iter()
+        .map(|(time, _)| (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64)
+        .fold(f64::MAX, f64::min);
     if traces.is_empty() || longest <= 0.0 {
         return Vec::new();
     }
@@ -430,7 +489,8 @@ fn spectral_lines(ground: &Ground) -> Vec<f64> {
     let highest = 0.48 / finest;
     let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_LINES);
     let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
-    let power: Vec<f64> = (0..count).map(|k| traces.iter().map(|trace| trace_power(trace, frequency(k))).sum()).collect();
+    let power: Vec<f64> =
+        (0..count).map(|k| traces.iter().map(|trace| trace_power(trace, frequency(k))).sum()).collect();
     let mut order: Vec<usize> = (0..count).collect();
     // judged against the neighbourhood, since the noise is louder at low frequencies
     let prominence = |k: usize| {
@@ -510,7 +570,8 @@ fn jumps(ground: &Ground, test: usize) -> Vec<f64> {
         }
     }
     // between the last row before the jump and the first behind it
-    let time = |row: usize| 0.5 * (ground.context.session_time_s(test, row - 1) + ground.context.session_time_s(test, row));
+    let time =
+        |row: usize| 0.5 * (ground.context.session_time_s(test, row - 1) + ground.context.session_time_s(test, row));
     chosen.into_iter().map(time).collect()
 }
 
@@ -533,7 +594,11 @@ fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
     let span = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(60.0, f64::max);
     let pair = |fast: f64, slow: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![fast, slow]));
     let mut grid = vec![pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)];
-    grid.extend(channels(ground).into_iter().map(|channel| Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel))));
+    grid.extend(
+        channels(ground)
+            .into_iter()
+            .map(|channel| Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel))),
+    );
     Family::new("thermal-growth", place, outlets, 100.0).over(grid).refine(vec![
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.05 * span, element: Some(0) },
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.2 * span, element: Some(1) },
@@ -541,14 +606,21 @@ fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
 }
 
 /// Free curve over the positions of an axis.
-fn unknown(place: Place, axis: usize, machine: &Machine, outlets: Vec<Outlet>, ends: (f64, f64), driver: &str) -> Family {
+fn unknown(
+    place: Place,
+    axis: usize,
+    machine: &Machine,
+    outlets: Vec<Outlet>,
+    ends: (f64, f64),
+    driver: &str,
+) -> Family {
     let kind = machine.axes[axis].kind;
     let effect = Effect::new("unknown", place)
         .with("driver", ParameterValue::Word(driver.into()))
         .with("from", ParameterValue::Number(kind.to_file_unit(ends.0)))
         .with("to", ParameterValue::Number(kind.to_file_unit(ends.1)))
         .with("count", ParameterValue::Number(14.0));
-    Family::new("unknown", place, outlets, 60.0).over(vec![effect])
+    Family::new("unknown", place, outlets, 30.0).over(vec![effect])
 }
 
 fn number(kind: &str, place: Place, name: &str, value: f64) -> Effect {
@@ -558,7 +630,9 @@ fn number(kind: &str, place: Place, name: &str, value: f64) -> Effect {
 /// Lost motion: all at once, half or all by wind-up.
 fn windups(kind: &str, place: Place, take_up: f64) -> Vec<Effect> {
     let base = |share: f64| {
-        number(kind, place, "take_up", take_up).with("windup_share", ParameterValue::Number(share)).with("gap", ParameterValue::Number(0.0))
+        number(kind, place, "take_up", take_up)
+            .with("windup_share", ParameterValue::Number(share))
+            .with("gap", ParameterValue::Number(0.0))
     };
     vec![base(0.0), base(0.5), base(1.0)]
 }
@@ -572,7 +646,8 @@ fn windup_refined(longest: f64) -> Vec<Refined> {
 
 fn spikes(place: Place) -> Vec<Effect> {
     let by_travel = [0.02, 0.1, 0.5, 2.0].map(|d| number("reversal-spike", place, "travel", d));
-    let ringing = [1.0, 3.0, 8.0].map(|hz| number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5)));
+    let ringing = [1.0, 3.0, 8.0]
+        .map(|hz| number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5)));
     by_travel.into_iter().chain(ringing).collect()
 }
 

@@ -4,20 +4,26 @@
 //! data and columns by the noise, projects out location errors, ball places and bars with their priors, and asks which
 //! few blocks of columns the evidence demands; what is accepted joins the model and the question is asked again.
 
+mod blind;
 mod finding;
 mod floor;
 mod ground;
 mod library;
+mod preflight;
+mod proof;
 mod search;
 mod size;
 mod stage;
 mod thin;
 
+pub use blind::Blind;
 pub use finding::{Cause, Finding, RangeFound, SizeFound};
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
+pub use preflight::DataFault;
+pub use proof::Proof;
 pub use search::{Candidate, Found, Grounds, Search, search};
-pub use stage::{Judgement, Stage};
+pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;
 
 use crate::chain::Chain;
@@ -55,6 +61,11 @@ impl Verdict {
 pub struct Diagnosis {
     pub verdict: Verdict,
     pub findings: Vec<Finding>,
+    /// A mistake in the files; findings of physics are then empty.
+    pub data_fault: Option<DataFault>,
+    /// Held-out proof of the findings.
+    pub proof: Option<Proof>,
+    pub blind_to: Vec<Blind>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
     pub noise_um: f64,
@@ -85,7 +96,9 @@ pub struct TestBeforeAfter {
 impl TestBeforeAfter {
     /// Root mean square of kept rows, µm, before and after.
     pub fn rms_um(&self) -> (f64, f64) {
-        let of = |values: &[f64]| 1e3 * rms(values.iter().zip(&self.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value));
+        let of = |values: &[f64]| {
+            1e3 * rms(values.iter().zip(&self.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value))
+        };
         (of(&self.before_mm), of(&self.after_mm))
     }
 }
@@ -128,26 +141,60 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let thin_context = Context::of(&thinned, &chain)?;
     let mut coarse = fine.thinned(&thin_context, &groups);
     coarse.prepare(families.iter().flat_map(|family| &family.outlets));
-    let search = search(&Grounds { fine: &fine, coarse: &coarse }, &families);
-    let columns: Vec<Column> = search.found.iter().flat_map(|found| found.chosen.columns.iter().cloned()).collect();
+    let grounds = Grounds { fine: &fine, coarse: &coarse };
+    let floor_um = pooled_noise_um(&floor::noise_floor(&fine, &fine.residual_mm));
+    let readings: usize = kept.iter().map(Vec::len).sum();
+    let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
+    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, floor_um, left_out, &kept);
+    let search = if data_fault.is_some() { search::nothing(&fine) } else { search(&grounds, &families) };
+    let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
     let stage = Stage::new(&fine, &search.noise_after, &columns, &fine.kept);
     let findings = finding::findings(&fine, &families, &search, &stage, &columns);
+    let blind_to = blind::blind_to(
+        &coarse,
+        &families,
+        &Stage::new(&coarse, &floor::noise_floor(&coarse, &coarse.residual_mm), &[], &coarse.kept),
+        &columns,
+    );
+    let proof = (!findings.is_empty()).then(|| proof::prove(&grounds, &families, &findings, &search.noise_after));
     let after = stage.residual_mm(&columns);
     let tests: Vec<TestBeforeAfter> = fit
         .tests
         .iter()
         .zip(after)
-        .map(|(test, after)| TestBeforeAfter { name: test.name.clone(), before_mm: test.residual_mm.clone(), after_mm: after, kept: test.kept.clone() })
+        .map(|(test, after)| TestBeforeAfter {
+            name: test.name.clone(),
+            before_mm: test.residual_mm.clone(),
+            after_mm: after,
+            kept: test.kept.clone(),
+        })
         .collect();
     let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
-        1e3 * rms(tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value)))
+        let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
+        1e3 * rms(kept.map(|(value, _)| *value))
     };
     let rms_before_um = pooled(|test| &test.before_mm);
     let rms_after_um = pooled(|test| &test.after_mm);
-    let noise_um = 1e3 * (search.floor.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / search.floor.len().max(1) as f64).sqrt();
-    let verdict = verdict(&findings, rms_after_um, noise_um);
+    let noise_um = pooled_noise_um(&search.floor);
+    let verdict = if data_fault.is_some() { Verdict::DataFault } else { verdict(&findings, rms_after_um, noise_um) };
     let location_errors = moved(&problem, &fit, &stage);
-    Ok(Diagnosis { verdict, findings, rms_before_um, rms_after_um, noise_um, location_errors, tests })
+    Ok(Diagnosis {
+        verdict,
+        findings,
+        data_fault,
+        proof,
+        blind_to,
+        rms_before_um,
+        rms_after_um,
+        noise_um,
+        location_errors,
+        tests,
+    })
+}
+
+/// Standard deviation of one reading over all tests, µm.
+fn pooled_noise_um(noise: &[identify::NoiseModel]) -> f64 {
+    1e3 * (noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64).sqrt()
 }
 
 fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: f64) -> Verdict {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::floor::{likely_noise, noise_floor};
 use super::ground::{Column, Ground, Term};
 use super::library::{Family, Refined, family_terms};
-use super::stage::{Judgement, Stage};
+use super::stage::{Accepted, Judgement, Stage};
 use crate::identify::{NoiseModel, misfit};
 use crate::machine::{Effect, ParameterValue};
 
@@ -19,6 +19,13 @@ pub struct Candidate {
     pub judgement: Judgement,
     /// Log evidence with the cost of the shape grid taken off.
     pub log_odds: f64,
+}
+
+impl Candidate {
+    /// Its columns as they join the model.
+    pub fn accepted(&self) -> impl Iterator<Item = Accepted> + '_ {
+        self.columns.iter().map(|column| Accepted { column: column.clone(), prior: self.judgement.tau.max(1.0) })
+    }
 }
 
 /// An accepted effect with its rivals.
@@ -57,8 +64,6 @@ const MOST_EFFECTS: usize = 6;
 const ACCEPT: f64 = 14.0;
 /// Families refined at each stage.
 const REFINED: usize = 12;
-/// A further effect explains at least this share of what the first explained.
-const LEAST_SHARE: f64 = 0.01;
 /// A free curve is preferred to a form of the catalogue only when it explains so much more.
 const FREE_CURVE_MARGIN: f64 = 1.3;
 
@@ -67,44 +72,41 @@ pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
     let fine = grounds.fine;
     let fine_floor = noise_floor(fine, &fine.residual_mm);
     let coarse_floor = noise_floor(grounds.coarse, &grounds.coarse.residual_mm);
-    let mut columns: [Vec<Column>; 2] = [Vec::new(), Vec::new()];
+    let mut model: [Vec<Accepted>; 2] = [Vec::new(), Vec::new()];
     let mut found: Vec<Found> = Vec::new();
-    let mut residual_mm = Stage::new(fine, &fine_floor, &columns[0], &fine.kept).residual_mm(&columns[0]);
-    let noise_before = likely_noise(fine, &residual_mm, &fine_floor);
+    let mut residual_mm = Stage::new(fine, &fine_floor, &model[0], &fine.kept).residual_mm(&model[0]);
+    let noise_before = likely_noise(fine, &residual_mm, &fine_floor, &fine_floor);
     let mut noise = noise_before.clone();
-    let mut first_gain = None;
     let mut best_left = f64::NEG_INFINITY;
     while found.len() < MOST_EFFECTS {
         let fine_noise = sharper(&fine_floor, &noise);
         let stages = [
-            Stage::new(fine, &fine_noise, &columns[0], &fine.kept),
-            Stage::new(grounds.coarse, &coarse_floor, &columns[1], &grounds.coarse.kept),
+            Stage::new(fine, &fine_noise, &model[0], &fine.kept),
+            Stage::new(grounds.coarse, &coarse_floor, &model[1], &grounds.coarse.kept),
         ];
         let mut candidates = screen(&stages, families);
         keep_diverse(&mut candidates, families);
         let candidates = refine_all(&stages, families, candidates);
         let Some(best) = candidates.first() else { break };
         // the noise that the best candidate leaves is the one to compare under
-        let with_best = joined(&columns[0], &best.columns);
+        let with_best = joined(&model[0], best);
         let left = Stage::new(fine, &fine_noise, &with_best, &fine.kept).residual_mm(&with_best);
-        let noise_left = likely_noise(fine, &left, &fine_noise);
-        let stage = Stage::new(fine, &noise_left, &columns[0], &fine.kept);
-        let candidates = compare(&stage, candidates);
+        let noise_left = likely_noise(fine, &left, &fine_noise, &fine_floor);
+        let stage = Stage::new(fine, &noise_left, &model[0], &fine.kept);
+        let candidates = compare(&stage, families, candidates);
         let index = choose(&candidates, families, fine);
         let chosen = candidates[index].clone();
-        let with_chosen = joined(&columns[0], &chosen.columns);
+        let with_chosen = joined(&model[0], &chosen);
         let after = Stage::new(fine, &noise_left, &with_chosen, &fine.kept);
         let left = after.residual_mm(&with_chosen);
-        let noise_chosen = likely_noise(fine, &left, &noise_left);
+        let noise_chosen = likely_noise(fine, &left, &noise_left, &fine_floor);
         let gain = 0.5 * (pooled_misfit(fine, &noise, &residual_mm) - pooled_misfit(fine, &noise_chosen, &left));
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         trace(fine, families, found.len(), &candidates, index, (gain, log_odds), &noise_chosen);
-        let share = first_gain.map_or(1.0, |first: f64| gain / first);
-        if !(log_odds > ACCEPT && share > LEAST_SHARE) {
+        if !is_demanded(&found, &chosen, gain, log_odds) {
             best_left = log_odds;
             break;
         }
-        first_gain.get_or_insert(gain);
         let lead = candidates[index].log_odds;
         let rivals = candidates.into_iter().enumerate().filter(|(k, _)| *k != index).map(|(_, rival)| {
             let odds = rival.log_odds - lead;
@@ -112,7 +114,9 @@ pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
         });
         let rivals = rivals.collect();
         let coarse_columns = grounds.coarse.columns(&chosen.effect, &chosen.terms).unwrap_or_default();
-        columns = [with_chosen, joined(&columns[1], &coarse_columns)];
+        let prior = chosen.judgement.tau.max(1.0);
+        model[1].extend(coarse_columns.into_iter().map(|column| Accepted { column, prior }));
+        model[0] = with_chosen;
         residual_mm = left;
         noise = noise_chosen;
         found.push(Found { chosen, rivals, log_odds, gain });
@@ -120,15 +124,53 @@ pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
     Search { floor: fine_floor, noise_before, noise_after: noise, found, residual_mm, best_left }
 }
 
+/// A search that was not made: nothing found.
+pub fn nothing(ground: &Ground) -> Search {
+    let floor = noise_floor(ground, &ground.residual_mm);
+    Search {
+        noise_before: floor.clone(),
+        noise_after: floor.clone(),
+        floor,
+        found: Vec::new(),
+        residual_mm: ground.residual_mm.clone(),
+        best_left: f64::NEG_INFINITY,
+    }
+}
+
+/// Log odds that a further effect at another place needs: what is left of an inexact form must not pass for it.
+const ACCEPT_FURTHER: f64 = 30.0;
+/// Share of the gain of the first effect that a further one needs, at the same and at another place.
+const LEAST_SHARE: f64 = 0.01;
+const LEAST_SHARE_ELSEWHERE: f64 = 0.04;
+
+/// Whether the evidence demands a candidate beside what was found.
+fn is_demanded(found: &[Found], chosen: &Candidate, gain: f64, log_odds: f64) -> bool {
+    let Some(first) = found.first() else { return log_odds > ACCEPT };
+    let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
+    match same_place {
+        true => log_odds > ACCEPT && gain > LEAST_SHARE * first.gain,
+        false => log_odds > ACCEPT_FURTHER && gain > LEAST_SHARE_ELSEWHERE * first.gain,
+    }
+}
+
 /// Prints the standing of the best candidates when the variable FIVEAXIS_TRACE is set: for work on the search itself.
-fn trace(ground: &Ground, families: &[Family], stage: usize, candidates: &[Candidate], index: usize, (gain, log_odds): (f64, f64), noise: &[NoiseModel]) {
+fn trace(
+    ground: &Ground,
+    families: &[Family],
+    stage: usize,
+    candidates: &[Candidate],
+    index: usize,
+    (gain, log_odds): (f64, f64),
+    noise: &[NoiseModel],
+) {
     if std::env::var_os("FIVEAXIS_TRACE").is_none() {
         return;
     }
     let machine = ground.context.machine();
     eprintln!("stage {stage}: gain {gain:.1} log odds {log_odds:.1} chosen {index}; noise {:?}", noise.first());
     for candidate in candidates.iter().take(8) {
-        let outlets: Vec<String> = families[candidate.family].outlets.iter().map(|outlet| outlet.name(machine)).collect();
+        let outlets: Vec<String> =
+            families[candidate.family].outlets.iter().map(|outlet| outlet.name(machine)).collect();
         let effect = &candidate.effect;
         eprintln!(
             "   {:9.1} chi2 {:9.1} {} {} {} {:?}",
@@ -154,10 +196,10 @@ fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
 }
 
 /// Judges refined candidates under one noise, on all rows.
-fn compare(stage: &Stage, mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+fn compare(stage: &Stage, families: &[Family], mut candidates: Vec<Candidate>) -> Vec<Candidate> {
     candidates.par_iter_mut().for_each(|candidate| {
         let cost = candidate.judgement.log_evidence - candidate.log_odds;
-        candidate.judgement = stage.judge(&candidate.columns);
+        candidate.judgement = stage.judge(&candidate.columns, families[candidate.family].plausible);
         candidate.log_odds = candidate.judgement.log_evidence - cost;
     });
     candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -187,21 +229,26 @@ fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usi
 
 /// The smaller of floor and present noise: missing physics must not make the screening blind.
 fn sharper(floor: &[NoiseModel], noise: &[NoiseModel]) -> Vec<NoiseModel> {
-    floor.iter().zip(noise).map(|(floor, noise)| if noise.rms_mm() < floor.rms_mm() { *noise } else { *floor }).collect()
+    floor
+        .iter()
+        .zip(noise)
+        .map(|(floor, noise)| if noise.rms_mm() < floor.rms_mm() { *noise } else { *floor })
+        .collect()
 }
 
 fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
     (0..ground.tests())
         .map(|test| {
             let kept = &ground.kept[test];
-            let masked: Vec<f64> = residual_mm[test].iter().zip(kept).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
+            let masked: Vec<f64> =
+                residual_mm[test].iter().zip(kept).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
             misfit(&noise[test], &[masked])
         })
         .sum()
 }
 
-fn joined(columns: &[Column], more: &[Column]) -> Vec<Column> {
-    columns.iter().chain(more).cloned().collect()
+fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
+    model.iter().cloned().chain(candidate.accepted()).collect()
 }
 
 /// The stage at which a family is judged: all rows for fast ones.
@@ -209,19 +256,31 @@ fn stage_of<'s, 'g, 'a>(stages: &'s [Stage<'g, 'a>; 2], family: &Family) -> &'s 
     &stages[usize::from(!family.fast)]
 }
 
+/// Cells of a long periodic grid that are judged exactly after a quick look at all.
+const SPECTRAL_CELLS: usize = 5;
+/// Periodic grids longer than this get the quick look.
+const LONG_GRID: usize = 24;
+
 /// The best cell of every family, best first.
 fn screen(stages: &[Stage; 2], families: &[Family]) -> Vec<Candidate> {
     let machine = stages[0].ground.context.machine();
+    let matched = stages[0].matched();
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
         .filter_map(|(index, family)| {
             let stage = stage_of(stages, family);
-            let cells = family.grid.iter().filter_map(|effect| {
+            let grid: Vec<&Effect> = if family.kind == "cyclic-error" && family.grid.len() > LONG_GRID {
+                loudest(stage.ground, family, &matched)
+            } else {
+                family.grid.iter().collect()
+            };
+            let cells = grid.into_iter().filter_map(|effect| {
                 let terms = family_terms(machine, family, effect, stage.ground.tests());
                 let columns = stage.ground.columns(effect, &terms).ok()?;
-                let judgement = stage.judge(&columns);
-                Some(Candidate { family: index, effect: effect.clone(), terms, columns, log_odds: judgement.log_evidence, judgement })
+                let judgement = stage.judge(&columns, family.plausible);
+                let log_odds = judgement.log_evidence;
+                Some(Candidate { family: index, effect: effect.clone(), terms, columns, log_odds, judgement })
             });
             let mut best = cells.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds))?;
             best.log_odds -= (family.grid.len() as f64).ln();
@@ -231,6 +290,47 @@ fn screen(stages: &[Stage; 2], families: &[Family]) -> Vec<Candidate> {
         .collect();
     list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     list
+}
+
+/// The periods of a grid whose sine or cosine the matched residual holds most of, over tests in which the axis moves.
+fn loudest<'f>(ground: &Ground, family: &'f Family, matched: &[Vec<f64>]) -> Vec<&'f Effect> {
+    let Some(axis) = family.place.axis() else { return Vec::new() };
+    let gains = ground.gains(&family.outlets[0]);
+    let tests: Vec<usize> = (0..ground.tests())
+        .filter(|&test| ground.context.motion(test).moving.contains(&axis) && !gains[test].is_empty())
+        .collect();
+    let rows: Vec<(f64, f64, f64)> = tests
+        .iter()
+        .flat_map(|&test| {
+            let gain = &gains[test];
+            let positions = ground.context.motion(test).axis(axis);
+            positions.zip(gain.iter().zip(&matched[test])).map(|(q, (g, m))| (q, g * m, g * g)).collect::<Vec<_>>()
+        })
+        .collect();
+    let power = |effect: &Effect| -> f64 {
+        let Some(frequency) = angular_frequency(effect) else { return 0.0 };
+        let (mut c, mut s, mut cc, mut ss) = (0.0, 0.0, 0.0, 0.0);
+        for &(q, gm, gg) in &rows {
+            let (sin, cos) = (frequency * q).sin_cos();
+            c += gm * cos;
+            s += gm * sin;
+            cc += gg * cos * cos;
+            ss += gg * sin * sin;
+        }
+        c * c / cc.max(f64::MIN_POSITIVE) + s * s / ss.max(f64::MIN_POSITIVE)
+    };
+    let mut order: Vec<(usize, f64)> = family.grid.iter().map(power).enumerate().collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    order.into_iter().take(SPECTRAL_CELLS).map(|(index, _)| &family.grid[index]).collect()
+}
+
+/// Phase per mm or rad of the first order or period of an effect.
+fn angular_frequency(effect: &Effect) -> Option<f64> {
+    match (effect.parameter("orders"), effect.parameter("periods")) {
+        (Some(ParameterValue::List(orders)), _) => orders.first().copied(),
+        (_, Some(ParameterValue::List(periods))) => periods.first().map(|period| std::f64::consts::TAU / period),
+        _ => None,
+    }
 }
 
 /// Refined shapes; their columns are those of all rows.
@@ -275,7 +375,7 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
                 set_parameter(&mut effect, refined, value);
                 let terms = family_terms(machine, family, &effect, stage.ground.tests());
                 let Ok(columns) = stage.ground.columns(&effect, &terms) else { continue };
-                let judgement = stage.judge(&columns);
+                let judgement = stage.judge(&columns, family.plausible);
                 let log_odds = judgement.log_evidence - cost;
                 if log_odds > best.log_odds {
                     best = Candidate { family: best.family, effect, terms, columns, judgement, log_odds };

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::finding::{Cause, SizeFound, unit};
-use super::ground::{Ground, Term, display};
+use super::ground::{Ground, Term};
 use super::search::Candidate;
 use super::stage::Stage;
 use crate::effects::{Profile, kind};
@@ -22,7 +22,7 @@ pub fn size_of(
     columns: &[usize],
 ) -> SizeFound {
     let nuisance = ground.problem.unknowns.len();
-    let amplitudes: Vec<f64> = columns.iter().map(|&k| stage.accepted(k - nuisance).0).collect();
+    let amplitudes: Vec<f64> = columns.iter().map(|&k| stage.accepted(k - nuisance)).collect();
     let sub = DMatrix::from_fn(columns.len(), columns.len(), |i, j| covariance[(columns[i], columns[j])]);
     // terms in the unit of the finding: lengths if it has any
     let main: Vec<usize> = main_terms(&lead.terms);
@@ -61,7 +61,14 @@ fn main_terms(terms: &[Term]) -> Vec<usize> {
 }
 
 /// The size for given amplitudes (display units).
-fn size_function(ground: &Ground, lead: &Candidate, _effects: &[Effect], cause: &Cause, main: &[usize], amplitudes: &[f64]) -> f64 {
+fn size_function(
+    ground: &Ground,
+    lead: &Candidate,
+    _effects: &[Effect],
+    cause: &Cause,
+    main: &[usize],
+    amplitudes: &[f64],
+) -> f64 {
     match cause.effect.as_str() {
         "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
             largest_curve(ground, lead, cause, main, amplitudes)
@@ -72,6 +79,7 @@ fn size_function(ground: &Ground, lead: &Candidate, _effects: &[Effect], cause: 
             (amplitudes.iter().map(|a| a * a).sum::<f64>() / tests).sqrt()
         }
         "gravity-sag" => largest_curve(ground, lead, cause, main, amplitudes),
+        "bar-length" if lead.effect.parameter("tau").is_some() => largest_curve(ground, lead, cause, main, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }
 }
@@ -91,12 +99,13 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
         curve(ground, lead, &profiles, &terms, amplitudes)
     });
     let size = |curve: Vec<f64>| -> f64 {
-        let (low, high) = curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+        let (low, high) =
+            curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
         if low > high {
             return 0.0;
         }
         match cause.effect.as_str() {
-            "thermal-growth" => high - low,
+            "thermal-growth" | "bar-length" => high - low,
             "rotary-error-motion" | "unknown" => 0.5 * (high - low),
             _ => high.abs().max(low.abs()),
         }
@@ -107,7 +116,7 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
 /// Sum of functions times amplitudes over the rows in which the place's axis moves (all rows for other places).
 fn curve(ground: &Ground, lead: &Candidate, profiles: &[Profile], terms: &[usize], amplitudes: &[f64]) -> Vec<f64> {
     let axis = lead.effect.place.axis();
-    let everywhere = lead.effect.kind == "thermal-growth";
+    let everywhere = matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length");
     let mut curve = Vec::new();
     for test in 0..ground.tests() {
         let moving = axis.is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));
@@ -119,6 +128,5 @@ fn curve(ground: &Ground, lead: &Candidate, profiles: &[Profile], terms: &[usize
             curve.push(value);
         }
     }
-    let _ = display;
     curve
 }

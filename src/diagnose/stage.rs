@@ -5,25 +5,34 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
+use rayon::prelude::*;
+
 use super::ground::{Column, Ground};
 use crate::identify::{NoiseModel, Whitener};
 
 /// Whitened session with what has been fitted so far.
 pub struct Stage<'g, 'a> {
     pub ground: &'g Ground<'a>,
-    pub noise: Vec<NoiseModel>,
     whiteners: Vec<Whitener>,
     y: Vec<DVector<f64>>,
+    /// Whitened columns that a test sees, and their places among all.
     base: Vec<DMatrix<f64>>,
+    seen: Vec<Vec<usize>>,
     factor: Cholesky<f64, Dyn>,
-    /// `A⁻¹ Jᵀ y`: the fitted amplitudes, nuisance first (in units of the priors), then accepted effects.
+    /// Prior sigma of the accepted columns, display units.
+    accepted_prior: Vec<f64>,
+    /// The fitted amplitudes: nuisance first, then accepted effects, all in units of their priors.
     pub amplitudes: DVector<f64>,
     /// Weighted sum of squares left after the fit.
     pub misfit: f64,
 }
 
-/// Prior standard deviation of an accepted effect's amplitude, display units: wide.
-const ACCEPTED_PRIOR: f64 = 300.0;
+/// A column that has been accepted, with the prior sigma of its amplitude.
+#[derive(Debug, Clone)]
+pub struct Accepted {
+    pub column: Column,
+    pub prior: f64,
+}
 
 /// A candidate's standing.
 #[derive(Debug, Clone)]
@@ -34,81 +43,92 @@ pub struct Judgement {
     pub chi2: f64,
     /// Best amplitudes under the amplitude prior, display units.
     pub amplitudes: Vec<f64>,
-    /// Covariance of the amplitudes.
-    pub covariance: DMatrix<f64>,
+    /// Prior sigma of the amplitudes that has the most evidence, display units.
+    pub tau: f64,
     /// Projected information per column: amplitude a of column j alone has χ² = a²·G_jj.
     pub information: DMatrix<f64>,
 }
 
 impl<'g, 'a> Stage<'g, 'a> {
-    /// Whitens the ground and fits nuisance and accepted columns. `kept` overrides the ground's rows.
-    pub fn new(ground: &'g Ground<'a>, noise: &[NoiseModel], accepted: &[Column], kept: &[Vec<bool>]) -> Stage<'g, 'a> {
-        let count = ground.problem.unknowns.len() + accepted.len();
-        let mut whiteners = Vec::new();
-        let mut y = Vec::new();
-        let mut base = Vec::new();
+    /// Whitens the rows `kept` of the ground and fits nuisance and accepted columns.
+    pub fn new(
+        ground: &'g Ground<'a>,
+        noise: &[NoiseModel],
+        accepted: &[Accepted],
+        kept: &[Vec<bool>],
+    ) -> Stage<'g, 'a> {
+        let nuisance = ground.problem.unknowns.len();
+        let count = nuisance + accepted.len();
+        let parts: Vec<_> = (0..ground.tests())
+            .into_par_iter()
+            .map(|test| {
+                let whitener = Whitener::new(&noise[test], &kept[test]);
+                let mut residual: Vec<f64> = ground.residual_mm[test].clone();
+                whitener.apply(&mut residual);
+                let mut seen = ground.problem.tests[test].columns.clone();
+                seen.extend(
+                    (0..accepted.len()).filter(|&k| !accepted[k].column.by_test[test].is_empty()).map(|k| nuisance + k),
+                );
+                let mut columns = DMatrix::zeros(residual.len(), seen.len());
+                for (local, &k) in seen.iter().enumerate() {
+                    let mut column = columns.column_mut(local);
+                    if k < nuisance {
+                        column.copy_from(&ground.nuisance[test].column(k));
+                    } else {
+                        let Accepted { column: accepted, prior } = &accepted[k - nuisance];
+                        column.iter_mut().zip(&accepted.by_test[test]).for_each(|(to, from)| *to = from * prior);
+                    }
+                    whitener.apply(column.as_mut_slice());
+                }
+                let residual = DVector::from_vec(residual);
+                let gram = columns.tr_mul(&columns);
+                let right = columns.tr_mul(&residual);
+                (whitener, residual, columns, seen, gram, right)
+            })
+            .collect();
         let mut normal: DMatrix<f64> = DMatrix::identity(count, count);
         let mut right = DVector::zeros(count);
         let mut total = 0.0;
-        for test in 0..ground.tests() {
-            let whitener = Whitener::new(&noise[test], &kept[test]);
-            let mut residual: Vec<f64> = ground.residual_mm[test].clone();
-            whitener.apply(&mut residual);
-            let rows = residual.len();
-            let mut columns = DMatrix::zeros(rows, count);
-            let nuisance = ground.problem.unknowns.len();
-            columns.columns_mut(0, nuisance).copy_from(&ground.nuisance[test]);
-            for (k, column) in accepted.iter().enumerate() {
-                if !column.by_test[test].is_empty() {
-                    for (row, value) in column.by_test[test].iter().enumerate() {
-                        columns[(row, nuisance + k)] = value * ACCEPTED_PRIOR;
-                    }
+        let (mut whiteners, mut y, mut base, mut all_seen) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (whitener, residual, columns, seen, gram, local) in parts {
+            for (a, &i) in seen.iter().enumerate() {
+                right[i] += local[a];
+                for (b, &j) in seen.iter().enumerate() {
+                    normal[(i, j)] += gram[(a, b)];
                 }
             }
-            for mut column in columns.column_iter_mut() {
-                if column.iter().any(|value| *value != 0.0) {
-                    whitener.apply(column.as_mut_slice());
-                }
-            }
-            let residual = DVector::from_vec(residual);
-            normal += columns.tr_mul(&columns);
-            right += columns.tr_mul(&residual);
             total += residual.norm_squared();
             whiteners.push(whitener);
             y.push(residual);
             base.push(columns);
+            all_seen.push(seen);
         }
-        let factor = Cholesky::new(normal).unwrap_or_else(|| {
-            // the unit prior makes the matrix definite; only values that are not finite can spoil it
-            Cholesky::new_with_substitute(DMatrix::identity(count, count), 1.0).expect("unit matrix")
-        });
+        // the unit prior makes the matrix definite; only values that are not finite can spoil it
+        let factor = Cholesky::new(normal).unwrap_or_else(|| unit_factor(count));
         let amplitudes = factor.solve(&right);
         let misfit = total - right.dot(&amplitudes);
-        Stage { ground, noise: noise.to_vec(), whiteners, y, base, factor, amplitudes, misfit }
+        let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
+        Stage { ground, whiteners, y, base, seen: all_seen, factor, accepted_prior, amplitudes, misfit }
     }
 
-    /// Amplitude and sigma of an accepted column, display units.
-    pub fn accepted(&self, index: usize) -> (f64, f64) {
-        let k = self.ground.problem.unknowns.len() + index;
-        let mut unit = DVector::zeros(self.amplitudes.len());
-        unit[k] = 1.0;
-        let variance = self.factor.solve(&unit)[k];
-        (self.amplitudes[k] * ACCEPTED_PRIOR, variance.sqrt() * ACCEPTED_PRIOR)
+    /// Amplitude of an accepted column, display units.
+    pub fn accepted(&self, index: usize) -> f64 {
+        self.amplitudes[self.ground.problem.unknowns.len() + index] * self.accepted_prior[index]
     }
 
     /// Covariance of all fitted amplitudes: nuisance in units of the priors, accepted in display units.
     pub fn covariance(&self) -> DMatrix<f64> {
         let mut covariance = self.factor.inverse();
         let nuisance = self.ground.problem.unknowns.len();
-        for k in nuisance..covariance.nrows() {
-            covariance.row_mut(k).scale_mut(ACCEPTED_PRIOR);
-            covariance.column_mut(k).scale_mut(ACCEPTED_PRIOR);
+        for (k, prior) in self.accepted_prior.iter().enumerate() {
+            covariance.row_mut(nuisance + k).scale_mut(*prior);
+            covariance.column_mut(nuisance + k).scale_mut(*prior);
         }
         covariance
     }
 
     /// Residuals left by nuisance and accepted columns, mm; NaN where there is no reading.
-    pub fn residual_mm(&self, accepted: &[Column]) -> Vec<Vec<f64>> {
+    pub fn residual_mm(&self, accepted: &[Accepted]) -> Vec<Vec<f64>> {
         let nuisance = self.ground.problem.unknowns.len();
         let fitted = self.amplitudes.rows(0, nuisance);
         (0..self.ground.tests())
@@ -116,9 +136,9 @@ impl<'g, 'a> Stage<'g, 'a> {
                 let model = &self.ground.nuisance[test] * fitted;
                 let mut residual: Vec<f64> =
                     self.ground.residual_mm[test].iter().zip(model.iter()).map(|(r, m)| r - m).collect();
-                for (k, column) in accepted.iter().enumerate() {
-                    let size = self.amplitudes[nuisance + k] * ACCEPTED_PRIOR;
-                    for (value, column) in residual.iter_mut().zip(&column.by_test[test]) {
+                for (k, accepted) in accepted.iter().enumerate() {
+                    let size = self.accepted(k);
+                    for (value, column) in residual.iter_mut().zip(&accepted.column.by_test[test]) {
                         *value -= size * column;
                     }
                 }
@@ -148,13 +168,16 @@ impl<'g, 'a> Stage<'g, 'a> {
             let local_gram = block.tr_mul(&block);
             let local_z = block.tr_mul(&self.y[test]);
             let local_cross = self.base[test].tr_mul(&block);
+            for (local, &k) in self.seen[test].iter().enumerate() {
+                for (a, &j) in present.iter().enumerate() {
+                    cross[(k, j)] += local_cross[(local, a)];
+                }
+            }
             for (a, &j) in present.iter().enumerate() {
                 z[j] += local_z[a];
                 for (b, &k) in present.iter().enumerate() {
                     gram[(j, k)] += local_gram[(a, b)];
                 }
-                let mut target = cross.column_mut(j);
-                target += local_cross.column(a);
             }
         }
         let solved = self.factor.solve(&cross);
@@ -172,18 +195,36 @@ impl<'g, 'a> Stage<'g, 'a> {
         (gram, z)
     }
 
-    /// Judges a block.
-    pub fn judge(&self, columns: &[Column]) -> Judgement {
+    /// Judges a block whose amplitudes are plausible up to `plausible` display units.
+    pub fn judge(&self, columns: &[Column], plausible: f64) -> Judgement {
         let (information, z) = self.project(columns);
-        judge(information, z)
+        judge(information, z, plausible)
     }
+
+    /// What is left of the data, whitened twice: its product with a column is the column's score.
+    pub fn matched(&self) -> Vec<Vec<f64>> {
+        (0..self.ground.tests())
+            .map(|test| {
+                let amplitudes =
+                    DVector::from_iterator(self.seen[test].len(), self.seen[test].iter().map(|&k| self.amplitudes[k]));
+                let mut left: Vec<f64> = (&self.y[test] - &self.base[test] * amplitudes).iter().copied().collect();
+                self.whiteners[test].apply_transposed(&mut left);
+                left
+            })
+            .collect()
+    }
+}
+
+/// Factor of the unit matrix.
+fn unit_factor(count: usize) -> Cholesky<f64, Dyn> {
+    Cholesky::pack_dirty(DMatrix::identity(count, count))
 }
 
 /// Amplitude priors that are tried, display units: the one with the largest evidence counts.
 const AMPLITUDE_PRIORS: [f64; 7] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
 
-/// Evidence of a block from its projected information and score.
-pub fn judge(information: DMatrix<f64>, z: DVector<f64>) -> Judgement {
+/// Evidence of a block from its projected information and score, amplitudes being plausible up to `plausible`.
+pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judgement {
     let count = z.len();
     let eigen = SymmetricEigen::new(information.clone());
     let w = eigen.eigenvectors.tr_mul(&z);
@@ -195,19 +236,21 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>) -> Judgement {
             })
             .sum()
     };
-    let tau = AMPLITUDE_PRIORS.into_iter().max_by(|a, b| evidence(*a).total_cmp(&evidence(*b))).unwrap_or(1.0);
+    let tau = AMPLITUDE_PRIORS
+        .into_iter()
+        .filter(|tau| *tau <= plausible)
+        .max_by(|a, b| evidence(*a).total_cmp(&evidence(*b)))
+        .unwrap_or(AMPLITUDE_PRIORS[0]);
     let mut amplitudes = DVector::zeros(count);
-    let mut covariance = DMatrix::zeros(count, count);
     let mut chi2 = 0.0;
     for k in 0..count {
         let lambda = eigen.eigenvalues[k].max(0.0);
         let precision = lambda + 1.0 / (tau * tau);
         let v = eigen.eigenvectors.column(k);
         amplitudes += v * (w[k] / precision);
-        covariance += v * v.transpose() / precision;
         chi2 += w[k] * w[k] / precision;
     }
     // one nat for having chosen τ from the data
     let log_evidence = evidence(tau) - 1.0;
-    Judgement { log_evidence, chi2, amplitudes: amplitudes.iter().copied().collect(), covariance, information }
+    Judgement { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect(), information }
 }

@@ -96,6 +96,25 @@ impl Whitener {
     }
 }
 
+impl Whitener {
+    /// The transpose of the filter in place: `Σ u_k·(W c)_k = Σ (Wᵀ u)_k·c_k` for every column c.
+    pub fn apply_transposed(&self, column: &mut [f64]) {
+        let (mut a, mut d) = (0.0, 0.0);
+        for (value, &[ka, kd, scale]) in column.iter_mut().zip(&self.gains).rev() {
+            let a_next = self.rho * a;
+            if scale > 0.0 {
+                let innovation = scale * *value + ka * a_next + kd * d;
+                *value = innovation;
+                a = a_next - innovation;
+                d -= innovation;
+            } else {
+                *value = 0.0;
+                a = a_next;
+            }
+        }
+    }
+}
+
 /// −2 log likelihood of residuals (NaN where there is none) under a noise model, pooled over traces.
 pub fn misfit(noise: &NoiseModel, traces: &[Vec<f64>]) -> f64 {
     traces.iter().map(|trace| trace_misfit(noise, trace)).sum()

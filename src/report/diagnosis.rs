@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::table::Table;
-use crate::diagnose::{Cause, Diagnosis, Finding};
+use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding};
 use crate::effects::kind;
 use crate::session::Session;
 
@@ -118,14 +118,22 @@ pub struct MovedJson {
 pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
     DiagnosisJson {
         verdict: diagnosis.verdict.name(),
-        findings: diagnosis.findings.iter().map(finding_json).collect(),
-        blind_to: Vec::new(),
+        findings: match &diagnosis.data_fault {
+            Some(fault) => vec![fault_json(fault)],
+            None => diagnosis
+                .findings
+                .iter()
+                .enumerate()
+                .map(|(index, finding)| finding_json(diagnosis, index, finding))
+                .collect(),
+        },
+        blind_to: diagnosis.blind_to.iter().map(blind_json).collect(),
         fit: FitBeforeAfterJson {
             rms_before_um: diagnosis.rms_before_um,
             rms_after_um: diagnosis.rms_after_um,
             noise_um: diagnosis.noise_um,
-            heldout_before_um: None,
-            heldout_after_um: None,
+            heldout_before_um: diagnosis.proof.as_ref().map(|proof| proof.before_um),
+            heldout_after_um: diagnosis.proof.as_ref().map(|proof| proof.after_um),
         },
         location_errors: diagnosis
             .location_errors
@@ -145,7 +153,42 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
     }
 }
 
-fn finding_json(finding: &Finding) -> FindingJson {
+fn blind_json(blind: &Blind) -> BlindJson {
+    BlindJson {
+        effect: blind.cause.effect.clone(),
+        place: blind.cause.place.clone(),
+        components: blind.cause.components.clone(),
+        smallest_visible: SmallestJson { value: blind.smallest, unit: blind.unit },
+        test: blind.test.clone(),
+    }
+}
+
+/// A mistake in the files as the only finding.
+fn fault_json(fault: &DataFault) -> FindingJson {
+    FindingJson {
+        effect: fault.effect.to_string(),
+        driver: "data fault",
+        place: "recorder".into(),
+        components: fault.components.clone(),
+        size: SizeJson { value: fault.shift_ms, unit: "ms", sigma: None, meaning: fault.says.clone() },
+        located: WhereJson { tests: fault.tests.clone(), range: None },
+        probability: 0.99,
+        cross_validated: None,
+        cannot_tell_from: Vec::new(),
+        next_test: None,
+    }
+}
+
+/// Verdict of the held-out proof on a finding.
+fn cross_validated(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Option<&'static str> {
+    if finding.single {
+        return Some("single occurrence");
+    }
+    let passed = diagnosis.proof.as_ref().and_then(|proof| proof.passed.get(index))?;
+    Some(if *passed { "passed" } else { "failed" })
+}
+
+fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> FindingJson {
     let finite = |value: f64| value.is_finite().then_some(value);
     FindingJson {
         effect: finding.cause.effect.clone(),
@@ -160,10 +203,14 @@ fn finding_json(finding: &Finding) -> FindingJson {
         },
         located: WhereJson {
             tests: finding.tests.clone(),
-            range: finding.range.as_ref().map(|range| RangeJson { axis: range.axis.clone(), from: range.from, to: range.to }),
+            range: finding.range.as_ref().map(|range| RangeJson {
+                axis: range.axis.clone(),
+                from: range.from,
+                to: range.to,
+            }),
         },
         probability: finding.probability,
-        cross_validated: finding.single.then_some("single occurrence"),
+        cross_validated: cross_validated(diagnosis, index, finding),
         cannot_tell_from: finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)).collect(),
         next_test: None,
     }
@@ -191,6 +238,13 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis) -> String {
         diagnosis.rms_after_um,
         diagnosis.noise_um
     );
+    if let Some(fault) = &diagnosis.data_fault {
+        let _ = writeln!(
+            text,
+            "{}: {} (residual {:.1} µm as it is, {:.1} µm with it undone)",
+            fault.effect, fault.says, fault.before_um, fault.after_um
+        );
+    }
     for (index, finding) in diagnosis.findings.iter().enumerate() {
         let cause = &finding.cause;
         let _ = writeln!(
@@ -208,19 +262,39 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis) -> String {
             finding.probability
         );
         if let Some(range) = &finding.range {
-            let _ = writeln!(text, "   where: {} from {:.1} to {:.1}; tests {}", range.axis, range.from, range.to, finding.tests.join(" "));
+            let _ = writeln!(
+                text,
+                "   where: {} from {:.1} to {:.1}; tests {}",
+                range.axis,
+                range.from,
+                range.to,
+                finding.tests.join(" ")
+            );
         }
         if let Some(kind) = kind(&cause.effect) {
             let _ = writeln!(text, "   usual cause: {}\n   what to do: {}", kind.cause, kind.remedy);
         }
         for (rival, probability) in &finding.rivals {
-            let _ = writeln!(text, "   cannot be told from {} at {} ({}), probability {:.2}", rival.effect, rival.place, rival.components.join(" "), probability);
+            let _ = writeln!(
+                text,
+                "   cannot be told from {} at {} ({}), probability {:.2}",
+                rival.effect,
+                rival.place,
+                rival.components.join(" "),
+                probability
+            );
         }
     }
     let mut table = Table::new(&["error", "before", "after", "± sigma", "unit"]);
     for moved in &diagnosis.location_errors {
         let out = |value: f64| format!("{:.2}", moved.measure.to_output(value));
-        table.row(vec![moved.name.clone(), out(moved.before), out(moved.after), out(moved.sigma), moved.measure.output_unit().to_string()]);
+        table.row(vec![
+            moved.name.clone(),
+            out(moved.before),
+            out(moved.after),
+            out(moved.sigma),
+            moved.measure.output_unit().to_string(),
+        ]);
     }
     text.push('\n');
     text.push_str(&table.text());

@@ -1,0 +1,145 @@
+//! What a session cannot show: the smallest size of every cause that its recordings would reveal. It looks at no residual.
+
+use super::finding::{Cause, cause_of, unit};
+use super::ground::{Ground, Term};
+use super::library::{Family, family_terms};
+use super::stage::{Accepted, Stage};
+use crate::effects::kind;
+use crate::machine::{AxisKind, Machine, Outlet, Place};
+
+/// A cause that may be there unseen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blind {
+    pub cause: Cause,
+    /// Smallest size with a χ² of 25 beside everything else in the fit, display units; `None`: no size shows.
+    pub smallest: Option<f64>,
+    pub unit: &'static str,
+    /// A test that would show it.
+    pub test: String,
+}
+
+/// χ² from which a cause counts as visible.
+const VISIBLE: f64 = 25.0;
+
+/// Sizes above which a machinist would want to know: a cause is listed when the session shows it only beyond.
+fn notable(kind: &str, is_angle: bool) -> f64 {
+    match (kind, is_angle) {
+        ("rotary-backlash", _) => 8.0,
+        ("linear-backlash", _) => 4.0,
+        ("lateral-play" | "reversal-spike", true) => 6.0,
+        ("lateral-play" | "reversal-spike", false) => 4.0,
+        ("rotary-error-motion", true) => 6.0,
+        ("rotary-error-motion", false) => 3.0,
+        ("cyclic-error", true) => 5.0,
+        ("cyclic-error", false) => 2.0,
+        ("gravity-sag", _) => 5.0,
+        ("thermal-growth", true) => 6.0,
+        ("thermal-growth", false) => 8.0,
+        ("straightness", true) => 6.0,
+        ("straightness", false) => 4.0,
+        ("squareness", _) => 10.0,
+        ("linear-scale", _) => 30.0,
+        ("servo-lag", _) => 3.0,
+        ("trigger-latency", _) => 20.0,
+        ("bar-length", _) => 3.0,
+        _ => 5.0,
+    }
+}
+
+/// Causes that the session does not show at notable sizes.
+pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage, model: &[Accepted]) -> Vec<Blind> {
+    let _ = model;
+    let machine = ground.context.machine();
+    let mut list: Vec<Blind> = Vec::new();
+    let mut seen: Vec<(&str, Place, Outlet)> = Vec::new();
+    for family in families
+        .iter()
+        .filter(|family| !matches!(family.kind, "unknown" | "pivot-slip" | "ball-slip" | "vibration" | "radius-loss"))
+    {
+        let effect = &family.grid[family.grid.len() / 2];
+        let terms = family_terms(machine, family, effect, ground.tests());
+        for outlet in &family.outlets {
+            if seen.contains(&(family.kind, family.place, *outlet)) {
+                continue;
+            }
+            seen.push((family.kind, family.place, *outlet));
+            let own: Vec<Term> = terms.iter().filter(|term| term.outlet == *outlet).copied().collect();
+            let Ok(columns) = ground.columns(effect, &own) else { continue };
+            let (information, _) = stage.project(&columns);
+            let strongest = (0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max);
+            let smallest = (strongest > 1e-12).then(|| (VISIBLE / strongest).sqrt());
+            let measure = own.first().map(|term| term.measure);
+            let is_angle = measure == Some(crate::units::Measure::Angle);
+            if smallest.is_none_or(|smallest| smallest > notable(family.kind, is_angle)) {
+                list.push(Blind {
+                    cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
+                    smallest: smallest.filter(|value| *value < 1e5),
+                    unit: measure.map_or("um", unit),
+                    test: showing_test(machine, family.kind, family.place),
+                });
+            }
+        }
+    }
+    unmoved(machine, families, &mut list);
+    list
+}
+
+/// Causes of axes that never moved, for which there is no family at all.
+fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
+    for axis in 0..machine.axes.len() {
+        let place = Place::Axis(axis);
+        let kinds: &[&str] = match machine.axes[axis].kind {
+            AxisKind::Rotary => &["rotary-backlash", "rotary-error-motion", "cyclic-error", "gravity-sag", "servo-lag"],
+            AxisKind::Linear => &[
+                "linear-backlash",
+                "reversal-spike",
+                "linear-scale",
+                "cyclic-error",
+                "straightness",
+                "squareness",
+                "servo-lag",
+            ],
+        };
+        for name in kinds {
+            let covered = families.iter().any(|family| family.kind == *name && family.place == place);
+            let Some(kind) = kind(name).filter(|_| !covered) else { continue };
+            let outlets = (kind.outlets)(machine, place);
+            let effect = crate::machine::Effect::new(name, place);
+            let Some(outlet) = outlets.first() else { continue };
+            list.push(Blind {
+                cause: cause_of(machine, &effect, &outlets),
+                smallest: None,
+                unit: unit((kind.measure)(machine, outlet, "")),
+                test: showing_test(machine, name, place),
+            });
+        }
+    }
+}
+
+/// A test that shows a cause, in words.
+pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
+    let axis = place.axis().map(|axis| (machine.axes[axis].name.clone(), machine.axes[axis].kind));
+    match (kind, axis) {
+        ("rotary-backlash" | "cyclic-error" | "servo-lag" | "reversal-spike", Some((name, AxisKind::Rotary))) => {
+            format!("{name} swept both ways with the linear axes following tangentially")
+        }
+        ("rotary-error-motion" | "lateral-play", Some((name, AxisKind::Rotary))) => {
+            format!(
+                "{name} swept both ways with the linear axes following radially and axially, ball high above the table"
+            )
+        }
+        ("gravity-sag", Some((name, _))) => {
+            format!("{name} over its whole range with and without payload, nothing remounted")
+        }
+        (
+            "squareness" | "linear-scale" | "straightness" | "linear-backlash" | "reversal-spike" | "cyclic-error"
+            | "servo-lag" | "lateral-play",
+            Some((name, _)),
+        ) => {
+            format!("planar circles with {name} in both directions and at two feeds")
+        }
+        ("thermal-growth" | "bar-length", _) => "the first test again at the end, nothing remounted".to_string(),
+        ("trigger-latency", _) => "a sweep with an off-centre ball at two feeds in both directions".to_string(),
+        _ => "the first test again in both directions".to_string(),
+    }
+}

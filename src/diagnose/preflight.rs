@@ -1,0 +1,311 @@
+//! Mistakes in the files before any physics: a sign, a name, a unit, an order, a time that does not belong. It repairs nothing.
+//!
+//! A session is refitted as if one mistake had been made, on few rows. A mistake is named when undoing it lowers the
+//! misfit many times over, far below what any physics of the catalogue could do at that size of residual.
+
+use rayon::prelude::*;
+
+use super::thin::thin;
+use crate::chain::Chain;
+use crate::identify::{self, FreePrior, Problem, Weighting, minimise, normal_equations, robust_sigma};
+use crate::machine::AxisKind;
+use crate::session::{Clock, Recording, Session, Setups};
+
+/// A mistake in the files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataFault {
+    /// `axis-sign`, `axis-swap`, `unit`, `angle-reversed` or `time-shift`.
+    pub effect: &'static str,
+    /// Axes or columns concerned.
+    pub components: Vec<String>,
+    /// Tests concerned; empty: all.
+    pub tests: Vec<String>,
+    /// In words, with what to do.
+    pub says: String,
+    /// Robust residual as recorded and with the mistake undone, µm.
+    pub before_um: f64,
+    pub after_um: f64,
+    /// Shift in ms for `time-shift`.
+    pub shift_ms: Option<f64>,
+}
+
+/// A way in which the files may be wrong.
+struct Suspicion {
+    effect: &'static str,
+    components: Vec<String>,
+    tests: Vec<String>,
+    says: String,
+    shift_ms: Option<f64>,
+    undone: Session,
+}
+
+/// Undoing a mistake lowers the residual at least so many times.
+const LEAST_RATIO: f64 = 2.2;
+/// Residuals below this many noise floors need no preflight.
+const SUSPICIOUS: f64 = 2.2;
+/// Share of readings left out as outliers that is suspicious by itself.
+const SUSPICIOUS_SHARE: f64 = 0.02;
+
+/// The mistake that best explains a session, if one does.
+pub fn preflight(
+    session: &Session,
+    residual_um: f64,
+    noise_um: f64,
+    left_out_share: f64,
+    kept: &[Vec<bool>],
+) -> Option<DataFault> {
+    if residual_um < SUSPICIOUS * noise_um && left_out_share < SUSPICIOUS_SHARE {
+        return None;
+    }
+    let all: Vec<Vec<bool>> = kept.iter().map(|rows| vec![true; rows.len()]).collect();
+    let (thinned, _) = thin(session, &all);
+    let before = misfit_um(&thinned)?;
+    let suspicions = suspicions(&thinned);
+    let mut judged: Vec<(f64, Suspicion)> = suspicions
+        .into_par_iter()
+        .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
+        .collect();
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (after, best) = judged.into_iter().next()?;
+    (before > LEAST_RATIO * after).then(|| DataFault {
+        effect: best.effect,
+        components: best.components,
+        tests: best.tests,
+        says: best.says,
+        before_um: before,
+        after_um: after,
+        shift_ms: best.shift_ms,
+    })
+}
+
+/// Rms residual of a robust fit, every reading counted but none beyond a hundred times the middle, µm.
+fn misfit_um(session: &Session) -> Option<f64> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let free = identify::default_free(&session.machine);
+    let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
+    let problem = Problem::new(session, &chain, &setups, unknowns).ok()?;
+    let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    let start = normal_equations(&problem, &values, &Weighting::Huber { scale_mm: 1.0 }).1;
+    let mut scale = robust_sigma(start.iter().flatten().copied()).max(1e-4);
+    for _ in 0..4 {
+        let solution = minimise(&problem, &values, &Weighting::Huber { scale_mm: scale });
+        let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(1e-4);
+        values = solution.values;
+        if next > 0.7 * scale {
+            let limit = 100.0 * next;
+            let clipped = solution
+                .residual_mm
+                .iter()
+                .flatten()
+                .filter(|value| value.is_finite())
+                .map(|value| value.clamp(-limit, limit));
+            // offsets of balls far beyond their spreads are a misfit as well
+            let strain: f64 = problem
+                .unknowns
+                .iter()
+                .zip(&values)
+                .filter(|(unknown, _)| unknown.quantity.is_setup())
+                .map(|(unknown, value)| (value / unknown.prior_sigma).abs())
+                .fold(0.0, f64::max);
+            return Some(1e3 * identify::rms(clipped) * (1.0 + (strain / 6.0 - 1.0).max(0.0)));
+        }
+        scale = next;
+    }
+    Some(1e3 * scale)
+}
+
+fn suspicions(session: &Session) -> Vec<Suspicion> {
+    let mut list = Vec::new();
+    let machine = &session.machine;
+    let busy: Vec<usize> = (0..machine.axes.len())
+        .filter(|&axis| {
+            session.tests.iter().any(|test| test.recording.as_ref().is_some_and(|r| r.axes.contains(&axis)))
+        })
+        .collect();
+    for &axis in &busy {
+        let name = machine.axes[axis].name.clone();
+        let mut scaled = |effect: &'static str, factor: f64, says: String| {
+            let undone = scale_axis(session, axis, factor);
+            list.push(Suspicion {
+                effect,
+                components: vec![name.clone()],
+                tests: Vec::new(),
+                says,
+                shift_ms: None,
+                undone,
+            });
+        };
+        scaled(
+            "axis-sign",
+            -1.0,
+            format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'"),
+        );
+        match machine.axes[axis].kind {
+            AxisKind::Linear => scaled("unit", 25.4, format!("{name} is in inches: convert the column to mm")),
+            AxisKind::Rotary => scaled(
+                "unit",
+                180.0 / std::f64::consts::PI,
+                format!("{name} is in radians: convert the column to degrees"),
+            ),
+        }
+        if machine.axes[axis].kind == AxisKind::Rotary {
+            for (way, rising) in [("ccw", true), ("cw", false)] {
+                list.extend(reversed(session, axis, way, rising));
+            }
+        }
+    }
+    for (index, &a) in busy.iter().enumerate() {
+        for &b in &busy[index + 1..] {
+            if machine.axes[a].kind == machine.axes[b].kind {
+                list.push(swapped(session, a, b));
+            }
+        }
+    }
+    for seconds in SHIFTS_S {
+        let every: Vec<usize> = (0..session.tests.len()).collect();
+        list.push(shifted(session, &every, *seconds));
+    }
+    // one test alone: only the worst ones are worth the refits
+    for test in worst_tests(session) {
+        for seconds in SHIFTS_S {
+            list.push(shifted(session, &[test], *seconds));
+        }
+    }
+    list
+}
+
+/// Shifts tried, s.
+const SHIFTS_S: &[f64] =
+    &[-3.0, -2.4, -1.9, -1.5, -1.2, -0.95, -0.75, -0.6, -0.45, 0.45, 0.6, 0.75, 0.95, 1.2, 1.5, 1.9, 2.4, 3.0];
+/// Single tests tried for a shift.
+const WORST_TESTS: usize = 2;
+
+/// Tests with the largest residual in a common fit.
+fn worst_tests(session: &Session) -> Vec<usize> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let free = identify::default_free(&session.machine);
+    let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
+    let Ok(problem) = Problem::new(session, &chain, &setups, unknowns) else { return Vec::new() };
+    let values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    let solution = minimise(&problem, &values, &Weighting::Huber { scale_mm: 1e-3 });
+    let mut order: Vec<(usize, f64)> =
+        solution.residual_mm.iter().map(|residual| identify::rms(residual.iter().copied())).enumerate().collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    order.into_iter().take(WORST_TESTS).map(|(test, _)| test).collect()
+}
+
+fn scale_axis(session: &Session, axis: usize, factor: f64) -> Session {
+    let mut undone = session.clone();
+    for test in &mut undone.tests {
+        if let Some(value) = &mut test.positions[axis] {
+            *value *= factor;
+        }
+        if let Some(recording) = &mut test.recording
+            && let Some(column) = recording.axes.iter().position(|&other| other == axis)
+        {
+            recording.positions[column].iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+    undone
+}
+
+fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
+    let mut undone = session.clone();
+    let other = |axis: usize| {
+        if axis == a {
+            b
+        } else if axis == b {
+            a
+        } else {
+            axis
+        }
+    };
+    for test in &mut undone.tests {
+        test.positions.swap(a, b);
+        if let Some(recording) = &mut test.recording {
+            recording.axes.iter_mut().for_each(|axis| *axis = other(*axis));
+        }
+    }
+    let (one, two) = (session.machine.axes[a].name.clone(), session.machine.axes[b].name.clone());
+    Suspicion {
+        effect: "axis-swap",
+        says: format!("columns {one} and {two} are exchanged: swap their headers"),
+        components: vec![one, two],
+        tests: Vec::new(),
+        shift_ms: None,
+        undone,
+    }
+}
+
+/// Recordings of one way of turning written from the wrong end.
+fn reversed(session: &Session, axis: usize, way: &str, rising: bool) -> Option<Suspicion> {
+    let mut undone = session.clone();
+    let mut tests = Vec::new();
+    for test in &mut undone.tests {
+        let Some(recording) = &mut test.recording else { continue };
+        if recording.axes != [axis] || !matches!(recording.clock, Clock::TimeS(_)) {
+            continue;
+        }
+        let column = &mut recording.positions[0];
+        // seen from the files a reversed recording turns the other way
+        let seen_rising = column.last() > column.first();
+        if seen_rising != rising {
+            continue;
+        }
+        column.reverse();
+        tests.push(test.name.clone());
+    }
+    let name = session.machine.axes[axis].name.clone();
+    (!tests.is_empty()).then(|| Suspicion {
+        effect: "angle-reversed",
+        says: format!("{name} of the {way} recordings is written from the wrong end: reverse the column"),
+        components: vec![name],
+        tests,
+        shift_ms: None,
+        undone,
+    })
+}
+
+/// Positions moved against the lengths by some seconds in some tests.
+fn shifted(session: &Session, tests: &[usize], seconds: f64) -> Suspicion {
+    let mut undone = session.clone();
+    for &test in tests {
+        if let Some(recording) = &mut undone.tests[test].recording {
+            shift(recording, seconds);
+        }
+    }
+    let names: Vec<String> = if tests.len() == session.tests.len() {
+        Vec::new()
+    } else {
+        tests.iter().map(|&test| session.tests[test].name.clone()).collect()
+    };
+    let which = if names.is_empty() { "all tests".to_string() } else { names.join(", ") };
+    Suspicion {
+        effect: "time-shift",
+        says: format!("lengths and positions are {seconds:.2} s apart in {which}: pair them by one clock"),
+        components: Vec::new(),
+        tests: names,
+        shift_ms: Some(1e3 * seconds),
+        undone,
+    }
+}
+
+/// Positions as they are `seconds` later; rows beyond the recording lose their reading.
+fn shift(recording: &mut Recording, seconds: f64) {
+    let Clock::TimeS(time) = recording.clock.clone() else { return };
+    let columns = recording.positions.clone();
+    for row in 0..time.len() {
+        let at = time[row] + seconds;
+        let above = time.partition_point(|t| *t < at);
+        if above == 0 || above == time.len() {
+            recording.length_mm[row] = f64::NAN;
+            continue;
+        }
+        let share = (at - time[above - 1]) / (time[above] - time[above - 1]);
+        for (column, from) in recording.positions.iter_mut().zip(&columns) {
+            column[row] = from[above - 1] + share * (from[above] - from[above - 1]);
+        }
+    }
+}

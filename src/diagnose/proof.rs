@@ -1,0 +1,81 @@
+//! Whether a finding predicts readings that its selection never saw: folds of interleaved chunks, selection redone in each.
+
+use super::finding::Finding;
+use super::ground::Ground;
+use super::library::Family;
+use super::search::{Grounds, search};
+use super::stage::{Accepted, Stage};
+use crate::identify::{NoiseModel, rms};
+
+/// Outcome of the held-out proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proof {
+    /// Rms of held-out residuals without and with what the other fold found, µm.
+    pub before_um: f64,
+    pub after_um: f64,
+    /// Per finding: the same cause was found in every fold and held-out readings gained from it.
+    pub passed: Vec<bool>,
+}
+
+/// Length of a chunk, s; of a run of static poses, in poses.
+const CHUNK_S: f64 = 5.0;
+const CHUNK_POSES: usize = 40;
+/// Number of folds.
+const FOLDS: usize = 2;
+
+/// Cross-validates findings. Families are those whose kind was found or may rival it; fast ones keep all rows.
+pub fn prove(grounds: &Grounds, families: &[Family], findings: &[Finding], noise: &[NoiseModel]) -> Proof {
+    let mut before = Vec::new();
+    let mut after = Vec::new();
+    let mut passed = vec![true; findings.len()];
+    let mut gains = vec![0.0; findings.len()];
+    for fold in 0..FOLDS {
+        let train = [mask(grounds.fine, fold, false), mask(grounds.coarse, fold, false)];
+        let test = mask(grounds.fine, fold, true);
+        let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
+        let searched = search(&Grounds { fine: &masked[0], coarse: &masked[1] }, families);
+        let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
+        let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);
+        before.extend(held_out(&bare, &test));
+        after.extend(held_out(&full, &test));
+        let gain = rms(held_out(&bare, &test).into_iter()).powi(2) - rms(held_out(&full, &test).into_iter()).powi(2);
+        for (index, finding) in findings.iter().enumerate() {
+            let machine = grounds.fine.context.machine();
+            let again = searched.found.iter().any(|found| {
+                let effect = &found.chosen.effect;
+                let same_place = effect.place.name(machine) == finding.cause.place;
+                same_place && (effect.kind == finding.cause.effect || finding.cause.effect == "unknown")
+            });
+            passed[index] &= again;
+            gains[index] += gain;
+        }
+    }
+    for (passed, gain) in passed.iter_mut().zip(&gains) {
+        *passed &= *gain > 0.0;
+    }
+    Proof { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed }
+}
+
+fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
+    residual_mm
+        .iter()
+        .zip(rows)
+        .flat_map(|(residual, rows)| residual.iter().zip(rows).filter(|(_, keep)| **keep).map(|(value, _)| *value))
+        .collect()
+}
+
+/// Kept rows inside (`held` true) or outside the chunks of a fold.
+fn mask(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
+    (0..ground.tests())
+        .map(|test| {
+            let time = ground.context.motion(test).time_s.as_ref();
+            (0..ground.kept[test].len())
+                .map(|row| {
+                    let chunk = time.map_or(row / CHUNK_POSES, |time| (time[row] / CHUNK_S) as usize);
+                    ground.kept[test][row] && ((chunk % FOLDS == fold) == held)
+                })
+                .collect()
+        })
+        .collect()
+}
