@@ -60,7 +60,7 @@ pub struct RangeFound {
 }
 
 /// Log odds per log likelihood explained by which a rival's lag is softened: forms of the catalogue are never exact.
-const SOFTENING: f64 = 0.02;
+const SOFTENING: f64 = 0.01;
 /// Rivals less probable than this are not named.
 const LEAST_PROBABILITY: f64 = 0.02;
 /// Rivals named at most.

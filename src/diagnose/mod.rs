@@ -145,7 +145,14 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let floor_um = pooled_noise_um(&floor::noise_floor(&fine, &fine.residual_mm));
     let readings: usize = kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
-    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, floor_um, left_out, &kept);
+    let strain = problem
+        .unknowns
+        .iter()
+        .zip(&values)
+        .filter(|(unknown, _)| unknown.quantity.is_setup())
+        .map(|(unknown, value)| WIDER_SETUPS * (value / unknown.prior_sigma).abs())
+        .fold(0.0, f64::max);
+    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, floor_um, left_out, strain, &kept);
     let search = if data_fault.is_some() { search::nothing(&fine) } else { search(&grounds, &families) };
     let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
     let stage = Stage::new(&fine, &search.noise_after, &columns, &fine.kept);

@@ -40,21 +40,29 @@ struct Suspicion {
 }
 
 /// Undoing a mistake lowers the residual at least so many times.
-const LEAST_RATIO: f64 = 2.2;
+const LEAST_RATIO: f64 = 1.6;
 /// Residuals below this many noise floors need no preflight.
-const SUSPICIOUS: f64 = 2.2;
+const SUSPICIOUS: f64 = 1.8;
+/// Undoing a mistake leaves at most so many noise floors, or lowers the residual so many times.
+const NEAR_NOISE: f64 = 1.6;
+const ENORMOUS: f64 = 12.0;
+/// A ball that the fit puts so many spreads from its stated place is suspicious by itself.
+const SUSPICIOUS_STRAIN: f64 = 8.0;
 /// Share of readings left out as outliers that is suspicious by itself.
 const SUSPICIOUS_SHARE: f64 = 0.02;
 
 /// The mistake that best explains a session, if one does.
+///
+/// `strain` is the largest offset of a ball or bar in the fit, in units of its spread.
 pub fn preflight(
     session: &Session,
     residual_um: f64,
     noise_um: f64,
     left_out_share: f64,
+    strain: f64,
     kept: &[Vec<bool>],
 ) -> Option<DataFault> {
-    if residual_um < SUSPICIOUS * noise_um && left_out_share < SUSPICIOUS_SHARE {
+    if residual_um < SUSPICIOUS * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < SUSPICIOUS_STRAIN {
         return None;
     }
     let all: Vec<Vec<bool>> = kept.iter().map(|rows| vec![true; rows.len()]).collect();
@@ -67,7 +75,9 @@ pub fn preflight(
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (after, best) = judged.into_iter().next()?;
-    (before > LEAST_RATIO * after).then(|| DataFault {
+    // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
+    let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
+    undone.then(|| DataFault {
         effect: best.effect,
         components: best.components,
         tests: best.tests,

@@ -38,6 +38,8 @@ pub struct Found {
     pub log_odds: f64,
     /// The gain alone.
     pub gain: f64,
+    /// Fall of the mean square residual, mm².
+    pub fall_mm2: f64,
 }
 
 /// Result of a search.
@@ -103,7 +105,8 @@ pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
         let gain = 0.5 * (pooled_misfit(fine, &noise, &residual_mm) - pooled_misfit(fine, &noise_chosen, &left));
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         trace(fine, families, found.len(), &candidates, index, (gain, log_odds), &noise_chosen);
-        if !is_demanded(&found, &chosen, gain, log_odds) {
+        let fall_mm2 = mean_square(fine, &residual_mm) - mean_square(fine, &left);
+        if !is_demanded(&found, &chosen, (fall_mm2, log_odds), &fine_floor) {
             best_left = log_odds;
             break;
         }
@@ -119,7 +122,7 @@ pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
         model[0] = with_chosen;
         residual_mm = left;
         noise = noise_chosen;
-        found.push(Found { chosen, rivals, log_odds, gain });
+        found.push(Found { chosen, rivals, log_odds, gain, fall_mm2 });
     }
     Search { floor: fine_floor, noise_before, noise_after: noise, found, residual_mm, best_left }
 }
@@ -139,18 +142,38 @@ pub fn nothing(ground: &Ground) -> Search {
 
 /// Log odds that a further effect at another place needs: what is left of an inexact form must not pass for it.
 const ACCEPT_FURTHER: f64 = 30.0;
-/// Share of the gain of the first effect that a further one needs, at the same and at another place.
-const LEAST_SHARE: f64 = 0.01;
-const LEAST_SHARE_ELSEWHERE: f64 = 0.04;
+/// Share of the mean square that all effects found before explain which a further one must explain, at the same place
+/// and elsewhere.
+const LEAST_SHARE: f64 = 0.002;
+const LEAST_SHARE_ELSEWHERE: f64 = 0.015;
+/// Rms that an effect must take off the residual, in noise floors: the first one, and a further one elsewhere.
+const LEAST_RMS: f64 = 0.1;
+const LEAST_RMS_ELSEWHERE: f64 = 0.3;
 
 /// Whether the evidence demands a candidate beside what was found.
-fn is_demanded(found: &[Found], chosen: &Candidate, gain: f64, log_odds: f64) -> bool {
-    let Some(first) = found.first() else { return log_odds > ACCEPT };
+fn is_demanded(found: &[Found], chosen: &Candidate, (fall_mm2, log_odds): (f64, f64), floor: &[NoiseModel]) -> bool {
+    let noise_mm2 = floor.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / floor.len().max(1) as f64;
+    let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
+    if found.is_empty() {
+        return log_odds > ACCEPT && in_noise(LEAST_RMS);
+    }
+    let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
     match same_place {
-        true => log_odds > ACCEPT && gain > LEAST_SHARE * first.gain,
-        false => log_odds > ACCEPT_FURTHER && gain > LEAST_SHARE_ELSEWHERE * first.gain,
+        true => log_odds > ACCEPT && fall_mm2 > LEAST_SHARE * explained,
+        false => {
+            log_odds > ACCEPT_FURTHER && fall_mm2 > LEAST_SHARE_ELSEWHERE * explained && in_noise(LEAST_RMS_ELSEWHERE)
+        }
     }
+}
+
+/// Mean square of the rows that take part, mm².
+fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
+    let kept = residual_mm
+        .iter()
+        .zip(&ground.kept)
+        .flat_map(|(residual, kept)| residual.iter().zip(kept).filter(|(_, kept)| **kept));
+    crate::identify::rms(kept.map(|(value, _)| *value)).powi(2)
 }
 
 /// Prints the standing of the best candidates when the variable FIVEAXIS_TRACE is set: for work on the search itself.

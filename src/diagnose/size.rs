@@ -42,6 +42,9 @@ pub fn size_of(
         }),
     );
     let sigma = (gradient.transpose() * &sub * &gradient)[(0, 0)].max(0.0).sqrt();
+    // directions that the recordings do not show count with what they may hide
+    let hidden = if cause.effect.ends_with("-slip") { sub.trace() / (2.0 * value.max(1e-9)) } else { 0.0 };
+    let sigma = sigma.hypot(hidden);
     // a form is never exact: three per cent of the size stands for that
     let sigma = sigma.hypot(FORM_SIGMA * value);
     let meaning = kind(&cause.effect).map_or("largest", |kind| kind.size_meaning).to_string();
@@ -105,7 +108,8 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
             return 0.0;
         }
         match cause.effect.as_str() {
-            "thermal-growth" | "bar-length" => high - low,
+            // growth counts from the session's beginning, where it is zero by form
+            "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
             "rotary-error-motion" | "unknown" => 0.5 * (high - low),
             _ => high.abs().max(low.abs()),
         }
