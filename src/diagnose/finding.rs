@@ -97,9 +97,9 @@ pub fn findings(
             let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
             let alike = driver_class(driver(lead, families)) == driver_class(driver(found, families));
             let free = is_free(found, families);
-            same_place
-                && ((same_kind && !is_event(found))
-                    || ((alike || free) && (free || found.gain < REST_OF_FORM * lead.gain)))
+            let same_cause = same_kind && !is_event(found);
+            let rest_of_form = free || (alike && found.gain < REST_OF_FORM * lead.gain);
+            same_place && (same_cause || rest_of_form)
         };
         match groups.iter_mut().find(|group| joins(group)) {
             Some(group) => group.push(index),

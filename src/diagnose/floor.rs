@@ -68,12 +68,8 @@ pub fn likely_noise(
 ) -> Vec<NoiseModel> {
     let mut sweeps = Vec::new();
     let mut poses = Vec::new();
-    for test in 0..residual_mm.len() {
-        let masked: Vec<f64> = residual_mm[test]
-            .iter()
-            .zip(&ground.kept[test])
-            .map(|(r, kept)| if *kept { *r } else { f64::NAN })
-            .collect();
+    for (test, (residual, kept)) in residual_mm.iter().zip(&ground.kept).enumerate() {
+        let masked: Vec<f64> = residual.iter().zip(kept).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
         if ground.context.motion(test).time_s.is_some() { sweeps.push(masked) } else { poses.push(masked) }
     }
     let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));

@@ -77,7 +77,7 @@ pub fn preflight(
     let (after, best) = judged.into_iter().next()?;
     // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
     let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
-    undone.then(|| DataFault {
+    undone.then_some(DataFault {
         effect: best.effect,
         components: best.components,
         tests: best.tests,

@@ -121,15 +121,17 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
 fn curve(ground: &Ground, lead: &Candidate, profiles: &[Profile], terms: &[usize], amplitudes: &[f64]) -> Vec<f64> {
     let axis = lead.effect.place.axis();
     let everywhere = matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length");
-    let mut curve = Vec::new();
-    for test in 0..ground.tests() {
+    let mut curve: Vec<f64> = Vec::new();
+    for (test, residual) in ground.residual_mm.iter().enumerate() {
         let moving = axis.is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));
         if !(moving || everywhere) {
             continue;
         }
-        for row in 0..ground.residual_mm[test].len() {
-            let value: f64 = terms.iter().map(|&k| amplitudes[k] * profiles[lead.terms[k].function][test][row]).sum();
-            curve.push(value);
+        let start = curve.len();
+        curve.resize(start + residual.len(), 0.0);
+        for &k in terms {
+            let profile = &profiles[lead.terms[k].function][test];
+            curve[start..].iter_mut().zip(profile).for_each(|(sum, value)| *sum += amplitudes[k] * value);
         }
     }
     curve
