@@ -161,8 +161,9 @@ fn all_derivatives_pose_by_pose_10000(bencher: Bencher) {
     let ends = (chain.link("w").expect("w"), chain.link("t").expect("t"));
     let mut s = Sensitivity::zeros(5);
     bencher.counter(ItemsCount::new(10_000usize)).bench_local(|| {
-        for row in 0..10_000 {
-            let q: [f64; 5] = std::array::from_fn(|axis| columns[axis][row]);
+        // five columns are read together, so the row cannot be an iterator over one of them
+        let row_of = |row: usize| -> [f64; 5] { std::array::from_fn(|axis| columns[axis][row]) };
+        for q in (0..10_000).map(row_of) {
             geometry.sensitivity((ends.0, &PIVOT), (ends.1, &SPINDLE), &q, None, &mut s);
             black_box(&s);
         }

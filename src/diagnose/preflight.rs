@@ -74,7 +74,7 @@ pub fn preflight(
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (after, best) = judged.into_iter().next()?;
+    let (after, best) = finer(&thinned, judged.into_iter().next()?);
     // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
     let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
     undone.then_some(DataFault {
@@ -86,6 +86,25 @@ pub fn preflight(
         after_um: after,
         shift_ms: best.shift_ms,
     })
+}
+
+/// Shifts beside the best one of the grid, as factors.
+const FINER: [f64; 8] = [0.9, 0.93, 0.96, 0.985, 1.015, 1.04, 1.07, 1.1];
+
+/// A time shift brought nearer to its true size than the grid; other mistakes have no size.
+fn finer(session: &Session, (misfit, suspicion): (f64, Suspicion)) -> (f64, Suspicion) {
+    let Some(shift_ms) = suspicion.shift_ms else { return (misfit, suspicion) };
+    let struck: Vec<usize> = (0..session.tests.len())
+        .filter(|&test| suspicion.tests.is_empty() || suspicion.tests.contains(&session.tests[test].name))
+        .collect();
+    let near: Vec<(f64, Suspicion)> = FINER
+        .par_iter()
+        .filter_map(|factor| {
+            let nearer = shifted(session, &struck, factor * shift_ms / 1e3);
+            misfit_um(&nearer.undone).map(|misfit| (misfit, nearer))
+        })
+        .collect();
+    near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
 }
 
 /// Rms residual of a robust fit, every reading counted but none beyond a hundred times the middle, µm.
