@@ -18,6 +18,7 @@
 //! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
 //! | [`collision`] | clearances at a pose and certified over motions |
 //! | [`plan`] | setups: reachable, collision-free, informative; what stays undetermined |
+//! | [`nc`] | programs that run a plan on four controls |
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
@@ -36,6 +37,7 @@ pub mod identify;
 pub mod load;
 pub mod machine;
 pub mod methods;
+pub mod nc;
 pub mod plan;
 pub mod report;
 pub mod session;

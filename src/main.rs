@@ -16,6 +16,8 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Verb {
+    /// A test plan that reaches the wanted uncertainty without collisions: fiveaxis plan machine.yaml
+    Plan(verbs::plan::Arguments),
     /// Validate a machine or session file and show what it says: fiveaxis check machine.yaml --at "A=30,C=-45"
     Check(verbs::check::Arguments),
     /// Location errors of a machine from recordings: fiveaxis identify session.yaml
@@ -30,6 +32,7 @@ enum Verb {
 
 fn main() -> ExitCode {
     let outcome = match CommandLine::parse().verb {
+        Verb::Plan(arguments) => verbs::plan::run(&arguments),
         Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),

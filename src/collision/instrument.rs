@@ -171,7 +171,7 @@ impl<'a> Instrument<'a> {
                 no_spindle(format!("the spindle ball is off the tool axis and the kit '{}' has no fixture", kit.name))
             })?;
             // the flat bar passes behind the cup
-            let arm_end = if looks.dot(&up).abs() > 0.5 { back + up * fixture.arm_radius_mm } else { back };
+            let arm_end = back - looks * fixture.arm_radius_mm;
             let root = spindle.nose - up * (spindle.nose - arm_end).dot(&up);
             if (spindle.nose - root).dot(&up) < 0.0 {
                 return Err(no_spindle(format!(

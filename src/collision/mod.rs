@@ -15,4 +15,4 @@ pub use convex::Convex;
 pub use distance::{distance, distance_below, parry_shape, penetration};
 pub use instrument::{Instrument, InstrumentError, Placement};
 pub use sweep::{Clear, Hit, SweepClearance, certify, sweep_clearance};
-pub use world::{Clearance, Part, Scene, Scratch, World};
+pub use world::{BarEnds, Clearance, Part, Scene, Scratch, World};

@@ -135,6 +135,16 @@ impl World {
         &self.chain
     }
 
+    /// Leaves machine bodies unchecked against each other, for when only the instrument is of interest.
+    pub fn forget_machine_pairs(&mut self) {
+        self.pairs.clear();
+    }
+
+    /// Number of parts of the machine; a scene's instrument parts follow them.
+    pub fn part_count(&self) -> usize {
+        self.parts.len()
+    }
+
     /// Number of link frames; the bar's frame follows them.
     pub fn frame_count(&self) -> usize {
         1 + self.chain.axis_count()
@@ -254,6 +264,27 @@ impl<'a> Scene<'a> {
         Scene { world, parts, pairs, views, view_of, bar, cones }
     }
 
+    /// The world with parts of any instrument: `pairs` refer to world parts first, then `parts`; cups have no cones.
+    pub fn with_parts(
+        world: &'a World,
+        parts: Vec<Part>,
+        pairs: Vec<(usize, usize)>,
+        bar: Option<BarEnds>,
+    ) -> Scene<'a> {
+        Scene::new(world, parts, pairs, bar, Vec::new())
+    }
+
+    /// Moves the pivot ball and the parts that stand with it: instrument part and its centre relative to the ball, mm.
+    pub fn move_pivot(&mut self, pivot: &Vector3<f64>, parts: &[(usize, Vector3<f64>)]) {
+        if let Some(bar) = &mut self.bar {
+            bar.pivot.1 = *pivot;
+        }
+        let first = self.world.parts.len();
+        for (part, offset) in parts {
+            self.parts[first + part].convex.centre = pivot + offset;
+        }
+    }
+
     /// Names of a pair's parts.
     pub(super) fn names(&self, pair: (usize, usize)) -> (String, String) {
         (self.parts[pair.0].name.clone(), self.parts[pair.1].name.clone())
@@ -267,6 +298,23 @@ impl<'a> Scene<'a> {
     /// Pairs that may collide, as indices of [`Scene::parts`].
     pub fn pairs(&self) -> &[(usize, usize)] {
         &self.pairs
+    }
+
+    /// Outline of a part seen along a direction, as a polygon in the plane of `right` and `up` of the bed frame, mm.
+    pub fn outline(&self, part: usize, frames: &[Pose], right: &Vector3<f64>, up: &Vector3<f64>) -> Vec<[f64; 2]> {
+        const CORNERS: usize = 48;
+        let part = &self.parts[part];
+        let pose = &frames[part.frame];
+        (0..CORNERS)
+            .map(|k| {
+                let (s, c) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+                let toward = right * c + up * s;
+                let own = part.convex.rotation.tr_mul(&pose.rotation.tr_mul(&toward));
+                let in_link = part.convex.centre + part.convex.rotation * part.convex.core.support(&own);
+                let point = pose.point(&in_link) + toward * part.convex.round_mm;
+                [point.dot(right), point.dot(up)]
+            })
+            .collect()
     }
 
     /// Poses of all frames, the bar's last when there is one.

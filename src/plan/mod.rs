@@ -10,6 +10,20 @@
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
 //! | `words` | what stays undetermined and why |
 
+mod candidates;
+mod choose;
+mod information;
+mod method;
+mod reach;
 mod run_in;
+mod solver;
+mod words;
 
-pub use run_in::rows_with_run_in;
+pub use candidates::{Avoid, Candidate, Candidates, Misses, PivotSite, SpindlePlace, candidates};
+pub use choose::{Goal, Plan, PlanError, PlannedTest, Settings, TradeOff, plan};
+pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
+pub use method::{Method, MethodError};
+pub use reach::{ClearSweep, longest_sweep};
+pub use run_in::{RUN_IN, rows_with_run_in};
+pub use solver::{BallAt, Solved, Unreachable, lever, solve};
+pub use words::ErrorForecast;

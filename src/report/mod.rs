@@ -11,6 +11,7 @@ mod number;
 pub mod polar;
 pub mod recording;
 pub mod residual_plot;
+pub mod setup_sheet;
 pub mod simulation;
 pub mod table;
 pub mod thesis;

@@ -5,6 +5,7 @@ pub mod clearance;
 pub mod diagnose;
 pub mod identify;
 pub mod output;
+pub mod plan;
 pub mod progress;
 pub mod report;
 pub mod save;

@@ -1,0 +1,131 @@
+//! How each control writes a program down. What is to be done is in `steps`.
+
+use std::fmt::Write as _;
+
+use super::{Step, machine_offsets, steps};
+use crate::machine::Machine;
+use crate::plan::PlannedTest;
+
+/// A control's language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dialect {
+    /// ISO 6983 as most controls read it.
+    Generic,
+    LinuxCnc,
+    /// Heidenhain conversational.
+    Heidenhain,
+    Sinumerik,
+}
+
+impl Dialect {
+    /// All dialects with the endings of their files.
+    pub const ALL: [(Dialect, &'static str); 4] =
+        [(Dialect::Generic, "nc"), (Dialect::LinuxCnc, "ngc"), (Dialect::Heidenhain, "h"), (Dialect::Sinumerik, "mpf")];
+}
+
+/// The program of a planned test.
+pub fn program(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> String {
+    let in_machine_coordinates = machine_offsets(machine).is_some();
+    let steps = steps(machine, planned);
+    let name = planned.test.name.to_uppercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+    match dialect {
+        Dialect::Heidenhain => heidenhain(&name, &steps, in_machine_coordinates),
+        _ => iso(&name, &steps, in_machine_coordinates, dialect),
+    }
+}
+
+/// Text inside a comment: parentheses would end it.
+fn plain(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii() && c != '(' && c != ')' && c != ';' { c } else { ' ' }).collect()
+}
+
+fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) -> String {
+    let comment = |text: &str| match dialect {
+        Dialect::Sinumerik => format!("; {}\n", plain(text)),
+        _ => format!("({})\n", plain(text)),
+    };
+    let mut out = String::new();
+    if dialect == Dialect::Generic {
+        out.push_str("%\n");
+    }
+    out.push_str(&comment(name));
+    out.push_str(&comment(if machine_coordinates {
+        "positions in machine coordinates"
+    } else {
+        "positions in work coordinates with zero at the zero of the machine file"
+    }));
+    out.push_str(match dialect {
+        Dialect::Sinumerik => "G71 G90 G94\n",
+        _ => "G21 G90 G94\n",
+    });
+    // machine coordinates hold in one block only (G53); Sinumerik calls that SUPA
+    let (before, after) = match (machine_coordinates, dialect) {
+        (false, _) => ("", ""),
+        (true, Dialect::Sinumerik) => ("", " SUPA"),
+        (true, _) => ("G53 ", ""),
+    };
+    let word = |axis: &str, value: f64| {
+        let equals = if dialect == Dialect::Sinumerik && axis.len() > 1 { "=" } else { "" };
+        format!("{axis}{equals}{value:.5}")
+    };
+    for step in steps {
+        match step {
+            Step::Say(text) => out.push_str(&comment(text)),
+            Step::Stop(text) => {
+                out.push_str(&comment(text));
+                out.push_str("M0\n");
+            }
+            Step::Rapid(words) => {
+                let words: Vec<String> = words.iter().map(|(axis, value)| word(axis, *value)).collect();
+                let _ = writeln!(out, "{before}G0 {}{after}", words.join(" "));
+            }
+            Step::Turn { axis, to_deg, feed_deg_per_min } => {
+                let _ = writeln!(out, "{before}G1 {} F{feed_deg_per_min:.3}{after}", word(axis, *to_deg));
+            }
+            Step::Dwell(seconds) => {
+                let letter = match dialect {
+                    Dialect::LinuxCnc => "P",
+                    Dialect::Sinumerik => "F",
+                    _ => "X",
+                };
+                let _ = writeln!(out, "G4 {letter}{seconds:.1}");
+            }
+        }
+    }
+    out.push_str(if dialect == Dialect::LinuxCnc { "M2\n" } else { "M30\n" });
+    if dialect == Dialect::Generic {
+        out.push_str("%\n");
+    }
+    out
+}
+
+fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool) -> String {
+    let mut lines = vec![format!("BEGIN PGM {name} MM")];
+    // M91: this block in machine coordinates; M94-free: C counts beyond 360
+    let after = if machine_coordinates { " M91" } else { "" };
+    for step in steps {
+        match step {
+            Step::Say(text) => lines.push(format!("; {}", plain(text))),
+            Step::Stop(text) => {
+                lines.push(format!("; {}", plain(text)));
+                lines.push("STOP M0".into());
+            }
+            Step::Rapid(words) => {
+                let words: Vec<String> = words.iter().map(|(axis, value)| format!("{axis}{value:+.5}")).collect();
+                lines.push(format!("L {} R0 FMAX{after}", words.join(" ")));
+            }
+            Step::Turn { axis, to_deg, feed_deg_per_min } => {
+                lines.push(format!("L {axis}{to_deg:+.5} R0 F{feed_deg_per_min:.0}{after}"));
+            }
+            Step::Dwell(seconds) => {
+                lines.push("CYCL DEF 9.0 DWELL TIME".into());
+                lines.push(format!("CYCL DEF 9.1 DWELL {seconds:.1}"));
+            }
+        }
+    }
+    lines.push(format!("END PGM {name} MM"));
+    lines.iter().enumerate().fold(String::new(), |mut out, (number, line)| {
+        let _ = writeln!(out, "{number} {line}");
+        out
+    })
+}

@@ -1,0 +1,88 @@
+//! Programs that run a plan: approach, run-in, capture arc both ways, dwell, retreat, for four controls. It moves nothing itself.
+//!
+//! A program is a list of [`Step`]s, the same for every control; a dialect writes them down. Feeds are those of the
+//! moving ball converted to the turning axis, deg/min, which is how all four controls read F in a block that moves one
+//! rotary axis alone. Positions are machine coordinates where `machine_zero` is known for every axis, else work
+//! coordinates with zero at the machine file's zero.
+
+mod dialect;
+
+pub use dialect::{Dialect, program};
+
+use crate::machine::{AxisKind, Machine};
+use crate::plan::PlannedTest;
+use crate::session::Path;
+
+/// One thing a program does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    /// Words for the operator.
+    Say(String),
+    /// Stop until the operator goes on.
+    Stop(String),
+    /// Move fast, all axes named at once; axis name and position, mm or deg.
+    Rapid(Vec<(String, f64)>),
+    /// Move one rotary axis; position in deg, feed in deg/min.
+    Turn { axis: String, to_deg: f64, feed_deg_per_min: f64 },
+    /// Wait, s.
+    Dwell(f64),
+}
+
+/// Seconds that the machine rests at the ends of a run.
+const REST_S: f64 = 3.0;
+/// Feed of the approach relative to the capture's.
+const APPROACH: f64 = 2.0;
+
+/// Positions offset from the machine file's zero to what the control reads, by axis; `None` in work coordinates.
+pub fn machine_offsets(machine: &Machine) -> Option<Vec<f64>> {
+    machine.machine_zero.iter().copied().collect()
+}
+
+/// Steps of one planned test, both directions.
+pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
+    let offsets = machine_offsets(machine).unwrap_or_else(|| vec![0.0; machine.axes.len()]);
+    let test = &planned.test;
+    let Some(Path::Sweep { axis, .. }) = test.path else { return Vec::new() };
+    let name = machine.axes[axis].name.clone();
+    let at = |deg: f64| deg + offsets[axis];
+    let feed_mm = test.feed_mm_per_min.unwrap_or(500.0);
+    let feed = (feed_mm / planned.rho_mm).to_degrees();
+    let run_in = test.overshoot.unwrap_or(0.0);
+    let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
+    let clamp =
+        |deg: f64| machine.axes[axis].range.map_or(deg, |(low, high)| deg.clamp(low.to_degrees(), high.to_degrees()));
+    let turn =
+        |deg: f64, factor: f64| Step::Turn { axis: name.clone(), to_deg: at(deg), feed_deg_per_min: feed * factor };
+    let stand = |kind: AxisKind| -> Vec<(String, f64)> {
+        machine
+            .axes
+            .iter()
+            .enumerate()
+            .filter(|&(k, entry)| k != axis && entry.kind == kind)
+            .filter_map(|(k, entry)| Some((entry.name.clone(), kind.to_file_unit(test.positions[k]?) + offsets[k])))
+            .collect()
+    };
+    let p = test.pivot.at;
+    let mut steps = vec![
+        Step::Say(format!("{} bar {} mm", test.name, test.bar_length_mm.unwrap_or(0.0))),
+        Step::Say(format!("pivot on {} ball at {:.3} {:.3} {:.3}", test.pivot.link, p.x, p.y, p.z)),
+        Step::Stop("bar off the balls, way to the start clear".into()),
+        Step::Rapid(stand(AxisKind::Rotary)),
+        Step::Rapid(vec![(name.clone(), at(clamp(from - run_in)))]),
+        Step::Rapid(stand(AxisKind::Linear)),
+        Step::Stop("mount the bar and start the recording".into()),
+    ];
+    steps.retain(|step| !matches!(step, Step::Rapid(words) if words.is_empty()));
+    for (way, first, second) in [("ccw", from, to), ("cw", to, from)] {
+        let sign = (second - first).signum();
+        steps.push(Step::Say(format!("{}-{way} capture {first} to {second}", test.name)));
+        steps.push(turn(clamp(first - sign * run_in), APPROACH));
+        steps.push(Step::Dwell(REST_S));
+        steps.push(turn(first, 1.0));
+        steps.push(turn(second, 1.0));
+        steps.push(turn(clamp(second + sign * run_in), 1.0));
+        steps.push(Step::Dwell(REST_S));
+    }
+    steps.push(Step::Stop("take the bar off".into()));
+    steps
+}

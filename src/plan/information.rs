@@ -1,0 +1,294 @@
+//! What tests tell: the covariance of errors and setup quantities, updated test by test. First order, no files.
+//!
+//! Unknowns are the location errors of the rotary axes (wanted), those of the linear axes (known to their squareness
+//! spread), every placement (pivot, spindle ball), bar error, and the misplacement of the linear axes at each place where
+//! they stand, growing with the distance from where the spindle ball was set up. A test adds rows `δL = H·x + ε`.
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::chain::{Geometry, Sensitivity};
+use crate::machine::{AxisKind, ErrorName, Machine};
+use crate::session::Spread;
+
+/// Spreads and noise that the forecast takes, mm and rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Uncertainty {
+    pub spread: Spread,
+    /// Standard deviation of one effective sample, mm.
+    pub noise_mm: f64,
+    /// Effective samples of a full turn; shorter arcs have their share.
+    pub samples_per_turn: f64,
+    /// Position error of linear axes per length moved from the reference, mm/mm.
+    pub linear_per_mm: f64,
+    /// Squareness of linear axes, rad.
+    pub squareness_rad: f64,
+    /// Prior of wanted positions, mm: wide, so that only data count.
+    pub wanted_mm: f64,
+    /// Prior of wanted orientations, rad.
+    pub wanted_rad: f64,
+}
+
+impl Default for Uncertainty {
+    /// Noise and effective samples as seen in ball-bar sweeps (about 30 in a turn); linear axes of a sound machine, 5 µm/m and 10 µrad.
+    fn default() -> Uncertainty {
+        Uncertainty {
+            spread: Spread::default(),
+            noise_mm: 0.5e-3,
+            samples_per_turn: 30.0,
+            linear_per_mm: 5e-6,
+            squareness_rad: 10e-6,
+            wanted_mm: 1.0,
+            wanted_rad: 1e-3,
+        }
+    }
+}
+
+/// A setup quantity that tests may share.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Nuisance {
+    /// Ball on a link: place in nm.
+    Pivot(String, [i64; 3]),
+    SpindleBall([i64; 3]),
+    Bar(i64),
+    /// Where the linear axes stand: positions in nm.
+    Stand(Vec<i64>),
+}
+
+/// Rows of one test over a handful of poses.
+#[derive(Debug, Clone)]
+pub struct Block {
+    /// Rows × errors (wanted first).
+    errors: DMatrix<f64>,
+    /// Setup quantities with their columns (1 or 3) and prior variance, mm².
+    nuisances: Vec<(Nuisance, DMatrix<f64>, f64)>,
+    /// Variance of a row, mm².
+    row_variance: f64,
+}
+
+/// Poses of a block: enough for the three numbers that a sweep carries, with the ends weighted like the middle.
+pub const BLOCK_ROWS: usize = 8;
+
+/// Which errors are unknown, and their priors.
+#[derive(Debug, Clone)]
+pub struct Unknowns {
+    /// Axis index, component index, name; the wanted ones first.
+    pub errors: Vec<(usize, usize, ErrorName)>,
+    /// Number of wanted errors.
+    pub wanted: usize,
+    prior_variance: Vec<f64>,
+    uncertainty: Uncertainty,
+}
+
+/// Mean time in which a ball's place is one and the same.
+pub(super) fn key(at: &Vector3<f64>) -> [i64; 3] {
+    [0, 1, 2].map(|k| (at[k] * 1e6).round() as i64)
+}
+
+impl Unknowns {
+    /// Location errors of the rotary axes as wanted, those of the linear axes as spread.
+    pub fn of(machine: &Machine, uncertainty: Uncertainty) -> Unknowns {
+        let mut errors = Vec::new();
+        let mut prior_variance = Vec::new();
+        let mut wanted = 0;
+        for kind in [AxisKind::Rotary, AxisKind::Linear] {
+            for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.kind == kind) {
+                for component in entry.slots() {
+                    errors.push((axis, component.index(), ErrorName::location(component, &entry.name)));
+                    let sigma = match (kind, component.is_angle()) {
+                        (AxisKind::Rotary, false) => uncertainty.wanted_mm,
+                        (AxisKind::Rotary, true) => uncertainty.wanted_rad,
+                        (AxisKind::Linear, _) => uncertainty.squareness_rad,
+                    };
+                    prior_variance.push(sigma * sigma);
+                }
+            }
+            if kind == AxisKind::Rotary {
+                wanted = errors.len();
+            }
+        }
+        Unknowns { errors, wanted, prior_variance, uncertainty }
+    }
+
+    /// Prior standard deviation of an error, mm or rad.
+    pub fn prior(&self, error: usize) -> f64 {
+        self.prior_variance[error].sqrt()
+    }
+
+    /// Rows of a test that visits `poses`; `arc_rad` is the length of its sweep.
+    pub fn block(
+        &self,
+        geometry: &Geometry,
+        pivot: (crate::chain::LinkId, &str, &Vector3<f64>),
+        spindle: (crate::chain::LinkId, &Vector3<f64>),
+        bar_mm: f64,
+        poses: &[Vec<f64>],
+        arc_rad: f64,
+    ) -> Block {
+        let chain = geometry.chain();
+        let rows = poses.len();
+        let mut errors = DMatrix::zeros(rows, self.errors.len());
+        let [mut at_pivot, mut at_spindle, mut stand] = [(); 3].map(|()| DMatrix::zeros(rows, 3));
+        let mut derivatives = Sensitivity::zeros(chain.axis_count());
+        for (row, positions) in poses.iter().enumerate() {
+            geometry.sensitivity((pivot.0, pivot.2), (spindle.0, spindle.1), positions, None, &mut derivatives);
+            for (column, &(axis, component, _)) in self.errors.iter().enumerate() {
+                errors[(row, column)] = derivatives.location[axis][component];
+            }
+            for k in 0..3 {
+                at_pivot[(row, k)] = derivatives.pivot[k];
+                at_spindle[(row, k)] = derivatives.spindle[k];
+                stand[(row, k)] = derivatives.direction[k];
+            }
+        }
+        let u = &self.uncertainty;
+        let first = poses.first().map(Vec::as_slice).unwrap_or_default();
+        let linear: Vec<f64> = (0..chain.axis_count())
+            .filter(|&axis| chain.joint(axis).kind == AxisKind::Linear)
+            .map(|axis| first.get(axis).copied().unwrap_or(0.0))
+            .collect();
+        let moved = linear.iter().map(|q| q * q).sum::<f64>().sqrt();
+        let mut nuisances = vec![
+            (Nuisance::Pivot(pivot.1.to_string(), key(pivot.2)), at_pivot, u.spread.pivot_mm.powi(2)),
+            (Nuisance::SpindleBall(key(spindle.1)), at_spindle, u.spread.spindle_ball_mm.powi(2)),
+            (
+                Nuisance::Bar((bar_mm * 1e6).round() as i64),
+                DMatrix::from_element(rows, 1, 1.0),
+                u.spread.bar_length_mm.powi(2),
+            ),
+        ];
+        if moved > 1e-6 {
+            let place = linear.iter().map(|q| (q * 1e6).round() as i64).collect();
+            nuisances.push((Nuisance::Stand(place), stand, (u.linear_per_mm * moved).powi(2)));
+        }
+        // both directions are run: twice the samples
+        let samples = (2.0 * u.samples_per_turn * arc_rad / std::f64::consts::TAU).max(6.0);
+        Block { errors, nuisances, row_variance: u.noise_mm.powi(2) * rows as f64 / samples }
+    }
+}
+
+/// Factor on a prior variance that makes a placement count as unknown: 20 µm become 20 mm.
+pub(super) const LOOSE: f64 = 1e6;
+
+/// Covariance of all unknowns after some tests.
+#[derive(Debug, Clone)]
+pub struct Knowledge {
+    covariance: DMatrix<f64>,
+    place_of: HashMap<Nuisance, usize>,
+    wanted: usize,
+    pivot_factor: f64,
+}
+
+impl Knowledge {
+    /// Before any test.
+    pub fn before(unknowns: &Unknowns) -> Knowledge {
+        let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&unknowns.prior_variance));
+        Knowledge { covariance, place_of: HashMap::new(), wanted: unknowns.wanted, pivot_factor: 1.0 }
+    }
+
+    /// Before any test, with pivots whose places count as unknown: so that no plan averages over how well pivots are placed.
+    pub fn before_with_loose_pivots(unknowns: &Unknowns) -> Knowledge {
+        Knowledge { pivot_factor: LOOSE, ..Knowledge::before(unknowns) }
+    }
+
+    fn prior(&self, nuisance: &Nuisance, variance: f64) -> f64 {
+        if matches!(nuisance, Nuisance::Pivot(..)) { variance * self.pivot_factor } else { variance }
+    }
+
+    /// Variances of the wanted errors, mm² and rad².
+    pub fn variances(&self) -> Vec<f64> {
+        (0..self.wanted).map(|k| self.covariance[(k, k)]).collect()
+    }
+
+    /// Covariance of two errors.
+    pub fn covariance(&self, one: usize, other: usize) -> f64 {
+        self.covariance[(one, other)]
+    }
+
+    /// Covariance of the wanted errors with a nuisance, if that is known here.
+    pub fn nuisances(&self) -> impl Iterator<Item = (&Nuisance, usize)> {
+        self.place_of.iter().map(|(nuisance, &place)| (nuisance, place))
+    }
+
+    /// True when a test used this setup quantity.
+    pub fn knows(&self, nuisance: &Nuisance) -> bool {
+        self.place_of.contains_key(nuisance)
+    }
+
+    /// Variances of the wanted errors if this test were added.
+    pub fn variances_with(&self, block: &Block) -> Vec<f64> {
+        let Some((cross, weighted)) = self.gain(block) else { return self.variances() };
+        (0..self.wanted).map(|k| self.covariance[(k, k)] - cross.row(k).dot(&weighted.row(k))).collect()
+    }
+
+    /// `P Hᵀ` of the wanted errors and the same times `S⁻¹`.
+    fn gain(&self, block: &Block) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let rows = block.errors.nrows();
+        // P Hᵀ over the columns that the block touches
+        let mut ph = self.covariance.columns(0, block.errors.ncols()) * block.errors.transpose();
+        let mut s = DMatrix::identity(rows, rows) * block.row_variance;
+        for (nuisance, columns, variance) in &block.nuisances {
+            match self.place_of.get(nuisance) {
+                Some(&place) => ph += self.covariance.columns(place, columns.ncols()) * columns.transpose(),
+                None => s += columns * columns.transpose() * self.prior(nuisance, *variance),
+            }
+        }
+        s += &block.errors * ph.rows(0, block.errors.ncols());
+        for (nuisance, columns, _) in &block.nuisances {
+            if let Some(&place) = self.place_of.get(nuisance) {
+                s += columns * ph.rows(place, columns.ncols());
+            }
+        }
+        let factor = s.cholesky()?;
+        let cross = ph.rows(0, self.wanted).into_owned();
+        let weighted = factor.solve(&cross.transpose()).transpose();
+        Some((cross, weighted))
+    }
+
+    /// Adds a test.
+    pub fn add(&mut self, block: &Block) {
+        for (nuisance, columns, variance) in &block.nuisances {
+            if !self.place_of.contains_key(nuisance) {
+                let old = self.covariance.nrows();
+                let more = columns.ncols();
+                self.covariance = self.covariance.clone().resize(old + more, old + more, 0.0);
+                for k in old..old + more {
+                    self.covariance[(k, k)] = self.prior(nuisance, *variance);
+                }
+                self.place_of.insert(nuisance.clone(), old);
+            }
+        }
+        let rows = block.errors.nrows();
+        let mut h = DMatrix::zeros(rows, self.covariance.nrows());
+        h.columns_mut(0, block.errors.ncols()).copy_from(&block.errors);
+        for (nuisance, columns, _) in &block.nuisances {
+            let place = self.place_of[nuisance];
+            h.columns_mut(place, columns.ncols()).copy_from(columns);
+        }
+        let ph = &self.covariance * h.transpose();
+        let s = &h * &ph + DMatrix::identity(rows, rows) * block.row_variance;
+        if let Some(factor) = s.cholesky() {
+            let updated = &self.covariance - &ph * factor.solve(&ph.transpose());
+            self.covariance = (&updated + updated.transpose()) * 0.5;
+        }
+    }
+}
+
+impl Block {
+    /// Setup quantities that the test uses.
+    pub fn uses(&self) -> impl Iterator<Item = &Nuisance> {
+        self.nuisances.iter().map(|(nuisance, ..)| nuisance)
+    }
+
+    /// The same test with the prior variance of some setup quantities multiplied.
+    pub fn with_prior_scaled(&self, scaled: impl Fn(&Nuisance) -> bool, factor: f64) -> Block {
+        let mut block = self.clone();
+        for (nuisance, _, variance) in &mut block.nuisances {
+            if scaled(nuisance) {
+                *variance *= factor;
+            }
+        }
+        block
+    }
+}

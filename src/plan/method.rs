@@ -1,0 +1,235 @@
+//! The thesis's chapters 4 to 7 as choices from the generic solver's setups; nothing here knows a particular machine.
+
+use std::collections::BTreeMap;
+
+use super::candidates::Candidate;
+use super::choose::{Desk, Entry};
+use super::reach::ClearSweep;
+use crate::machine::AxisKind;
+
+/// A measuring method of the thesis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Each rotary axis from its own pivot: the short bar at h = 0, then the extended bar.
+    Chapter4,
+    /// As chapter 4 with one pivot setup for all axes.
+    Chapter5,
+    /// The short bar only, at two places along each axis.
+    Chapter6,
+    /// As chapter 4, the ball of tilting heads on a flat fixture and the pivot on an angle plate where needed.
+    Chapter7,
+}
+
+/// Why a method gave no plan.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{method} does not fit this machine: {reason}")]
+pub struct MethodError {
+    pub method: &'static str,
+    pub reason: String,
+}
+
+/// Groups looked at for each axis before the best is taken.
+const GROUPS: usize = 40;
+/// h = 0 within this, mm.
+const LEVEL_MM: f64 = 1e-3;
+
+type Chosen<'a> = (Vec<Entry<'a>>, Vec<usize>);
+
+/// The tests of a method.
+pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<Chosen<'a>, MethodError> {
+    let axes: Vec<usize> =
+        (0..desk.machine.axes.len()).filter(|&k| desk.machine.axes[k].kind == AxisKind::Rotary).collect();
+    let name = match method {
+        Method::Chapter4 => "chapter4",
+        Method::Chapter5 => "chapter5",
+        Method::Chapter6 => "chapter6",
+        Method::Chapter7 => "chapter7",
+    };
+    let refuse = |reason: String| MethodError { method: name, reason };
+    let found = match method {
+        Method::Chapter5 => one_pivot(desk, &axes).ok_or_else(|| {
+            refuse("no single pivot carries both bars clear of collisions for all rotary axes; chapter4 or chapter7 use several".into())
+        })?,
+        Method::Chapter6 => each(desk, &axes, two_places, refuse)?,
+        Method::Chapter4 | Method::Chapter7 => each(desk, &axes, two_lengths, refuse)?,
+    };
+    let entries: Vec<Entry> = found.into_iter().map(|(candidate, sweep)| desk.entry(candidate, Some(sweep))).collect();
+    let order = (0..entries.len()).collect();
+    Ok((entries, order))
+}
+
+type Pair<'a> = Vec<(&'a Candidate, ClearSweep)>;
+
+fn each<'a>(
+    desk: &mut Desk<'a>,
+    axes: &[usize],
+    tests_of: impl Fn(&mut Desk<'a>, usize) -> Option<Pair<'a>>,
+    refuse: impl Fn(String) -> MethodError,
+) -> Result<Pair<'a>, MethodError> {
+    let mut all = Vec::new();
+    for &axis in axes {
+        let name = &desk.machine.axes[axis].name;
+        let why = || {
+            refuse(format!(
+                "axis {name} has no such pair of setups that is reachable and clear; plan without --method to see what is possible"
+            ))
+        };
+        all.extend(tests_of(desk, axis).ok_or_else(why)?);
+    }
+    Ok(all)
+}
+
+/// Candidates of an axis by what is mounted and where the other rotary axes stand.
+fn groups<'a>(desk: &Desk<'a>, axis: usize) -> BTreeMap<(usize, usize, Vec<i64>), Vec<&'a Candidate>> {
+    let list: &'a [Candidate] = &desk.all.list;
+    let mut groups: BTreeMap<_, Vec<&Candidate>> = BTreeMap::new();
+    for candidate in list.iter().filter(|candidate| candidate.axis == axis) {
+        let turned = (0..desk.machine.axes.len())
+            .filter(|&k| k != axis && desk.machine.axes[k].kind == AxisKind::Rotary)
+            .map(|k| (candidate.solved.positions[k] * 1e6).round() as i64)
+            .collect();
+        groups.entry((candidate.site, candidate.place, turned)).or_default().push(candidate);
+    }
+    groups
+}
+
+/// Short bar level with the carried ball and the next longer bar, with the longest sweeps that are clear.
+fn lengths_in<'a>(desk: &mut Desk<'a>, group: &[&'a Candidate]) -> Option<Pair<'a>> {
+    let level = *group.iter().find(|candidate| candidate.solved.h_mm.abs() < LEVEL_MM)?;
+    let extended: Vec<&Candidate> = next_longer(group, level.bar_mm);
+    let short = desk.clear(level)?;
+    let mut best: Option<(&Candidate, ClearSweep)> = None;
+    for candidate in extended {
+        if let Some(sweep) = desk.clear(candidate)
+            && best.as_ref().is_none_or(|(_, other)| width(&sweep) > width(other) + 0.5)
+        {
+            best = Some((candidate, sweep));
+        }
+    }
+    Some(vec![(level, short), best?])
+}
+
+fn next_longer<'a>(group: &[&'a Candidate], bar_mm: f64) -> Vec<&'a Candidate> {
+    let next = group.iter().map(|c| c.bar_mm).filter(|&bar| bar > bar_mm + 1.0).fold(f64::MAX, f64::min);
+    group.iter().filter(|candidate| (candidate.bar_mm - next).abs() < 1e-6).copied().collect()
+}
+
+fn width(sweep: &ClearSweep) -> f64 {
+    sweep.to_deg - sweep.from_deg
+}
+
+/// Sum of the sweeps: what a method's setups are ranked by.
+fn total(pair: &Pair) -> f64 {
+    pair.iter().map(|(_, sweep)| width(sweep)).sum()
+}
+
+fn two_lengths<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
+    let groups = groups(desk, axis);
+    let mut level: Vec<_> = groups
+        .values()
+        .filter_map(|group| {
+            let bar = group.iter().filter(|c| c.solved.h_mm.abs() < LEVEL_MM).map(|c| c.bar_mm).next()?;
+            let moved: f64 = group.iter().map(|c| travel(desk, c)).fold(f64::MAX, f64::min);
+            Some((bar, group.first()?.place, moved, group))
+        })
+        .collect();
+    // the ball as near the nose as works: a longer stem is only for where nothing else does
+    level.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.total_cmp(&b.2)));
+    best_of(desk, level.into_iter().map(|(.., group)| group.clone()))
+}
+
+fn best_of<'a>(desk: &mut Desk<'a>, groups: impl Iterator<Item = Vec<&'a Candidate>>) -> Option<Pair<'a>> {
+    let mut best: Option<Pair> = None;
+    for (looked, group) in groups.enumerate() {
+        // more than enough once something is found; without it, go on through everything
+        let place = group.first().map(|candidate| candidate.place);
+        let settled = best.as_ref().is_some_and(|pair| pair.first().map(|(c, _)| c.place) != place);
+        if settled || looked >= GROUPS && best.is_some() {
+            break;
+        }
+        if let Some(pair) = lengths_in(desk, &group)
+            && best.as_ref().is_none_or(|other| total(&pair) > total(other) + 0.5)
+        {
+            best = Some(pair);
+        }
+    }
+    best
+}
+
+/// How far the linear axes stand from zero, mm: setups near zero feel their errors least.
+fn travel(desk: &Desk, candidate: &Candidate) -> f64 {
+    (0..desk.machine.axes.len())
+        .filter(|&k| desk.machine.axes[k].kind == AxisKind::Linear)
+        .map(|k| candidate.solved.positions[k].powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// One pivot with both bars for every axis, the other rotary axes at zero.
+fn one_pivot<'a>(desk: &mut Desk<'a>, axes: &[usize]) -> Option<Pair<'a>> {
+    let by_axis: Vec<_> = axes.iter().map(|&axis| groups(desk, axis)).collect();
+    let first = by_axis.first()?;
+    let mut keys: Vec<_> = first.keys().filter(|(_, _, turned)| turned.iter().all(|&q| q == 0)).cloned().collect();
+    let bar = |key: &(usize, usize, Vec<i64>)| {
+        by_axis
+            .iter()
+            .map(|groups| {
+                groups.get(key).and_then(|group| {
+                    group.iter().filter(|c| c.solved.h_mm.abs() < LEVEL_MM).map(|c| (c.bar_mm * 1e3) as i64).min()
+                })
+            })
+            .collect::<Option<Vec<i64>>>()
+    };
+    let moved = |key: &(usize, usize, Vec<i64>)| {
+        let group = first.get(key).map(Vec::as_slice).unwrap_or_default();
+        group.iter().map(|c| (travel(desk, c) * 1e3) as i64).min().unwrap_or(i64::MAX)
+    };
+    let mut ranked: Vec<_> =
+        keys.drain(..).filter_map(|key| bar(&key).map(|bars| (bars, key.1, moved(&key), key))).collect();
+    ranked.sort();
+    let mut best: Option<Pair> = None;
+    for (looked, (_, place, _, key)) in ranked.iter().enumerate() {
+        let settled = best.as_ref().is_some_and(|pair| pair.first().is_some_and(|(c, _)| c.place != *place));
+        if settled || looked >= GROUPS && best.is_some() {
+            break;
+        }
+        let pairs: Option<Vec<Pair>> = by_axis.iter().map(|groups| lengths_in(desk, groups.get(key)?)).collect();
+        if let Some(pairs) = pairs {
+            let all: Pair = pairs.into_iter().flatten().collect();
+            if best.as_ref().is_none_or(|other| total(&all) > total(other) + 0.5) {
+                best = Some(all);
+            }
+        }
+    }
+    best
+}
+
+/// The short bar at h = 0 at two places along the axis, as far apart as possible.
+fn two_places<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
+    let list: &'a [Candidate] = &desk.all.list;
+    let level: Vec<&Candidate> = list.iter().filter(|c| c.axis == axis && c.solved.h_mm.abs() < LEVEL_MM).collect();
+    let bar = level.iter().map(|c| c.bar_mm).fold(f64::MAX, f64::min);
+    let place = level.iter().filter(|c| (c.bar_mm - bar).abs() < 1e-6).map(|c| c.place).min()?;
+    let mut level: Vec<&Candidate> =
+        level.into_iter().filter(|c| (c.bar_mm - bar).abs() < 1e-6 && c.place == place).collect();
+    level.sort_by(|a, b| a.solved.along_mm.total_cmp(&b.solved.along_mm));
+    let mut end = |from_low: bool| {
+        let ordered: Vec<&Candidate> = if from_low { level.clone() } else { level.iter().rev().copied().collect() };
+        let mut best: Option<(&Candidate, ClearSweep)> = None;
+        for (looked, candidate) in ordered.into_iter().enumerate() {
+            if best.as_ref().is_some_and(|(other, _)| (other.solved.along_mm - candidate.solved.along_mm).abs() > 1.0)
+                || looked > 4 * GROUPS
+            {
+                break;
+            }
+            if let Some(sweep) = desk.clear(candidate)
+                && best.as_ref().is_none_or(|(_, other)| width(&sweep) > width(other) + 0.5)
+            {
+                best = Some((candidate, sweep));
+            }
+        }
+        best
+    };
+    let (low, high) = (end(true)?, end(false)?);
+    ((high.0.solved.along_mm - low.0.solved.along_mm) > 30.0).then(|| vec![low, high])
+}

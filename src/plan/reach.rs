@@ -1,0 +1,121 @@
+//! How far an axis sweeps before something comes too close: coarse search, bisection, then a certified check. One candidate at a time.
+
+use super::run_in::RUN_IN;
+use crate::collision::{Scene, Scratch, certify, sweep_clearance};
+
+/// A sweep certified clear with its run-in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClearSweep {
+    /// Capture arc, whole degrees.
+    pub from_deg: f64,
+    pub to_deg: f64,
+    /// Least clearance over arc and run-in, mm.
+    pub clearance_mm: f64,
+    pub pair: (String, String),
+    /// Pair that ends the sweep at either side, if it is not the axis's range.
+    pub ends: [Option<(String, String)>; 2],
+}
+
+/// Step of the coarse search, deg.
+const COARSE_DEG: f64 = 5.0;
+/// Shortest capture arc worth running, deg.
+pub const SHORTEST_DEG: f64 = 40.0;
+/// Resolution of the least clearance reported, mm.
+const TOLERANCE_MM: f64 = 0.1;
+
+/// Longest certified sweep of `axis` within `[from, to]` (rad, capture arc; the run-in lies outside), or what forbids one.
+pub fn longest_sweep(
+    scene: &Scene,
+    axis: usize,
+    positions: &[f64],
+    (from, to): (f64, f64),
+    margin_mm: f64,
+    scratch: &mut Scratch,
+) -> Result<ClearSweep, (String, String)> {
+    let mut q = positions.to_vec();
+    let mut close = |deg: f64, scratch: &mut Scratch| {
+        q[axis] = deg.to_radians();
+        scene.closer_than(&q, margin_mm, scratch)
+    };
+    let (low, high) = (from.to_degrees() - RUN_IN, to.to_degrees() + RUN_IN);
+    let count = ((high - low) / COARSE_DEG).ceil().max(1.0);
+    let step = (high - low) / count;
+    let at = |k: usize| low + step * k as f64;
+    let count = count as usize;
+    // most setups that fail do so nearly everywhere
+    let probes = 5;
+    if (0..=probes).all(|k| close(at(count * k / probes), scratch)) {
+        let mut middle = positions.to_vec();
+        middle[axis] = at(count / 2).to_radians();
+        return Err(scene.clearance(&middle, scratch).pair);
+    }
+    let (mut best, mut start): (Option<(usize, usize)>, Option<usize>) = (None, None);
+    for k in 0..=count {
+        match (close(at(k), scratch), start) {
+            (false, None) => start = Some(k),
+            (true, Some(_)) => start = None,
+            _ => {}
+        }
+        if let Some(first) = start
+            && best.is_none_or(|(a, b)| k - first > b - a)
+        {
+            best = Some((first, k));
+        }
+    }
+    let nearest = |deg: f64, scratch: &mut Scratch| {
+        let mut q = positions.to_vec();
+        q[axis] = deg.to_radians();
+        scene.clearance(&q, scratch).pair
+    };
+    let Some((first, last)) = best else { return Err(nearest(at(count / 2), scratch)) };
+    let mut ends = [None, None];
+    let mut edge = |inside: f64, outside: f64, scratch: &mut Scratch| {
+        let (mut inside, mut outside) = (inside, outside);
+        while (outside - inside).abs() > 0.2 {
+            let middle = 0.5 * (inside + outside);
+            if close(middle, scratch) { outside = middle } else { inside = middle }
+        }
+        (inside, outside)
+    };
+    let (mut a, mut b) = (at(first), at(last));
+    if first > 0 {
+        let (inside, outside) = edge(a, at(first - 1), scratch);
+        a = inside;
+        ends[0] = Some(nearest(outside, scratch));
+    }
+    if last < count {
+        let (inside, outside) = edge(b, at(last + 1), scratch);
+        b = inside;
+        ends[1] = Some(nearest(outside, scratch));
+    }
+    // what stands between two coarse samples shortens the arc to the longer side
+    for _ in 0..6 {
+        let (from_deg, to_deg) = ((a + RUN_IN - 1e-9).ceil(), (b - RUN_IN + 1e-9).floor());
+        if to_deg - from_deg < SHORTEST_DEG {
+            break;
+        }
+        let row = |deg: f64| {
+            let mut row = positions.to_vec();
+            row[axis] = deg.to_radians();
+            row
+        };
+        let rows = [row(from_deg - RUN_IN), row(to_deg + RUN_IN)];
+        match certify(scene, &rows, margin_mm, scratch) {
+            Ok(_) => {
+                let least = sweep_clearance(scene, &rows, TOLERANCE_MM, scratch);
+                return Ok(ClearSweep { from_deg, to_deg, clearance_mm: least.mm, pair: least.pair, ends });
+            }
+            Err(hit) => {
+                let deg = hit.positions[axis].to_degrees();
+                if deg - a > b - deg {
+                    b = deg - 1.0;
+                    ends[1] = Some(hit.pair);
+                } else {
+                    a = deg + 1.0;
+                    ends[0] = Some(hit.pair);
+                }
+            }
+        }
+    }
+    Err(ends.into_iter().flatten().next().unwrap_or_else(|| nearest(0.5 * (a + b), scratch)))
+}

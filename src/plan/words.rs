@@ -1,0 +1,133 @@
+//! What a set of tests determines, how well, and in words what it does not and why. It chooses nothing.
+
+use super::choose::{Desk, MAX_FAILURES};
+use super::information::{Block, Knowledge, LOOSE, Nuisance};
+
+/// Forecast for one location error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorForecast {
+    pub name: String,
+    pub is_angle: bool,
+    /// The data and not a prior fix it: its own prior has less than half a share, a hundred times wider pivot spread included.
+    pub determined: bool,
+    /// Standard deviation with all priors, mm or rad.
+    pub sigma: f64,
+    /// The same with the spindle ball's place taken as given.
+    pub sigma_relative: f64,
+    /// Why not, or relative to what.
+    pub reason: String,
+}
+
+/// Share of the own prior in the posterior above which an error is not determined.
+const HALF: f64 = 0.5;
+/// Correlation from which two errors are named together.
+const TOGETHER: f64 = 0.9;
+
+/// Forecast of all wanted errors for a set of tests.
+pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
+    let unknowns = &desk.unknowns;
+    let after = |change: &dyn Fn(&Block) -> Block| {
+        let mut knowledge = Knowledge::before(unknowns);
+        blocks.iter().for_each(|block| knowledge.add(&change(block)));
+        knowledge
+    };
+    let plain = after(&|block| block.clone());
+    let is_pivot = |nuisance: &Nuisance| matches!(nuisance, Nuisance::Pivot(..));
+    let is_spindle = |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_));
+    let loose_pivot = after(&|block| block.with_prior_scaled(is_pivot, LOOSE));
+    // a wholly known ball: floor in place of zero keeps the arithmetic sound
+    let given_spindle = after(&|block| block.with_prior_scaled(is_spindle, 1e-6));
+    (0..unknowns.wanted)
+        .map(|k| {
+            let (axis, component, name) = &unknowns.errors[k];
+            let prior = unknowns.prior(k).powi(2);
+            let share = plain.covariance(k, k) / prior;
+            let share_loose = loose_pivot.covariance(k, k) / prior;
+            let sigma = plain.covariance(k, k).sqrt();
+            let sigma_relative = given_spindle.covariance(k, k).sqrt();
+            let determined = share < HALF && share_loose < HALF;
+            let reason = if determined {
+                if sigma_relative < 0.7 * sigma {
+                    "relative to the spindle ball, whose own placement is the floor of absolute positions".to_string()
+                } else {
+                    String::new()
+                }
+            } else {
+                reason(desk, &loose_pivot, k, *axis, blocks, share < HALF)
+            };
+            ErrorForecast {
+                name: name.to_string(),
+                is_angle: *component >= 3,
+                determined,
+                sigma,
+                sigma_relative,
+                reason,
+            }
+        })
+        .collect()
+}
+
+fn reason(desk: &Desk, plain: &Knowledge, k: usize, axis: usize, blocks: &[&Block], by_pivot: bool) -> String {
+    let unknowns = &desk.unknowns;
+    let name = &desk.machine.axes[axis].name;
+    if !desk.all.list.iter().any(|candidate| candidate.axis == axis)
+        && let Some(why) = no_test(desk, axis)
+    {
+        return why;
+    }
+    let together: Vec<String> = (0..unknowns.wanted)
+        .filter(|&other| other != k)
+        .filter(|&other| {
+            let r = plain.covariance(k, other) / (plain.covariance(k, k) * plain.covariance(other, other)).sqrt();
+            r.abs() > TOGETHER
+        })
+        .map(|other| unknowns.errors[other].2.to_string())
+        .collect();
+    if !together.is_empty() && !blocks.is_empty() {
+        let shared = if by_pivot { " and the pivot's place" } else { "" };
+        return format!(
+            "only together with {}{shared}: what moves both alike changes no ball-bar length",
+            together.join(", ")
+        );
+    }
+    if by_pivot {
+        return "only through how well the pivot's place is known: what moves the whole branch changes no ball-bar length".into();
+    }
+    no_test(desk, axis).unwrap_or_else(|| format!("no chosen test of axis {name} sees it at a useful lever"))
+}
+
+/// Why no test of an axis exists, if none does.
+fn no_test(desk: &Desk, axis: usize) -> Option<String> {
+    let machine = desk.machine;
+    let name = &machine.axes[axis].name;
+    if desk.bodies.mounts.is_empty() || desk.all.places.is_empty() {
+        return Some("the machine file names no mounting surface or no spindle: add 'mounts' and 'spindle'".into());
+    }
+    let reachable = desk.all.list.iter().filter(|candidate| candidate.axis == axis).count();
+    if reachable > 0 {
+        let pairs = desk.forbidden.get(&axis)?;
+        let refused: usize = pairs.values().sum();
+        if refused < reachable.min(MAX_FAILURES) / 2 {
+            return None;
+        }
+        let (pair, count) = pairs.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)))?;
+        return Some(format!(
+            "no setup of axis {name} stays {} mm clear over a useful sweep: most often {} – {} ({count} setups)",
+            desk.settings.margin_mm, pair.0, pair.1
+        ));
+    }
+    let misses = desk.all.misses.get(&axis)?;
+    if let Some((limit, (at, beyond))) = misses.limits.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
+        return Some(format!(
+            "limits leave no setup of axis {name}: the nearest one needs {} = {at:.1} mm, {beyond:.1} mm beyond its range",
+            machine.axes[*limit].name
+        ));
+    }
+    if let Some(by) = misses.bar_short_mm {
+        return Some(format!("no bar of the kit reaches for axis {name}: the longest is {by:.1} mm too short"));
+    }
+    if misses.tried == 0 {
+        return Some(format!("no mounting surface lets a ball be carried by axis {name} at a lever"));
+    }
+    Some(format!("the linear axes cannot bring the balls onto the line of axis {name}"))
+}

@@ -1,0 +1,387 @@
+//! `fiveaxis plan`: a test plan for a machine: table, JSON, session file, setup sheet and NC programs.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use fiveaxis::bodies::{Bodies, Kit};
+use fiveaxis::chain::Chain;
+use fiveaxis::collision::{Instrument, Scratch, World};
+use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
+use fiveaxis::machine::{AxisKind, Machine};
+use fiveaxis::nc::{Dialect, program};
+use fiveaxis::plan::{Avoid, Goal, Method, Plan, PlannedTest, Settings, plan};
+use fiveaxis::report::session_yaml;
+use fiveaxis::report::setup_sheet::{Outline, View, setup_sheet};
+use fiveaxis::session::{Path as TestPath, Session, Spread, Test};
+use fiveaxis::units::{Measure, parse_quantity};
+use nalgebra::Vector3;
+use serde_json::{Map, Value, json};
+
+use super::Refusal;
+use super::output::OutputFolder;
+
+/// Arguments of `plan`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Machine file with bodies, mounts and spindle
+    machine: PathBuf,
+    /// Kit file; the common 100 mm bar with extensions unless given
+    #[arg(long)]
+    kit: Option<PathBuf>,
+    /// Uncertainties to reach, positions and orientations, e.g. 4um,4arcsec
+    #[arg(long, value_name = "LENGTH,ANGLE")]
+    sigma: Option<String>,
+    /// Best plan in this time
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// Least clearance of every sweep, mm
+    #[arg(long, default_value_t = 5.0)]
+    margin: f64,
+    /// Feed of the moving ball, mm/min
+    #[arg(long, default_value_t = 500.0)]
+    feed: f64,
+    /// Axis region kept out of use, e.g. X=-50..80 (repeatable)
+    #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
+    avoid: Vec<String>,
+    /// A method of the thesis in place of the free choice
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
+    /// Folder for the session file, setup sheet and NC programs
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodName {
+    Chapter4,
+    Chapter5,
+    Chapter6,
+    Chapter7,
+}
+
+/// Runs the verb.
+pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    let (machine, bodies) = load_machine_and_bodies(&arguments.machine)?;
+    let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
+    let settings = settings(arguments, &machine)?;
+    let plan = plan(&machine, &bodies, &kit, &settings)?;
+    if let Some(folder) = &arguments.out {
+        write_files(folder, arguments, &machine, &bodies, &kit, &plan)?;
+    }
+    if arguments.json {
+        println!("{}", as_json(&plan, &machine));
+    } else {
+        print_plan(&plan, &machine, &settings);
+    }
+    Ok(())
+}
+
+/// Session, setup sheet and programs, whole or not at all.
+fn write_files(
+    folder: &Path,
+    arguments: &Arguments,
+    machine: &Machine,
+    bodies: &Bodies,
+    kit: &Kit,
+    plan: &Plan,
+) -> Result<(), Refusal> {
+    let mut output = OutputFolder::default();
+    let machine_text = std::fs::read(&arguments.machine)?;
+    output.add("machine.yaml", machine_text);
+    let mut started_at_s = 0.0;
+    let mut tests = Vec::new();
+    for planned in &plan.tests {
+        for test in planned.both_ways() {
+            let recording_file = Some(format!("{}.csv", test.name));
+            tests.push(Test { recording_file, started_at_s, ..test });
+            started_at_s += (planned.minutes * 30.0).ceil();
+        }
+        for (dialect, ending) in Dialect::ALL {
+            let folder = ["generic", "linuxcnc", "heidenhain", "sinumerik"][dialect as usize];
+            output.add(format!("nc/{folder}/{}.{ending}", planned.test.name), program(machine, planned, dialect));
+        }
+    }
+    let session = Session {
+        name: format!("{}, planned", machine.name),
+        machine_file: "machine.yaml".into(),
+        machine: machine.clone(),
+        spread: Spread::default(),
+        tests,
+    };
+    if !session.tests.is_empty() {
+        output.add("session.yaml", session_yaml(&session));
+    }
+    output.add("setup-sheet.html", setup_sheet(machine, plan, &pictures(machine, bodies, kit, plan)));
+    output.write(folder, std::slice::from_ref(&arguments.machine))
+}
+
+/// Two views of every test in the middle of its sweep.
+fn pictures(machine: &Machine, bodies: &Bodies, kit: &Kit, plan: &Plan) -> Vec<[View; 2]> {
+    let chain = Chain::of(machine);
+    let Ok(world) = World::new(&chain, bodies) else { return Vec::new() };
+    let up = -machine.gravity;
+    let right = Vector3::x();
+    let aside = up.cross(&right);
+    plan.tests
+        .iter()
+        .filter_map(|planned| {
+            let instrument = Instrument::of(&world, bodies, kit, &planned.test).ok()?;
+            let scene = instrument.scene(&world);
+            let mut q: Vec<f64> = planned.test.positions.iter().map(|q| q.unwrap_or(0.0)).collect();
+            q[planned.axis] = (0.5 * (planned.sweep.from_deg + planned.sweep.to_deg)).to_radians();
+            let mut scratch = Scratch::default();
+            let frames = scene.frames(&q, &mut scratch).to_vec();
+            let machine_parts = world.part_count();
+            let middle = frames[frames.len() - 1].translation_mm;
+            Some([right, aside].map(|right| {
+                View {
+                    middle: [middle.dot(&right), middle.dot(&up)],
+                    outlines: (0..scene.parts().len())
+                        .map(|part| Outline {
+                            name: scene.parts()[part].name.clone(),
+                            instrument: part >= machine_parts,
+                            points: scene.outline(part, &frames, &right, &up),
+                        })
+                        .collect(),
+                }
+            }))
+        })
+        .collect()
+}
+
+fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusal> {
+    let mut settings = Settings::default();
+    if let Some(text) = &arguments.sigma {
+        let (length, angle) = text
+            .split_once(',')
+            .ok_or_else(|| format!("--sigma '{text}' has one value; write both, e.g. --sigma 4um,4arcsec"))?;
+        let quantity = |text, measure| {
+            parse_quantity(text, measure)
+                .map_err(|why| format!("--sigma: {why}"))
+                .and_then(|value| if value > 0.0 { Ok(value) } else { Err("--sigma is above zero".to_string()) })
+        };
+        settings.goal = Goal {
+            position_mm: quantity(length, Measure::Length)?,
+            orientation_rad: quantity(angle, Measure::Angle)?,
+            minutes: None,
+        };
+    }
+    for (name, value, least, most) in [
+        ("--minutes", arguments.minutes.unwrap_or(30.0), 1.0, 1e4),
+        ("--margin", arguments.margin, 0.0, 500.0),
+        ("--feed", arguments.feed, 1.0, 20_000.0),
+    ] {
+        if !(value >= least && value <= most) {
+            return Err(format!("{name} {value} is not between {least} and {most}").into());
+        }
+    }
+    settings.goal.minutes = arguments.minutes;
+    settings.margin_mm = arguments.margin;
+    settings.feed_mm_per_min = arguments.feed;
+    settings.avoid = arguments.avoid.iter().map(|text| avoided(text, machine)).collect::<Result<Avoid, _>>()?;
+    settings.method = arguments.method.map(|method| match method {
+        MethodName::Chapter4 => Method::Chapter4,
+        MethodName::Chapter5 => Method::Chapter5,
+        MethodName::Chapter6 => Method::Chapter6,
+        MethodName::Chapter7 => Method::Chapter7,
+    });
+    Ok(settings)
+}
+
+fn avoided(text: &str, machine: &Machine) -> Result<(usize, f64, f64), Refusal> {
+    let refuse = || {
+        format!(
+            "--avoid '{text}' is not understood; write AXIS=FROM..TO with the lower end first, e.g. X=-50..80 (axes: {})",
+            machine.axis_names().join(" ")
+        )
+    };
+    let (name, range) = text.split_once('=').ok_or_else(refuse)?;
+    let (from, to) = range.split_once("..").ok_or_else(refuse)?;
+    let axis = machine.axis_index(name.trim()).ok_or_else(refuse)?;
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    match (number(from), number(to)) {
+        (Some(from), Some(to)) if from < to => {
+            let kind = machine.axes[axis].kind;
+            Ok((axis, kind.from_file_unit(from), kind.from_file_unit(to)))
+        }
+        _ => Err(refuse().into()),
+    }
+}
+
+fn round(value: f64, digits: i32) -> f64 {
+    let scale = 10f64.powi(digits);
+    (value * scale).round() / scale + 0.0
+}
+
+/// A planned test as a session states it, one entry for each direction.
+fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value>; 2] {
+    let test = &planned.test;
+    let ball = |ball: &fiveaxis::session::Ball| json!({ "link": ball.link, "at": [ball.at.x, ball.at.y, ball.at.z] });
+    let positions: Map<String, Value> = machine
+        .axes
+        .iter()
+        .zip(&test.positions)
+        .filter_map(|(axis, q)| Some((axis.name.clone(), json!(round(axis.kind.to_file_unit((*q)?), 5)))))
+        .collect();
+    planned.both_ways().map(|test| {
+        let mut map = Map::new();
+        let mut put = |key: &str, value: Value| map.insert(key.into(), value);
+        put("recording", json!(format!("{}.csv", test.name)));
+        put("name", json!(test.name));
+        put("bar_length", json!(test.bar_length_mm));
+        put("pivot", ball(&test.pivot));
+        put("spindle_ball", ball(&test.spindle_ball));
+        put("positions", Value::Object(positions.clone()));
+        put("feed", json!(test.feed_mm_per_min));
+        put("overshoot", json!(test.overshoot));
+        if let Some(TestPath::Sweep { axis, from, to, step, .. }) = &test.path {
+            put("sweep", json!({ "axis": machine.axes[*axis].name, "from": from, "to": to, "step": step }));
+        }
+        map
+    })
+}
+
+fn as_json(plan: &Plan, machine: &Machine) -> Value {
+    let mut tests = Vec::new();
+    for planned in &plan.tests {
+        for mut map in session_tests(planned, machine) {
+            let sweep = &planned.sweep;
+            map.insert("clearance_mm".into(), json!(round(sweep.clearance_mm, 3)));
+            map.insert("nearest".into(), json!([sweep.pair.0, sweep.pair.1]));
+            map.insert("minutes".into(), json!(round(planned.minutes * 0.5, 3)));
+            map.insert("rho_mm".into(), json!(round(planned.rho_mm, 6)));
+            map.insert("h_mm".into(), json!(round(planned.h_mm, 6)));
+            map.insert("mount".into(), json!(planned.mount));
+            map.insert("height_mm".into(), json!(planned.height_mm));
+            let ended: Vec<Value> = sweep
+                .ends
+                .iter()
+                .map(|pair| pair.as_ref().map_or(json!("axis range"), |(a, b)| json!(format!("{a} – {b}"))))
+                .collect();
+            map.insert("sweep_ended_by".into(), json!(ended));
+            tests.push(Value::Object(map));
+        }
+    }
+    let errors: Map<String, Value> = plan
+        .errors
+        .iter()
+        .map(|error| {
+            let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
+            let value = json!({
+                "determined": error.determined,
+                "sigma": round(measure.to_output(error.sigma), 4),
+                "sigma_relative": round(measure.to_output(error.sigma_relative), 4),
+                "unit": measure.output_unit(),
+                "reason": error.reason,
+            });
+            (error.name.clone(), value)
+        })
+        .collect();
+    let curve: Vec<Value> = plan
+        .curve
+        .iter()
+        .map(|point| {
+            json!({
+                "tests": point.tests,
+                "minutes": round(point.minutes, 2),
+                "pivot_setups": point.pivot_setups,
+                "worst_position_um": round(Measure::Length.to_output(point.position_mm), 3),
+                "worst_orientation_arcsec": round(Measure::Angle.to_output(point.orientation_rad), 3),
+            })
+        })
+        .collect();
+    json!({
+        "machine": machine.name,
+        "tests": tests,
+        "location_errors": errors,
+        "minutes": round(plan.minutes, 2),
+        "pivot_setups": plan.pivot_setups,
+        "goal_reached": plan.goal_reached,
+        "trade_off": curve,
+        "considered": plan.considered,
+    })
+}
+
+fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
+    println!("{} {}", machine.name, machine.code);
+    println!(
+        "{} tests in both directions, {} pivot setups, {:.0} minutes; {} reachable setups considered",
+        plan.tests.len(),
+        plan.pivot_setups,
+        plan.minutes,
+        plan.considered
+    );
+    let mut last = None;
+    for planned in &plan.tests {
+        let test = &planned.test;
+        if last != Some(test.pivot.at) {
+            let p = test.pivot.at;
+            println!(
+                "\npivot on {} ({}), ball at ({:.3}, {:.3}, {:.3}), {:.1} mm above it",
+                planned.mount, test.pivot.link, p.x, p.y, p.z, planned.height_mm
+            );
+            last = Some(test.pivot.at);
+        }
+        let axis = &machine.axes[planned.axis];
+        let stands: Vec<String> = machine
+            .axes
+            .iter()
+            .zip(&test.positions)
+            .filter_map(|(axis, q)| Some(format!("{} {}", axis.name, round(axis.kind.to_file_unit((*q)?), 4))))
+            .collect();
+        let s = test.spindle_ball.at;
+        println!(
+            "  {:<12} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
+            test.name,
+            test.bar_length_mm.unwrap_or(f64::NAN),
+            axis.name,
+            planned.sweep.from_deg,
+            planned.sweep.to_deg,
+            planned.h_mm,
+            planned.sweep.clearance_mm,
+            planned.sweep.pair.0,
+            planned.sweep.pair.1
+        );
+        println!("               spindle ball at ({:.3}, {:.3}, {:.3}); {}", s.x, s.y, s.z, stands.join(" "));
+    }
+    println!("\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
+    for error in &plan.errors {
+        let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
+        let state = if error.determined { "" } else { "UNDETERMINED " };
+        println!(
+            "{:<8} {:>8.2} {:<6} {:>8.2} {:<6} {state}{}",
+            error.name,
+            measure.to_output(error.sigma),
+            measure.output_unit(),
+            measure.to_output(error.sigma_relative),
+            measure.output_unit(),
+            error.reason
+        );
+    }
+    println!("\ntests  minutes  pivots  worst position  worst orientation");
+    for point in &plan.curve {
+        println!(
+            "{:>5}  {:>7.0}  {:>6}  {:>11.2} um  {:>11.2} arcsec",
+            point.tests,
+            point.minutes,
+            point.pivot_setups,
+            Measure::Length.to_output(point.position_mm),
+            Measure::Angle.to_output(point.orientation_rad)
+        );
+    }
+    if !plan.goal_reached {
+        let goal = &settings.goal;
+        println!(
+            "\nNot everything reaches {:.2} um and {:.2} arcsec; the table says what and why.",
+            Measure::Length.to_output(goal.position_mm),
+            Measure::Angle.to_output(goal.orientation_rad)
+        );
+    }
+    let rotary = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).count();
+    if rotary == 0 {
+        println!("The machine has no rotary axis.");
+    }
+}

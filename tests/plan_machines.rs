@@ -1,0 +1,353 @@
+//! Plans of all shipped machines: checked again by brute force, the thesis's methods, forecasts against Monte Carlo.
+
+use std::path::{Path, PathBuf};
+
+use fiveaxis::bodies::{Bodies, Kit};
+use fiveaxis::chain::{Chain, Composition, Geometry, LinkId, Pose};
+use fiveaxis::collision::{Instrument, World, parry_shape};
+use fiveaxis::load::{load_machine_and_bodies, load_session, standard_kit};
+use fiveaxis::machine::{AxisKind, Machine};
+use fiveaxis::nc::{Step, steps};
+use fiveaxis::plan::{Method, Plan, PlannedTest, Settings, Uncertainty, plan};
+use nalgebra::{DMatrix, DVector, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+fn machine_files() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("machines")
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|file| file.extension().is_some_and(|extension| extension == "yaml"))
+        .collect();
+    files.sort();
+    files
+}
+
+fn load(name: &str) -> (Machine, Bodies, Kit) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
+    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+    (machine, bodies, standard_kit().expect("kit"))
+}
+
+/// Least distance over a sweep with run-in at 0.05° steps: every pair with parry, poses from the chain's own geometry.
+fn brute_force(machine: &Machine, bodies: &Bodies, kit: &Kit, planned: &PlannedTest) -> f64 {
+    let chain = Chain::of(machine);
+    let world = World::new(&chain, bodies).expect("links");
+    let instrument = Instrument::of(&world, bodies, kit, &planned.test).expect("instrument");
+    let scene = instrument.scene(&world);
+    let geometry = Geometry::nominal(&chain);
+    let workpiece = chain.branch(fiveaxis::chain::Branch::Workpiece).len();
+    let link = |frame: usize| match frame {
+        f if f <= workpiece => LinkId { branch: fiveaxis::chain::Branch::Workpiece, depth: f },
+        f => LinkId { branch: fiveaxis::chain::Branch::Tool, depth: f - workpiece },
+    };
+    let still: Vec<_> =
+        scene.parts().iter().map(|part| parry_shape(&part.convex, &Pose::identity()).expect("shape")).collect();
+    let radius: Vec<f64> = scene.parts().iter().map(|part| part.convex.reach_mm()).collect();
+    let mut q: Vec<f64> = planned.test.positions.iter().map(|q| q.unwrap_or(0.0)).collect();
+    let (pivot, spindle) = planned.test.links(&chain).expect("links");
+    let run_in = planned.test.overshoot.expect("planned");
+    let (from, to) = (planned.sweep.from_deg - run_in, planned.sweep.to_deg + run_in);
+    let count = ((to - from) / 0.05).round() as usize;
+    let mut least = f64::MAX;
+    for k in 0..=count {
+        q[planned.axis] = (from + (to - from) * k as f64 / count as f64).to_radians();
+        let mut frames: Vec<Pose> = (0..=chain.axis_count()).map(|f| geometry.pose(link(f), &q, None)).collect();
+        let at = geometry.point(pivot, &planned.test.pivot.at, &q, None);
+        let way = geometry.point(spindle, &planned.test.spindle_ball.at, &q, None) - at;
+        frames.push(Pose { rotation: fiveaxis::bodies::frame_along(&way.normalize()), translation_mm: at });
+        let centre = |part: usize| {
+            let part = &scene.parts()[part];
+            frames[part.frame].point(&part.convex.centre)
+        };
+        for &(one, other) in scene.pairs() {
+            if (centre(one) - centre(other)).norm() - radius[one] - radius[other] > least {
+                continue;
+            }
+            let place = |part: usize| {
+                let link = &frames[scene.parts()[part].frame];
+                let columns: Vec<parry3d::math::Vector> = (0..3)
+                    .map(|k| {
+                        let c = link.rotation.column(k);
+                        parry3d::math::Vector::new(c.x, c.y, c.z)
+                    })
+                    .collect();
+                let matrix = parry3d::math::Matrix::from_cols(columns[0], columns[1], columns[2]);
+                let t = link.translation_mm;
+                parry3d::math::Pose::from_parts(
+                    parry3d::math::Vector::new(t.x, t.y, t.z),
+                    parry3d::math::Rotation::from_mat3(&matrix).normalize(),
+                ) * still[part].1
+            };
+            let found = parry3d::query::distance(&place(one), &*still[one].0.0, &place(other), &*still[other].0.0);
+            least = least.min(found.expect("supported").distance);
+        }
+    }
+    least
+}
+
+fn settings(method: Option<Method>) -> Settings {
+    Settings { method, ..Settings::default() }
+}
+
+#[test]
+fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
+    let files = machine_files();
+    assert!(files.len() >= 16);
+    let kit = standard_kit().expect("kit");
+    let planned: Vec<(PathBuf, Machine, Bodies, Plan)> = files
+        .into_par_iter()
+        .map(|file| {
+            let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+            let plan = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+            (file, machine, bodies, plan)
+        })
+        .collect();
+    for (file, machine, bodies, plan) in &planned {
+        assert!(!plan.tests.is_empty(), "{}: no test", file.display());
+        for error in &plan.errors {
+            assert!(error.determined || !error.reason.is_empty(), "{}: {} without reason", file.display(), error.name);
+        }
+        plan.tests.par_iter().for_each(|test| {
+            let least = brute_force(machine, bodies, &kit, test);
+            // the margin is 5 mm; what is reported is within its 0.1 mm
+            assert!(least > 5.0 - 1e-6, "{} {}: {least}", file.display(), test.test.name);
+            assert!(least > test.sweep.clearance_mm - 0.1 - 1e-6, "{} {}", file.display(), test.test.name);
+        });
+        let rotary = |k: usize| machine.axes[k].kind == AxisKind::Rotary;
+        let table_table = (0..machine.axes.len()).filter(|&k| rotary(k)).all(|k| k < machine.code.workpiece_side.len());
+        if table_table {
+            assert!(plan.errors.iter().all(|error| error.determined), "{}", file.display());
+        }
+        println!(
+            "{}: {} tests, {} determined",
+            file.display(),
+            plan.tests.len(),
+            plan.errors.iter().filter(|e| e.determined).count()
+        );
+    }
+}
+
+#[test]
+fn chapter_5_on_the_c600u_gives_the_thesis_setups() {
+    let (machine, bodies, kit) = load("hermle-c600u.yaml");
+    let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    assert_eq!(plan.tests.len(), 4);
+    assert_eq!(plan.pivot_setups, 1);
+    let a = machine.axis_index("A").expect("A");
+    let d = 50.0 * 5f64.sqrt();
+    for test in &plan.tests {
+        assert!((test.rho_mm - 100.0).abs() < 1e-6, "R {}", test.rho_mm);
+        match test.test.bar_length_mm.expect("bar") {
+            100.0 => assert!(test.h_mm.abs() < 1e-6),
+            150.0 => assert!((test.h_mm.abs() - d).abs() < 1e-6, "D {}", test.h_mm),
+            other => panic!("bar {other}"),
+        }
+        if test.axis == a {
+            // the thesis ran A from -20 to 70
+            assert!(test.sweep.from_deg <= -10.0 && test.sweep.from_deg >= -30.0, "{}", test.sweep.from_deg);
+            assert!(test.sweep.to_deg >= 60.0 && test.sweep.to_deg <= 85.0, "{}", test.sweep.to_deg);
+        } else {
+            assert_eq!((test.sweep.from_deg, test.sweep.to_deg), (-180.0, 180.0));
+        }
+    }
+    assert!(plan.errors.iter().all(|error| error.determined));
+    // a wider spindle housing ends the sweep earlier: the range is the bodies', not a constant
+    let mut wider = bodies.clone();
+    for body in wider.bodies.iter_mut().filter(|body| body.name == "spindle housing") {
+        body.solid = fiveaxis::bodies::Solid::Cylinder { radius_mm: 110.0, half_mm: 70.0 };
+    }
+    let other = fiveaxis::plan::plan(&machine, &wider, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    let end = |plan: &Plan| plan.tests.iter().filter(|t| t.axis == a).map(|t| t.sweep.to_deg).fold(0.0, f64::max);
+    assert!(end(&other) < end(&plan), "{} {}", end(&other), end(&plan));
+}
+
+#[test]
+fn chapters_4_6_and_7_come_out_of_the_same_solver() {
+    let (machine, bodies, kit) = load("hermle-c600u.yaml");
+    let four = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter4))).expect("fits");
+    assert_eq!(four.tests.len(), 4);
+    let six = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter6))).expect("fits");
+    assert!(six.tests.iter().all(|test| test.h_mm.abs() < 1e-6 && test.test.bar_length_mm == Some(100.0)));
+    for name in ["head-head-ca-moving-table.yaml", "fig-1-1-table-head-ca.yaml"] {
+        let (machine, bodies, kit) = load(name);
+        let seven = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter7))).expect(name);
+        for test in &seven.tests {
+            let (bar, rho) = (test.test.bar_length_mm.expect("bar"), test.rho_mm);
+            assert!(
+                (test.h_mm.abs() - (bar * bar - rho * rho).max(0.0).sqrt()).abs() < 1e-6,
+                "{name} H_l {}",
+                test.h_mm
+            );
+        }
+        assert!(seven.tests.iter().any(|test| test.h_mm.abs() > 10.0), "{name}");
+    }
+}
+
+#[test]
+fn limits_that_leave_no_setup_are_named_with_the_amount() {
+    let (mut machine, bodies, kit) = load("hermle-c600u.yaml");
+    let z = machine.axis_index("Z").expect("Z");
+    machine.axes[z].range = Some((300.0, 330.0));
+    let plan = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+    let reason = &plan.errors.iter().find(|error| error.name == "EY0A").expect("EY0A").reason;
+    assert!(reason.contains("needs Z = ") && reason.contains("mm beyond its range"), "{reason}");
+}
+
+#[test]
+fn programs_run_the_planned_arc_both_ways_at_the_ball_feed() {
+    let (machine, bodies, kit) = load("hermle-c600u.yaml");
+    let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    for planned in &plan.tests {
+        let turns: Vec<(f64, f64)> = steps(&machine, planned)
+            .into_iter()
+            .filter_map(|step| match step {
+                Step::Turn { to_deg, feed_deg_per_min, .. } => Some((to_deg, feed_deg_per_min)),
+                _ => None,
+            })
+            .collect();
+        let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
+        let ends: Vec<f64> = turns.iter().map(|turn| turn.0).collect();
+        let wanted = [from - 4.0, from, to, to + 4.0, to + 4.0, to, from, from - 4.0];
+        assert_eq!(ends.len(), wanted.len());
+        assert!(ends.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{ends:?} {wanted:?}");
+        // 500 mm/min at 100 mm
+        assert!((turns[2].1 - 5f64.to_degrees()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn forecasts_agree_with_a_thousand_simulated_sessions() {
+    let (machine, bodies, kit) = load("hermle-c600u.yaml");
+    let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    let u = Uncertainty::default();
+    let chain = Chain::of(&machine);
+    let pivot_at = plan.tests[0].test.pivot.at;
+    // unknowns: location errors, pivot, spindle ball, two bars, linear axes' misplacement of the two tests that move them
+    let mut slots: Vec<(usize, usize, f64)> = Vec::new();
+    for kind in [AxisKind::Rotary, AxisKind::Linear] {
+        for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.kind == kind) {
+            for component in entry.slots() {
+                let sigma = match (kind, component.is_angle()) {
+                    (AxisKind::Rotary, false) => u.wanted_mm,
+                    (AxisKind::Rotary, true) => u.wanted_rad,
+                    _ => u.squareness_rad,
+                };
+                slots.push((axis, component.index(), sigma));
+            }
+        }
+    }
+    let wanted = 8;
+    let (n_slots, tests) = (slots.len(), plan.tests.len());
+    let moved: Vec<f64> = plan
+        .tests
+        .iter()
+        .map(|t| {
+            let linear = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
+            linear.map(|k| t.test.positions[k].unwrap_or(0.0).powi(2)).sum::<f64>().sqrt()
+        })
+        .collect();
+    let size = n_slots + 3 + 3 + 2 + 3 * tests;
+    let prior: Vec<f64> = slots
+        .iter()
+        .map(|slot| slot.2)
+        .chain([u.spread.pivot_mm; 3])
+        .chain([u.spread.spindle_ball_mm; 3])
+        .chain([u.spread.bar_length_mm; 2])
+        .chain(moved.iter().flat_map(|m| [(u.linear_per_mm * m).max(1e-12); 3]))
+        .collect();
+    let lengths = |x: &DVector<f64>| -> Vec<f64> {
+        let mut errors = vec![[0.0; 6]; machine.axes.len()];
+        for (k, &(axis, component, _)) in slots.iter().enumerate() {
+            errors[axis][component] = x[k];
+        }
+        let geometry = Geometry::new(&chain, &errors, Composition::Exact);
+        let three = |at: usize| Vector3::new(x[at], x[at + 1], x[at + 2]);
+        let mut all = Vec::new();
+        for (index, planned) in plan.tests.iter().enumerate() {
+            let (pivot, spindle) = planned.test.links(&chain).expect("links");
+            let mut q: Vec<f64> = planned.test.positions.iter().map(|q| q.unwrap_or(0.0)).collect();
+            let arc = (planned.sweep.to_deg - planned.sweep.from_deg).to_radians();
+            let samples = (2.0 * u.samples_per_turn * arc / std::f64::consts::TAU).round() as usize;
+            let bar = if planned.test.bar_length_mm == Some(100.0) { 0 } else { 1 };
+            for sample in 0..samples {
+                q[planned.axis] = planned.sweep.from_deg.to_radians() + arc * (sample as f64 + 0.5) / samples as f64;
+                let p = geometry.point(pivot, &(pivot_at + three(n_slots)), &q, None);
+                let s = geometry.point(spindle, &(planned.test.spindle_ball.at + three(n_slots + 3)), &q, None)
+                    + three(n_slots + 8 + 3 * index);
+                all.push((p - s).norm() + x[n_slots + 6 + bar]);
+            }
+        }
+        all
+    };
+    let zero = DVector::zeros(size);
+    let nominal = DVector::from_vec(lengths(&zero));
+    let columns: Vec<DVector<f64>> = (0..size)
+        .map(|k| {
+            let step = prior[k].min(1e-5).max(1e-9);
+            let mut x = zero.clone();
+            x[k] = step;
+            let high = DVector::from_vec(lengths(&x));
+            x[k] = -step;
+            (high - DVector::from_vec(lengths(&x))) / (2.0 * step)
+        })
+        .collect();
+    let jacobian = DMatrix::from_columns(&columns);
+    let weights = DVector::from_iterator(size, prior.iter().map(|s| 1.0 / (s * s)));
+    let normal = jacobian.transpose() * &jacobian / (u.noise_mm * u.noise_mm) + DMatrix::from_diagonal(&weights);
+    let factor = normal.cholesky().expect("positive");
+    let seed = 5;
+    println!("seed {seed}");
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let runs = 1000;
+    let mut squares = vec![0.0; wanted];
+    for _ in 0..runs {
+        // location errors of ordinary size: the estimator is linear
+        let truth = DVector::from_fn(size, |k, _| draw() * if k < wanted { prior[k] * 0.03 } else { prior[k] });
+        let readings = DVector::from_vec(lengths(&truth)).map(|l| l + u.noise_mm * draw());
+        let estimate = factor.solve(&(jacobian.transpose() * (readings - &nominal) / (u.noise_mm * u.noise_mm)));
+        for k in 0..wanted {
+            squares[k] += (estimate[k] - truth[k]).powi(2);
+        }
+    }
+    for (k, error) in plan.errors.iter().enumerate() {
+        let seen = (squares[k] / f64::from(runs)).sqrt();
+        let ratio = seen / error.sigma;
+        println!("{}: predicted {:.3e} seen {seen:.3e} ratio {ratio:.3}", error.name, error.sigma);
+        // 1,000 draws scatter a standard deviation by 2.2 %
+        assert!((ratio - 1.0).abs() < 0.10, "{} ratio {ratio}", error.name);
+    }
+}
+
+#[test]
+fn the_session_file_of_a_plan_loads_and_is_clear() {
+    let folder = tempfile::tempdir().expect("folder");
+    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/hermle-c600u.yaml");
+    let run = |arguments: &[&str]| {
+        assert_cmd::Command::cargo_bin("fiveaxis").expect("built").args(arguments).output().expect("runs")
+    };
+    let out = folder.path().to_str().expect("text");
+    let machine = machine.to_str().expect("text");
+    let first = run(&["plan", machine, "--method", "chapter5", "--json", "--out", out]);
+    assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON alone");
+    assert_eq!(json["tests"].as_array().map(Vec::len), Some(8));
+    assert_eq!(json["location_errors"]["EY0A"]["determined"], true);
+    let session = load_session(&folder.path().join("session.yaml")).expect("loads");
+    assert_eq!(session.tests.len(), 8);
+    let clear = run(&["clearance", folder.path().join("session.yaml").to_str().expect("text"), "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&clear.stdout).expect("JSON alone");
+    for test in json["tests"].as_array().expect("tests") {
+        assert!(test["clearance_mm"].as_f64().expect("number") > 4.9, "{test}");
+    }
+    for file in ["setup-sheet.html", "nc/linuxcnc/a-100-1.ngc", "nc/heidenhain/a-100-1.h", "nc/sinumerik/a-100-1.mpf"] {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
+    for bad in [["plan", machine, "--avoid", "Q=1..2"], ["plan", machine, "--sigma", "4um,4um"]] {
+        assert_eq!(run(&bad).status.code(), Some(2));
+    }
+}
