@@ -4,6 +4,7 @@
 //! data and columns by the noise, projects out location errors, ball places and bars with their priors, and asks which
 //! few blocks of columns the evidence demands; what is accepted joins the model and the question is asked again.
 
+mod as_found;
 mod blind;
 mod finding;
 mod floor;
@@ -16,6 +17,7 @@ mod size;
 mod stage;
 mod thin;
 
+pub use as_found::as_found;
 pub use blind::Blind;
 pub use finding::{Cause, Finding, RangeFound, SizeFound};
 pub use ground::{Column, Ground, Term};
@@ -28,7 +30,7 @@ pub use thin::thin;
 
 use crate::chain::Chain;
 use crate::effects::{Context, EffectError};
-use crate::identify::{self, FitError, FreePrior, Options, Problem, Quantity, rms};
+use crate::identify::{self, FitError, FreePrior, Options, Problem, Quantity, Unknown, rms};
 use crate::machine::Effect;
 use crate::session::{MotionError, Session, Setups};
 use crate::units::Measure;
@@ -71,6 +73,8 @@ pub struct Diagnosis {
     pub noise_um: f64,
     pub location_errors: Vec<Moved>,
     pub tests: Vec<TestBeforeAfter>,
+    /// What was fitted beside the findings, with the priors of the diagnosis.
+    pub unknowns: Vec<Unknown>,
 }
 
 /// A location error before and after the effects were modelled, mm or rad.
@@ -196,6 +200,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         noise_um,
         location_errors,
         tests,
+        unknowns: problem.unknowns,
     })
 }
 

@@ -1,14 +1,10 @@
-//! A diagnosis as JSON (the documented contract) and as a terminal story.
+//! A diagnosis as JSON, the documented contract. Text and page are made from it.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::table::Table;
 use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding};
-use crate::effects::kind;
-use crate::session::Session;
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -224,79 +220,4 @@ fn rival_json(cause: &Cause, probability: f64) -> RivalJson {
         components: cause.components.clone(),
         probability,
     }
-}
-
-/// The story for a terminal.
-pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis) -> String {
-    let mut text = String::new();
-    let _ = writeln!(text, "{} on {} {}", session.name, session.machine.name, session.machine.code);
-    let _ = writeln!(
-        text,
-        "verdict: {}; residual {:.2} µm rms before, {:.2} after, noise floor {:.2} µm\n",
-        diagnosis.verdict.name(),
-        diagnosis.rms_before_um,
-        diagnosis.rms_after_um,
-        diagnosis.noise_um
-    );
-    if let Some(fault) = &diagnosis.data_fault {
-        let _ = writeln!(
-            text,
-            "{}: {} (residual {:.1} µm as it is, {:.1} µm with it undone)",
-            fault.effect, fault.says, fault.before_um, fault.after_um
-        );
-    }
-    for (index, finding) in diagnosis.findings.iter().enumerate() {
-        let cause = &finding.cause;
-        let _ = writeln!(
-            text,
-            "{}. {} at {} ({}), driven by {}: {:.2} ± {:.2} {} ({}), probability {:.2}",
-            index + 1,
-            cause.effect,
-            cause.place,
-            cause.components.join(" "),
-            cause.driver.name(),
-            finding.size.value,
-            finding.size.sigma,
-            finding.size.unit,
-            finding.size.meaning,
-            finding.probability
-        );
-        if let Some(range) = &finding.range {
-            let _ = writeln!(
-                text,
-                "   where: {} from {:.1} to {:.1}; tests {}",
-                range.axis,
-                range.from,
-                range.to,
-                finding.tests.join(" ")
-            );
-        }
-        if let Some(kind) = kind(&cause.effect) {
-            let _ = writeln!(text, "   usual cause: {}\n   what to do: {}", kind.cause, kind.remedy);
-        }
-        for (rival, probability) in &finding.rivals {
-            let _ = writeln!(
-                text,
-                "   cannot be told from {} at {} ({}), probability {:.2}",
-                rival.effect,
-                rival.place,
-                rival.components.join(" "),
-                probability
-            );
-        }
-    }
-    let mut table = Table::new(&["error", "before", "after", "± sigma", "unit"]);
-    for moved in &diagnosis.location_errors {
-        let out = |value: f64| format!("{:.2}", moved.measure.to_output(value));
-        table.row(vec![
-            moved.name.clone(),
-            out(moved.before),
-            out(moved.after),
-            out(moved.sigma),
-            moved.measure.output_unit().to_string(),
-        ]);
-    }
-    text.push('\n');
-    text.push_str(&table.text());
-    text
 }

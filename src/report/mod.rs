@@ -1,9 +1,14 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
+pub mod before_after;
+pub mod chain_map;
 pub mod check;
 pub mod circles;
 pub mod diagnosis;
+pub mod diagnosis_page;
+pub mod diagnosis_text;
 mod effect_yaml;
+pub mod finding_words;
 pub mod fit;
 pub mod fit_page;
 pub mod fit_text;

@@ -26,6 +26,8 @@ pub struct PolarPlot {
     pub division_um: f64,
     /// Lines from the centre with their labels, rad.
     pub spokes: Vec<(f64, String)>,
+    /// Arcs marked outside the rings, from and to, rad.
+    pub arcs: Vec<(f64, f64)>,
     pub traces: Vec<PolarTrace>,
 }
 
@@ -67,7 +69,7 @@ impl PolarPlot {
     pub fn new(title: impl Into<String>, traces: Vec<PolarTrace>) -> PolarPlot {
         let spokes = (0..12).map(|k| ((30.0 * k as f64).to_radians(), format!("{}°", 30 * k))).collect();
         let division_um = division_um(largest(&traces));
-        PolarPlot { title: title.into(), subtitle: String::new(), division_um, spokes, traces }
+        PolarPlot { title: title.into(), subtitle: String::new(), division_um, spokes, arcs: Vec::new(), traces }
     }
 
     /// The plot as one SVG element with its own background; can stand in a file or inside a page.
@@ -106,6 +108,7 @@ impl PolarPlot {
         }
         let _ = writeln!(svg, "<g transform=\"translate({middle} {centre_y})\">");
         self.graticule(&mut svg, rings, division_um, &scale);
+        self.arcs.iter().for_each(|&(from, to)| mark_arc(&mut svg, from, to));
         for (index, trace) in self.traces.iter().enumerate() {
             draw_trace(&mut svg, index, trace, &scale);
         }
@@ -206,6 +209,25 @@ impl Scale {
     }
 }
 
+/// Points of a marked arc: a chord of two degrees is no polygon to the eye.
+const ARC_STEPS_PER_RAD: f64 = 30.0;
+
+/// A heavy arc just outside the last ring.
+fn mark_arc(svg: &mut String, from: f64, to: f64) {
+    // more than a turn marks everything, once
+    let to = to.clamp(from - std::f64::consts::TAU, from + std::f64::consts::TAU);
+    let steps = ((to - from).abs() * ARC_STEPS_PER_RAD).ceil().max(1.0) as usize;
+    let mut path = String::new();
+    for step in 0..=steps {
+        let (x, y) = at(from + (to - from) * step as f64 / steps as f64, OUTER_PX + 4.0);
+        let _ = write!(path, "{}{x:.1} {y:.1}", if step == 0 { 'M' } else { 'L' });
+    }
+    let _ = writeln!(
+        svg,
+        "<path class=\"polar-arc\" d=\"{path}\" fill=\"none\" stroke=\"#b3202c\" stroke-width=\"5\" stroke-opacity=\"0.55\"/>"
+    );
+}
+
 /// Point on the picture, whose y runs down.
 fn at(angle_rad: f64, radius_px: f64) -> (f64, f64) {
     (radius_px * angle_rad.cos(), -radius_px * angle_rad.sin())
@@ -246,7 +268,7 @@ fn stroke(index: usize) -> String {
 fn dark_style() -> String {
     let mut style = String::from(
         "<style>@media (prefers-color-scheme: dark){.polar{fill:#e6e9ee}.polar-ground{fill:#14181f}\
-         .polar-lines{stroke:#e6e9ee}.polar-ring{stroke:#14181f}",
+         .polar-lines{stroke:#e6e9ee}.polar-ring{stroke:#14181f}.polar-arc{stroke:#ff8087}",
     );
     for (index, (_, dark, _)) in STROKES.iter().enumerate() {
         let _ = write!(style, ".polar-trace-{index}{{stroke:{dark}}}");

@@ -61,16 +61,16 @@ fn moves(session: &Session, motion: &Motion) -> String {
 }
 
 /// The position over which a test is drawn.
-struct Swept {
-    label: String,
+pub(super) struct Swept {
+    pub(super) label: String,
     /// mm or degrees.
-    value: Vec<f64>,
+    pub(super) value: Vec<f64>,
     /// Angle round the circle where there is one, rad.
-    angle_rad: Option<Vec<f64>>,
+    pub(super) angle_rad: Option<Vec<f64>>,
 }
 
 /// The rotary axis that turns farthest, the angle of a planar circle, or the linear axis that goes farthest.
-fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<Swept> {
+pub(super) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<Swept> {
     motion.time_s.as_ref()?;
     let axes = &session.machine.axes;
     let travel = |axis: usize| {

@@ -3,23 +3,33 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use fiveaxis::diagnose::diagnose;
+use fiveaxis::diagnose::{as_found, diagnose};
 use fiveaxis::identify::{Options, parse_free};
 use fiveaxis::load::load_session;
-use fiveaxis::report::diagnosis::{diagnosis_json, diagnosis_text};
+use fiveaxis::report::diagnosis::diagnosis_json;
+use fiveaxis::report::diagnosis_text::diagnosis_text;
 
 use super::Refusal;
+use super::output::print;
 use super::progress::Working;
+use super::report::write_diagnosis;
+use super::save::save;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]
-#[command(after_help = "Example: fiveaxis diagnose examples/gallery/01-rotary-backlash/session.yaml --json")]
+#[command(after_help = "Example: fiveaxis diagnose examples/gallery/03-lost-motion/session.yaml --report out")]
 pub struct Arguments {
     /// Session file
     session: PathBuf,
     /// Location errors to fit: names (EX0C,EY0C) or groups (rotary, squareness, linear, zero, all)
     #[arg(long)]
     free: Option<String>,
+    /// Write machine.yaml and session.yaml as found, effects included, with the recordings, into this folder
+    #[arg(long, value_name = "DIR")]
+    save: Option<PathBuf>,
+    /// Write report.html (one page, opens offline) and its plots as SVG files into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Print JSON instead of the story
     #[arg(long)]
     json: bool,
@@ -31,11 +41,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
     let working = Working::on(format!("looking for causes in {}", session.name));
     let diagnosis = diagnose(&session, &Options { free, prior: None })?;
+    let saved = arguments
+        .save
+        .as_ref()
+        .map(|folder| Ok::<_, Refusal>((folder, as_found(&session, &diagnosis)?)))
+        .transpose()?;
     drop(working);
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&diagnosis_json(&diagnosis))?);
-    } else {
-        print!("{}", diagnosis_text(&session, &diagnosis));
+    if let Some((folder, found)) = saved {
+        save(&arguments.session, &session, found, folder)?;
     }
-    Ok(())
+    let json = diagnosis_json(&diagnosis);
+    if let Some(folder) = &arguments.report {
+        write_diagnosis(&arguments.session, &session, &diagnosis, &json, folder)?;
+    }
+    if arguments.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
+    } else {
+        print(&diagnosis_text(&session, &diagnosis, &json))
+    }
 }

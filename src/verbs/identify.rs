@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::identify::{Options, axis_lines, identify, parse_free};
+use fiveaxis::identify::{Options, axis_lines, fitted_session, identify, parse_free};
 use fiveaxis::load::load_session;
 use fiveaxis::methods::{ThesisEstimate, chapter4, chapter5, chapter6, circles};
 use fiveaxis::report::circles::circles_text;
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let fit = identify(&session, &Options { free, prior: None })?;
     drop(working);
     if let Some(folder) = &arguments.save {
-        save(&arguments.session, &session, &fit, folder)?;
+        save(&arguments.session, &session, fitted_session(&session, &fit), folder)?;
     }
     let json = fit_json(&session, &fit, &axis_lines(&session, &fit), circles(&session)?);
     if let Some(folder) = &arguments.report {

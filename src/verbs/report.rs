@@ -1,9 +1,14 @@
-//! `identify --report DIR`: one HTML page, and every plot as an SVG file for papers.
+//! `--report DIR` of identify and diagnose: one HTML page, and every plot as an SVG file for papers.
 
 use std::path::Path;
 
 use fiveaxis::chain::Chain;
+use fiveaxis::diagnose::Diagnosis;
 use fiveaxis::identify::Fit;
+use fiveaxis::report::before_after::before_after_plots;
+use fiveaxis::report::chain_map::chain_map;
+use fiveaxis::report::diagnosis::DiagnosisJson;
+use fiveaxis::report::diagnosis_page::diagnosis_page;
 use fiveaxis::report::fit::FitJson;
 use fiveaxis::report::fit_page::{fit_page, identifier};
 use fiveaxis::report::trace_plots::{TestPlots, test_plots};
@@ -29,6 +34,33 @@ pub fn write_report(file: &Path, session: &Session, fit: &Fit, json: &FitJson, f
             output.add(format!("plots/{name}-polar.svg"), polar.as_str());
         }
         output.add(format!("plots/{name}-residual.svg"), plot.residual.as_str());
+    }
+    output.write(folder, &session_inputs(file, session))
+}
+
+/// Writes the page of a diagnosis, the map of the machine and the residuals of every test; never over an input.
+pub fn write_diagnosis(
+    file: &Path,
+    session: &Session,
+    diagnosis: &Diagnosis,
+    json: &DiagnosisJson,
+    folder: &Path,
+) -> Result<(), Refusal> {
+    let chain = Chain::of(&session.machine);
+    let mut plots = Vec::with_capacity(session.tests.len());
+    for (test, residuals) in session.tests.iter().zip(&diagnosis.tests) {
+        let motion = Motion::of(session, &chain, test)?;
+        plots.push(before_after_plots(session, test, &motion, residuals, &json.findings));
+    }
+    let mut output = OutputFolder::default();
+    output.add("report.html", diagnosis_page(session, diagnosis, json, &plots));
+    output.add("plots/map.svg", chain_map(&session.machine, &json.findings));
+    for (index, plot) in plots.iter().enumerate() {
+        let name = format!("{:02}-{}", index + 1, identifier(&plot.test));
+        if let Some(polar) = &plot.polar {
+            output.add(format!("plots/{name}-polar.svg"), polar.as_str());
+        }
+        output.add(format!("plots/{name}-residual.svg"), plot.unrolled.as_str());
     }
     output.write(folder, &session_inputs(file, session))
 }

@@ -1,10 +1,9 @@
-//! `identify --save DIR`: machine and session as fitted with their recordings, a folder that stands alone.
+//! `--save DIR`: machine and session as fitted with their recordings, a folder that stands alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use fiveaxis::chain::Chain;
-use fiveaxis::identify::{Fit, fitted_session};
 use fiveaxis::report::recording::path_csv;
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{Clock, Follow, Motion, Path as TestPath, Session, Test};
@@ -12,10 +11,10 @@ use fiveaxis::session::{Clock, Follow, Motion, Path as TestPath, Session, Test};
 use super::Refusal;
 use super::output::{OutputFolder, session_inputs};
 
-/// Writes machine.yaml, session.yaml and the recordings; never over an input.
-pub fn save(file: &Path, session: &Session, fit: &Fit, folder: &Path) -> Result<(), Refusal> {
+/// Writes machine.yaml, session.yaml and the recordings; never over an input. `fitted` is `session` with its errors,
+/// effects and balls as a fit found them.
+pub fn save(file: &Path, session: &Session, mut fitted: Session, folder: &Path) -> Result<(), Refusal> {
     let mut output = OutputFolder::default();
-    let mut fitted = fitted_session(session, fit);
     fitted.machine_file = "machine.yaml".into();
     output.add("machine.yaml", machine_yaml(&fitted.machine));
     output.add("session.yaml", session_yaml(&fitted));

@@ -1,0 +1,231 @@
+//! A diagnosis as one self-contained HTML page: no scripts, nothing to fetch, light and dark, fit for printing.
+
+use std::fmt::Write as _;
+
+use super::before_after::BeforeAfterPlots;
+use super::chain_map::chain_map;
+use super::diagnosis::{DiagnosisJson, FindingJson};
+use super::diagnosis_text::{blind_words, moved_words, verdict_words};
+use super::finding_words::{
+    cause_and_remedy, certainty_words, headline, range_words, rival_words, shape_words, tests_words, unit, what,
+};
+use super::fit_page::identifier;
+use super::polar::escape;
+use crate::diagnose::Diagnosis;
+use crate::session::Session;
+
+const STYLE: &str = include_str!("page.css");
+const OWN_STYLE: &str = include_str!("diagnosis_page.css");
+/// Tests drawn beside a finding.
+const TESTS_SHOWN: usize = 2;
+
+/// The page.
+pub fn diagnosis_page(
+    session: &Session,
+    diagnosis: &Diagnosis,
+    json: &DiagnosisJson,
+    plots: &[BeforeAfterPlots],
+) -> String {
+    let mut page = String::new();
+    let title = escape(&session.name);
+    let _ = write!(
+        page,
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>Diagnosis of {title}</title>\n<style>\n{STYLE}{OWN_STYLE}</style>\n</head>\n\
+         <body>\n<main>\n<header>\n<p class=\"kind\">Ball-bar diagnosis</p>\n<h1>{title}</h1>\n\
+         <p class=\"machine\">{} <code>{}</code></p>\n</header>\n",
+        escape(&session.machine.name),
+        escape(&session.machine.code.to_string())
+    );
+    let _ = writeln!(page, "<p class=\"verdict {}\">{}</p>", identifier(json.verdict), escape(&verdict_words(json)));
+    cards(&mut page, json);
+    let _ = write!(
+        page,
+        "<section>\n<h2>Where on the machine</h2>\n<figure class=\"map-figure\">\n{}<figcaption>Chain from workpiece to tool; the bar stands between \
+         the pivot and the ball in the spindle. Numbers are those of the findings.</figcaption>\n</figure>\n</section>\n",
+        chain_map(&session.machine, &json.findings)
+    );
+    for (index, finding) in json.findings.iter().enumerate() {
+        section(&mut page, session, diagnosis, index, finding, plots);
+    }
+    blind(&mut page, json);
+    errors(&mut page, diagnosis, json);
+    tests(&mut page, diagnosis, plots);
+    method(&mut page);
+    let _ = write!(
+        page,
+        "<footer>fiveaxis {} · every number of the findings stands in <code>fiveaxis diagnose --json</code></footer>\n</main>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    page
+}
+
+fn cards(page: &mut String, json: &DiagnosisJson) {
+    let fit = &json.fit;
+    let held_out = match (fit.heldout_before_um, fit.heldout_after_um) {
+        (Some(before), Some(after)) => format!("{before:.2} → {after:.2} µm"),
+        _ => "–".into(),
+    };
+    let cards = [
+        ("residual before", format!("{:.2} µm", fit.rms_before_um), "rms, location errors, balls and bars fitted"),
+        ("residual after", format!("{:.2} µm", fit.rms_after_um), "rms, findings fitted with them"),
+        ("noise floor", format!("{:.2} µm", fit.noise_um), "of one reading, whatever physics is missing"),
+        ("held-out readings", held_out, "without and with findings from other readings"),
+    ];
+    page.push_str("<section class=\"cards\">\n");
+    for (label, value, note) in cards {
+        let _ = writeln!(
+            page,
+            "<div class=\"card\"><span class=\"label\">{label}</span><span class=\"figure\">{value}</span><span class=\"note\">{note}</span></div>"
+        );
+    }
+    page.push_str("</section>\n");
+}
+
+fn section(
+    page: &mut String,
+    session: &Session,
+    diagnosis: &Diagnosis,
+    index: usize,
+    finding: &FindingJson,
+    plots: &[BeforeAfterPlots],
+) {
+    let _ = writeln!(
+        page,
+        "<section class=\"finding\">\n<h2><span class=\"badge\">{}</span> {}</h2>\n<div class=\"pair\">\n<dl>",
+        index + 1,
+        escape(&headline(finding))
+    );
+    let found = diagnosis.findings.get(index);
+    let range = finding.located.range.as_ref().map(|range| range_words(&session.machine, range)).unwrap_or_default();
+    let (cause, remedy) = cause_and_remedy(finding);
+    let next =
+        finding.next_test.as_ref().map(|next| format!("{} (then {:.0} % sure)", next.says, 100.0 * next.odds_after));
+    let rows = [
+        ("driven by", finding.driver.to_string()),
+        ("components", finding.components.join(" ")),
+        ("where", range),
+        ("clearest in", tests_words(&finding.located.tests, 6)),
+        ("shape", shape_words(&session.machine, found.map_or(&[][..], |found| &found.effects))),
+        ("how sure", certainty_words(finding)),
+        ("usual cause", cause),
+        ("what to do", remedy),
+        ("next test", next.unwrap_or_default()),
+    ];
+    for (label, says) in rows.iter().filter(|(_, says)| !says.is_empty()) {
+        let _ = writeln!(page, "<dt>{label}</dt><dd>{}</dd>", escape(says));
+    }
+    page.push_str("</dl>\n");
+    evidence(page, finding, found.map(|found| found.gain));
+    page.push_str("</div>\n<div class=\"tests\">\n");
+    for plot in
+        finding.located.tests.iter().take(TESTS_SHOWN).filter_map(|name| plots.iter().find(|plot| plot.test == *name))
+    {
+        page.push_str("<figure>\n");
+        if let Some(polar) = &plot.polar {
+            page.push_str(polar);
+        }
+        page.push_str(&plot.unrolled);
+        page.push_str("</figure>\n");
+    }
+    page.push_str("</div>\n</section>\n");
+}
+
+/// Probability of the finding and of what it cannot be told from, as bars.
+fn evidence(page: &mut String, finding: &FindingJson, gain: Option<f64>) {
+    page.push_str("<div class=\"evidence\">\n<h3>Evidence by candidate</h3>\n<table>\n");
+    let lead = what(&finding.effect, &finding.place, &finding.components);
+    let mut bar = |name: &str, probability: f64, class: &str| {
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td><svg class=\"bar\" width=\"150\" height=\"12\" viewBox=\"0 0 150 12\" role=\"img\" aria-label=\"{:.0} %\">\
+             <rect class=\"rest\" width=\"150\" height=\"12\"/><rect class=\"{class}\" width=\"{:.1}\" height=\"12\"/></svg></td><td class=\"n\">{:.1} %</td></tr>",
+            escape(name),
+            100.0 * probability,
+            150.0 * probability.clamp(0.0, 1.0),
+            100.0 * probability
+        );
+    };
+    bar(&lead, finding.probability, "data");
+    for rival in &finding.cannot_tell_from {
+        let words = rival_words(rival);
+        bar(words.rsplit_once(',').map_or(words.as_str(), |(name, _)| name), rival.probability, "prior");
+    }
+    page.push_str("</table>\n<p class=\"small\">Given the catalogue and these recordings. ");
+    page.push_str(match finding.cannot_tell_from.len() {
+        0 => "No other candidate comes within 1 : 50 of it.",
+        _ => "The orange ones fit nearly as well: these recordings cannot tell them apart.",
+    });
+    if let Some(gain) = gain.filter(|gain| gain.is_finite()) {
+        let _ = write!(page, " It raises the log likelihood by {gain:.0}.");
+    }
+    page.push_str("</p>\n</div>\n");
+}
+
+fn blind(page: &mut String, json: &DiagnosisJson) {
+    if json.blind_to.is_empty() {
+        return;
+    }
+    page.push_str("<section>\n<h2>What these recordings cannot show</h2>\n<p class=\"small\">Not seen is not absent: these causes may be there up to the sizes stated.</p>\n<ul class=\"blind\">\n");
+    for blind in &json.blind_to {
+        let _ = writeln!(page, "<li>{}</li>", escape(&blind_words(blind)));
+    }
+    page.push_str("</ul>\n</section>\n");
+}
+
+fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
+    page.push_str(
+        "<section>\n<h2>Location errors before and after</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>error</th><th class=\"n\">before</th>\
+         <th class=\"n\">after</th><th class=\"n\">σ</th><th>unit</th><th class=\"n\">change</th><th></th></tr></thead>\n<tbody>\n",
+    );
+    for moved in &diagnosis.location_errors {
+        let json_moved = &json.location_errors[&moved.name];
+        let number = |value: f64| format!("{value:.2}").replace('-', "−");
+        let class = if json_moved.determined { "" } else { " class=\"open\"" };
+        let _ = writeln!(
+            page,
+            "<tr{class}><th scope=\"row\">{}</th><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
+            escape(&moved.name),
+            number(json_moved.before),
+            number(json_moved.after),
+            number(json_moved.sigma),
+            unit(json_moved.unit),
+            number(json_moved.after - json_moved.before),
+            moved_words(json, json_moved)
+        );
+    }
+    page.push_str("</tbody></table></div>\n</section>\n");
+}
+
+fn tests(page: &mut String, diagnosis: &Diagnosis, plots: &[BeforeAfterPlots]) {
+    page.push_str(
+        "<section>\n<h2>Every test</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>test</th><th class=\"n\">before, µm rms</th>\
+         <th class=\"n\">after, µm rms</th><th class=\"n\">readings</th></tr></thead>\n<tbody>\n",
+    );
+    for test in &diagnosis.tests {
+        let (before, after) = test.rms_um();
+        let readings = test.kept.iter().filter(|kept| **kept).count();
+        let _ = writeln!(
+            page,
+            "<tr><th scope=\"row\">{}</th><td class=\"n\">{before:.2}</td><td class=\"n\">{after:.2}</td><td class=\"n\">{readings}</td></tr>",
+            escape(&test.name)
+        );
+    }
+    page.push_str(
+        "</tbody></table></div>\n<details>\n<summary>Residuals of every test</summary>\n<div class=\"tests\">\n",
+    );
+    for plot in plots {
+        let _ = write!(page, "<figure id=\"test-{}\">\n{}</figure>\n", identifier(&plot.test), plot.unrolled);
+    }
+    page.push_str("</div>\n</details>\n</section>\n");
+}
+
+fn method(page: &mut String) {
+    page.push_str(
+        "<section>\n<h2>How it was found</h2>\n<p>Location errors, balls and bars are fitted first. What they leave is compared, reading by reading and \
+         weighted by the noise, with the traces that each cause of a catalogue would leave at each place of the chain, after taking \
+         out of those traces what location errors, balls and bars could imitate. A cause is accepted when the evidence demands it \
+         against the cost of having looked at so many; then the question is asked again. Probabilities hold given the catalogue.</p>\n</section>\n",
+    );
+}

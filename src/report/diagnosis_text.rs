@@ -1,0 +1,207 @@
+//! A diagnosis as a story for the terminal, a screenful of at most a hundred columns. It computes no results.
+
+use std::fmt::Write as _;
+
+use super::diagnosis::{BlindJson, DiagnosisJson, MovedJson};
+use super::finding_words::{
+    cause_and_remedy, certainty_words, digits, headline, range_words, rival_words, shape_words, tests_words, unit, what,
+};
+use super::table::Table;
+use crate::diagnose::Diagnosis;
+use crate::session::Session;
+
+/// Columns of the story.
+const WIDTH: usize = 100;
+/// Columns before the text of a finding's line.
+const INDENT: usize = 17;
+/// Blind spots told in full.
+const MOST_BLIND: usize = 4;
+/// Location errors listed.
+const MOST_ERRORS: usize = 12;
+/// Change over its sigma above which a location error counts as moved.
+pub const MOVED_SIGMAS: f64 = 2.0;
+
+/// The story.
+pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &DiagnosisJson) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{} on {} {}", session.name, session.machine.name, session.machine.code);
+    paragraph(&mut text, "", 0, &verdict_words(json));
+    for (index, finding) in json.findings.iter().enumerate() {
+        let number = format!("\n{}. ", index + 1);
+        paragraph(&mut text, &number, 3, &headline(finding));
+        let mut place =
+            finding.located.range.as_ref().map(|range| range_words(&session.machine, range)).unwrap_or_default();
+        if !finding.located.tests.is_empty() {
+            let lead = if place.is_empty() { "" } else { "; " };
+            let _ = write!(place, "{lead}clearest in {}", tests_words(&finding.located.tests, 3));
+        }
+        line(&mut text, "where", &place);
+        let effects = diagnosis.findings.get(index).map_or(&[][..], |found| &found.effects);
+        line(&mut text, "shape", &shape_words(&session.machine, effects));
+        line(&mut text, "how sure", &certainty_words(finding));
+        let (cause, remedy) = cause_and_remedy(finding);
+        line(&mut text, "usual cause", &cause);
+        line(&mut text, "what to do", &remedy);
+        let rivals: Vec<String> = finding.cannot_tell_from.iter().map(rival_words).collect();
+        line(&mut text, "not told from", &rivals.join("; "));
+        if let Some(next) = &finding.next_test {
+            line(&mut text, "next test", &format!("{} (then {:.0} % sure)", next.says, 100.0 * next.odds_after));
+        }
+    }
+    blind(&mut text, json);
+    errors(&mut text, diagnosis, json);
+    text
+}
+
+/// The verdict with its figures.
+pub fn verdict_words(json: &DiagnosisJson) -> String {
+    let fit = &json.fit;
+    let count = match json.findings.len() {
+        1 => "one finding".to_string(),
+        count => format!("{count} findings"),
+    };
+    let says = match json.verdict {
+        "clean" => "CLEAN: location errors, balls and bars explain the recordings".to_string(),
+        "explained" => format!("EXPLAINED by {count}"),
+        "partly explained" => format!("PARTLY EXPLAINED by {count}"),
+        "unexplained" => "UNEXPLAINED: something is there, its form is unknown".to_string(),
+        _ => "DATA FAULT: nothing else of these recordings is to be believed before it is put right".to_string(),
+    };
+    let held_out = match (fit.heldout_before_um, fit.heldout_after_um) {
+        (Some(before), Some(after)) => format!("; held-out readings {before:.2} → {after:.2}"),
+        _ => String::new(),
+    };
+    let residual = match json.verdict {
+        "clean" => format!("residual {:.2} µm rms", fit.rms_before_um),
+        _ => format!("residual {:.2} → {:.2} µm rms", fit.rms_before_um, fit.rms_after_um),
+    };
+    format!("{says}. {residual}{held_out}; noise floor {:.2}.", fit.noise_um)
+}
+
+fn blind(text: &mut String, json: &DiagnosisJson) {
+    if json.blind_to.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "\nThese recordings are blind to {} causes, among them:", json.blind_to.len());
+    for blind in json.blind_to.iter().take(MOST_BLIND) {
+        paragraph(text, "   ", 5, &blind_words(blind));
+    }
+    if json.blind_to.len() > MOST_BLIND {
+        paragraph(text, "   ", 5, &format!("and {} more, all in --json", json.blind_to.len() - MOST_BLIND));
+    }
+}
+
+/// What is not seen, from which size it would be, and by which test.
+pub fn blind_words(blind: &BlindJson) -> String {
+    let mut name = what(&blind.effect, &blind.place, &blind.components);
+    if !name.contains('(') && !blind.components.is_empty() {
+        let _ = write!(name, " ({})", blind.components.join(" "));
+    }
+    let size = match blind.smallest_visible.value {
+        Some(value) => format!("below {} {}", digits(value, Some(0.1 * value)), unit(blind.smallest_visible.unit)),
+        None => "of any size".into(),
+    };
+    let test = if blind.test.is_empty() { String::new() } else { format!("; {}", blind.test) };
+    format!("{name}, {size}{test}")
+}
+
+/// What became of a location error when the findings were modelled.
+pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
+    let far = (moved.after - moved.before).abs() > MOVED_SIGMAS * moved.sigma;
+    let sure = json.findings.iter().all(|finding| finding.cross_validated != Some("failed"));
+    match (far, moved.determined && sure) {
+        (false, true) => "as before",
+        (false, false) => "not determined",
+        (true, true) => "better: it had held part of a finding",
+        (true, false) => "different, not better: not determined",
+    }
+}
+
+fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
+    let mut names: Vec<&String> = diagnosis.location_errors.iter().map(|moved| &moved.name).collect();
+    if json.verdict == "data fault" || names.is_empty() {
+        return;
+    }
+    let shift = |name: &str| {
+        let moved = &json.location_errors[name];
+        (moved.after - moved.before).abs() / moved.sigma.max(f64::MIN_POSITIVE)
+    };
+    let all = names.len();
+    let moved = names.iter().filter(|name| shift(name) > MOVED_SIGMAS).count();
+    let heading = match (json.findings.is_empty(), moved) {
+        (true, _) => "\nLocation errors".to_string(),
+        (false, 0) => "\nLocation errors: none moved beyond its uncertainty".to_string(),
+        (false, moved) => {
+            format!("\nLocation errors: {moved} of {all} moved beyond {MOVED_SIGMAS} σ when the findings were modelled")
+        }
+    };
+    let _ = writeln!(text, "{heading}");
+    if names.len() > MOST_ERRORS {
+        names.sort_by(|a, b| shift(b).total_cmp(&shift(a)));
+        names.truncate(MOST_ERRORS);
+    }
+    let mut table = Table::new(&["error", "before", "after", "± σ", "unit", ""]);
+    for name in &names {
+        let moved = &json.location_errors[*name];
+        let number = |value: f64| format!("{value:.2}");
+        table.row(vec![
+            (*name).clone(),
+            number(moved.before),
+            number(moved.after),
+            number(moved.sigma),
+            unit(moved.unit).to_string(),
+            moved_words(json, moved).to_string(),
+        ]);
+    }
+    text.push_str(&table.text());
+    if all > names.len() {
+        let _ = writeln!(text, "  and {} that moved less, all in --json", all - names.len());
+    }
+}
+
+fn line(text: &mut String, label: &str, says: &str) {
+    if !says.is_empty() {
+        paragraph(text, &format!("   {label:<width$}", width = INDENT - 3), INDENT, says);
+    }
+}
+
+/// Text broken at the width, continued with an indent.
+fn paragraph(text: &mut String, lead: &str, indent: usize, says: &str) {
+    let mut line = lead.to_string();
+    let mut length = lead.trim_start_matches('\n').chars().count();
+    let mut first = true;
+    for word in says.split_whitespace() {
+        let count = word.chars().count();
+        if !first && length + 1 + count > WIDTH {
+            text.push_str(line.trim_end());
+            text.push('\n');
+            line = " ".repeat(indent);
+            length = indent;
+            first = true;
+        }
+        if !first {
+            line.push(' ');
+            length += 1;
+        }
+        line.push_str(word);
+        length += count;
+        first = false;
+    }
+    text.push_str(line.trim_end());
+    text.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_before_the_hundredth_column() {
+        let mut text = String::new();
+        paragraph(&mut text, "   where         ", 17, &"word µm ".repeat(60));
+        assert!(text.lines().count() > 3);
+        for line in text.lines().skip(1) {
+            assert!(line.chars().count() <= WIDTH && line.starts_with(&" ".repeat(17)), "{line}");
+        }
+    }
+}

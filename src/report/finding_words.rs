@@ -1,0 +1,275 @@
+//! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
+
+use super::diagnosis::{FindingJson, RangeJson, RivalJson, SizeJson};
+use crate::effects::kind;
+use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
+
+/// A number with the digits that its uncertainty leaves.
+pub fn digits(value: f64, sigma: Option<f64>) -> String {
+    let scale = sigma.filter(|sigma| sigma.is_finite() && *sigma > 0.0).unwrap_or(value.abs() * 0.01);
+    let decimals = (1.0 - scale.abs().max(1e-9).log10().floor()).clamp(0.0, 3.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) {
+        text.replace('-', "")
+    } else {
+        text.replace('-', "−")
+    }
+}
+
+/// A unit as people write it.
+pub fn unit(name: &str) -> &str {
+    match name {
+        "um" => "µm",
+        "um/m" => "µm/m",
+        "us2" => "ms²",
+        other => other,
+    }
+}
+
+/// `10.2 ± 0.3 arcsec`, or that no size is known.
+pub fn size_words(size: &SizeJson) -> String {
+    match (size.value, size.sigma) {
+        (Some(value), Some(sigma)) => {
+            format!("{} ± {} {}", digits(value, Some(sigma)), digits(sigma, Some(sigma)), unit(size.unit))
+        }
+        (Some(value), None) => format!("{} {}", digits(value, None), unit(size.unit)),
+        _ => "size not known".into(),
+    }
+}
+
+/// The effect and where it sits, without its size: `Lost motion of Y`.
+pub fn what(effect: &str, place: &str, components: &[String]) -> String {
+    let moving = components.join(" ");
+    match effect {
+        "rotary-backlash" => format!("Backlash of {place}"),
+        "linear-backlash" => format!("Lost motion of {place}"),
+        "lateral-play" => format!("Play of {place} across its motion ({moving})"),
+        "reversal-spike" => format!("Reversal spikes of {place}"),
+        "rotary-error-motion" => format!("Error motion of the axis of {place} ({moving})"),
+        "cyclic-error" => format!("Cyclic error of {place}"),
+        "gravity-sag" => format!("Sag at {place} under gravity ({moving})"),
+        "thermal-growth" => format!("Thermal growth at {place} ({moving})"),
+        "straightness" => format!("{place} does not run straight ({moving})"),
+        "squareness" => format!("{place} is out of square ({moving})"),
+        "linear-scale" => format!("Scale of {place} is wrong"),
+        "servo-lag" => format!("{place} follows late"),
+        "radius-loss" => format!("{place} leaves its path with acceleration"),
+        "trigger-latency" => "Readings and positions are not of the same moment".into(),
+        "pivot-slip" => "The pivot cup moved".into(),
+        "ball-slip" => "The ball in the spindle moved".into(),
+        "bar-length" => "The bar is not as long as stated".into(),
+        "vibration" if place == "spindle-ball" => "Vibration at the spindle ball".into(),
+        "vibration" => format!("Vibration of {place}"),
+        "compensation" => format!("A compensation of {place} acts wrongly ({moving})"),
+        "unknown" => format!("Something at {place} that no form of the catalogue fits ({moving})"),
+        "axis-sign" => format!("Data fault: sign of {moving} is turned"),
+        "axis-swap" => format!("Data fault: {moving} are exchanged"),
+        "unit" => format!("Data fault: unit of {moving}"),
+        "angle-reversed" => format!("Data fault: angles of {moving} were written from the wrong end"),
+        "time-shift" => "Data fault: times are shifted against the positions".into(),
+        other => format!("{other} at {place} ({moving})"),
+    }
+}
+
+/// What the size measures, after the number: `to each side of every reversal`.
+fn measures(effect: &str, meaning: &str) -> String {
+    match effect {
+        "rotary-backlash" | "linear-backlash" | "lateral-play" => "to each side of every reversal".into(),
+        "rotary-error-motion" => "amplitude".into(),
+        "cyclic-error" | "vibration" => "amplitude".into(),
+        "thermal-growth" => "in this session".into(),
+        "straightness" => "at its highest".into(),
+        "reversal-spike" => "at the largest".into(),
+        "gravity-sag" => "per g".into(),
+        "unknown" => "to each side of its mean".into(),
+        "squareness" | "linear-scale" | "pivot-slip" | "ball-slip" => String::new(),
+        "servo-lag" => "behind the others".into(),
+        _ => meaning.into(),
+    }
+}
+
+/// One line that says what was found and how large it is.
+pub fn headline(finding: &FindingJson) -> String {
+    let what = what(&finding.effect, &finding.place, &finding.components);
+    if finding.driver == "data fault" {
+        return what;
+    }
+    format!("{what}: {} {}", size_words(&finding.size), measures(&finding.effect, &finding.size.meaning))
+        .trim_end()
+        .to_string()
+}
+
+/// Seconds as people at a machine say them.
+pub fn time_words(seconds: f64) -> String {
+    match seconds.abs() {
+        s if s < 120.0 => format!("{seconds:.0} s"),
+        s if s < 7200.0 => format!("{:.1} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+/// The shape of an effect from its parameters, in units of files; empty when there is nothing to say.
+pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
+    let Some(lead) = effects.first() else { return String::new() };
+    let axis = lead.place.axis();
+    let is_position = |name: &str| {
+        kind(&lead.kind).is_some_and(|kind| {
+            kind.parameters.iter().any(|p| p.name == name && p.unit == crate::effects::ParameterUnit::Position)
+        })
+    };
+    let file = |name: &str, value: f64| match axis {
+        Some(axis) if is_position(name) => machine.axes[axis].kind.to_file_unit(value),
+        _ => value,
+    };
+    let number = |name: &str| match lead.parameter(name) {
+        Some(ParameterValue::Number(value)) => Some(file(name, *value)),
+        _ => None,
+    };
+    let list = |name: &str| match lead.parameter(name) {
+        Some(ParameterValue::List(values)) => values.clone(),
+        _ => Vec::new(),
+    };
+    let position_unit = axis.map_or("mm", |axis| match machine.axes[axis].kind {
+        AxisKind::Linear => "mm",
+        AxisKind::Rotary => "°",
+    });
+    let joined =
+        |values: &[f64]| values.iter().map(|v| digits(*v, Some(0.02 * v.abs()))).collect::<Vec<_>>().join(", ");
+    let mut words: Vec<String> = Vec::new();
+    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
+        let name = axis.map_or("", |axis| machine.axes[axis].name.as_str());
+        words.push(format!(
+            "a bump centred at {name} = {} mm, {} mm wide",
+            digits(centre, Some(1.0)),
+            digits(width, Some(1.0))
+        ));
+    } else if !list("degrees").is_empty() {
+        words.push("a bow over the whole travel".into());
+    }
+    if let Some(share) = number("windup_share") {
+        match (share, number("take_up")) {
+            (share, Some(travel)) if share > 0.02 => words.push(format!(
+                "{:.0} % of it wind-up, taken up within {} {position_unit}",
+                100.0 * share,
+                digits(travel, Some(0.05 * travel))
+            )),
+            _ => words.push("free play, taken up at once".into()),
+        }
+    }
+    if !list("orders").is_empty() {
+        words.push(format!("{} per turn", joined(&list("orders"))));
+    }
+    if !list("periods").is_empty() {
+        words.push(format!("period {} mm", joined(&list("periods"))));
+    }
+    if lead.kind != "unknown" && !list("tau").is_empty() {
+        let times: Vec<String> = list("tau").into_iter().map(time_words).collect();
+        words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
+    }
+    if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
+        words.push(format!("follows {channel}"));
+    }
+    if let Some(time) = number("time") {
+        words.push(format!("at {} of the session", time_words(time)));
+    }
+    if let (Some(share), Some(time)) = (number("creep_share"), number("creep_time"))
+        && share > 0.02
+    {
+        words.push(format!("{:.0} % of it by creep over {}", 100.0 * share, time_words(time)));
+    }
+    if let Some(travel) = number("travel") {
+        words.push(format!("gone after {} {position_unit} of travel", digits(travel, Some(0.05 * travel))));
+    }
+    if let Some(hz) = number("servo_hz").filter(|hz| *hz > 0.0) {
+        words.push(format!("caught up at {} Hz", digits(hz, Some(0.05 * hz))));
+    }
+    if let Some(hz) = number("frequency") {
+        words.push(format!("{} Hz", digits(hz, Some(0.01 * hz))));
+    }
+    if let Some(bar) = number("bar") {
+        words.push(format!("the bar of {bar:.2} mm"));
+    }
+    if lead.kind == "unknown" {
+        let driver = match lead.parameter("driver") {
+            Some(ParameterValue::Word(word)) if word == "direction" => "position and direction",
+            Some(ParameterValue::Word(word)) => word.as_str(),
+            _ => "position",
+        };
+        words.push(format!("form unknown: a free curve over {driver}"));
+    }
+    words.join("; ")
+}
+
+/// Along which axis and from where to where.
+pub fn range_words(machine: &Machine, range: &RangeJson) -> String {
+    if range.axis == "time_s" {
+        return format!("from {} to {} of the session", time_words(range.from), time_words(range.to));
+    }
+    let rotary = machine.axis_index(&range.axis).is_some_and(|axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let unit = if rotary { "°" } else { " mm" };
+    let text = |value: f64| format!("{value:.0}").replace('-', "−");
+    format!("{} from {}{unit} to {}{unit}", range.axis, text(range.from), text(range.to))
+}
+
+/// Names of tests, the first few.
+pub fn tests_words(tests: &[String], most: usize) -> String {
+    let named = tests.iter().take(most).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match tests.len().saturating_sub(most) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}
+
+/// How sure a finding is.
+pub fn certainty_words(finding: &FindingJson) -> String {
+    let alone = finding.cannot_tell_from.is_empty();
+    let mut words = match finding.probability {
+        p if p >= 0.99 && alone => "no other cause of the catalogue fits (over 99 %)".to_string(),
+        p => format!("{:.0} % against the other causes of the catalogue", 100.0 * p),
+    };
+    words.push_str(match finding.cross_validated {
+        Some("passed") => "; found again in held-out readings",
+        Some("failed") => "; NOT confirmed by held-out readings",
+        Some(_) => "; happened once, so no repeat can confirm it",
+        None => "",
+    });
+    words
+}
+
+/// A rival as a phrase.
+pub fn rival_words(rival: &RivalJson) -> String {
+    let mut what = what(&rival.effect, &rival.place, &rival.components);
+    if !what.contains('(') && !rival.components.is_empty() {
+        what.push_str(&format!(" ({})", rival.components.join(" ")));
+    }
+    format!("{what}, {:.0} %", 100.0 * rival.probability)
+}
+
+/// Usual cause and what to do; for data faults what the check says.
+pub fn cause_and_remedy(finding: &FindingJson) -> (String, String) {
+    if finding.driver == "data fault" {
+        return ("the way in which the file was written, no physics".into(), finding.size.meaning.clone());
+    }
+    kind(&finding.effect).map_or_else(Default::default, |kind| (kind.cause.to_string(), kind.remedy.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_their_sigma_leaves() {
+        assert_eq!(digits(3.2749, Some(0.14)), "3.27");
+        assert_eq!(digits(591.3, Some(267.5)), "591");
+        assert_eq!(digits(-0.001, Some(0.5)), "0.00");
+        assert_eq!(digits(-12.4, None), "−12.40");
+    }
+
+    #[test]
+    fn times_are_said_as_at_the_machine() {
+        assert_eq!(
+            (time_words(45.0).as_str(), time_words(996.3).as_str(), time_words(8640.0).as_str()),
+            ("45 s", "16.6 min", "2.4 h")
+        );
+    }
+}
