@@ -10,6 +10,7 @@ use super::finding_words::{
     cause_and_remedy, certainty_words, headline, range_words, rival_words, shape_words, tests_words, unit, what,
 };
 use super::fit_page::identifier;
+use super::number::shown;
 use super::polar::escape;
 use crate::diagnose::Diagnosis;
 use crate::session::Session;
@@ -181,7 +182,7 @@ fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     );
     for moved in &diagnosis.location_errors {
         let json_moved = &json.location_errors[&moved.name];
-        let number = |value: f64| format!("{value:.2}").replace('-', "−");
+        let number = |value: f64| shown(value, json_moved.sigma).0.replace('-', "−");
         let class = if json_moved.determined { "" } else { " class=\"open\"" };
         let _ = writeln!(
             page,
@@ -189,7 +190,7 @@ fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
             escape(&moved.name),
             number(json_moved.before),
             number(json_moved.after),
-            number(json_moved.sigma),
+            shown(0.0, json_moved.sigma).1,
             unit(json_moved.unit),
             number(json_moved.after - json_moved.before),
             moved_words(json, json_moved)

@@ -6,6 +6,7 @@ use super::diagnosis::{BlindJson, DiagnosisJson, MovedJson};
 use super::finding_words::{
     cause_and_remedy, certainty_words, digits, headline, range_words, rival_words, shape_words, tests_words, unit, what,
 };
+use super::number::shown;
 use super::table::Table;
 use crate::diagnose::Diagnosis;
 use crate::session::Session;
@@ -72,8 +73,8 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         _ => String::new(),
     };
     let residual = match json.verdict {
-        "clean" => format!("residual {:.2} µm rms", fit.rms_before_um),
-        _ => format!("residual {:.2} → {:.2} µm rms", fit.rms_before_um, fit.rms_after_um),
+        "clean" => format!("Residual {:.2} µm rms", fit.rms_before_um),
+        _ => format!("Residual {:.2} → {:.2} µm rms", fit.rms_before_um, fit.rms_after_um),
     };
     format!("{says}. {residual}{held_out}; noise floor {:.2}.", fit.noise_um)
 }
@@ -118,7 +119,7 @@ pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
 }
 
 fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
-    let mut names: Vec<&String> = diagnosis.location_errors.iter().map(|moved| &moved.name).collect();
+    let names: Vec<&String> = diagnosis.location_errors.iter().map(|moved| &moved.name).collect();
     if json.verdict == "data fault" || names.is_empty() {
         return;
     }
@@ -136,6 +137,18 @@ fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
         }
     };
     let _ = writeln!(text, "{heading}");
+    // what is neither determined nor moved has no number worth a line
+    let still_open = |name: &str| !json.location_errors[name].determined && shift(name) <= MOVED_SIGMAS;
+    let (open, told): (Vec<&String>, Vec<&String>) = names.into_iter().partition(|name| still_open(name));
+    if !open.is_empty() {
+        let list: Vec<&str> = open.iter().map(|name| name.as_str()).collect();
+        paragraph(text, "  ", 4, &format!("not determined by these recordings: {}", list.join(" ")));
+    }
+    let mut names = told;
+    if names.is_empty() {
+        return;
+    }
+    let told = names.len();
     if names.len() > MOST_ERRORS {
         names.sort_by(|a, b| shift(b).total_cmp(&shift(a)));
         names.truncate(MOST_ERRORS);
@@ -143,19 +156,19 @@ fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     let mut table = Table::new(&["error", "before", "after", "± σ", "unit", ""]);
     for name in &names {
         let moved = &json.location_errors[*name];
-        let number = |value: f64| format!("{value:.2}");
+        let number = |value: f64| shown(value, moved.sigma).0;
         table.row(vec![
             (*name).clone(),
             number(moved.before),
             number(moved.after),
-            number(moved.sigma),
+            shown(0.0, moved.sigma).1,
             unit(moved.unit).to_string(),
             moved_words(json, moved).to_string(),
         ]);
     }
     text.push_str(&table.text());
-    if all > names.len() {
-        let _ = writeln!(text, "  and {} that moved less, all in --json", all - names.len());
+    if told > names.len() {
+        let _ = writeln!(text, "  and {} that moved less, all in --json", told - names.len());
     }
 }
 
