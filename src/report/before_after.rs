@@ -16,6 +16,8 @@ pub struct BeforeAfterPlots {
     /// Absent for static poses and straight sweeps.
     pub polar: Option<String>,
     pub unrolled: String,
+    /// Part of the test lies in the range of a finding.
+    pub is_located: bool,
 }
 
 /// Most points of a polar trace: finer than a pixel.
@@ -42,7 +44,7 @@ pub fn before_after_plots(
         None => ((0..motion.rows()).map(|row| row as f64 + 1.0).collect(), "reading".to_string()),
     };
     let unrolled = unrolled(&test.name, &label, &abscissa, residuals, &located);
-    BeforeAfterPlots { test: test.name.clone(), polar, unrolled }
+    BeforeAfterPlots { test: test.name.clone(), polar, unrolled, is_located: !located.is_empty() }
 }
 
 /// Runs of rows inside any located range; a range that covers a whole test marks nothing.
@@ -129,14 +131,14 @@ fn unrolled(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
          role=\"img\" class=\"ba\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#1c2128\">\n\
          <title>Residual of {0} before and after</title>\n<style>@media (prefers-color-scheme: dark){{.ba{{fill:#e6e9ee}}\
-         .ba-ground{{fill:#14181f}}.ba-lines{{stroke:#e6e9ee}}.ba-before{{stroke:#ff9e64}}.ba-after{{stroke:#6cb6ff}}\
+         .ba-ground{{fill:#14181f}}.ba-lines{{stroke:#e6e9ee}}.ba-before{{stroke:#6cb6ff}}.ba-after{{stroke:#ff9e64}}\
          .ba-here{{fill:#ff8087}}}}</style>\n<rect class=\"ba-ground\" width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#ffffff\"/>\n\
          <text x=\"{LEFT}\" y=\"20\" font-weight=\"600\">{0}</text>\n",
         escape(name)
     );
     for (at, class, colour, says) in [
-        (LEFT, "ba-before", "#c8500a", format!("before, {before:.2} µm rms")),
-        (LEFT + 190.0, "ba-after", "#0063a6", format!("after, {after:.2} µm rms")),
+        (LEFT, "ba-before", "#0063a6", format!("before, {before:.2} µm rms")),
+        (LEFT + 190.0, "ba-after", "#c8500a", format!("after, {after:.2} µm rms")),
     ] {
         let _ = writeln!(
             svg,
@@ -207,7 +209,7 @@ fn unrolled(
         WIDTH - RIGHT
     );
     for (class, colour, values) in
-        [("ba-before", "#c8500a", &residuals.before_mm), ("ba-after", "#0063a6", &residuals.after_mm)]
+        [("ba-before", "#0063a6", &residuals.before_mm), ("ba-after", "#c8500a", &residuals.after_mm)]
     {
         let mut path = String::new();
         let mut pen = 'M';

@@ -20,7 +20,9 @@ const GAP: f64 = 30.0;
 const LEFT: f64 = 24.0;
 const CHAIN_Y: f64 = 44.0;
 const BELOW_Y: f64 = 150.0;
-const HEIGHT: f64 = 218.0;
+/// Recorder and control stand apart from the bar.
+const APART_Y: f64 = 226.0;
+const HEIGHT: f64 = 292.0;
 
 /// The chain as SVG; findings are numbered in their order.
 pub fn chain_map(machine: &Machine, findings: &[FindingJson]) -> String {
@@ -77,13 +79,14 @@ fn nodes(machine: &Machine) -> (Vec<Node>, f64) {
     let right = nodes.last().map_or(LEFT, |node| node.x);
     // the drawing holds five boxes below even for short chains
     let width = (right + BOX_WIDTH + LEFT).max(5.0 * (BOX_WIDTH + GAP) + LEFT);
-    let below = |name: &str, x: f64| Node { name: name.into(), note: "", x, y: BELOW_Y };
+    let node = |name: &str, x: f64, y: f64| Node { name: name.into(), note: "", x, y };
+    let below = |name: &str, x: f64| node(name, x, BELOW_Y);
     let bar = (LEFT + right) / 2.0;
     nodes.push(below("pivot", LEFT));
     nodes.push(below("bar", bar));
     nodes.push(below("spindle-ball", right));
-    nodes.push(below("recorder", (bar + right) / 2.0));
-    nodes.push(below("control", (LEFT + bar) / 2.0));
+    nodes.push(node("recorder", bar + 0.6 * BOX_WIDTH, APART_Y));
+    nodes.push(node("control", bar - 0.6 * BOX_WIDTH, APART_Y));
     (nodes, width)
 }
 

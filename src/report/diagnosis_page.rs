@@ -10,7 +10,7 @@ use super::finding_words::{
     cause_and_remedy, certainty_words, headline, range_words, rival_words, shape_words, tests_words, unit, what,
 };
 use super::fit_page::identifier;
-use super::number::shown;
+use super::number;
 use super::polar::escape;
 use crate::diagnose::Diagnosis;
 use crate::session::Session;
@@ -120,9 +120,11 @@ fn section(
     page.push_str("</dl>\n");
     evidence(page, finding, found.map(|found| found.gain));
     page.push_str("</div>\n<div class=\"tests\">\n");
-    for plot in
-        finding.located.tests.iter().take(TESTS_SHOWN).filter_map(|name| plots.iter().find(|plot| plot.test == *name))
-    {
+    let mut shown: Vec<&BeforeAfterPlots> =
+        finding.located.tests.iter().filter_map(|name| plots.iter().find(|plot| plot.test == *name)).collect();
+    // a test in which the place can be pointed at says more than one in which it acts all along
+    shown.sort_by_key(|plot| !plot.is_located);
+    for plot in shown.into_iter().take(TESTS_SHOWN) {
         page.push_str("<figure>\n");
         if let Some(polar) = &plot.polar {
             page.push_str(polar);
@@ -182,17 +184,17 @@ fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     );
     for moved in &diagnosis.location_errors {
         let json_moved = &json.location_errors[&moved.name];
-        let number = |value: f64| shown(value, json_moved.sigma).0.replace('-', "−");
+        let text = |value: f64| number::shown(value, json_moved.sigma).0.replace('-', "−");
         let class = if json_moved.determined { "" } else { " class=\"open\"" };
         let _ = writeln!(
             page,
             "<tr{class}><th scope=\"row\">{}</th><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
             escape(&moved.name),
-            number(json_moved.before),
-            number(json_moved.after),
-            shown(0.0, json_moved.sigma).1,
+            text(json_moved.before),
+            text(json_moved.after),
+            number::shown(0.0, json_moved.sigma).1,
             unit(json_moved.unit),
-            number(json_moved.after - json_moved.before),
+            text(json_moved.after - json_moved.before),
             moved_words(json, json_moved)
         );
     }
