@@ -109,12 +109,14 @@ pub fn blind_words(blind: &BlindJson) -> String {
 /// What became of a location error when the findings were modelled.
 pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
     let far = (moved.after - moved.before).abs() > MOVED_SIGMAS * moved.sigma;
-    let sure = json.findings.iter().all(|finding| finding.cross_validated != Some("failed"));
+    // where something is still unexplained nobody can say that a moved number is nearer to the truth
+    let sure = json.verdict != "partly explained"
+        && json.findings.iter().all(|finding| finding.cross_validated != Some("failed"));
     match (far, moved.determined && sure) {
         (false, true) => "as before",
         (false, false) => "not determined",
         (true, true) => "better: it had held part of a finding",
-        (true, false) => "different, not better: not determined",
+        (true, false) => "different, perhaps no better",
     }
 }
 
