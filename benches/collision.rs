@@ -131,7 +131,10 @@ fn scene<'w>(world: &'w World, pivot: Vector3<f64>) -> Scene<'w> {
 
 const POSES: usize = 10_000;
 
-fn setting() -> (World, Vec<(Vector3<f64>, Vec<f64>)>) {
+/// A pose of the scene: place of the bar's ball and positions of the axes.
+type ScenePose = (Vector3<f64>, Vec<f64>);
+
+fn setting() -> (World, Vec<ScenePose>) {
     let machine = machine();
     let mut world = World::new(&Chain::of(&machine), &bodies()).expect("links");
     world.forget_machine_pairs();

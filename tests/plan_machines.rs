@@ -287,7 +287,7 @@ fn forecasts_agree_with_a_thousand_simulated_sessions() {
     let nominal = DVector::from_vec(lengths(&zero));
     let columns: Vec<DVector<f64>> = (0..size)
         .map(|k| {
-            let step = prior[k].min(1e-5).max(1e-9);
+            let step = prior[k].clamp(1e-9, 1e-5);
             let mut x = zero.clone();
             x[k] = step;
             let high = DVector::from_vec(lengths(&x));
