@@ -4,6 +4,7 @@
 //! recording, machine file ─load─▶ Machine ─build─▶ Chain          (nominal, named error slots, no state)
 //! Chain + errors + Session ─simulate─▶ Trace
 //! Chain + Recordings       ─identify─▶ Fit                        (estimates, covariance, what cannot be told apart)
+//! Fit + Recordings         ─diagnose─▶ Diagnosis                  (where, what, how much, how sure, what test next)
 //! Chain + Bodies           ─plan─▶ Plan                           (setups reachable, collision-free, informative)
 //! any of them              ─report─▶ terminal, JSON, HTML
 //! ```
@@ -23,6 +24,7 @@
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
+//! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
 //! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad

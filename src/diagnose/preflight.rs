@@ -45,7 +45,7 @@ const LEAST_RATIO: f64 = 1.6;
 const SUSPICIOUS: f64 = 1.8;
 /// Undoing a mistake leaves at most so many noise floors, or lowers the residual so many times.
 const NEAR_NOISE: f64 = 1.6;
-const ENORMOUS: f64 = 12.0;
+const ENORMOUS: f64 = 6.0;
 /// A ball that the fit puts so many spreads from its stated place is suspicious by itself.
 const SUSPICIOUS_STRAIN: f64 = 8.0;
 /// Share of readings left out as outliers that is suspicious by itself.
@@ -68,13 +68,16 @@ pub fn preflight(
     let all: Vec<Vec<bool>> = kept.iter().map(|rows| vec![true; rows.len()]).collect();
     let (thinned, _) = thin(session, &all);
     let before = misfit_um(&thinned)?;
-    let suspicions = suspicions(&thinned);
+    let suspicions = suspicions(&thinned, session);
     let mut judged: Vec<(f64, Suspicion)> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (after, best) = finer(&thinned, judged.into_iter().next()?);
+    let (after, best) = finer(session, judged.into_iter().next()?);
+    if std::env::var_os("FIVEAXIS_TRACE").is_some() {
+        eprintln!("preflight: {before:.2} µm as it is, {after:.2} µm with '{}'", best.says);
+    }
     // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
     let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
     undone.then_some(DataFault {
@@ -107,7 +110,10 @@ fn finer(session: &Session, (misfit, suspicion): (f64, Suspicion)) -> (f64, Susp
     near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
 }
 
-/// Rms residual of a robust fit, every reading counted but none beyond a hundred times the middle, µm.
+/// Residuals beyond so many robust sigmas count no more: single gross readings must not hide what a mistake does.
+const CLIPPED: f64 = 15.0;
+
+/// Rms residual of a robust fit, µm; every reading counts, but none for more than so many sigmas.
 fn misfit_um(session: &Session) -> Option<f64> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
@@ -122,7 +128,7 @@ fn misfit_um(session: &Session) -> Option<f64> {
         let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(1e-4);
         values = solution.values;
         if next > 0.7 * scale {
-            let limit = 100.0 * next;
+            let limit = CLIPPED * next;
             let clipped = solution
                 .residual_mm
                 .iter()
@@ -144,7 +150,8 @@ fn misfit_um(session: &Session) -> Option<f64> {
     Some(1e3 * scale)
 }
 
-fn suspicions(session: &Session) -> Vec<Suspicion> {
+/// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
+fn suspicions(session: &Session, whole: &Session) -> Vec<Suspicion> {
     let mut list = Vec::new();
     let machine = &session.machine;
     let busy: Vec<usize> = (0..machine.axes.len())
@@ -179,8 +186,9 @@ fn suspicions(session: &Session) -> Vec<Suspicion> {
             ),
         }
         if machine.axes[axis].kind == AxisKind::Rotary {
-            for (way, rising) in [("ccw", true), ("cw", false)] {
-                list.extend(reversed(session, axis, way, rising));
+            let alternate = [0, 1].map(|from| Struck::Alternate { from });
+            for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
+                list.extend(reversed(session, axis, struck));
             }
         }
     }
@@ -193,12 +201,12 @@ fn suspicions(session: &Session) -> Vec<Suspicion> {
     }
     for seconds in SHIFTS_S {
         let every: Vec<usize> = (0..session.tests.len()).collect();
-        list.push(shifted(session, &every, *seconds));
+        list.push(shifted(whole, &every, *seconds));
     }
     // one test alone: only the worst ones are worth the refits
     for test in worst_tests(session) {
         for seconds in SHIFTS_S {
-            list.push(shifted(session, &[test], *seconds));
+            list.push(shifted(whole, &[test], *seconds));
         }
     }
     list
@@ -208,7 +216,7 @@ fn suspicions(session: &Session) -> Vec<Suspicion> {
 const SHIFTS_S: &[f64] =
     &[-3.0, -2.4, -1.9, -1.5, -1.2, -0.95, -0.75, -0.6, -0.45, 0.45, 0.6, 0.75, 0.95, 1.2, 1.5, 1.9, 2.4, 3.0];
 /// Single tests tried for a shift.
-const WORST_TESTS: usize = 2;
+const WORST_TESTS: usize = 3;
 
 /// Tests with the largest residual in a common fit.
 fn worst_tests(session: &Session) -> Vec<usize> {
@@ -268,33 +276,66 @@ fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
     }
 }
 
-/// Recordings of one way of turning written from the wrong end.
-fn reversed(session: &Session, axis: usize, way: &str, rising: bool) -> Option<Suspicion> {
+/// Recordings of an axis that may be written from the wrong end.
+#[derive(Clone, Copy)]
+enum Struck {
+    /// Those that rise in the files, or fall.
+    Seen { rising: bool },
+    /// Every second one of the runs repeated in one setup, from the first or from the second on: there and back written alike.
+    Alternate { from: usize },
+}
+
+/// Single sweeps of an axis, some of them turned round.
+fn reversed(session: &Session, axis: usize, struck: Struck) -> Option<Suspicion> {
+    let mut order: Vec<usize> = (0..session.tests.len()).collect();
+    order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
     let mut undone = session.clone();
+    let mut runs: Vec<(usize, usize)> = Vec::new();
     let mut tests = Vec::new();
-    for test in &mut undone.tests {
-        let Some(recording) = &mut test.recording else { continue };
+    for index in order {
+        let Some(recording) = &session.tests[index].recording else { continue };
         if recording.axes != [axis] || !matches!(recording.clock, Clock::TimeS(_)) {
             continue;
         }
-        let column = &mut recording.positions[0];
-        // seen from the files a reversed recording turns the other way
-        let seen_rising = column.last() > column.first();
-        if seen_rising != rising {
-            continue;
+        let run = match runs.iter_mut().find(|(first, _)| is_repeat(session, *first, index)) {
+            Some((_, run)) => {
+                *run += 1;
+                *run
+            }
+            None => {
+                runs.push((index, 0));
+                0
+            }
+        };
+        let column = &recording.positions[0];
+        let turned = match struck {
+            Struck::Seen { rising } => (column.last() > column.first()) == rising,
+            Struck::Alternate { from } => run % 2 == from,
+        };
+        if turned && let Some(recording) = &mut undone.tests[index].recording {
+            recording.positions[0].reverse();
+            tests.push(session.tests[index].name.clone());
         }
-        column.reverse();
-        tests.push(test.name.clone());
     }
     let name = session.machine.axes[axis].name.clone();
     (!tests.is_empty()).then(|| Suspicion {
         effect: "angle-reversed",
-        says: format!("{name} of the {way} recordings is written from the wrong end: reverse the column"),
+        says: format!("{name} of these recordings is written from the wrong end: reverse the column"),
         components: vec![name],
         tests,
         shift_ms: None,
         undone,
     })
+}
+
+/// Two tests with the same balls, bar and standing axes.
+fn is_repeat(session: &Session, one: usize, other: usize) -> bool {
+    let (one, other) = (&session.tests[one], &session.tests[other]);
+    one.pivot == other.pivot
+        && one.spindle_ball == other.spindle_ball
+        && one.bar_length_mm == other.bar_length_mm
+        && one.positions == other.positions
+        && one.feed_mm_per_min == other.feed_mm_per_min
 }
 
 /// Positions moved against the lengths by some seconds in some tests.
@@ -305,6 +346,9 @@ fn shifted(session: &Session, tests: &[usize], seconds: f64) -> Suspicion {
             shift(recording, seconds);
         }
     }
+    let all: Vec<Vec<bool>> =
+        undone.tests.iter().map(|test| vec![true; test.recording.as_ref().map_or(0, Recording::len)]).collect();
+    let (undone, _) = thin(&undone, &all);
     let names: Vec<String> = if tests.len() == session.tests.len() {
         Vec::new()
     } else {
