@@ -1,138 +1,18 @@
 //! Minimum distance, "closer than 5 mm" and certified sweeps on a scene of 12 bodies and 5 bar parts, one thread.
-//!
-//! The scene and the draw of poses are those of the peers' comparison (58 pairs; table in Y, tilting and turning, spindle
-//! in X and Z; ball carried within 150 mm, bar of 150 mm in a random upward direction). Random numbers differ from theirs.
 
-use fiveaxis::bodies::{Bodies, Body, Solid};
-use fiveaxis::chain::{Chain, Pose};
-use fiveaxis::collision::{BarEnds, Convex, Part, Scene, Scratch, World, certify};
-use fiveaxis::load::machine_from_yaml;
-use fiveaxis::machine::Machine;
-use nalgebra::{Matrix3, Vector3};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+mod peer_scene;
+
+use divan::counter::ItemsCount;
+use fiveaxis::chain::Chain;
+use fiveaxis::collision::{Scratch, World, certify};
+use nalgebra::Vector3;
+use peer_scene::{ScenePose, bodies, machine, poses, scene, set_pivot};
 
 fn main() {
     divan::main();
 }
 
-const BAR_MM: f64 = 150.0;
-
-fn machine() -> Machine {
-    let text = "name: scene\ncode: \"[wCAYbXZt]\"\naxes:\n  X: {}\n  Y: {}\n  Z: {}\n  A: {}\n  C: {}\n";
-    machine_from_yaml(std::path::Path::new("scene"), text.into()).expect("valid")
-}
-
-fn bodies() -> Bodies {
-    let mut list = Vec::new();
-    let mut add = |name: &str, link: &str, solid: Solid, at: [f64; 3]| {
-        let at = Pose { rotation: Matrix3::identity(), translation_mm: Vector3::from(at) };
-        list.push(Body { name: name.into(), link: link.into(), solid, at });
-    };
-    let block = |x, y, z| Solid::Box { half_mm: Vector3::new(x, y, z) };
-    add("bed", "b", block(700.0, 800.0, 100.0), [0.0, 0.0, -620.0]);
-    add("column", "b", block(450.0, 150.0, 600.0), [0.0, 820.0, 300.0]);
-    add("guard_l", "b", block(10.0, 700.0, 700.0), [-720.0, 0.0, 100.0]);
-    add("guard_r", "b", block(10.0, 700.0, 700.0), [720.0, 0.0, 100.0]);
-    let magazine: Vec<Vector3<f64>> = (0..48)
-        .map(|k| {
-            let i = f64::from(k) + 0.5;
-            let (polar, turn) = ((1.0 - 2.0 * i / 48.0).acos(), std::f64::consts::PI * (1.0 + 5f64.sqrt()) * i);
-            let unit = Vector3::new(turn.cos() * polar.sin(), turn.sin() * polar.sin(), polar.cos());
-            unit.component_mul(&Vector3::new(150.0, 200.0, 200.0)) + Vector3::new(-540.0, 500.0, 350.0)
-        })
-        .collect();
-    add("tool_magazine", "b", Solid::hull_of(&magazine).expect("volume"), [0.0; 3]);
-    add("y_saddle", "Y", block(380.0, 260.0, 50.0), [0.0, 0.0, -420.0]);
-    add("cradle_l", "A", block(35.0, 110.0, 130.0), [-310.0, 0.0, -40.0]);
-    add("cradle_r", "A", block(35.0, 110.0, 130.0), [310.0, 0.0, -40.0]);
-    let trough: Vec<Vector3<f64>> = [-265.0, 265.0]
-        .iter()
-        .flat_map(|&x| {
-            (0..24).map(move |k| {
-                let u = std::f64::consts::PI * (1.0 + f64::from(k) / 23.0);
-                Vector3::new(x, 190.0 * u.cos(), -115.0 + 110.0 * u.sin())
-            })
-        })
-        .collect();
-    add("cradle_trough", "A", Solid::hull_of(&trough).expect("volume"), [0.0; 3]);
-    add("c_table", "C", Solid::Cylinder { radius_mm: 160.0, half_mm: 18.0 }, [0.0, 0.0, -93.0]);
-    let mut head = Vec::new();
-    let (sx, sy, sz, k) = (110.0, 120.0, 150.0, 40.0);
-    for x in [-1.0, 1.0] {
-        for y in [-1.0, 1.0] {
-            for z in [-1.0, 1.0] {
-                let middle = Vector3::new(0.0, 40.0, 350.0);
-                head.push(middle + Vector3::new(x * sx, y * sy, z * sz));
-                head.push(middle + Vector3::new(x * (sx + k), y * sy * 0.7, z * sz * 0.7));
-                head.push(middle + Vector3::new(x * sx * 0.7, y * (sy + k), z * sz * 0.7));
-            }
-        }
-    }
-    add("spindle_head", "Z", Solid::hull_of(&head).expect("volume"), [0.0; 3]);
-    add("spindle_nose", "Z", Solid::Cylinder { radius_mm: 42.0, half_mm: 60.0 }, [0.0, 0.0, 140.0]);
-    Bodies { bodies: list, ..Bodies::default() }
-}
-
-/// Poses with the pivot at its own place on the table for each: scenes share the world.
-fn poses(count: usize) -> Vec<(Vector3<f64>, Vec<f64>)> {
-    let mut random = ChaCha8Rng::seed_from_u64(11);
-    let turn = std::f64::consts::TAU;
-    (0..count)
-        .map(|_| {
-            let a = random.random_range(-20f64.to_radians()..70f64.to_radians());
-            let c: f64 = random.random_range(0.0..turn);
-            let r = 150.0 * random.random_range(0.0f64..1.0).sqrt();
-            let f: f64 = random.random_range(0.0..turn);
-            let pivot = Vector3::new(r * f.cos(), r * f.sin(), 0.0);
-            let turned = Vector3::new(r * (f + c).cos(), r * (f + c).sin(), 0.0);
-            let at = Vector3::new(turned.x, turned.y * a.cos(), turned.y * a.sin());
-            let direction = loop {
-                let d = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0f64));
-                if d.norm() > 0.05 && d.norm() <= 1.0 {
-                    let d = d.normalize();
-                    break if d.z < -0.2 { -d } else { d };
-                }
-            };
-            let ball = at + direction * BAR_MM;
-            // axes in the code's order: C A Y X Z; the table moves so that the spindle ball stands at y = 0
-            (pivot, vec![c, a, -ball.y, ball.x, ball.z])
-        })
-        .collect()
-}
-
-fn scene<'w>(world: &'w World, pivot: Vector3<f64>) -> Scene<'w> {
-    let chain = world.chain();
-    let frame = |name: &str| world.frame(chain.link(name).expect("link"));
-    let (c, z, bar) = (frame("C"), frame("Z"), world.frame_count());
-    let along = |s: f64| Vector3::new(0.0, 0.0, s);
-    let stem = |at: Vector3<f64>, up: f64, length: f64, radius| {
-        Convex::cylinder(at + along(up), at + along(up + length), radius)
-    };
-    let parts = vec![
-        Part::new("ball_w", c, Convex::ball(pivot, 6.35)),
-        Part::new("ball_s", z, Convex::ball(Vector3::zeros(), 6.35)),
-        Part::new("bar", bar, Convex::capsule(along(8.0), along(BAR_MM - 8.0), 8.0)),
-        Part::new("stem_w", c, stem(pivot, -75.0, 66.0, 10.0)),
-        Part::new("stem_s", z, stem(Vector3::zeros(), 6.0, 72.0, 9.0)),
-    ];
-    let bodies = world.part_count();
-    let mut pairs = Vec::new();
-    for part in 0..5 {
-        for body in 0..bodies {
-            // stem on the table, stem in the nose: touch by design
-            if (part, body) != (3, 9) && (part, body) != (4, 11) {
-                pairs.push((body, bodies + part));
-            }
-        }
-    }
-    Scene::with_parts(world, parts, pairs, Some(BarEnds { pivot: (c, pivot), spindle: (z, Vector3::zeros()) }))
-}
-
 const POSES: usize = 10_000;
-
-/// A pose of the scene: place of the bar's ball and positions of the axes.
-type ScenePose = (Vector3<f64>, Vec<f64>);
 
 fn setting() -> (World, Vec<ScenePose>) {
     let machine = machine();
@@ -147,10 +27,10 @@ fn minimum_distance_10000_poses(bencher: divan::Bencher) {
     let mut scene = scene(&world, Vector3::zeros());
     assert_eq!(scene.pairs().len(), 58);
     let mut scratch = Scratch::default();
-    bencher.bench_local(|| {
+    bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         let mut sum = 0.0;
         for (pivot, q) in &poses {
-            scene.move_pivot(pivot, &[(0, Vector3::zeros()), (3, Vector3::new(0.0, 0.0, -42.0))]);
+            set_pivot(&mut scene, pivot);
             sum += scene.least(q, &mut scratch).0;
         }
         sum
@@ -162,23 +42,41 @@ fn closer_than_5_mm_10000_poses(bencher: divan::Bencher) {
     let (world, poses) = setting();
     let mut scene = scene(&world, Vector3::zeros());
     let mut scratch = Scratch::default();
-    bencher.bench_local(|| {
+    bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         let mut close = 0;
         for (pivot, q) in &poses {
-            scene.move_pivot(pivot, &[(0, Vector3::zeros()), (3, Vector3::new(0.0, 0.0, -42.0))]);
+            set_pivot(&mut scene, pivot);
             close += usize::from(scene.closer_than(q, 5.0, &mut scratch));
         }
         close
     });
 }
 
-/// 58 pairs over A from −20° to 70°: divide the time by 58 for a body pair.
+/// Sweeps of A over 40 degrees and of C over 180 that are certified at 5 mm; a counted item is one of the 58 pairs of one sweep.
 #[divan::bench(sample_count = 9)]
-fn certified_sweep_of_58_pairs(bencher: divan::Bencher) {
-    let (world, _) = setting();
-    let scene = scene(&world, Vector3::new(0.0, -150.0, 0.0));
-    let row = |deg: f64| vec![0.0, deg.to_radians(), 0.0, 0.0, 0.0];
-    let rows = [row(-16.0), row(60.0)];
+fn certified_sweep_of_a_pair(bencher: divan::Bencher) {
+    let (world, poses) = setting();
+    let mut scene = scene(&world, Vector3::zeros());
     let mut scratch = Scratch::default();
-    bencher.bench_local(|| certify(&scene, &rows, 5.0, &mut scratch).map(|clear| clear.evaluations));
+    let mut sweeps = Vec::new();
+    for (pivot, q) in &poses[..2_000] {
+        set_pivot(&mut scene, pivot);
+        for (axis, turn_deg) in [(0, 180f64), (1, 40.0)] {
+            let mut end = q.clone();
+            end[axis] += turn_deg.to_radians();
+            let rows = vec![q.clone(), end];
+            if certify(&scene, &rows, 5.0, &mut scratch).is_ok() {
+                sweeps.push((*pivot, rows));
+            }
+        }
+    }
+    assert!(sweeps.len() >= 100);
+    bencher.counter(ItemsCount::new(58 * sweeps.len())).bench_local(|| {
+        let mut evaluations = 0;
+        for (pivot, rows) in &sweeps {
+            set_pivot(&mut scene, pivot);
+            evaluations += certify(&scene, rows, 5.0, &mut scratch).map_or(0, |clear| clear.evaluations);
+        }
+        evaluations
+    });
 }
