@@ -166,3 +166,50 @@ fn a_table_that_the_axis_carries_is_centred_from_the_other_side() {
         assert!(lines.iter().any(|line| line.is_head && line.centre_at.is_empty()));
     }
 }
+
+/// Joints of LinuxCNC's `xyzac-trt-kins` for a place on the workpiece, written from its notes: C turns about the rot-point,
+/// A about rot-point plus offset; the pins are `x-rot-point`, `y-rot-point`, `z-rot-point`, `y-offset`, `z-offset`.
+fn xyzac_joints(place: &Vector3<f64>, a: f64, c: f64, pins: [f64; 5]) -> Vector3<f64> {
+    let [x_rot, y_rot, z_rot, y_offset, z_offset] = pins;
+    let about = |axis: Vector3<f64>, angle: f64, at: Vector3<f64>, point: Vector3<f64>| {
+        at + nalgebra::Rotation3::new(axis * angle) * (point - at)
+    };
+    let turned = about(Vector3::z(), c, Vector3::new(x_rot, y_rot, 0.0), *place);
+    about(Vector3::x(), a, Vector3::new(0.0, y_rot + y_offset, z_rot + z_offset), turned)
+}
+
+#[test]
+fn linuxcnc_pins_move_as_the_notes_on_controls_say() {
+    let base = "name: m\ncode: \"[wCAbXYZt]\"\naxes:\n  C: {origin: [10, -20, 0]}\n  A: {origin: [0, -35, -60]}\n";
+    let nominal = [10.0, -20.0, 0.0, -15.0, -60.0];
+    let mut machine = machine(base);
+    let joints = |machine: &Machine, place: &Vector3<f64>, a: f64, c: f64| {
+        let chain = Chain::of(machine);
+        let geometry = Geometry::new(&chain, &machine.location_errors(), Composition::Exact);
+        let mut q = vec![0.0; 5];
+        q[machine.axis_index("A").unwrap()] = a;
+        q[machine.axis_index("C").unwrap()] = c;
+        geometry.point(chain.link("C").unwrap(), place, &q, None)
+    };
+    let (ca, aa) = (machine.axis_index("C").unwrap(), machine.axis_index("A").unwrap());
+    let place = Vector3::new(83.0, -41.0, 22.0);
+    for (pins, errors) in [
+        (nominal, [0.0; 4]),
+        // own errors of C in x and y, of A in y and z
+        ([10.5, -20.0 + 0.3 + 0.2, 0.7, -15.0 - 0.3, -60.0], [0.5, 0.3, 0.2, 0.7]),
+    ] {
+        machine.axes[ca].location_errors[0] = errors[0];
+        machine.axes[ca].location_errors[1] = errors[1];
+        machine.axes[aa].location_errors[1] = errors[2];
+        machine.axes[aa].location_errors[2] = errors[3];
+        // LinuxCNC counts places from where the workpiece stands with all axes at zero
+        let at_zero = joints(&machine, &place, 0.0, 0.0);
+        for (a, c) in [(0.4, -1.1), (-0.3, 2.5), (1.2, 0.2)] {
+            let off = joints(&machine, &place, a, c) - xyzac_joints(&at_zero, a, c, pins);
+            assert!(off.norm() < 1e-9, "{off:?}");
+            let wrong = joints(&machine, &place, a, c)
+                - xyzac_joints(&at_zero, a, c, [pins[0], pins[1], pins[2], pins[3] + 0.6, pins[4]]);
+            assert!(wrong.norm() > 0.01);
+        }
+    }
+}

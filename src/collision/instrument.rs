@@ -211,9 +211,28 @@ impl<'a> Instrument<'a> {
 
     /// The machine with this instrument mounted.
     pub fn scene<'w>(&self, world: &'w World) -> Scene<'w> {
+        let pairs = self.pairs(world, |_| true);
+        Scene::new(world, self.parts.clone(), pairs, Some(self.bar.clone()), self.cones.clone())
+    }
+
+    /// The machine with stand, cups and balls, the bar taken off: what travels from test to test.
+    pub fn scene_without_bar<'w>(&self, world: &'w World) -> Scene<'w> {
+        let kept: Vec<usize> = (0..self.parts.len()).filter(|part| !self.bar_parts.contains(part)).collect();
+        let first = world.parts.len();
+        let place = |index: usize| match index.checked_sub(first) {
+            None => index,
+            Some(part) => first + kept.iter().position(|&other| other == part).unwrap_or_default(),
+        };
+        let pairs = self.pairs(world, |part| kept.contains(&part));
+        let pairs = pairs.into_iter().map(|(one, other)| (place(one), place(other))).collect();
+        Scene::new(world, kept.iter().map(|&part| self.parts[part].clone()).collect(), pairs, None, Vec::new())
+    }
+
+    /// Pairs of the instrument's parts that are mounted, with the machine and with each other; machine parts count first.
+    fn pairs(&self, world: &World, mounted: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
         let first = world.parts.len();
         let mut pairs = Vec::new();
-        for (part, own) in self.parts.iter().enumerate() {
+        for (part, own) in self.parts.iter().enumerate().filter(|(part, _)| mounted(*part)) {
             let excluded = if self.stand_parts.contains(&part) {
                 self.stands_on
             } else if self.stem_parts.contains(&part) {
@@ -230,12 +249,12 @@ impl<'a> Instrument<'a> {
         }
         for part in 0..self.parts.len() {
             for other in part + 1..self.parts.len() {
-                if self.may_meet(part, other) {
+                if mounted(part) && mounted(other) && self.may_meet(part, other) {
                     pairs.push((first + part, first + other));
                 }
             }
         }
-        Scene::new(world, self.parts.clone(), pairs, Some(self.bar.clone()), self.cones.clone())
+        pairs
     }
 
     fn may_meet(&self, one: usize, other: usize) -> bool {

@@ -9,10 +9,12 @@ mod convex;
 mod distance;
 mod instrument;
 mod sweep;
+mod travel;
 mod world;
 
 pub use convex::Convex;
 pub use distance::{distance, distance_below, parry_shape, penetration};
 pub use instrument::{Instrument, InstrumentError, Placement};
 pub use sweep::{Clear, Hit, SweepClearance, certify, sweep_clearance};
+pub use travel::{Aside, Leg, NoWay, clear_way};
 pub use world::{BarEnds, Clearance, Part, Scene, Scratch, World};

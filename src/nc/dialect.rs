@@ -21,6 +21,20 @@ impl Dialect {
     /// All dialects with the endings of their files.
     pub const ALL: [(Dialect, &'static str); 4] =
         [(Dialect::Generic, "nc"), (Dialect::LinuxCnc, "ngc"), (Dialect::Heidenhain, "h"), (Dialect::Sinumerik, "mpf")];
+
+    /// An axis of the machine whose name the control cannot write, if any.
+    pub fn unknown_axis(self, machine: &Machine) -> Option<&str> {
+        let known = |name: &str| match self {
+            // a letter with a number is written X1=...
+            Dialect::Sinumerik => {
+                let mut letters = name.chars();
+                letters.next().is_some_and(|first| first.is_ascii_uppercase())
+                    && letters.all(|letter| letter.is_ascii_digit())
+            }
+            _ => name.len() == 1 && "XYZABCUVW".contains(name),
+        };
+        machine.axes.iter().map(|axis| axis.name.as_str()).find(|name| !known(name))
+    }
 }
 
 /// The program of a planned test.
@@ -54,10 +68,14 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
     } else {
         "positions in work coordinates with zero at the zero of the machine file"
     }));
+    // no tool length, no radius, no tool centre point control: axes move as written
     out.push_str(match dialect {
-        Dialect::Sinumerik => "G71 G90 G94\n",
-        _ => "G21 G90 G94\n",
+        Dialect::Sinumerik => "G17 G40 G71 G90 G94\nTRAFOOF\nD0\n",
+        _ => "G17 G21 G40 G49 G90 G94\n",
     });
+    if dialect == Dialect::LinuxCnc {
+        out.push_str(&comment("identity kinematics: with xyzac-trt-kins switch by M429 before"));
+    }
     // machine coordinates hold in one block only (G53); Sinumerik calls that SUPA
     let (before, after) = match (machine_coordinates, dialect) {
         (false, _) => ("", ""),
@@ -75,9 +93,8 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
                 out.push_str(&comment(text));
                 out.push_str("M0\n");
             }
-            Step::Rapid(words) => {
-                let words: Vec<String> = words.iter().map(|(axis, value)| word(axis, *value)).collect();
-                let _ = writeln!(out, "{before}G0 {}{after}", words.join(" "));
+            Step::Rapid { axis, to } => {
+                let _ = writeln!(out, "{before}G0 {}{after}", word(axis, *to));
             }
             Step::Turn { axis, to_deg, feed_deg_per_min } => {
                 let _ = writeln!(out, "{before}G1 {} F{feed_deg_per_min:.3}{after}", word(axis, *to_deg));
@@ -100,8 +117,9 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
 }
 
 fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool) -> String {
-    let mut lines = vec![format!("BEGIN PGM {name} MM")];
-    // M91: this block in machine coordinates; M94-free: C counts beyond 360
+    // M129: no tool centre point control; M127: rotary axes go the way that is written, not the shorter one
+    let mut lines = vec![format!("BEGIN PGM {name} MM"), "M129".into(), "M127".into()];
+    // M91: this block in machine coordinates
     let after = if machine_coordinates { " M91" } else { "" };
     for step in steps {
         match step {
@@ -110,10 +128,7 @@ fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool) -> String {
                 lines.push(format!("; {}", plain(text)));
                 lines.push("STOP M0".into());
             }
-            Step::Rapid(words) => {
-                let words: Vec<String> = words.iter().map(|(axis, value)| format!("{axis}{value:+.5}")).collect();
-                lines.push(format!("L {} R0 FMAX{after}", words.join(" ")));
-            }
+            Step::Rapid { axis, to } => lines.push(format!("L {axis}{to:+.5} R0 FMAX{after}")),
             Step::Turn { axis, to_deg, feed_deg_per_min } => {
                 lines.push(format!("L {axis}{to_deg:+.5} R0 F{feed_deg_per_min:.0}{after}"));
             }

@@ -1,15 +1,16 @@
 //! Programs that run a plan: approach, run-in, capture arc both ways, dwell, retreat, for four controls. It moves nothing itself.
 //!
-//! A program is a list of [`Step`]s, the same for every control; a dialect writes them down. Feeds are those of the
-//! moving ball converted to the turning axis, deg/min, which is how all four controls read F in a block that moves one
-//! rotary axis alone. Positions are machine coordinates where `machine_zero` is known for every axis, else work
+//! A program is a list of [`Step`]s, the same for every control; a dialect writes them down. It starts and ends at the
+//! park position and travels one axis at a time, so that every control makes the motion that was checked. Feeds are those
+//! of the moving ball converted to the turning axis, deg/min, which is how all four controls read F in a block that moves
+//! one rotary axis alone. Positions are machine coordinates where `machine_zero` is known for every axis, else work
 //! coordinates with zero at the machine file's zero.
 
 mod dialect;
 
 pub use dialect::{Dialect, program};
 
-use crate::machine::{AxisKind, Machine};
+use crate::machine::Machine;
 use crate::plan::PlannedTest;
 use crate::session::Path;
 
@@ -20,8 +21,8 @@ pub enum Step {
     Say(String),
     /// Stop until the operator goes on.
     Stop(String),
-    /// Move fast, all axes named at once; axis name and position, mm or deg.
-    Rapid(Vec<(String, f64)>),
+    /// Move one axis fast; position in mm or deg.
+    Rapid { axis: String, to: f64 },
     /// Move one rotary axis; position in deg, feed in deg/min.
     Turn { axis: String, to_deg: f64, feed_deg_per_min: f64 },
     /// Wait, s.
@@ -53,26 +54,29 @@ pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
         |deg: f64| machine.axes[axis].range.map_or(deg, |(low, high)| deg.clamp(low.to_degrees(), high.to_degrees()));
     let turn =
         |deg: f64, factor: f64| Step::Turn { axis: name.clone(), to_deg: at(deg), feed_deg_per_min: feed * factor };
-    let stand = |kind: AxisKind| -> Vec<(String, f64)> {
-        machine
-            .axes
-            .iter()
-            .enumerate()
-            .filter(|&(k, entry)| k != axis && entry.kind == kind)
-            .filter_map(|(k, entry)| Some((entry.name.clone(), kind.to_file_unit(test.positions[k]?) + offsets[k])))
-            .collect()
+    let rapid = |k: usize, q: f64| Step::Rapid {
+        axis: machine.axes[k].name.clone(),
+        to: machine.axes[k].kind.to_file_unit(q) + offsets[k],
     };
+    let approach = &planned.approach;
+    let parked: Vec<String> = approach
+        .park_order
+        .iter()
+        .map(|&k| {
+            let q = machine.axes[k].kind.to_file_unit(approach.park[k]) + offsets[k];
+            format!("{} {q:.3}", machine.axes[k].name)
+        })
+        .collect();
     let p = test.pivot.at;
     let mut steps = vec![
         Step::Say(format!("{} bar {} mm", test.name, test.bar_length_mm.unwrap_or(0.0))),
         Step::Say(format!("pivot on {} ball at {:.3} {:.3} {:.3}", test.pivot.link, p.x, p.y, p.z)),
-        Step::Stop("bar off the balls, way to the start clear".into()),
-        Step::Rapid(stand(AxisKind::Rotary)),
-        Step::Rapid(vec![(name.clone(), at(clamp(from - run_in)))]),
-        Step::Rapid(stand(AxisKind::Linear)),
-        Step::Stop("mount the bar and start the recording".into()),
+        Step::Say(format!("bring the axes to park by hand: {}", parked.join(" "))),
+        Step::Stop("at park, pivot and spindle cup mounted, bar off".into()),
     ];
-    steps.retain(|step| !matches!(step, Step::Rapid(words) if words.is_empty()));
+    steps.extend(approach.park_order.iter().map(|&k| rapid(k, approach.park[k])));
+    steps.extend(approach.legs.iter().map(|leg| rapid(leg.axis, leg.to)));
+    steps.push(Step::Stop("mount the bar and start the recording".into()));
     for (way, first, second) in [("ccw", from, to), ("cw", to, from)] {
         let sign = (second - first).signum();
         steps.push(Step::Say(format!("{}-{way} capture {first} to {second}", test.name)));
@@ -83,6 +87,7 @@ pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
         steps.push(turn(clamp(second + sign * run_in), 1.0));
         steps.push(Step::Dwell(REST_S));
     }
-    steps.push(Step::Stop("take the bar off".into()));
+    steps.push(Step::Stop("stop the recording and take the bar off".into()));
+    steps.extend(approach.retreat().iter().map(|leg| rapid(leg.axis, leg.to)));
     steps
 }

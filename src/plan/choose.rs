@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BinaryHeap, HashMap, HashSet};
 
+use super::approach::{Approach, Parking};
 use super::candidates::{Avoid, Candidate, Candidates, candidates};
 use super::information::{BLOCK_ROWS, Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 use super::method::{Method, MethodError, method_choice};
@@ -14,7 +15,7 @@ use super::run_in::RUN_IN;
 use super::words::{ErrorForecast, forecasts};
 use crate::bodies::{Bodies, Kit};
 use crate::chain::{Chain, Geometry};
-use crate::collision::{Instrument, Scratch, World};
+use crate::collision::{Instrument, NoWay, Scratch, World};
 use crate::machine::Machine;
 use crate::session::{Ball, Follow, Path, Test};
 
@@ -91,6 +92,8 @@ pub struct PlannedTest {
     pub mount: String,
     /// Ball above the mount, mm.
     pub height_mm: f64,
+    /// From park to the start of the run-in, without the bar.
+    pub approach: Approach,
 }
 
 impl PlannedTest {
@@ -147,6 +150,7 @@ pub(super) struct Desk<'a> {
     pub world: &'a World,
     pub unknowns: Unknowns,
     pub all: &'a Candidates,
+    pub parking: Parking,
     pub scratch: Scratch,
     /// By axis: how often a pair ended or forbade a sweep.
     pub forbidden: BTreeMap<usize, HashMap<(String, String), usize>>,
@@ -166,6 +170,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         world: &world,
         unknowns: Unknowns::of(machine, settings.uncertainty),
         all: &all,
+        parking: Parking::of(machine, bodies),
         scratch: Scratch::default(),
         forbidden: BTreeMap::new(),
     };
@@ -183,6 +188,12 @@ pub enum PlanError {
     Bodies(String),
     #[error("{0}")]
     Method(#[from] MethodError),
+}
+
+/// Where the run-in of a sweep begins, rad.
+fn run_in_start(machine: &Machine, axis: usize, from_deg: f64) -> f64 {
+    let start = (from_deg - RUN_IN).to_radians();
+    machine.axes[axis].range.map_or(start, |(low, high)| start.clamp(low, high))
 }
 
 /// Heap order: gain per minute, then the candidate's place in the list so that plans repeat.
@@ -253,7 +264,17 @@ impl<'a> Desk<'a> {
         }
     }
 
-    /// The longest clear sweep of a candidate; remembers what stood in the way.
+    /// The way from a park position to the start of a sweep's run-in.
+    fn approach(&mut self, candidate: &Candidate, sweep: &ClearSweep, park: usize) -> Option<Result<Approach, NoWay>> {
+        let test = self.test(candidate, String::new(), (sweep.from_deg, sweep.to_deg));
+        let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
+        let scene = instrument.scene_without_bar(self.world);
+        let mut start = candidate.solved.positions.clone();
+        start[candidate.axis] = run_in_start(self.machine, candidate.axis, sweep.from_deg);
+        Some(self.parking.approach(park, &scene, &start, self.settings.margin_mm, &mut self.scratch))
+    }
+
+    /// The longest clear sweep of a candidate to whose start there is a clear way; remembers what stood in the way.
     pub fn clear(&mut self, candidate: &'a Candidate) -> Option<ClearSweep> {
         let arc = (candidate.from.to_degrees(), candidate.to.to_degrees());
         let test = self.test(candidate, String::new(), arc);
@@ -262,14 +283,27 @@ impl<'a> Desk<'a> {
         let arc = (candidate.from, candidate.to);
         let positions = &candidate.solved.positions;
         let found = longest_sweep(&scene, candidate.axis, positions, arc, self.settings.margin_mm, &mut self.scratch);
-        let pairs = self.forbidden.entry(candidate.axis).or_default();
-        match found {
-            Ok(sweep) => Some(sweep),
-            Err(pair) => {
-                *pairs.entry(pair).or_default() += 1;
-                None
+        let pair = match found {
+            Ok(sweep) => match self.no_way(candidate, &sweep) {
+                None => return Some(sweep),
+                Some((one, other)) => (format!("on the way to the start {one}"), other),
+            },
+            Err(pair) => pair,
+        };
+        *self.forbidden.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
+        None
+    }
+
+    /// What stands in every way from every park position to the start of a sweep; `None` when one is clear.
+    fn no_way(&mut self, candidate: &Candidate, sweep: &ClearSweep) -> Option<(String, String)> {
+        let mut first = None;
+        for park in 0..self.parking.count() {
+            match self.approach(candidate, sweep, park)? {
+                Ok(_) => return None,
+                Err(no_way) => first = first.or(Some(no_way.hit.pair)),
             }
         }
+        first
     }
 
     /// Minutes that a test adds to what is mounted already.
@@ -481,6 +515,22 @@ impl<'a> Desk<'a> {
         }
     }
 
+    /// Ways to the tests: from one park position for all where there is such a one, else each from its own.
+    fn approaches(&mut self, order: &[&Entry]) -> Vec<Option<Approach>> {
+        let mut best: Vec<Option<Approach>> = vec![None; order.len()];
+        for park in 0..self.parking.count() {
+            let found: Vec<Option<Approach>> =
+                order.iter().map(|entry| self.approach(entry.candidate, entry.sweep.as_ref()?, park)?.ok()).collect();
+            if found.iter().all(Option::is_some) {
+                return found;
+            }
+            for (best, found) in best.iter_mut().zip(found) {
+                *best = best.take().or(found);
+            }
+        }
+        best
+    }
+
     /// The plan of the chosen tests in an order with few changes of pivot, then spindle ball, then bar.
     fn finish(&mut self, entries: Vec<Entry<'a>>, chosen: Vec<usize>) -> Plan {
         let mut curve = Vec::new();
@@ -519,11 +569,13 @@ impl<'a> Desk<'a> {
         });
         let blocks: Vec<&Block> = order.iter().map(|entry| &entry.block).collect();
         let errors = forecasts(self, &blocks);
+        let approaches = self.approaches(&order);
         let mut names: HashMap<String, usize> = HashMap::new();
         let tests = order
             .iter()
-            .filter_map(|entry| {
-                let sweep = entry.sweep.clone()?;
+            .zip(approaches)
+            .filter_map(|(entry, approach)| {
+                let (sweep, approach) = (entry.sweep.clone()?, approach?);
                 let candidate = entry.candidate;
                 let base = format!("{}-{}", self.machine.axes[candidate.axis].name.to_lowercase(), candidate.bar_mm);
                 let count = names.entry(base.clone()).or_default();
@@ -539,6 +591,7 @@ impl<'a> Desk<'a> {
                     sweep,
                     mount: self.bodies.mounts[site.mount].name.clone(),
                     height_mm: site.height_mm,
+                    approach,
                 })
             })
             .collect();

@@ -5,11 +5,13 @@
 //! | `solver` | where do the balls and the linear axes go so that one axis can be swept on a bar of a given length? |
 //! | `candidates` | which places, bars, static positions and sweeps come into question? |
 //! | `reach` | how far can the axis sweep before something comes too close? |
+//! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
 //! | `choose` | which tests, at what cost in time and pivot setups? |
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
 //! | `words` | what stays undetermined and why |
 
+mod approach;
 mod candidates;
 mod choose;
 mod information;
@@ -19,6 +21,7 @@ mod run_in;
 mod solver;
 mod words;
 
+pub use approach::{Approach, Parking};
 pub use candidates::{Avoid, Candidate, Candidates, Misses, PivotSite, SpindlePlace, candidates};
 pub use choose::{Goal, Plan, PlanError, PlannedTest, Settings, TradeOff, plan};
 pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};

@@ -158,7 +158,7 @@ fn control(page: &mut String, json: &FitJson) {
     page.push_str(
         "</tbody></table></div>\n<p class=\"small\">Where controls keep them: Heidenhain, the rotary axes' places in the kinematics \
          description; Siemens, <code>$TC_CARR</code> vectors or MD24500, MD24550, MD24558; Fanuc, parameters 19700–19705 (tables) and \
-         19709–19714 (heads); LinuxCNC, <code>x-rot-point … z-offset</code> of the trunnion kinematics. Check the control's own \
+         19709–19714 (heads); LinuxCNC, <code>x-rot-point … z-offset</code> of the trunnion kinematics, whose offsets run from C to A. Check the control's own \
          convention of signs with one test after entering.</p>\n</section>\n",
     );
 }

@@ -82,6 +82,7 @@ pub fn setup_sheet(machine: &Machine, plan: &Plan, pictures: &[[View; 2]]) -> St
                 test.feed_mm_per_min.unwrap_or(0.0)
             ),
         );
+        row("way to the start", super::approach_in_words(planned, machine));
         let (one, other) = &planned.sweep.pair;
         row("least clearance", format!("{:.1} mm, {one} – {other}", planned.sweep.clearance_mm));
         out.push_str("</table>");

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::number::shown;
 use crate::identify::{AxisLine, CentreReading};
 use crate::machine::{Component, ErrorName, Machine};
+use crate::plan::PlannedTest;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 const LETTERS: [char; 3] = ['x', 'y', 'z'];
@@ -143,6 +144,23 @@ pub fn control_in_words(machine: &Machine, line: &AxisLine) -> String {
         says.push_str("; NOT determined by these recordings: do not enter it");
     }
     says
+}
+
+/// `from park (Z 329, A 0, C 0, X 0, Y 0) by A -23, Y 0, X 100, Z 0 one after the other; back the same way`.
+pub fn approach_in_words(planned: &PlannedTest, machine: &Machine) -> String {
+    let stands = |axis: usize, q: f64| {
+        let q = (machine.axes[axis].kind.to_file_unit(q) * 1e4).round() / 1e4 + 0.0;
+        format!("{} {q}", machine.axes[axis].name)
+    };
+    let approach = &planned.approach;
+    let park: Vec<String> = approach.park_order.iter().map(|&axis| stands(axis, approach.park[axis])).collect();
+    let legs: Vec<String> = approach.legs.iter().map(|leg| stands(leg.axis, leg.to)).collect();
+    let way = match legs.len() {
+        0 => "the run starts there".to_string(),
+        1 => format!("by {}, back the same way", legs[0]),
+        _ => format!("by {} one after the other, back the same way", legs.join(", ")),
+    };
+    format!("from park ({}) {way}; bar off", park.join(", "))
 }
 
 /// `x -2.9 ± 3.0 µm, y -52.4 ± 0.1 µm`: what stands across a line, mm.

@@ -10,8 +10,8 @@ use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
 use fiveaxis::plan::{Avoid, Goal, Method, Plan, PlannedTest, Settings, plan};
-use fiveaxis::report::session_yaml;
 use fiveaxis::report::setup_sheet::{Outline, View, setup_sheet};
+use fiveaxis::report::{approach_in_words, session_yaml};
 use fiveaxis::session::{Path as TestPath, Session, Spread, Test};
 use fiveaxis::units::{Measure, parse_quantity};
 use nalgebra::Vector3;
@@ -79,6 +79,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// Folders of the programs, in the order of [`Dialect`].
+const DIALECT_FOLDERS: [&str; 4] = ["generic", "linuxcnc", "heidenhain", "sinumerik"];
+
 /// Session, setup sheet and programs, whole or not at all.
 fn write_files(
     folder: &Path,
@@ -91,6 +94,11 @@ fn write_files(
     let mut output = OutputFolder::default();
     let machine_text = std::fs::read(&arguments.machine)?;
     output.add("machine.yaml", machine_text);
+    for (dialect, _) in Dialect::ALL {
+        if let Some(axis) = dialect.unknown_axis(machine) {
+            eprintln!("no {} programs: the control has no axis called {axis}", DIALECT_FOLDERS[dialect as usize]);
+        }
+    }
     let mut started_at_s = 0.0;
     let mut tests = Vec::new();
     for planned in &plan.tests {
@@ -99,8 +107,9 @@ fn write_files(
             tests.push(Test { recording_file, started_at_s, ..test });
             started_at_s += (planned.minutes * 30.0).ceil();
         }
-        for (dialect, ending) in Dialect::ALL {
-            let folder = ["generic", "linuxcnc", "heidenhain", "sinumerik"][dialect as usize];
+        for (dialect, ending) in Dialect::ALL.into_iter().filter(|(dialect, _)| dialect.unknown_axis(machine).is_none())
+        {
+            let folder = DIALECT_FOLDERS[dialect as usize];
             output.add(format!("nc/{folder}/{}.{ending}", planned.test.name), program(machine, planned, dialect));
         }
     }
@@ -262,6 +271,15 @@ fn as_json(plan: &Plan, machine: &Machine) -> Value {
                 .map(|pair| pair.as_ref().map_or(json!("axis range"), |(a, b)| json!(format!("{a} – {b}"))))
                 .collect();
             map.insert("sweep_ended_by".into(), json!(ended));
+            let axis_name = |axis: usize| machine.axes[axis].name.clone();
+            let in_file_unit = |axis: usize, q: f64| round(machine.axes[axis].kind.to_file_unit(q), 5);
+            let park = planned.approach.park.iter().enumerate();
+            let park: Map<String, Value> = park.map(|(k, &q)| (axis_name(k), json!(in_file_unit(k, q)))).collect();
+            map.insert("park".into(), Value::Object(park));
+            let legs = planned.approach.legs.iter();
+            let legs: Vec<Value> =
+                legs.map(|leg| json!([axis_name(leg.axis), in_file_unit(leg.axis, leg.to)])).collect();
+            map.insert("approach".into(), json!(legs));
             tests.push(Value::Object(map));
         }
     }
@@ -346,6 +364,7 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             planned.sweep.pair.1
         );
         println!("               spindle ball at ({:.3}, {:.3}, {:.3}); {}", s.x, s.y, s.z, stands.join(" "));
+        println!("               {}", approach_in_words(planned, machine));
     }
     println!("\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
     for error in &plan.errors {
