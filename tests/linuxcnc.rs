@@ -8,7 +8,7 @@ use std::process::Command;
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
-use fiveaxis::plan::{Method, PlannedTest, Settings, plan};
+use fiveaxis::plan::{PlannedTest, Settings, plan};
 
 /// What the interpreter tells the machine to do; positions X Y Z A B C in machine coordinates, mm and deg.
 #[derive(Debug, Clone, PartialEq)]

@@ -154,6 +154,8 @@ pub(super) struct Desk<'a> {
     pub scratch: Scratch,
     /// By axis: how often a pair ended or forbade a sweep.
     pub forbidden: BTreeMap<usize, HashMap<(String, String), usize>>,
+    /// The same for the ways to the starts of sweeps that would be clear.
+    pub blocked_ways: BTreeMap<usize, HashMap<(String, String), usize>>,
 }
 
 /// Plans the tests of a machine; `Err` when a method does not fit the machine.
@@ -173,6 +175,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         parking: Parking::of(machine, bodies),
         scratch: Scratch::default(),
         forbidden: BTreeMap::new(),
+        blocked_ways: BTreeMap::new(),
     };
     let (entries, chosen) = match settings.method {
         None => desk.greedy(),
@@ -283,14 +286,14 @@ impl<'a> Desk<'a> {
         let arc = (candidate.from, candidate.to);
         let positions = &candidate.solved.positions;
         let found = longest_sweep(&scene, candidate.axis, positions, arc, self.settings.margin_mm, &mut self.scratch);
-        let pair = match found {
+        let (pairs, pair) = match found {
             Ok(sweep) => match self.no_way(candidate, &sweep) {
                 None => return Some(sweep),
-                Some((one, other)) => (format!("on the way to the start {one}"), other),
+                Some(pair) => (&mut self.blocked_ways, pair),
             },
-            Err(pair) => pair,
+            Err(pair) => (&mut self.forbidden, pair),
         };
-        *self.forbidden.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
+        *pairs.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
         None
     }
 

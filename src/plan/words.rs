@@ -1,5 +1,7 @@
 //! What a set of tests determines, how well, and in words what it does not and why. It chooses nothing.
 
+use std::collections::{BTreeMap, HashMap};
+
 use super::choose::{Desk, MAX_FAILURES};
 use super::information::{Block, Knowledge, LOOSE, Nuisance};
 
@@ -96,6 +98,9 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, axis: usize, blocks: &[&Bloc
     no_test(desk, axis).unwrap_or_else(|| format!("no chosen test of axis {name} sees it at a useful lever"))
 }
 
+/// By axis: how often a pair stood in the way.
+type Pairs = BTreeMap<usize, HashMap<(String, String), usize>>;
+
 /// Why no test of an axis exists, if none does.
 fn no_test(desk: &Desk, axis: usize) -> Option<String> {
     let machine = desk.machine;
@@ -105,16 +110,24 @@ fn no_test(desk: &Desk, axis: usize) -> Option<String> {
     }
     let reachable = desk.all.list.iter().filter(|candidate| candidate.axis == axis).count();
     if reachable > 0 {
-        let pairs = desk.forbidden.get(&axis)?;
-        let refused: usize = pairs.values().sum();
-        if refused < reachable.min(MAX_FAILURES) / 2 {
+        let nothing = HashMap::new();
+        let of = |pairs: &Pairs| -> HashMap<(String, String), usize> { pairs.get(&axis).unwrap_or(&nothing).clone() };
+        let (sweeps, ways) = (of(&desk.forbidden), of(&desk.blocked_ways));
+        let refused: usize = sweeps.values().chain(ways.values()).sum();
+        if refused == 0 || refused < reachable.min(MAX_FAILURES) / 2 {
             return None;
         }
-        let (pair, count) = pairs.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)))?;
-        return Some(format!(
-            "no setup of axis {name} stays {} mm clear over a useful sweep: most often {} – {} ({count} setups)",
-            desk.settings.margin_mm, pair.0, pair.1
-        ));
+        let most = |pairs: &HashMap<(String, String), usize>| -> Option<String> {
+            let (pair, count) = pairs.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)))?;
+            Some(format!("most often {} – {} ({count} setups)", pair.0, pair.1))
+        };
+        let margin = desk.settings.margin_mm;
+        let sweeps = most(&sweeps)
+            .map(|most| format!("no setup of axis {name} stays {margin} mm clear over a useful sweep: {most}"));
+        let ways = most(&ways).map(|most| {
+            format!("where the sweep of {name} is clear, no way from a park position to its start is: {most}")
+        });
+        return Some([sweeps, ways].into_iter().flatten().collect::<Vec<_>>().join("; "));
     }
     let misses = desk.all.misses.get(&axis)?;
     if let Some((limit, (at, beyond))) = misses.limits.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
