@@ -197,7 +197,6 @@ fn finding(
     let size = super::size::size_of(
         ground,
         &lead.chosen,
-        &effects,
         &cause,
         stage,
         covariance,

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::ground::Ground;
-use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, rms};
+use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, minimise_in_four, rms};
 
 /// Half waves of the free curve of a trace.
 const HALF_WAVES: usize = 12;
@@ -83,23 +83,19 @@ pub fn likely_noise(
 
 /// A trace with its free curve.
 struct Trace {
-    residual: Vec<f64>,
     present: Vec<bool>,
-    basis: DMatrix<f64>,
+    /// The curve's functions one after the other, the readings last.
+    columns: Vec<f64>,
 }
 
 impl Trace {
     fn new(residual: Vec<f64>) -> Trace {
         let rows = residual.len();
         let present = residual.iter().map(|value| value.is_finite()).collect();
-        let basis = DMatrix::from_fn(rows, HALF_WAVES + 1, |row, k| {
-            (std::f64::consts::PI * k as f64 * (row as f64 + 0.5) / rows as f64).cos()
-        });
-        Trace {
-            residual: residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }).collect(),
-            present,
-            basis,
-        }
+        let wave = |k: usize, row: usize| (std::f64::consts::PI * k as f64 * (row as f64 + 0.5) / rows as f64).cos();
+        let mut columns: Vec<f64> = (0..=HALF_WAVES).flat_map(|k| (0..rows).map(move |row| wave(k, row))).collect();
+        columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
+        Trace { present, columns }
     }
 
     /// What white noise alone would leave beside the curve, mm.
@@ -112,21 +108,21 @@ impl Trace {
     /// Weighted sum of squares left by the curve, and the log determinants of the restricted likelihood.
     fn reml(&self, noise: &NoiseModel) -> (f64, f64) {
         let whitener = Whitener::new(noise, &self.present);
-        let mut y = self.residual.clone();
-        whitener.apply(&mut y);
-        let mut basis = self.basis.clone();
-        for mut column in basis.column_iter_mut() {
-            whitener.apply(column.as_mut_slice());
-        }
-        let y = DVector::from_vec(y);
-        let gram = basis.tr_mul(&basis);
-        let right = basis.tr_mul(&y);
+        let (rows, count) = (self.present.len(), HALF_WAVES + 1);
+        let mut columns = self.columns.clone();
+        whitener.apply_all(&mut columns);
+        let width = count + 1;
+        let mut sums = vec![0.0; width * width];
+        add_products(&columns, rows, width, &mut sums);
+        let gram = DMatrix::from_fn(count, count, |i, j| sums[i.max(j) * width + i.min(j)]);
+        let right = DVector::from_column_slice(&sums[count * width..count * width + count]);
+        let squares = sums[width * width - 1];
         match Cholesky::new(gram) {
             Some(factor) => {
                 let log_gram = 2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>();
-                (y.norm_squared() - right.dot(&factor.solve(&right)), whitener.log_determinant + log_gram)
+                (squares - right.dot(&factor.solve(&right)), whitener.log_determinant + log_gram)
             }
-            None => (y.norm_squared(), whitener.log_determinant),
+            None => (squares, whitener.log_determinant),
         }
     }
 }

@@ -147,8 +147,12 @@ impl<'a> Ground<'a> {
         let Some(kind) = kind(&effect.kind) else {
             return Err(EffectError::UnknownKind { found: effect.kind.clone(), known: String::new() });
         };
-        let profiles = kind.shape(self.context, effect)?;
-        Ok(terms.iter().map(|term| self.column(&profiles[term.function], term)).collect())
+        Ok(self.columns_of(&kind.shape(self.context, effect)?, terms))
+    }
+
+    /// Columns of terms whose functions are known.
+    pub fn columns_of(&self, profiles: &[Profile], terms: &[Term]) -> Vec<Column> {
+        terms.iter().map(|term| self.column(&profiles[term.function], term)).collect()
     }
 
     fn column(&self, profile: &Profile, term: &Term) -> Column {

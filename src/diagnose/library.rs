@@ -23,6 +23,8 @@ pub struct Family {
     pub by_test: bool,
     /// Names of the effect's functions that take part; empty: all.
     pub functions: &'static [&'static str],
+    /// Outlets through which a function acts, where not every one acts through all.
+    pub pairs: Vec<(Outlet, &'static str)>,
     /// It changes from row to row: it is judged on all rows, the others on averaged ones.
     pub fast: bool,
 }
@@ -52,6 +54,13 @@ impl Family {
                 Some(axis) if last_before_spindle(ground, axis) => self.outlets.len(),
                 _ => 10,
             },
+            // the axis under test is a rotary one as a rule, slides follow it
+            ("unknown", _) => match self.place.axis() {
+                Some(axis) if machine.axes[axis].kind == AxisKind::Rotary => 0,
+                _ => 1,
+            },
+            // without a second feed lost motion is the likelier one
+            ("servo-lag", _) => 1,
             _ => 0,
         }
     }
@@ -66,6 +75,7 @@ impl Family {
             plausible,
             by_test: false,
             functions: &[],
+            pairs: Vec::new(),
             fast: false,
         }
     }
@@ -106,9 +116,11 @@ pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term
 /// Terms of a family's effect in a session of so many tests.
 pub fn family_terms(machine: &Machine, family: &Family, effect: &Effect, tests: usize) -> Vec<Term> {
     let mut plain = terms(machine, effect, &family.outlets);
-    if let (false, Some(kind)) = (family.functions.is_empty(), kind(&effect.kind)) {
+    if let Some(kind) = kind(&effect.kind) {
         let names = (kind.functions)(effect);
-        plain.retain(|term| family.functions.contains(&names[term.function].as_str()));
+        let name = |term: &Term| names[term.function].as_str();
+        plain.retain(|term| family.functions.is_empty() || family.functions.contains(&name(term)));
+        plain.retain(|term| family.pairs.is_empty() || family.pairs.contains(&(term.outlet, name(term))));
     }
     if !family.by_test {
         return plain;
@@ -186,13 +198,13 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     if let Some((from, to)) = ends {
         list.push(
             Family::new("rotary-backlash", place, vec![own], 60.0)
-                .over(windups("rotary-backlash", place, 3f64.to_radians()))
+                .over(windups(ground, "rotary-backlash", axis, 3f64.to_radians()))
                 .refine(windup_refined(20f64.to_radians())),
         );
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
             list.push(
                 Family::new("lateral-play", place, outlets, 30.0)
-                    .over(windups("lateral-play", place, 3f64.to_radians()))
+                    .over(windups(ground, "lateral-play", axis, 3f64.to_radians()))
                     .refine(windup_refined(20f64.to_radians())),
             );
         }
@@ -229,7 +241,7 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }])
                 .fast(),
         );
-        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0));
+        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast());
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), vec![own]] {
             for driver in ["position", "direction"] {
                 list.push(unknown(place, axis, machine, outlets.clone(), (from, to), driver));
@@ -262,7 +274,7 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         // also for a slide that only moves from test to test: it stands on one or the other flank
         list.push(
             Family::new("linear-backlash", place, vec![own], 30.0)
-                .over(windups("linear-backlash", place, 2.0))
+                .over(windups(ground, "linear-backlash", axis, 2.0))
                 .refine(windup_refined(40.0)),
         );
     }
@@ -270,7 +282,7 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         for component in all_across {
             list.push(
                 Family::new("lateral-play", place, motion(axis, &[component]), 20.0)
-                    .over(windups("lateral-play", place, 2.0))
+                    .over(windups(ground, "lateral-play", axis, 2.0))
                     .refine(windup_refined(40.0)),
             );
         }
@@ -285,8 +297,8 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .fast(),
         );
         list.push(Family::new("linear-scale", place, vec![own], 300.0));
-        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0));
-        list.push(Family::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4));
+        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast());
+        list.push(Family::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4).fast());
         let lowest_period = 3.0 * finest_step(ground, axis);
         let mut grid = Vec::new();
         let mut frequency = 2.0 / (to - from);
@@ -328,7 +340,9 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 }
             }
             let span = to - from;
-            list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(vec![
+            let with_slope: Vec<Effect> =
+                grid.iter().map(|bump| bump.clone().with("slope", ParameterValue::Word("yes".into()))).collect();
+            let shape = vec![
                 Refined {
                     name: "centre",
                     least: from - 0.3 * span,
@@ -338,7 +352,15 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 },
                 Refined { name: "width", least: 0.05 * span, most: 2.0 * span, step: 0.05 * span, element: None },
                 Refined { name: "skew", least: -0.8, most: 0.8, step: 0.2, element: None },
-            ]));
+            ];
+            if let Some(tilt) = tilt_of(axis, component, machine) {
+                // a carriage that climbs a bump turns with its incline
+                let outlets = motion(axis, &[component, tilt]);
+                let pairs = outlets.iter().copied().zip(["bump", "slope"]).collect();
+                let family = Family::new("straightness", place, outlets, 60.0).over(with_slope).refine(shape.clone());
+                list.push(Family { pairs, ..family });
+            }
+            list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(shape));
             let bow = Effect::new("straightness", place)
                 .with("degrees", list_of(vec![2.0, 3.0]))
                 .with("half_travel", ParameterValue::Number((to - from) / 2.0));
@@ -362,6 +384,13 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     }
 }
 
+/// The tilt of a carriage that follows a straightness error: about what is square to its way and to the error.
+fn tilt_of(axis: usize, component: Component, machine: &Machine) -> Option<Component> {
+    let along = machine.axes[axis].own_component().index();
+    let across = component.index();
+    (across < 3).then(|| Component::ALL[3 + (3 - along - across)])
+}
+
 /// The slide nearest to the spindle: where growth of the spindle shows.
 fn last_before_spindle(ground: &Ground, axis: usize) -> bool {
     let chain = ground.context.chain();
@@ -373,8 +402,18 @@ fn last_before_spindle(ground: &Ground, axis: usize) -> bool {
 fn setup(ground: &Ground, list: &mut Vec<Family>) {
     let session = ground.context.session();
     let setups = ground.problem.setups;
-    list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0));
+    list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0).fast());
+    let one_test = |test: &usize| {
+        let mut effect = Effect::new("trigger-latency", Place::Recorder);
+        effect.tests = Some(vec![session.tests[*test].name.clone()]);
+        effect
+    };
     let tests = ground.context.order();
+    if tests.len() > 1 {
+        // lengths and positions of one test that were paired with a shift of some tenths of a second or more
+        let shifted: Vec<Effect> = tests.iter().map(one_test).collect();
+        list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 3000.0).over(shifted).fast());
+    }
     let latest = tests.iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
     let slip = |kind: &'static str,
                 place: Place,
@@ -422,15 +461,21 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
     }
     vibrations(ground, list);
     let span = latest.max(60.0);
-    let bar_growth = Effect::new("bar-length", Place::Bar).with("constant", ParameterValue::Word("no".into()));
-    list.push(
-        Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
-            .over([0.1, 0.3, 1.0].map(|share| bar_growth.clone().with("tau", list_of(vec![share * span]))).to_vec())
-            .refine(vec![Refined { name: "tau", least: 10.0, most: 10.0 * span, step: 0.1 * span, element: Some(0) }]),
-    );
-    for channel in channels(ground) {
-        let effect = bar_growth.clone().with("channel", ParameterValue::Word(channel));
-        list.push(Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
+    let growing: &[&str] = if setups.bars.len() > 1 { &["by-length", "alike"] } else { &["alike"] };
+    for way in growing {
+        let bar_growth = Effect::new("bar-length", Place::Bar).with("growing", ParameterValue::Word((*way).into()));
+        let over_time = |share: f64| bar_growth.clone().with("tau", list_of(vec![share * span]));
+        let mut family = Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+            .over([0.1, 0.3, 1.0].map(over_time).to_vec())
+            .refine(vec![Refined { name: "tau", least: 10.0, most: 10.0 * span, step: 0.1 * span, element: Some(0) }]);
+        family.functions = &["growth1"];
+        list.push(family);
+        for channel in channels(ground) {
+            let effect = bar_growth.clone().with("channel", ParameterValue::Word(channel));
+            let mut family = Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]);
+            family.functions = &["kelvin"];
+            list.push(family);
+        }
     }
     for bar in &setups.bars {
         if let Some(length) = session.tests[bar.first_test].bar_length_mm {
@@ -448,11 +493,7 @@ fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
         return;
     }
     let mut places: Vec<(Place, Outlet)> = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k))).collect();
-    for axis in 0..machine.axes.len() {
-        if machine.axes[axis].kind == AxisKind::Rotary {
-            places.push((Place::Axis(axis), Outlet::own(machine, axis)));
-        }
-    }
+    places.extend((0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis))));
     for (place, outlet) in places {
         let clocked =
             |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
@@ -627,14 +668,18 @@ fn number(kind: &str, place: Place, name: &str, value: f64) -> Effect {
     Effect::new(kind, place).with(name, ParameterValue::Number(value))
 }
 
-/// Lost motion: all at once, half or all by wind-up.
-fn windups(kind: &str, place: Place, take_up: f64) -> Vec<Effect> {
-    let base = |share: f64| {
-        number(kind, place, "take_up", take_up)
+/// Lost motion: all at once, half or all by wind-up; an axis that stands at first may stand on either flank.
+fn windups(ground: &Ground, kind: &str, axis: usize, take_up: f64) -> Vec<Effect> {
+    let base = |share: f64, start: f64| {
+        number(kind, Place::Axis(axis), "take_up", take_up)
             .with("windup_share", ParameterValue::Number(share))
             .with("gap", ParameterValue::Number(0.0))
+            .with("start", ParameterValue::Number(start))
     };
-    vec![base(0.0), base(0.5), base(1.0)]
+    let first = ground.context.order().first();
+    let stands = first.is_some_and(|&test| !ground.context.motion(test).moving.contains(&axis));
+    let starts: &[f64] = if stands { &[0.0, 1.0, -1.0] } else { &[0.0] };
+    starts.iter().flat_map(|&start| [0.0, 0.5, 1.0].map(|share| base(share, start))).collect()
 }
 
 fn windup_refined(longest: f64) -> Vec<Refined> {

@@ -6,12 +6,15 @@
 
 mod as_found;
 mod blind;
+mod cells;
 mod finding;
 mod floor;
 mod ground;
 mod library;
 mod preflight;
 mod proof;
+mod refining;
+mod screening;
 mod search;
 mod size;
 mod stage;
@@ -19,6 +22,7 @@ mod thin;
 
 pub use as_found::as_found;
 pub use blind::Blind;
+pub use cells::Cells;
 pub use finding::{Cause, Finding, RangeFound, SizeFound};
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
@@ -145,7 +149,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let thin_context = Context::of(&thinned, &chain)?;
     let mut coarse = fine.thinned(&thin_context, &groups);
     coarse.prepare(families.iter().flat_map(|family| &family.outlets));
-    let grounds = Grounds { fine: &fine, coarse: &coarse };
+    let cells = Cells::of(&coarse, &families);
+    let grounds = Grounds { fine: &fine, coarse: &coarse, cells: &cells };
     let floor_um = pooled_noise_um(&floor::noise_floor(&fine, &fine.residual_mm));
     let readings: usize = kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
@@ -157,7 +162,17 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         .map(|(unknown, value)| WIDER_SETUPS * (value / unknown.prior_sigma).abs())
         .fold(0.0, f64::max);
     let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, floor_um, left_out, strain, &kept);
-    let search = if data_fault.is_some() { search::nothing(&fine) } else { search(&grounds, &families) };
+    let mut search = if data_fault.is_some() { search::nothing(&fine) } else { search(&grounds, &families) };
+    let data_fault = data_fault.or_else(|| shift_of_one_test(&search));
+    if data_fault.is_some() {
+        search = search::nothing(&fine);
+    }
+    let all: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+    let all_findings =
+        finding::findings(&fine, &families, &search, &Stage::new(&fine, &search.noise_after, &all, &fine.kept), &all);
+    let proof =
+        (!all_findings.is_empty()).then(|| proof::prove(&grounds, &families, &all_findings, &search.noise_after));
+    let proof = proof.map(|proof| without_unproven(&mut search, &all_findings, proof));
     let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
     let stage = Stage::new(&fine, &search.noise_after, &columns, &fine.kept);
     let findings = finding::findings(&fine, &families, &search, &stage, &columns);
@@ -167,7 +182,6 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         &Stage::new(&coarse, &floor::noise_floor(&coarse, &coarse.residual_mm), &[], &coarse.kept),
         &columns,
     );
-    let proof = (!findings.is_empty()).then(|| proof::prove(&grounds, &families, &findings, &search.noise_after));
     let after = stage.residual_mm(&columns);
     let tests: Vec<TestBeforeAfter> = fit
         .tests
@@ -187,7 +201,15 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let rms_before_um = pooled(|test| &test.before_mm);
     let rms_after_um = pooled(|test| &test.after_mm);
     let noise_um = pooled_noise_um(&search.floor);
-    let verdict = if data_fault.is_some() { Verdict::DataFault } else { verdict(&findings, rms_after_um, noise_um) };
+    let has_floor = (0..fine.tests()).any(|test| context.motion(test).time_s.is_some());
+    let verdict = match data_fault {
+        Some(_) => Verdict::DataFault,
+        None => match verdict(&findings, rms_after_um, noise_um) {
+            // static poses have no noise floor but the residual itself, so that nothing shows that all is explained
+            Verdict::Explained if !has_floor => Verdict::PartlyExplained,
+            verdict => verdict,
+        },
+    };
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {
         verdict,
@@ -202,6 +224,46 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         tests,
         unknowns: problem.unknowns,
     })
+}
+
+/// Drops further findings that held-out readings do not confirm: what is left of an inexact form may look like physics.
+/// Single events cannot repeat, and the first finding stays with its verdict.
+fn without_unproven(search: &mut Search, findings: &[Finding], mut proof: Proof) -> Proof {
+    let stays: Vec<bool> = findings
+        .iter()
+        .zip(&proof.passed)
+        .enumerate()
+        .map(|(index, (finding, passed))| index == 0 || *passed || finding.single)
+        .collect();
+    let mut column = 0;
+    search.found.retain(|found| {
+        let first = column;
+        column += found.chosen.columns.len();
+        let dropped = findings.iter().zip(&stays).any(|(finding, stays)| !stays && finding.columns.contains(&first));
+        !dropped
+    });
+    let mut kept = stays.into_iter();
+    proof.passed.retain(|_| kept.next().unwrap_or(true));
+    proof
+}
+
+/// Positions and lengths of one test that do not belong together.
+fn is_shift_of_one_test(effect: &Effect) -> bool {
+    effect.kind == "trigger-latency" && effect.tests.is_some()
+}
+
+/// The shift of a single test that a search found.
+fn shift_of_one_test(search: &Search) -> Option<DataFault> {
+    let found = search.found.iter().find(|found| is_shift_of_one_test(&found.chosen.effect))?;
+    let tests = found.chosen.effect.tests.clone().unwrap_or_default();
+    let shift_ms = found.chosen.judgement.amplitudes.first().copied()?;
+    let before_mm2 = search.residual_before_mm2;
+    Some(DataFault::time_shift(
+        shift_ms / 1e3,
+        tests,
+        1e3 * before_mm2.sqrt(),
+        1e3 * (before_mm2 - found.fall_mm2).max(0.0).sqrt(),
+    ))
 }
 
 /// Standard deviation of one reading over all tests, µm.

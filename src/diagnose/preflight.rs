@@ -74,7 +74,7 @@ pub fn preflight(
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (after, best) = finer(session, judged.into_iter().next()?);
+    let (after, best) = toggled(&thinned, finer(session, judged.into_iter().next()?));
     if std::env::var_os("FIVEAXIS_TRACE").is_some() {
         eprintln!("preflight: {before:.2} µm as it is, {after:.2} µm with '{}'", best.says);
     }
@@ -108,6 +108,43 @@ fn finer(session: &Session, (misfit, suspicion): (f64, Suspicion)) -> (f64, Susp
         })
         .collect();
     near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
+}
+
+/// Share by which turning one recording more, or one less, must lower the residual.
+const TOGGLE_GAIN: f64 = 0.02;
+
+/// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
+fn toggled(session: &Session, (mut misfit, mut suspicion): (f64, Suspicion)) -> (f64, Suspicion) {
+    if suspicion.effect != "angle-reversed" {
+        return (misfit, suspicion);
+    }
+    let Some(axis) = session.machine.axes.iter().position(|axis| suspicion.components.contains(&axis.name)) else {
+        return (misfit, suspicion);
+    };
+    for _ in 0..2 {
+        let before = misfit;
+        for (index, test) in session.tests.iter().enumerate() {
+            if test.recording.as_ref().is_none_or(|recording| recording.axes != [axis]) {
+                continue;
+            }
+            let mut undone = suspicion.undone.clone();
+            if let Some(recording) = &mut undone.tests[index].recording {
+                recording.positions[0].reverse();
+            }
+            if let Some(less) = misfit_um(&undone).filter(|less| *less < (1.0 - TOGGLE_GAIN) * misfit) {
+                misfit = less;
+                suspicion.undone = undone;
+                match suspicion.tests.iter().position(|name| *name == test.name) {
+                    Some(place) => drop(suspicion.tests.remove(place)),
+                    None => suspicion.tests.push(test.name.clone()),
+                }
+            }
+        }
+        if misfit >= before {
+            break;
+        }
+    }
+    (misfit, suspicion)
 }
 
 /// Residuals beyond so many robust sigmas count no more: single gross readings must not hide what a mistake does.
@@ -354,14 +391,36 @@ fn shifted(session: &Session, tests: &[usize], seconds: f64) -> Suspicion {
     } else {
         tests.iter().map(|&test| session.tests[test].name.clone()).collect()
     };
-    let which = if names.is_empty() { "all tests".to_string() } else { names.join(", ") };
     Suspicion {
-        effect: "time-shift",
-        says: format!("lengths and positions are {seconds:.2} s apart in {which}: pair them by one clock"),
+        effect: TIME_SHIFT,
+        says: shift_in_words(seconds, &names),
         components: Vec::new(),
         tests: names,
         shift_ms: Some(1e3 * seconds),
         undone,
+    }
+}
+
+const TIME_SHIFT: &str = "time-shift";
+
+/// A shift of all tests (no names) or some.
+fn shift_in_words(seconds: f64, names: &[String]) -> String {
+    let which = if names.is_empty() { "all tests".to_string() } else { names.join(", ") };
+    format!("lengths and positions are {seconds:.2} s apart in {which}: pair them by one clock")
+}
+
+impl DataFault {
+    /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
+    pub fn time_shift(seconds: f64, tests: Vec<String>, before_um: f64, after_um: f64) -> DataFault {
+        DataFault {
+            effect: TIME_SHIFT,
+            components: Vec::new(),
+            says: shift_in_words(seconds, &tests),
+            tests,
+            before_um,
+            after_um,
+            shift_ms: Some(1e3 * seconds),
+        }
     }
 }
 

@@ -33,7 +33,7 @@ pub fn prove(grounds: &Grounds, families: &[Family], findings: &[Finding], noise
         let train = [mask(grounds.fine, fold, false), mask(grounds.coarse, fold, false)];
         let test = mask(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
-        let searched = search(&Grounds { fine: &masked[0], coarse: &masked[1] }, families);
+        let searched = search(&Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells }, families);
         let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
         let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);

@@ -2,12 +2,15 @@
 
 use rayon::prelude::*;
 
+use super::cells::Cells;
 use super::floor::{likely_noise, noise_floor};
 use super::ground::{Column, Ground, Term};
-use super::library::{Family, Refined, family_terms};
+use super::library::Family;
+use super::refining::refine_all;
+use super::screening::screen;
 use super::stage::{Accepted, Judgement, Stage};
 use crate::identify::{NoiseModel, misfit};
-use crate::machine::{Effect, ParameterValue};
+use crate::machine::Effect;
 
 /// A candidate with its best shape.
 #[derive(Debug, Clone)]
@@ -52,16 +55,33 @@ pub struct Search {
     pub residual_mm: Vec<Vec<f64>>,
     /// Log odds of the best candidate that was not accepted.
     pub best_left: f64,
+    /// Mean square of the residual before anything was found, mm².
+    pub residual_before_mm2: f64,
 }
 
 /// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
 pub struct Grounds<'g, 'a> {
     pub fine: &'g Ground<'a>,
     pub coarse: &'g Ground<'a>,
+    /// Shapes over the averaged rows.
+    pub cells: &'g Cells<'g>,
 }
 
-/// Most effects of one session.
-const MOST_EFFECTS: usize = 6;
+/// When a search stops.
+struct Limits {
+    /// Most effects of one session.
+    effects: usize,
+    /// Share of what was explained before that a further effect elsewhere must explain.
+    share_elsewhere: f64,
+    /// Rms that a further effect elsewhere must take off the residual, in noise floors.
+    rms_elsewhere: f64,
+}
+
+/// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
+const SWEEPS: Limits = Limits { effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3 };
+/// Static poses of an arm: every joint has its own lost motion, and the floor is the residual itself.
+const POSES: Limits = Limits { effects: 10, share_elsewhere: 0.01, rms_elsewhere: 0.1 };
+
 /// Log odds above which an effect is accepted.
 const ACCEPT: f64 = 14.0;
 /// Families refined at each stage.
@@ -71,60 +91,231 @@ const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
-    let fine = grounds.fine;
-    let fine_floor = noise_floor(fine, &fine.residual_mm);
-    let coarse_floor = noise_floor(grounds.coarse, &grounds.coarse.residual_mm);
-    let mut model: [Vec<Accepted>; 2] = [Vec::new(), Vec::new()];
-    let mut found: Vec<Found> = Vec::new();
-    let mut residual_mm = Stage::new(fine, &fine_floor, &model[0], &fine.kept).residual_mm(&model[0]);
-    let noise_before = likely_noise(fine, &residual_mm, &fine_floor, &fine_floor);
-    let mut noise = noise_before.clone();
-    let mut best_left = f64::NEG_INFINITY;
-    while found.len() < MOST_EFFECTS {
-        let fine_noise = sharper(&fine_floor, &noise);
-        let stages = [
-            Stage::new(fine, &fine_noise, &model[0], &fine.kept),
-            Stage::new(grounds.coarse, &coarse_floor, &model[1], &grounds.coarse.kept),
-        ];
-        let mut candidates = screen(&stages, families);
-        keep_diverse(&mut candidates, families);
-        let candidates = refine_all(&stages, families, candidates);
-        let Some(best) = candidates.first() else { break };
+    let has_sweeps = (0..grounds.fine.tests()).any(|test| grounds.fine.context.motion(test).time_s.is_some());
+    let limits = if has_sweeps { SWEEPS } else { POSES };
+    let ways = Ways { grounds, families, floors: floors(grounds), limits };
+    let mut model = Model::empty(&ways);
+    let noise_before = model.noise.clone();
+    let residual_before_mm2 = mean_square(grounds.fine, &model.residual_mm);
+    ways.grow(&mut model, None);
+    ways.exchange(&mut model);
+    Search {
+        residual_before_mm2,
+        noise_before,
+        noise_after: model.noise,
+        found: model.found,
+        residual_mm: model.residual_mm,
+        best_left: model.best_left,
+        floor: ways.floors.into_iter().next().unwrap_or_default(),
+    }
+}
+
+/// Noise floors of both resolutions.
+fn floors(grounds: &Grounds) -> [Vec<NoiseModel>; 2] {
+    [grounds.fine, grounds.coarse].map(|ground| noise_floor(ground, &ground.residual_mm))
+}
+
+/// What a search has found so far.
+#[derive(Clone)]
+struct Model {
+    /// Accepted columns on all rows and on averaged ones.
+    columns: [Vec<Accepted>; 2],
+    found: Vec<Found>,
+    residual_mm: Vec<Vec<f64>>,
+    noise: Vec<NoiseModel>,
+    best_left: f64,
+}
+
+impl Model {
+    fn empty(ways: &Ways) -> Model {
+        let fine = ways.grounds.fine;
+        let residual_mm = Stage::new(fine, &ways.floors[0], &[], &fine.kept).residual_mm(&[]);
+        let noise = likely_noise(fine, &residual_mm, &ways.floors[0], &ways.floors[0]);
+        Model { columns: [Vec::new(), Vec::new()], found: Vec::new(), residual_mm, noise, best_left: f64::NEG_INFINITY }
+    }
+
+    /// The same without one of its effects, fitted anew.
+    fn without(&self, ways: &Ways, left_out: usize) -> Model {
+        let mut model = Model::empty(ways);
+        let others = self.found.iter().enumerate().filter(|(index, _)| *index != left_out);
+        others.for_each(|(_, found)| model.take(ways, found.clone()));
+        let fine = ways.grounds.fine;
+        let stage = Stage::new(fine, &self.noise, &model.columns[0], &fine.kept);
+        model.residual_mm = stage.residual_mm(&model.columns[0]);
+        model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
+        model
+    }
+
+    /// Adds what a step found, with what it leaves.
+    fn add(&mut self, ways: &Ways, step: Step) {
+        self.take(ways, step.found);
+        self.residual_mm = step.residual_mm;
+        self.noise = step.noise;
+    }
+
+    /// Adds the columns of an effect.
+    fn take(&mut self, ways: &Ways, found: Found) {
+        let chosen = &found.chosen;
+        let coarse = ways.grounds.coarse.columns(&chosen.effect, &chosen.terms).unwrap_or_default();
+        let prior = chosen.judgement.tau.max(1.0);
+        self.columns[1].extend(coarse.into_iter().map(|column| Accepted { column, prior }));
+        self.columns[0].extend(chosen.accepted());
+        self.found.push(found);
+    }
+
+    /// Log likelihood with its own noise, less what shapes and amplitudes cost.
+    fn standing(&self, ways: &Ways) -> f64 {
+        let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
+        -0.5 * pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) - cost
+    }
+}
+
+/// Residual over noise floor from which other first steps are tried as well.
+const POORLY_EXPLAINED: f64 = 1.3;
+/// Other first steps that are tried.
+const OTHER_STARTS: usize = 4;
+/// Log odds by which another set of effects must be better.
+const BETTER_SET: f64 = 5.0;
+
+/// A session with all that may be in it.
+struct Ways<'w, 'g, 'a> {
+    grounds: &'w Grounds<'g, 'a>,
+    families: &'w [Family],
+    floors: [Vec<NoiseModel>; 2],
+    limits: Limits,
+}
+
+impl Ways<'_, '_, '_> {
+    /// Adds effects as long as the evidence demands one; the first one may be given.
+    fn grow(&self, model: &mut Model, mut first: Option<Candidate>) {
+        while model.found.len() < self.limits.effects {
+            let Some(step) = self.next(model, first.take()) else { break };
+            if !is_demanded(
+                &self.limits,
+                &model.found,
+                &step.found.chosen,
+                (step.found.fall_mm2, step.found.log_odds),
+                &self.floors[0],
+            ) {
+                model.best_left = step.found.log_odds;
+                break;
+            }
+            model.add(self, step);
+        }
+    }
+
+    /// The next effect beside those of a model; `given` stands for the choice when it is stated.
+    fn next(&self, model: &Model, given: Option<Candidate>) -> Option<Step> {
+        let (fine, coarse) = (self.grounds.fine, self.grounds.coarse);
+        let families = self.families;
+        let fine_noise = sharper(&self.floors[0], &model.noise);
+        let candidates = match given {
+            Some(given) => vec![given],
+            None => {
+                let stages = [
+                    Stage::new(fine, &fine_noise, &model.columns[0], &fine.kept),
+                    Stage::new(coarse, &self.floors[1], &model.columns[1], &coarse.kept),
+                ];
+                let mut candidates = screen(&stages, families, self.grounds.cells);
+                candidates.retain(is_sensible);
+                keep_diverse(&mut candidates, families);
+                refine_all(&stages, families, candidates)
+            }
+        };
+        let best = candidates.first()?;
         // the noise that the best candidate leaves is the one to compare under
-        let with_best = joined(&model[0], best);
+        let with_best = joined(&model.columns[0], best);
         let left = Stage::new(fine, &fine_noise, &with_best, &fine.kept).residual_mm(&with_best);
-        let noise_left = likely_noise(fine, &left, &fine_noise, &fine_floor);
-        let stage = Stage::new(fine, &noise_left, &model[0], &fine.kept);
+        let noise_left = likely_noise(fine, &left, &fine_noise, &self.floors[0]);
+        let stage = Stage::new(fine, &noise_left, &model.columns[0], &fine.kept);
         let candidates = compare(&stage, families, candidates);
         let index = choose(&candidates, families, fine);
         let chosen = candidates[index].clone();
-        let with_chosen = joined(&model[0], &chosen);
-        let after = Stage::new(fine, &noise_left, &with_chosen, &fine.kept);
-        let left = after.residual_mm(&with_chosen);
-        let noise_chosen = likely_noise(fine, &left, &noise_left, &fine_floor);
-        let gain = 0.5 * (pooled_misfit(fine, &noise, &residual_mm) - pooled_misfit(fine, &noise_chosen, &left));
+        let with_chosen = joined(&model.columns[0], &chosen);
+        let residual_mm = Stage::new(fine, &noise_left, &with_chosen, &fine.kept).residual_mm(&with_chosen);
+        let noise = likely_noise(fine, &residual_mm, &noise_left, &self.floors[0]);
+        let gain =
+            0.5 * (pooled_misfit(fine, &model.noise, &model.residual_mm) - pooled_misfit(fine, &noise, &residual_mm));
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
-        trace(fine, families, found.len(), &candidates, index, (gain, log_odds), &noise_chosen);
-        let fall_mm2 = mean_square(fine, &residual_mm) - mean_square(fine, &left);
-        if !is_demanded(&found, &chosen, (fall_mm2, log_odds), &fine_floor) {
-            best_left = log_odds;
-            break;
-        }
+        trace(fine, families, model.found.len(), &candidates, index, (gain, log_odds), &noise);
+        let fall_mm2 = mean_square(fine, &model.residual_mm) - mean_square(fine, &residual_mm);
         let lead = candidates[index].log_odds;
         let rivals = candidates.into_iter().enumerate().filter(|(k, _)| *k != index).map(|(_, rival)| {
             let odds = rival.log_odds - lead;
             (rival, odds)
         });
-        let rivals = rivals.collect();
-        let coarse_columns = grounds.coarse.columns(&chosen.effect, &chosen.terms).unwrap_or_default();
-        let prior = chosen.judgement.tau.max(1.0);
-        model[1].extend(coarse_columns.into_iter().map(|column| Accepted { column, prior }));
-        model[0] = with_chosen;
-        residual_mm = left;
-        noise = noise_chosen;
-        found.push(Found { chosen, rivals, log_odds, gain, fall_mm2 });
+        let found = Found { rivals: rivals.collect(), chosen, log_odds, gain, fall_mm2 };
+        Some(Step { found, residual_mm, noise })
     }
-    Search { floor: fine_floor, noise_before, noise_after: noise, found, residual_mm, best_left }
+
+    /// Replaces what a greedy search took too early: the first effect where much stays unexplained, then each beside the others.
+    fn exchange(&self, model: &mut Model) {
+        let floor_mm2 = mean_noise_mm2(&self.floors[0]);
+        let left_mm2 = mean_square(self.grounds.fine, &model.residual_mm);
+        if !model.found.is_empty() && left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 {
+            self.start_otherwise(model);
+        }
+        for index in (0..model.found.len()).rev() {
+            // a model that was replaced may be shorter
+            if index >= model.found.len() || (model.found.len() == 1 && !model.found[0].rivals.is_empty()) {
+                continue;
+            }
+            let mut trial = model.without(self, index);
+            let Some(step) = self.next(&trial, None) else { continue };
+            let old = model.found[index].chosen.family;
+            let mut rivals = step.found.rivals.clone();
+            if step.found.chosen.family != old {
+                rivals.insert(0, (step.found.chosen.clone(), 0.0));
+                trial.add(self, step);
+                self.grow(&mut trial, None);
+                if self.replace(model, trial) {
+                    continue;
+                }
+            }
+            // beside the others the rivals are fewer than when it was taken
+            rivals.retain(|(rival, _)| rival.family != old);
+            model.found[index].rivals = rivals;
+        }
+    }
+
+    /// Tries other first effects.
+    fn start_otherwise(&self, model: &mut Model) {
+        let mut tried = vec![model.found[0].chosen.effect.kind.clone()];
+        let rivals: Vec<Candidate> = model.found[0].rivals.iter().map(|(rival, _)| rival.clone()).collect();
+        for rival in rivals {
+            let kind = &rival.effect.kind;
+            if tried.len() > OTHER_STARTS || tried.contains(kind) || kind == "unknown" {
+                continue;
+            }
+            tried.push(kind.clone());
+            let mut trial = Model::empty(self);
+            self.grow(&mut trial, Some(rival));
+            self.replace(model, trial);
+        }
+    }
+
+    /// Takes a trial when it stands better; whether it did.
+    fn replace(&self, model: &mut Model, trial: Model) -> bool {
+        let (now, other) = (model.standing(self), trial.standing(self));
+        if std::env::var_os("FIVEAXIS_TRACE").is_some() {
+            let names = |model: &Model| -> Vec<String> {
+                model.found.iter().map(|found| found.chosen.effect.kind.clone()).collect()
+            };
+            eprintln!("exchange: {now:.1} {:?} or {other:.1} {:?}", names(model), names(&trial));
+        }
+        let is_better = other > now + BETTER_SET;
+        if is_better {
+            *model = trial;
+        }
+        is_better
+    }
+}
+
+/// One step of a search: what it finds and what is left then.
+struct Step {
+    found: Found,
+    residual_mm: Vec<Vec<f64>>,
+    noise: Vec<NoiseModel>,
 }
 
 /// A search that was not made: nothing found.
@@ -135,6 +326,7 @@ pub fn nothing(ground: &Ground) -> Search {
         noise_after: floor.clone(),
         floor,
         found: Vec::new(),
+        residual_before_mm2: mean_square(ground, &ground.residual_mm),
         residual_mm: ground.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,
     }
@@ -142,17 +334,20 @@ pub fn nothing(ground: &Ground) -> Search {
 
 /// Log odds that a further effect at another place needs: what is left of an inexact form must not pass for it.
 const ACCEPT_FURTHER: f64 = 30.0;
-/// Share of the mean square that all effects found before explain which a further one must explain, at the same place
-/// and elsewhere.
+/// Share of the mean square that all effects found before explain which a further one at the same place must explain.
 const LEAST_SHARE: f64 = 0.002;
-const LEAST_SHARE_ELSEWHERE: f64 = 0.015;
-/// Rms that an effect must take off the residual, in noise floors: the first one, and a further one elsewhere.
+/// Rms that the first effect must take off the residual, in noise floors.
 const LEAST_RMS: f64 = 0.1;
-const LEAST_RMS_ELSEWHERE: f64 = 0.3;
 
 /// Whether the evidence demands a candidate beside what was found.
-fn is_demanded(found: &[Found], chosen: &Candidate, (fall_mm2, log_odds): (f64, f64), floor: &[NoiseModel]) -> bool {
-    let noise_mm2 = floor.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / floor.len().max(1) as f64;
+fn is_demanded(
+    limits: &Limits,
+    found: &[Found],
+    chosen: &Candidate,
+    (fall_mm2, log_odds): (f64, f64),
+    floor: &[NoiseModel],
+) -> bool {
+    let noise_mm2 = mean_noise_mm2(floor);
     let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
     if found.is_empty() {
         return log_odds > ACCEPT && in_noise(LEAST_RMS);
@@ -162,9 +357,14 @@ fn is_demanded(found: &[Found], chosen: &Candidate, (fall_mm2, log_odds): (f64, 
     match same_place {
         true => log_odds > ACCEPT && fall_mm2 > LEAST_SHARE * explained,
         false => {
-            log_odds > ACCEPT_FURTHER && fall_mm2 > LEAST_SHARE_ELSEWHERE * explained && in_noise(LEAST_RMS_ELSEWHERE)
+            log_odds > ACCEPT_FURTHER && fall_mm2 > limits.share_elsewhere * explained && in_noise(limits.rms_elsewhere)
         }
     }
+}
+
+/// Mean variance of a reading's noise, mm².
+fn mean_noise_mm2(noise: &[NoiseModel]) -> f64 {
+    noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64
 }
 
 /// Mean square of the rows that take part, mm².
@@ -207,6 +407,16 @@ fn trace(
     }
 }
 
+/// Shortest shift between lengths and positions of a single test, ms: a mistake of pairing is no matter of milliseconds.
+const SHORTEST_SHIFT_MS: f64 = 200.0;
+const LONGEST_SHIFT_MS: f64 = 5000.0;
+
+/// Whether a candidate's size is one that it can have.
+fn is_sensible(candidate: &Candidate) -> bool {
+    let shift_ms = candidate.judgement.amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
+    !super::is_shift_of_one_test(&candidate.effect) || (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms)
+}
+
 /// Keeps the best candidates, but not only free curves: as many named ones are refined as free ones.
 fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
     let mut named = 0;
@@ -231,6 +441,7 @@ fn compare(stage: &Stage, families: &[Family], mut candidates: Vec<Candidate>) -
 
 /// Log odds within which candidates count as equal, so that the customary name decides.
 const TIE: f64 = 3.0;
+const FREE_TIE: f64 = 10.0;
 
 /// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
 fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
@@ -243,7 +454,11 @@ fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usi
         }
         _ => 0,
     };
-    let near = |candidate: &Candidate| candidates[best].log_odds - candidate.log_odds < TIE && !is_free(candidate);
+    // a free curve over an axis that only follows another one says the same as one over that axis
+    let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE };
+    let near = |candidate: &Candidate| {
+        candidates[best].log_odds - candidate.log_odds < tie && is_free(candidate) == is_free(&candidates[best])
+    };
     (0..candidates.len())
         .filter(|&k| k == best || near(&candidates[k]))
         .min_by_key(|&k| (families[candidates[k].family].customary_rank(ground), k != best))
@@ -272,182 +487,4 @@ fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]
 
 fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
     model.iter().cloned().chain(candidate.accepted()).collect()
-}
-
-/// The stage at which a family is judged: all rows for fast ones.
-fn stage_of<'s, 'g, 'a>(stages: &'s [Stage<'g, 'a>; 2], family: &Family) -> &'s Stage<'g, 'a> {
-    &stages[usize::from(!family.fast)]
-}
-
-/// Cells of a long periodic grid that are judged exactly after a quick look at all.
-const SPECTRAL_CELLS: usize = 5;
-/// Periodic grids longer than this get the quick look.
-const LONG_GRID: usize = 24;
-
-/// The best cell of every family, best first.
-fn screen(stages: &[Stage; 2], families: &[Family]) -> Vec<Candidate> {
-    let machine = stages[0].ground.context.machine();
-    let matched = stages[0].matched();
-    let mut list: Vec<Candidate> = families
-        .par_iter()
-        .enumerate()
-        .filter_map(|(index, family)| {
-            let stage = stage_of(stages, family);
-            let grid: Vec<&Effect> = if family.kind == "cyclic-error" && family.grid.len() > LONG_GRID {
-                loudest(stage.ground, family, &matched)
-            } else {
-                family.grid.iter().collect()
-            };
-            let cells = grid.into_iter().filter_map(|effect| {
-                let terms = family_terms(machine, family, effect, stage.ground.tests());
-                let columns = stage.ground.columns(effect, &terms).ok()?;
-                let judgement = stage.judge(&columns, family.plausible);
-                let log_odds = judgement.log_evidence;
-                Some(Candidate { family: index, effect: effect.clone(), terms, columns, log_odds, judgement })
-            });
-            let mut best = cells.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds))?;
-            best.log_odds -= (family.grid.len() as f64).ln();
-            Some(best)
-        })
-        .filter(|candidate| candidate.log_odds > 0.0)
-        .collect();
-    list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    list
-}
-
-/// The periods of a grid whose sine or cosine the matched residual holds most of, over tests in which the axis moves.
-fn loudest<'f>(ground: &Ground, family: &'f Family, matched: &[Vec<f64>]) -> Vec<&'f Effect> {
-    let Some(axis) = family.place.axis() else { return Vec::new() };
-    let gains = ground.gains(&family.outlets[0]);
-    let tests: Vec<usize> = (0..ground.tests())
-        .filter(|&test| ground.context.motion(test).moving.contains(&axis) && !gains[test].is_empty())
-        .collect();
-    let rows: Vec<(f64, f64, f64)> = tests
-        .iter()
-        .flat_map(|&test| {
-            let gain = &gains[test];
-            let positions = ground.context.motion(test).axis(axis);
-            positions.zip(gain.iter().zip(&matched[test])).map(|(q, (g, m))| (q, g * m, g * g)).collect::<Vec<_>>()
-        })
-        .collect();
-    let power = |effect: &Effect| -> f64 {
-        let Some(frequency) = angular_frequency(effect) else { return 0.0 };
-        let (mut c, mut s, mut cc, mut ss) = (0.0, 0.0, 0.0, 0.0);
-        for &(q, gm, gg) in &rows {
-            let (sin, cos) = (frequency * q).sin_cos();
-            c += gm * cos;
-            s += gm * sin;
-            cc += gg * cos * cos;
-            ss += gg * sin * sin;
-        }
-        c * c / cc.max(f64::MIN_POSITIVE) + s * s / ss.max(f64::MIN_POSITIVE)
-    };
-    let mut order: Vec<(usize, f64)> = family.grid.iter().map(power).enumerate().collect();
-    order.sort_by(|a, b| b.1.total_cmp(&a.1));
-    order.into_iter().take(SPECTRAL_CELLS).map(|(index, _)| &family.grid[index]).collect()
-}
-
-/// Phase per mm or rad of the first order or period of an effect.
-fn angular_frequency(effect: &Effect) -> Option<f64> {
-    match (effect.parameter("orders"), effect.parameter("periods")) {
-        (Some(ParameterValue::List(orders)), _) => orders.first().copied(),
-        (_, Some(ParameterValue::List(periods))) => periods.first().map(|period| std::f64::consts::TAU / period),
-        _ => None,
-    }
-}
-
-/// Refined shapes; their columns are those of all rows.
-fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let mut list: Vec<Candidate> = candidates
-        .into_par_iter()
-        .map(|candidate| {
-            let family = &families[candidate.family];
-            let mut refined = refine(stage_of(stages, family), family, candidate);
-            if let Ok(columns) = stages[0].ground.columns(&refined.effect, &refined.terms) {
-                refined.columns = columns;
-            }
-            refined
-        })
-        .collect();
-    list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    list
-}
-
-/// Rounds of the pattern search over shape parameters.
-const ROUNDS: usize = 9;
-/// Log evidence that a refined parameter costs.
-const PARAMETER_COST: f64 = 1.5;
-
-/// Improves the shape parameters of a candidate by a pattern search.
-fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
-    let machine = stage.ground.context.machine();
-    let mut best = candidate;
-    let cost = best.judgement.log_evidence - best.log_odds;
-    let mut steps: Vec<f64> = family.refined.iter().map(|refined| refined.step).collect();
-    let mut moved = false;
-    for _ in 0..ROUNDS {
-        for (k, refined) in family.refined.iter().enumerate() {
-            let Some(now) = parameter(&best.effect, refined) else { continue };
-            let mut improved = false;
-            for sign in [1.0, -1.0] {
-                let value = stepped(refined, now, sign * steps[k]);
-                if value == now {
-                    continue;
-                }
-                let mut effect = best.effect.clone();
-                set_parameter(&mut effect, refined, value);
-                let terms = family_terms(machine, family, &effect, stage.ground.tests());
-                let Ok(columns) = stage.ground.columns(&effect, &terms) else { continue };
-                let judgement = stage.judge(&columns, family.plausible);
-                let log_odds = judgement.log_evidence - cost;
-                if log_odds > best.log_odds {
-                    best = Candidate { family: best.family, effect, terms, columns, judgement, log_odds };
-                    improved = true;
-                    moved = true;
-                    break;
-                }
-            }
-            if !improved {
-                steps[k] *= 0.5;
-            }
-        }
-    }
-    if moved {
-        best.log_odds -= PARAMETER_COST * family.refined.len() as f64;
-    }
-    best
-}
-
-/// Next value of a parameter: periods, orders and travels move by ratio, the others by difference.
-fn stepped(refined: &Refined, now: f64, step: f64) -> f64 {
-    let by_ratio = matches!(refined.name, "periods" | "travel" | "servo_hz" | "frequency");
-    let next = if by_ratio { now * (1.0 + step.abs()).powf(step.signum()) } else { now + step };
-    next.clamp(refined.least, refined.most)
-}
-
-fn parameter(effect: &Effect, refined: &Refined) -> Option<f64> {
-    match (effect.parameter(refined.name), refined.element) {
-        (Some(ParameterValue::Number(value)), None) => Some(*value),
-        (Some(ParameterValue::List(values)), Some(element)) => values.get(element).copied(),
-        (None, None) => match refined.name {
-            "skew" | "creep_share" => Some(0.0),
-            "creep_time" => Some(20.0),
-            "damping" => Some(0.7),
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-fn set_parameter(effect: &mut Effect, refined: &Refined, value: f64) {
-    match refined.element {
-        None => effect.set(refined.name, ParameterValue::Number(value)),
-        Some(element) => {
-            if let Some(ParameterValue::List(values)) = effect.parameter(refined.name) {
-                let mut values = values.clone();
-                values[element] = value;
-                effect.set(refined.name, ParameterValue::List(values));
-            }
-        }
-    }
 }

@@ -7,7 +7,7 @@ use super::ground::{Ground, Term};
 use super::search::Candidate;
 use super::stage::Stage;
 use crate::effects::{Profile, kind};
-use crate::machine::{Effect, Outlet};
+use crate::machine::Outlet;
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `columns` are its amplitudes' places in the covariance.
@@ -15,7 +15,6 @@ use crate::units::Measure;
 pub fn size_of(
     ground: &Ground,
     lead: &Candidate,
-    effects: &[Effect],
     cause: &Cause,
     stage: &Stage,
     covariance: &DMatrix<f64>,
@@ -27,7 +26,11 @@ pub fn size_of(
     // terms in the unit of the finding: lengths if it has any
     let main: Vec<usize> = main_terms(&lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
-    let value_at = |a: &[f64]| size_function(ground, lead, effects, cause, &main, a);
+    let known: Vec<f64> = (0..columns.len()).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
+    let value_at = |a: &[f64]| match cause.effect.as_str() {
+        "vibration" => vibration(a, &known),
+        _ => size_function(ground, lead, cause, &main, a),
+    };
     let value = value_at(&amplitudes);
     // first-order propagation of the amplitudes' covariance
     let gradient = DVector::from_iterator(
@@ -63,23 +66,17 @@ fn main_terms(terms: &[Term]) -> Vec<usize> {
     lengths
 }
 
+/// Amplitude over tests that have a cosine and a sine each, weighted by how well each is known: some tests hardly show it.
+fn vibration(amplitudes: &[f64], weights: &[f64]) -> f64 {
+    let squares: f64 = amplitudes.iter().zip(weights).map(|(a, weight)| weight * a * a).sum();
+    (2.0 * squares / weights.iter().sum::<f64>()).sqrt()
+}
+
 /// The size for given amplitudes (display units).
-fn size_function(
-    ground: &Ground,
-    lead: &Candidate,
-    _effects: &[Effect],
-    cause: &Cause,
-    main: &[usize],
-    amplitudes: &[f64],
-) -> f64 {
+fn size_function(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize], amplitudes: &[f64]) -> f64 {
     match cause.effect.as_str() {
         "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
             largest_curve(ground, lead, cause, main, amplitudes)
-        }
-        "vibration" => {
-            // cosine and sine of each test
-            let tests = (amplitudes.len() / 2).max(1) as f64;
-            (amplitudes.iter().map(|a| a * a).sum::<f64>() / tests).sqrt()
         }
         "gravity-sag" => largest_curve(ground, lead, cause, main, amplitudes),
         "bar-length" if lead.effect.parameter("tau").is_some() => largest_curve(ground, lead, cause, main, amplitudes),

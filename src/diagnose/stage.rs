@@ -3,20 +3,22 @@
 //! With everything whitened, a candidate block B needs only `z = Bᵀ(I−P)y` and `G = Bᵀ(I−P)B`, P the projection on what
 //! has been fitted (with its priors). Its evidence with amplitudes drawn from N(0, τ²) is exact for a linear model.
 
+use std::borrow::Cow;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 use rayon::prelude::*;
 
 use super::ground::{Column, Ground};
-use crate::identify::{NoiseModel, Whitener};
+use crate::identify::{NoiseModel, Whitener, add_cross_products, add_products};
 
 /// Whitened session with what has been fitted so far.
 pub struct Stage<'g, 'a> {
     pub ground: &'g Ground<'a>,
     whiteners: Vec<Whitener>,
-    y: Vec<DVector<f64>>,
-    /// Whitened columns that a test sees, and their places among all.
-    base: Vec<DMatrix<f64>>,
+    /// By test: whitened columns that it sees, one after the other, the whitened readings last.
+    white: Vec<Vec<f64>>,
+    /// Places of a test's columns among all.
     seen: Vec<Vec<usize>>,
     factor: Cholesky<f64, Dyn>,
     /// Prior sigma of the accepted columns, display units.
@@ -32,6 +34,20 @@ pub struct Stage<'g, 'a> {
 pub struct Accepted {
     pub column: Column,
     pub prior: f64,
+}
+
+/// Products of a block's columns in one test: with each other, and with what the test sees, the readings last.
+#[derive(Debug, Clone)]
+struct TestSums {
+    present: Vec<usize>,
+    gram: Vec<f64>,
+    cross: Vec<f64>,
+}
+
+/// The columns last judged with their products, by test.
+#[derive(Default)]
+pub struct Memory {
+    by_test: Vec<Option<(Vec<Vec<f64>>, TestSums)>>,
 }
 
 /// A candidate's standing.
@@ -63,44 +79,44 @@ impl<'g, 'a> Stage<'g, 'a> {
             .into_par_iter()
             .map(|test| {
                 let whitener = Whitener::new(&noise[test], &kept[test]);
-                let mut residual: Vec<f64> = ground.residual_mm[test].clone();
-                whitener.apply(&mut residual);
+                let residual = &ground.residual_mm[test];
+                let rows = residual.len();
                 let mut seen = ground.problem.tests[test].columns.clone();
                 seen.extend(
                     (0..accepted.len()).filter(|&k| !accepted[k].column.by_test[test].is_empty()).map(|k| nuisance + k),
                 );
-                let mut columns = DMatrix::zeros(residual.len(), seen.len());
-                for (local, &k) in seen.iter().enumerate() {
-                    let mut column = columns.column_mut(local);
+                let mut white = Vec::with_capacity((seen.len() + 1) * rows);
+                for &k in &seen {
                     if k < nuisance {
-                        column.copy_from(&ground.nuisance[test].column(k));
+                        white.extend(ground.nuisance[test].column(k).iter());
                     } else {
                         let Accepted { column: accepted, prior } = &accepted[k - nuisance];
-                        column.iter_mut().zip(&accepted.by_test[test]).for_each(|(to, from)| *to = from * prior);
+                        white.extend(accepted.by_test[test].iter().map(|value| value * prior));
                     }
-                    whitener.apply(column.as_mut_slice());
                 }
-                let residual = DVector::from_vec(residual);
-                let gram = columns.tr_mul(&columns);
-                let right = columns.tr_mul(&residual);
-                (whitener, residual, columns, seen, gram, right)
+                white.extend(residual);
+                whitener.apply_all(&mut white);
+                let width = seen.len() + 1;
+                let mut sums = vec![0.0; width * width];
+                add_products(&white, rows, width, &mut sums);
+                (whitener, white, seen, sums)
             })
             .collect();
         let mut normal: DMatrix<f64> = DMatrix::identity(count, count);
         let mut right = DVector::zeros(count);
         let mut total = 0.0;
-        let (mut whiteners, mut y, mut base, mut all_seen) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (whitener, residual, columns, seen, gram, local) in parts {
+        let (mut whiteners, mut all_white, mut all_seen) = (Vec::new(), Vec::new(), Vec::new());
+        for (whitener, white, seen, sums) in parts {
+            let width = seen.len() + 1;
             for (a, &i) in seen.iter().enumerate() {
-                right[i] += local[a];
+                right[i] += sums[seen.len() * width + a];
                 for (b, &j) in seen.iter().enumerate() {
-                    normal[(i, j)] += gram[(a, b)];
+                    normal[(i, j)] += sums[a.max(b) * width + a.min(b)];
                 }
             }
-            total += residual.norm_squared();
+            total += sums[width * width - 1];
             whiteners.push(whitener);
-            y.push(residual);
-            base.push(columns);
+            all_white.push(white);
             all_seen.push(seen);
         }
         // the unit prior makes the matrix definite; only values that are not finite can spoil it
@@ -108,7 +124,7 @@ impl<'g, 'a> Stage<'g, 'a> {
         let amplitudes = factor.solve(&right);
         let misfit = total - right.dot(&amplitudes);
         let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
-        Stage { ground, whiteners, y, base, seen: all_seen, factor, accepted_prior, amplitudes, misfit }
+        Stage { ground, whiteners, white: all_white, seen: all_seen, factor, accepted_prior, amplitudes, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
@@ -149,34 +165,49 @@ impl<'g, 'a> Stage<'g, 'a> {
 
     /// Projected `G` and `z` of a block.
     pub fn project(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
-        let count = columns.len();
+        let tests = (0..self.ground.tests()).map(|test| self.test_sums(test, columns));
+        self.projected(columns.len(), tests.map(|sums| sums.map(Cow::Owned)))
+    }
+
+    /// What one test adds to the products of a block; `None` when the block does nothing there.
+    fn test_sums(&self, test: usize, columns: &[Column]) -> Option<TestSums> {
+        let present: Vec<usize> = (0..columns.len()).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
+        if present.is_empty() {
+            return None;
+        }
+        let rows = self.ground.residual_mm[test].len();
+        let (own, seen) = (present.len(), self.seen[test].len());
+        let mut block = Vec::with_capacity(rows * own);
+        for &j in &present {
+            block.extend_from_slice(&columns[j].by_test[test]);
+        }
+        self.whiteners[test].apply_all(&mut block);
+        let mut sums = TestSums { present, gram: vec![0.0; own * own], cross: vec![0.0; (seen + 1) * own] };
+        add_products(&block, rows, own, &mut sums.gram);
+        add_cross_products(&self.white[test], &block, rows, &mut sums.cross);
+        Some(sums)
+    }
+
+    fn projected<'s>(
+        &self,
+        count: usize,
+        by_test: impl Iterator<Item = Option<Cow<'s, TestSums>>>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
         let mut gram = DMatrix::zeros(count, count);
         let mut z = DVector::zeros(count);
         let mut cross = DMatrix::zeros(self.amplitudes.len(), count);
-        for test in 0..self.ground.tests() {
-            let present: Vec<usize> = (0..count).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
-            if present.is_empty() {
-                continue;
-            }
-            let rows = self.y[test].len();
-            let mut block = DMatrix::zeros(rows, present.len());
-            for (local, &j) in present.iter().enumerate() {
-                let mut column = block.column_mut(local);
-                column.as_mut_slice().copy_from_slice(&columns[j].by_test[test]);
-                self.whiteners[test].apply(column.as_mut_slice());
-            }
-            let local_gram = block.tr_mul(&block);
-            let local_z = block.tr_mul(&self.y[test]);
-            let local_cross = self.base[test].tr_mul(&block);
-            for (local, &k) in self.seen[test].iter().enumerate() {
-                for (a, &j) in present.iter().enumerate() {
-                    cross[(k, j)] += local_cross[(local, a)];
+        for (seen, sums) in self.seen.iter().zip(by_test) {
+            let Some(sums) = sums else { continue };
+            let own = sums.present.len();
+            for (local, &k) in seen.iter().enumerate() {
+                for (a, &j) in sums.present.iter().enumerate() {
+                    cross[(k, j)] += sums.cross[local * own + a];
                 }
             }
-            for (a, &j) in present.iter().enumerate() {
-                z[j] += local_z[a];
-                for (b, &k) in present.iter().enumerate() {
-                    gram[(j, k)] += local_gram[(a, b)];
+            for (a, &j) in sums.present.iter().enumerate() {
+                z[j] += sums.cross[seen.len() * own + a];
+                for (b, &k) in sums.present.iter().enumerate() {
+                    gram[(j, k)] += sums.gram[a.max(b) * own + a.min(b)];
                 }
             }
         }
@@ -201,13 +232,34 @@ impl<'g, 'a> Stage<'g, 'a> {
         judge(information, z, plausible)
     }
 
+    /// Judges a block that shares the columns of most tests with the block that `last` remembers.
+    pub fn judge_again(&self, columns: &[Column], plausible: f64, last: &mut Memory) -> Judgement {
+        last.by_test.resize(self.ground.tests(), None);
+        for (test, memory) in last.by_test.iter_mut().enumerate() {
+            let same = |(remembered, _): &(Vec<Vec<f64>>, TestSums)| {
+                columns.iter().zip(remembered).all(|(column, before)| column.by_test[test] == *before)
+            };
+            if !memory.as_ref().is_some_and(same) {
+                let own = || columns.iter().map(|column| column.by_test[test].clone()).collect();
+                *memory = self.test_sums(test, columns).map(|sums| (own(), sums));
+            }
+        }
+        let by_test = last.by_test.iter().map(|memory| memory.as_ref().map(|(_, sums)| Cow::Borrowed(sums)));
+        let (information, z) = self.projected(columns.len(), by_test);
+        judge(information, z, plausible)
+    }
+
     /// What is left of the data, whitened twice: its product with a column is the column's score.
     pub fn matched(&self) -> Vec<Vec<f64>> {
         (0..self.ground.tests())
             .map(|test| {
-                let amplitudes =
-                    DVector::from_iterator(self.seen[test].len(), self.seen[test].iter().map(|&k| self.amplitudes[k]));
-                let mut left: Vec<f64> = (&self.y[test] - &self.base[test] * amplitudes).iter().copied().collect();
+                let rows = self.ground.residual_mm[test].len();
+                let (base, readings) = self.white[test].split_at(self.seen[test].len() * rows);
+                let mut left = readings.to_vec();
+                for (column, &k) in base.chunks_exact(rows.max(1)).zip(&self.seen[test]) {
+                    let amplitude = self.amplitudes[k];
+                    left.iter_mut().zip(column).for_each(|(left, value)| *left -= amplitude * value);
+                }
                 self.whiteners[test].apply_transposed(&mut left);
                 left
             })
@@ -221,7 +273,7 @@ fn unit_factor(count: usize) -> Cholesky<f64, Dyn> {
 }
 
 /// Amplitude priors that are tried, display units: the one with the largest evidence counts.
-const AMPLITUDE_PRIORS: [f64; 7] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
+const AMPLITUDE_PRIORS: [f64; 9] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
 
 /// Evidence of a block from its projected information and score, amplitudes being plausible up to `plausible`.
 pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judgement {

@@ -32,6 +32,13 @@ const PARAMETERS: &[Parameter] = &[
         (0.0, 1e4),
         "travel over which the free gap turns round, mm or deg; twice the free share of the size when not stated",
     ),
+    Parameter::number(
+        "start",
+        ParameterUnit::Plain,
+        Default::Number(0.0),
+        (-1.0, 1.0),
+        "flank before the first move of the session: 1 as after a move in the positive sense, 0 midway",
+    ),
 ];
 
 /// Backlash of a rotary axis about its own line.
@@ -121,7 +128,8 @@ fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Pr
         state.windup = way.signum() + (state.windup - way.signum()) * decay;
     };
     let read = |state: &LostMotion| -((1.0 - windup_share) * state.play + windup_share * state.windup);
-    Ok(vec![context.along(axis, LostMotion { play: 0.0, windup: 0.0 }, advance, read)])
+    let start = kind.number(context, effect, "start");
+    Ok(vec![context.along(axis, LostMotion { play: start, windup: start }, advance, read)])
 }
 
 /// Commanded moves below this are rounding of the file, mm or rad.

@@ -11,6 +11,9 @@ const DEFAULT_OVERSHOOT: f64 = 4.0;
 /// Places on the approach between its start and the first row, as shares of the overshoot.
 const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 
+/// Rows through which speeds are taken.
+const SPEED_ROWS: usize = 5;
+
 /// Motions of all tests of a session, with the history between them.
 #[derive(Debug, Clone)]
 pub struct Context<'a> {
@@ -97,13 +100,30 @@ impl<'a> Context<'a> {
         self.profile(|test, row| value(self.motions[test].row(row)[axis]))
     }
 
-    /// Speed of an axis (mm/s or rad/s, as commanded) by centred differences; zero without times.
+    /// Speed of an axis (mm/s or rad/s, as commanded); zero without times.
+    ///
+    /// The slope of the polynomial through neighbouring rows: where linear axes follow a rotary one, speeds of some mm/s
+    /// cancel in the bar's direction down to what location errors leave, which plain differences would drown.
     pub fn speed(&self, test: usize, row: usize, axis: usize) -> f64 {
         let motion = &self.motions[test];
         let Some(time) = &motion.time_s else { return 0.0 };
-        let (before, after) = (row.saturating_sub(1), (row + 1).min(motion.rows() - 1));
-        let seconds = time[after] - time[before];
-        if seconds > 0.0 { (motion.row(after)[axis] - motion.row(before)[axis]) / seconds } else { 0.0 }
+        let rows = motion.rows();
+        let count = rows.min(SPEED_ROWS);
+        let first = row.saturating_sub(count / 2).min(rows - count);
+        let here = row - first;
+        let mut slope = 0.0;
+        for j in 0..count {
+            if j == here {
+                continue;
+            }
+            // weight of a neighbour in the derivative at this row, in Lagrange's form
+            let mut weight = 1.0 / (time[first + j] - time[row]);
+            for k in (0..count).filter(|&k| k != j && k != here) {
+                weight *= (time[row] - time[first + k]) / (time[first + j] - time[first + k]);
+            }
+            slope += weight * (motion.row(first + j)[axis] - motion.row(row)[axis]);
+        }
+        if slope.is_finite() { slope } else { 0.0 }
     }
 
     /// Acceleration of an axis (mm/s² or rad/s², as commanded) by second differences; the ends repeat their neighbours.

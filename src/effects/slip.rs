@@ -99,7 +99,11 @@ fn slip<'a>(
     };
     Ok(vec![context.profile(|test, row| {
         let since = context.session_time_s(test, row) - time;
-        if since < 0.0 || !concerned(ball(test)) { 0.0 } else { 1.0 - creep_share * (-since / creep_time).exp() }
+        if since < 0.0 || !concerned(ball(test)) {
+            return 0.0;
+        }
+        // most slips do not creep, and exponentials are dear
+        if creep_share == 0.0 { 1.0 } else { 1.0 - creep_share * (-since / creep_time).exp() }
     })])
 }
 

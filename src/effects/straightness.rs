@@ -1,10 +1,12 @@
 //! Errors of a slide across its motion that depend on its position: bow, wave and local wear. Scale and pitch errors are in `slide`.
 //!
 //! `degreeN`: `s (q / half_travel)^N`, zero at position 0. `bump`: `s (1 + cos 2π(q − c)/w) / 2` within w/2 of the
-//! centre c, zero outside; with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
+//! centre c, zero outside (`slope`: its incline, 1 at the steepest place); with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
 
 use super::backlash::across;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, stated};
+use super::kind::{
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, stated, word,
+};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Place};
 use std::f64::consts::PI;
@@ -41,6 +43,12 @@ pub static STRAIGHTNESS: Kind = Kind {
             (1e-3, 1e5),
             "position at which a power has the stated size, mm",
         ),
+        Parameter::word(
+            "slope",
+            &["no", "yes"],
+            Default::Absent,
+            "yes adds the function slope, the incline of the bump: tilts of a carriage that follows it",
+        ),
     ],
     check: no_check,
     outlets: |machine, place| match place {
@@ -50,7 +58,9 @@ pub static STRAIGHTNESS: Kind = Kind {
     measure: plain_measure,
     functions: |effect| {
         let bump = stated(effect, "centre").map(|_| "bump".to_string());
-        bump.into_iter().chain(list(effect, "degrees").iter().map(|degree| format!("degree{degree}"))).collect()
+        let slope = has_slope(effect).then(|| SLOPE.to_string());
+        let powers = list(effect, "degrees").iter().map(|degree| format!("degree{degree}"));
+        bump.into_iter().chain(slope).chain(powers).collect()
     },
     profiles,
 };
@@ -61,10 +71,27 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let (width, skew, half_travel) = (number("width"), number("skew"), number("half_travel"));
     let bump = stated(effect, "centre")
         .map(|centre| context.position_profile(axis, |q| raised_cosine(q - centre, width / 2.0, skew)));
+    let slope = has_slope(effect).then(|| {
+        let centre = number("centre");
+        context.position_profile(axis, |q| incline(q - centre, width / 2.0, skew))
+    });
     let powers = list(effect, "degrees")
         .iter()
         .map(|&degree| context.position_profile(axis, |q| power(q / half_travel, degree)));
-    Ok(bump.into_iter().chain(powers).collect())
+    Ok(bump.into_iter().chain(slope).chain(powers).collect())
+}
+
+/// Name of the function that turns with the incline of the bump.
+pub const SLOPE: &str = "slope";
+
+fn has_slope(effect: &Effect) -> bool {
+    word(effect, "slope") == Some("yes") && stated(effect, "centre").is_some()
+}
+
+/// Incline of the raised cosine in units of the largest one of a bump without skew.
+fn incline(from_centre: f64, half_width: f64, skew: f64) -> f64 {
+    let half = if from_centre < 0.0 { half_width * (1.0 + skew) } else { half_width * (1.0 - skew) };
+    if from_centre.abs() < half { -(PI * from_centre / half).sin() * half_width / half } else { 0.0 }
 }
 
 /// `sgn` kept for odd degrees; degrees are whole numbers.

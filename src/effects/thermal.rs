@@ -73,6 +73,12 @@ pub static BAR_LENGTH: Kind = Kind {
             (0.0, 1e5),
             "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
         ),
+        Parameter::word(
+            "growing",
+            &["alike", "by-length"],
+            Default::Absent,
+            "bars of several lengths grow alike (when not stated), or in proportion to their lengths: the size is the longest one's",
+        ),
     ],
     check: no_check,
     outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
@@ -123,6 +129,15 @@ const SAME_BAR_MM: f64 = 0.5;
 
 fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let mut profiles = growth(&BAR_LENGTH, context, effect)?;
+    if word(effect, "growing") == Some("by-length") {
+        let length = |test: usize| context.session().tests[test].bar_length_mm.unwrap_or(0.0);
+        let longest = (0..context.tests()).map(length).fold(f64::MIN_POSITIVE, f64::max);
+        for profile in &mut profiles {
+            for (test, rows) in profile.iter_mut().enumerate() {
+                rows.iter_mut().for_each(|value| *value *= length(test) / longest);
+            }
+        }
+    }
     profiles.insert(0, context.profile(|_, _| 1.0));
     if let Some(bar) = stated(effect, "bar") {
         for profile in &mut profiles {

@@ -7,14 +7,32 @@ use pulp::{Arch, Simd, WithSimd};
 /// `columns` holds `count` columns of `rows` numbers one after the other.
 pub fn add_products(columns: &[f64], rows: usize, count: usize, sums: &mut [f64]) {
     if rows > 0 && count > 0 {
-        Arch::new().dispatch(Products { columns: &columns[..rows * count], rows, count, sums });
+        let columns = &columns[..rows * count];
+        Arch::new().dispatch(Products { left: columns, right: columns, rows, pairs: Pairs::Lower, sums });
     }
 }
 
+/// Adds the products of the columns of `left` with those of `right` to `sums` (left × right, row by row); columns have
+/// `rows` numbers each.
+pub fn add_cross_products(left: &[f64], right: &[f64], rows: usize, sums: &mut [f64]) {
+    if rows > 0 && !left.is_empty() && !right.is_empty() {
+        Arch::new().dispatch(Products { left, right, rows, pairs: Pairs::All, sums });
+    }
+}
+
+/// Which pairs of columns are multiplied.
+#[derive(Clone, Copy, PartialEq)]
+enum Pairs {
+    All,
+    /// A column of the right with itself and those behind it on the left.
+    Lower,
+}
+
 struct Products<'a> {
-    columns: &'a [f64],
+    left: &'a [f64],
+    right: &'a [f64],
     rows: usize,
-    count: usize,
+    pairs: Pairs,
     sums: &'a mut [f64],
 }
 
@@ -31,11 +49,12 @@ impl WithSimd for Products<'_> {
 impl Products<'_> {
     #[inline(always)]
     fn all_tiles<S: Simd, const T: usize>(&mut self, simd: S) {
+        let (left_count, right_count) = (self.left.len() / self.rows, self.right.len() / self.rows);
         let mut a = 0;
-        while a < self.count {
+        while a < left_count {
             let mut b = 0;
-            while b <= a {
-                self.tile::<S, T>(simd, a, b);
+            while b < right_count && (self.pairs == Pairs::All || b <= a) {
+                self.tile::<S, T>(simd, (a, left_count), (b, right_count));
                 b += T;
             }
             a += T;
@@ -44,20 +63,25 @@ impl Products<'_> {
 
     /// Columns `a..a+T` times columns `b..b+T`; columns beyond the last repeat it and are dropped.
     #[inline(always)]
-    fn tile<S: Simd, const T: usize>(&mut self, simd: S, a: usize, b: usize) {
+    fn tile<S: Simd, const T: usize>(
+        &mut self,
+        simd: S,
+        (a, left_count): (usize, usize),
+        (b, right_count): (usize, usize),
+    ) {
         let mut sums = [[simd.splat_f64s(0.0); T]; T];
         let (mut left, mut right) = ([0; T], [0; T]);
         for k in 0..T {
-            left[k] = (a + k).min(self.count - 1) * self.rows;
-            right[k] = (b + k).min(self.count - 1) * self.rows;
+            left[k] = (a + k).min(left_count - 1) * self.rows;
+            right[k] = (b + k).min(right_count - 1) * self.rows;
         }
         let mut row = 0;
         while row < self.rows {
             let end = (row + S::F64_LANES).min(self.rows);
             let (mut x, mut y) = ([simd.splat_f64s(0.0); T], [simd.splat_f64s(0.0); T]);
             for k in 0..T {
-                x[k] = load(simd, &self.columns[left[k] + row..left[k] + end]);
-                y[k] = load(simd, &self.columns[right[k] + row..right[k] + end]);
+                x[k] = load(simd, &self.left[left[k] + row..left[k] + end]);
+                y[k] = load(simd, &self.right[right[k] + row..right[k] + end]);
             }
             for i in 0..T {
                 for j in 0..T {
@@ -66,9 +90,11 @@ impl Products<'_> {
             }
             row = end;
         }
-        for (i, row) in sums.iter().enumerate().take_while(|(i, _)| a + i < self.count) {
-            for (j, sum) in row.iter().enumerate().take_while(|(j, _)| b + j <= a + i) {
-                self.sums[(a + i) * self.count + b + j] += simd.reduce_sum_f64s(*sum);
+        let is_lower = self.pairs == Pairs::Lower;
+        for (i, row) in sums.iter().enumerate().take_while(|(i, _)| a + i < left_count) {
+            let last = if is_lower { a + i } else { right_count - 1 };
+            for (j, sum) in row.iter().enumerate().take_while(|(j, _)| b + j <= last) {
+                self.sums[(a + i) * right_count + b + j] += simd.reduce_sum_f64s(*sum);
             }
         }
     }

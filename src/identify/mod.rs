@@ -23,6 +23,7 @@ pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use candidates::{Candidate, candidate_tests};
 pub use compressed::{SweepBasis, SweepStatistics};
 pub use fitted::fitted_session;
+pub use gram::{add_cross_products, add_products};
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, misfit};
 pub use outliers::{kept_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};

@@ -96,7 +96,41 @@ impl Whitener {
     }
 }
 
+/// Columns that are filtered side by side: one alone waits for its own last row.
+const SIDE_BY_SIDE: usize = 4;
+
 impl Whitener {
+    /// Whitens columns that lie one after the other, in place.
+    pub fn apply_all(&self, columns: &mut [f64]) {
+        let rows = self.gains.len();
+        let mut groups = columns.chunks_exact_mut((SIDE_BY_SIDE * rows).max(1));
+        for group in &mut groups {
+            let (first, rest) = group.split_at_mut(rows);
+            let (second, rest) = rest.split_at_mut(rows);
+            let (third, fourth) = rest.split_at_mut(rows);
+            let (mut a, mut d) = ([0.0; SIDE_BY_SIDE], [0.0; SIDE_BY_SIDE]);
+            for (row, &[ka, kd, scale]) in self.gains.iter().enumerate() {
+                let values = [first[row], second[row], third[row], fourth[row]];
+                let mut white = [0.0; SIDE_BY_SIDE];
+                if scale > 0.0 {
+                    for k in 0..SIDE_BY_SIDE {
+                        let innovation = values[k] - a[k] - d[k];
+                        a[k] += ka * innovation;
+                        d[k] += kd * innovation;
+                        white[k] = innovation * scale;
+                    }
+                }
+                for value in &mut a {
+                    *value *= self.rho;
+                }
+                [first[row], second[row], third[row], fourth[row]] = white;
+            }
+        }
+        for column in groups.into_remainder().chunks_exact_mut(rows.max(1)) {
+            self.apply(column);
+        }
+    }
+
     /// The transpose of the filter in place: `Σ u_k·(W c)_k = Σ (Wᵀ u)_k·c_k` for every column c.
     pub fn apply_transposed(&self, column: &mut [f64]) {
         let (mut a, mut d) = (0.0, 0.0);
