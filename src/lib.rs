@@ -19,6 +19,7 @@
 //! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
 //! | [`collision`] | clearances at a pose and certified over motions |
 //! | [`plan`] | setups: reachable, collision-free, informative; what stays undetermined |
+//! | [`survey`] | all serial five-axis topologies planned on one envelope |
 //! | [`nc`] | programs that run a plan on four controls |
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
@@ -44,4 +45,5 @@ pub mod plan;
 pub mod report;
 pub mod session;
 pub mod simulate;
+pub mod survey;
 pub mod units;

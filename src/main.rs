@@ -28,6 +28,8 @@ enum Verb {
     Diagnose(verbs::diagnose::Arguments),
     /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
     Simulate(verbs::simulate::Arguments),
+    /// What a ball bar determines on all 2,160 serial five-axis topologies: fiveaxis survey --out DIR
+    Survey(verbs::survey::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),
         Verb::Diagnose(arguments) => verbs::diagnose::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
+        Verb::Survey(arguments) => verbs::survey::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

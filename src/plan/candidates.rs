@@ -1,10 +1,10 @@
 //! Setups that come into question for every rotary axis: places on mounts, bars, static positions. Reachable, not yet checked for collisions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Vector3;
 
-use super::solver::{Solved, Unreachable, lever, solve};
+use super::solver::{Pull, Solved, Stance, Unreachable};
 use crate::bodies::{Bodies, Kit, Mount, Outline};
 use crate::chain::{Branch, Chain, Geometry, LinkId};
 use crate::machine::{Axis, AxisKind, Machine};
@@ -92,36 +92,42 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
         let first = all.list.len();
         let Some((from, to)) = sweep_wanted(machine, axis, avoid, run_in_rad) else { continue };
         for start in static_positions(machine, &chain, axis, avoid) {
+            let stance = Stance::new(machine, &geometry, axis, &start);
+            let at_sites: Vec<Vector3<f64>> =
+                all.sites.iter().map(|site| stance.point((site.link, &site.at))).collect();
+            let mut pulls: HashMap<(LinkId, LinkId), Pull> = HashMap::new();
             for (place_index, place) in all.places.iter().enumerate() {
                 let on_tool = chain.carries(axis, place.link);
                 if !on_tool && place.aside_mm > 0.0 {
                     // a fixture brings nothing when the axis does not carry it
                     continue;
                 }
+                let at_place = stance.point((place.link, &place.at));
                 for (site_index, site) in all.sites.iter().enumerate() {
                     let carries_pivot = chain.carries(axis, site.link);
                     // a pivot that stands still may stand anywhere: every third place is enough
                     if carries_pivot == on_tool || (on_tool && site_index % 3 != place_index % 3) {
                         continue;
                     }
-                    let (pivot, spindle) = ((site.link, &site.at), (place.link, &place.at));
+                    let (pivot, spindle) = ((site.link, &at_sites[site_index]), (place.link, &at_place));
                     let (carried, still) = if on_tool { (spindle, pivot) } else { (pivot, spindle) };
-                    let (rho, _) = lever(&geometry, axis, carried, &start);
-                    if rho < LEAST_LEVER_MM {
-                        continue;
-                    }
-                    for &bar_mm in &lengths {
+                    let pull =
+                        pulls.entry((carried.0, still.0)).or_insert_with(|| stance.pull(&chain, carried.0, still.0));
+                    let (rho, _) = stance.lever(carried.1);
+                    let chosen: &[f64] = if pull.changes_lever { &lengths } else { &[] };
+                    let levers = [rho].into_iter().filter(|&rho| rho >= LEAST_LEVER_MM).chain(chosen.iter().copied());
+                    for (lever_mm, &bar_mm) in levers.flat_map(|lever| lengths.iter().map(move |bar| (lever, bar))) {
                         misses.tried += 1;
-                        if bar_mm < rho - SAME_LENGTH_MM {
-                            let by = rho - bar_mm;
+                        if bar_mm < lever_mm - SAME_LENGTH_MM {
+                            let by = lever_mm - bar_mm;
                             if bar_mm == lengths[lengths.len() - 1] {
                                 misses.bar_short_mm = Some(misses.bar_short_mm.map_or(by, |least: f64| least.min(by)));
                             }
                             continue;
                         }
-                        let signs: &[f64] = if bar_mm - rho < SAME_LENGTH_MM { &[1.0] } else { &[1.0, -1.0] };
+                        let signs: &[f64] = if bar_mm - lever_mm < SAME_LENGTH_MM { &[1.0] } else { &[1.0, -1.0] };
                         for &sign in signs {
-                            match solve(machine, &geometry, axis, carried, still, (bar_mm, sign), &start) {
+                            match stance.solve(pull, carried.1, still.1, lever_mm, (bar_mm, sign)) {
                                 Ok(solved) if allowed(&solved.positions, axis, avoid) => {
                                     let solved = Solved { positions: rounded(machine, solved.positions), ..solved };
                                     all.list.push(Candidate {
@@ -303,6 +309,11 @@ fn sites(
             }
         }
     }
+    // where an axis line meets the surface: a ball that stands still there needs no slide to bring it onto the line
+    for &axis in rotary.iter().filter(|&&axis| machine.axes[axis].direction.dot(&mount.normal).abs() > 0.99) {
+        let from = machine.axes[axis].origin - mount.middle;
+        points.push((snap(from.dot(&mount.along)), snap(from.dot(&mount.normal.cross(&mount.along)))));
+    }
     if let Some(pitch) = mount.slot_pitch_mm {
         for (_, v) in &mut points {
             *v = (*v / pitch).round() * pitch;
@@ -344,7 +355,8 @@ fn spindle_places(
     // how far the ball must reach out so that it stands a bar's length from a tilting axis
     let mut reaches = vec![0.0];
     for &axis in &heads {
-        let (rho, _) = lever(geometry, axis, (link, &base), &zero);
+        let stance = Stance::new(machine, geometry, axis, &zero);
+        let (rho, _) = stance.lever(&stance.point((link, &base)));
         for length in kit.lengths_mm() {
             let more = length - rho;
             if more > 1.0 && more <= kit.spindle_reach_mm {

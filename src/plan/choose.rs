@@ -1,18 +1,15 @@
-//! Which tests: the cheapest that reach a goal, or the best in a given time, checked for collisions as they come up. No files.
-//!
-//! Greedy by gain per minute with the gains kept from earlier rounds as upper bounds (information only shrinks as more is
-//! known, and a shortened sweep only loses), then tests that are not needed are dropped. Gain is the fall of
-//! Σ ln max(σᵢ², goalᵢ²) over the wanted errors.
+//! Goals, costs and the desk on which candidates are weighed and checked for collisions as they come up. Which are taken is `greedy`'s and `method`'s.
 
-use std::collections::{BTreeMap, BinaryHeap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::approach::{Approach, Parking};
 use super::candidates::{Avoid, Candidate, Candidates, candidates};
 use super::information::{BLOCK_ROWS, Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 use super::method::{Method, MethodError, method_choice};
+use super::planned::{OnePivot, Plan};
 use super::reach::{ClearSweep, longest_sweep};
 use super::run_in::RUN_IN;
-use super::words::{ErrorForecast, forecasts};
+use super::words::{determined, visible};
 use crate::bodies::{Bodies, Kit};
 use crate::chain::{Chain, Geometry};
 use crate::collision::{Instrument, NoWay, Scratch, World};
@@ -38,6 +35,8 @@ pub struct Settings {
     pub margin_mm: f64,
     pub avoid: Avoid,
     pub method: Option<Method>,
+    /// Most pivot setups of a plan without a method; `None`: as many as pay.
+    pub pivots: Option<usize>,
     pub uncertainty: Uncertainty,
     pub feed_mm_per_min: f64,
 }
@@ -50,6 +49,7 @@ impl Default for Settings {
             margin_mm: 5.0,
             avoid: Vec::new(),
             method: None,
+            pivots: None,
             uncertainty: Uncertainty::default(),
             feed_mm_per_min: 500.0,
         }
@@ -64,80 +64,34 @@ const SPINDLE_MIN: f64 = 4.0;
 const BAR_MIN: f64 = 3.0;
 /// Minutes around each run: approach, trigger, retreat.
 const RUN_MIN: f64 = 0.5;
-/// Gain per minute below which a test is not worth running, when no goal is missed by it.
-const LEAST_GAIN: f64 = 1e-2;
-/// Groups of setups with one pivot and ball, members of each, and pairs checked when single tests bring nothing.
-const PAIR_GROUPS: usize = 120;
-const PAIR_MEMBERS: usize = 6;
-const PAIR_CHECKS: usize = 1500;
+/// Differences of Σ ln max(σ², goal²) that are none: undetermined errors shift a little with the number of pivots.
+pub(super) const SAME_WORTH: f64 = 0.02;
 /// Setups of one axis that may prove not clear before the rest is given up.
 pub(super) const MAX_FAILURES: usize = 1500;
-/// Most tests of a plan.
-const MAX_TESTS: usize = 24;
-
-/// One test of a plan, run in both directions.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlannedTest {
-    /// The session test from lower to upper end.
-    pub test: Test,
-    pub axis: usize,
-    /// Distance of the carried ball from the axis line, mm.
-    pub rho_mm: f64,
-    /// Distance of the still ball along the axis line from the foot of the other, mm.
-    pub h_mm: f64,
-    pub sweep: ClearSweep,
-    /// Both directions, mounting apart, min.
-    pub minutes: f64,
-    /// Name of the mount.
-    pub mount: String,
-    /// Ball above the mount, mm.
-    pub height_mm: f64,
-    /// From park to the start of the run-in, without the bar.
-    pub approach: Approach,
-}
-
-impl PlannedTest {
-    /// The session tests: counter-clockwise (rising), then clockwise.
-    pub fn both_ways(&self) -> [Test; 2] {
-        let (from_deg, to_deg) = (self.sweep.from_deg, self.sweep.to_deg);
-        [("ccw", from_deg, to_deg), ("cw", to_deg, from_deg)].map(|(way, from, to)| Test {
-            name: format!("{}-{way}", self.test.name),
-            path: Some(Path::Sweep { axis: self.axis, from, to, step: 0.5, follow: Follow::None }),
-            ..self.test.clone()
-        })
-    }
-}
-
-/// A point of the trade-off curve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TradeOff {
-    pub tests: usize,
-    pub minutes: f64,
-    pub pivot_setups: usize,
-    /// Worst standard deviations of positions, mm, and orientations, rad.
-    pub position_mm: f64,
-    pub orientation_rad: f64,
-}
-
-/// A test plan.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
-    pub tests: Vec<PlannedTest>,
-    pub errors: Vec<ErrorForecast>,
-    pub minutes: f64,
-    pub pivot_setups: usize,
-    pub curve: Vec<TradeOff>,
-    /// Candidates that were reachable.
-    pub considered: usize,
-    /// Goals reached, absolute or relative to the spindle ball.
-    pub goal_reached: bool,
-}
 
 /// A candidate with what is known of it by now.
 pub(super) struct Entry<'c> {
     pub candidate: &'c Candidate,
     pub block: Block,
     pub sweep: Option<ClearSweep>,
+}
+
+/// Candidates looked at and the indices of those chosen, in order.
+#[derive(Default)]
+pub(super) struct Choice<'c> {
+    pub entries: Vec<Entry<'c>>,
+    pub chosen: Vec<usize>,
+}
+
+/// What a choice reaches and costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reached {
+    /// Errors determined.
+    pub determined: usize,
+    /// Σ ln max(σ², goal²) with pivots and bars unknown.
+    pub worth: f64,
+    pub minutes: f64,
+    pub pivots: usize,
 }
 
 /// What evaluating candidates needs.
@@ -152,6 +106,10 @@ pub(super) struct Desk<'a> {
     pub all: &'a Candidates,
     pub parking: Parking,
     pub scratch: Scratch,
+    /// Standard deviations wanted of the wanted errors, mm and rad.
+    pub goals: Vec<f64>,
+    /// For each wanted error: lengths of reachable setups would fix it if nothing stood in their way.
+    pub visible: Vec<bool>,
     /// By axis: how often a pair ended or forbade a sweep.
     pub forbidden: BTreeMap<usize, HashMap<(String, String), usize>>,
     /// The same for the ways to the starts of sweeps that would be clear.
@@ -163,25 +121,76 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
     let all = candidates(machine, bodies, kit, &settings.avoid, RUN_IN.to_radians());
+    let unknowns = Unknowns::of(machine, settings.uncertainty);
     let mut desk = Desk {
+        goals: goals(&unknowns, &settings.goal),
         machine,
         bodies,
         kit,
         settings,
         geometry: Geometry::nominal(&chain),
         world: &world,
-        unknowns: Unknowns::of(machine, settings.uncertainty),
+        unknowns,
         all: &all,
         parking: Parking::of(machine, bodies),
         scratch: Scratch::default(),
+        visible: Vec::new(),
         forbidden: BTreeMap::new(),
         blocked_ways: BTreeMap::new(),
     };
-    let (entries, chosen) = match settings.method {
-        None => desk.greedy(),
-        Some(method) => method_choice(&mut desk, method)?,
+    desk.visible = visible(&desk);
+    let (choice, one_pivot) = match (settings.method, settings.pivots) {
+        (Some(method), _) => (method_choice(&mut desk, method)?, None),
+        (None, Some(1)) => (desk.from_one_pivot(), None),
+        (None, _) => desk.free_choice(),
     };
-    Ok(desk.finish(entries, chosen))
+    Ok(Plan { one_pivot, ..desk.finish(choice) })
+}
+
+impl<'a> Desk<'a> {
+    /// As many pivots as pay, or the one pivot from which all that can be had as quickly; and what one pivot reaches.
+    fn free_choice(&mut self) -> (Choice<'a>, Option<OnePivot>) {
+        let list: &'a [Candidate] = &self.all.list;
+        let free = self.greedy(list.iter());
+        let reached = self.reached(&free);
+        if reached.pivots < 2 {
+            let one = OnePivot { determined: reached.determined, minutes: reached.minutes };
+            return (free, (reached.pivots == 1).then_some(one));
+        }
+        let one = self.from_one_pivot();
+        let from_one = self.reached(&one);
+        let as_good = from_one.determined >= reached.determined && from_one.worth <= reached.worth + SAME_WORTH;
+        let better = match self.settings.goal.minutes {
+            Some(_) => from_one.worth < reached.worth,
+            None => as_good && from_one.minutes <= reached.minutes,
+        };
+        let one_pivot = OnePivot { determined: from_one.determined, minutes: from_one.minutes };
+        (if better { one } else { free }, (from_one.pivots == 1).then_some(one_pivot))
+    }
+
+    /// What a choice reaches and costs.
+    pub fn reached(&self, choice: &Choice) -> Reached {
+        let blocks: Vec<&Block> = choice.chosen.iter().map(|&k| &choice.entries[k].block).collect();
+        let mut knowledge = Knowledge::before_with_loose_setups(&self.unknowns);
+        let mut minutes = 0.0;
+        for &k in &choice.chosen {
+            minutes += self.cost(&choice.entries[k], &knowledge);
+            knowledge.add(&choice.entries[k].block);
+        }
+        let pivots: HashSet<usize> = choice.chosen.iter().map(|&k| choice.entries[k].candidate.site).collect();
+        Reached {
+            determined: determined(self, &blocks).iter().filter(|(is_determined, _)| *is_determined).count(),
+            worth: self.worth(&knowledge.variances()),
+            minutes,
+            pivots: pivots.len(),
+        }
+    }
+}
+
+/// The goal for each wanted error, mm and rad.
+fn goals(unknowns: &Unknowns, goal: &Goal) -> Vec<f64> {
+    let of = |component: usize| if component >= 3 { goal.orientation_rad } else { goal.position_mm };
+    unknowns.errors[..unknowns.wanted].iter().map(|&(_, component, _)| of(component)).collect()
 }
 
 /// Why no plan was made.
@@ -197,27 +206,6 @@ pub enum PlanError {
 fn run_in_start(machine: &Machine, axis: usize, from_deg: f64) -> f64 {
     let start = (from_deg - RUN_IN).to_radians();
     machine.axes[axis].range.map_or(start, |(low, high)| start.clamp(low, high))
-}
-
-/// Heap order: gain per minute, then the candidate's place in the list so that plans repeat.
-#[derive(PartialEq)]
-struct Bound(f64, usize, usize);
-
-impl Eq for Bound {}
-impl PartialOrd for Bound {
-    fn partial_cmp(&self, other: &Bound) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Bound {
-    fn cmp(&self, other: &Bound) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0).then(scatter(other.1).cmp(&scatter(self.1)))
-    }
-}
-
-/// Breaks ties apart: neighbours in the list tend to fail for the same reason.
-fn scatter(index: usize) -> (u64, usize) {
-    ((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15), index)
 }
 
 impl<'a> Desk<'a> {
@@ -268,7 +256,12 @@ impl<'a> Desk<'a> {
     }
 
     /// The way from a park position to the start of a sweep's run-in.
-    fn approach(&mut self, candidate: &Candidate, sweep: &ClearSweep, park: usize) -> Option<Result<Approach, NoWay>> {
+    pub fn approach(
+        &mut self,
+        candidate: &Candidate,
+        sweep: &ClearSweep,
+        park: usize,
+    ) -> Option<Result<Approach, NoWay>> {
         let test = self.test(candidate, String::new(), (sweep.from_deg, sweep.to_deg));
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
         let scene = instrument.scene_without_bar(self.world);
@@ -310,7 +303,7 @@ impl<'a> Desk<'a> {
     }
 
     /// Minutes that a test adds to what is mounted already.
-    fn cost(&self, entry: &Entry, mounted: &Knowledge) -> f64 {
+    pub fn cost(&self, entry: &Entry, mounted: &Knowledge) -> f64 {
         let mounting: f64 = entry
             .block
             .uses()
@@ -336,282 +329,9 @@ impl<'a> Desk<'a> {
     }
 
     /// Σ ln max(σ², goal²).
-    fn worth(&self, variances: &[f64]) -> f64 {
-        let goal = &self.settings.goal;
-        variances
-            .iter()
-            .zip(&self.unknowns.errors)
-            .map(|(&variance, &(_, component, _))| {
-                let goal: f64 = if component >= 3 { goal.orientation_rad } else { goal.position_mm };
-                // with time to spend there is no "good enough"
-                let floor = if self.settings.goal.minutes.is_some() { 0.1 * goal } else { goal };
-                variance.max(floor * floor).ln()
-            })
-            .sum()
-    }
-
-    /// Chooses tests one by one; returns all candidates looked at and the indices chosen in order.
-    fn greedy(&mut self) -> (Vec<Entry<'a>>, Vec<usize>) {
-        let list: &'a [Candidate] = &self.all.list;
-        let mut entries: Vec<Entry> = list.iter().map(|candidate| self.entry(candidate, None)).collect();
-        let mut knowledge = Knowledge::before_with_loose_pivots(&self.unknowns);
-        let mut gains = vec![f64::MAX; entries.len()];
-        let mut heap: BinaryHeap<Bound> = (0..entries.len()).map(|k| Bound(f64::MAX, k, 0)).collect();
-        let mut failures: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut chosen: Vec<usize> = Vec::new();
-        let mut dead: HashSet<usize> = HashSet::new();
-        let mut minutes = 0.0;
-        let (mut round, mut worth) = (1, self.worth(&knowledge.variances()));
-        while let Some(Bound(_, k, seen)) = heap.pop() {
-            if dead.contains(&k) || chosen.len() >= MAX_TESTS {
-                continue;
-            }
-            let cost = self.cost(&entries[k], &knowledge);
-            if self.settings.goal.minutes.is_some_and(|budget| minutes + cost > budget) {
-                continue;
-            }
-            if seen < round {
-                gains[k] = worth - self.worth(&knowledge.variances_with(&entries[k].block));
-                heap.push(Bound(gains[k] / cost, k, round));
-                continue;
-            }
-            if gains[k] / cost <= LEAST_GAIN {
-                // one test alone brings nothing; two from one pivot may
-                let pair = self.best_pair(&mut entries, &knowledge, worth, &dead, minutes);
-                let Some(pair) = pair.filter(|_| chosen.len() + 2 <= MAX_TESTS) else { break };
-                for k in pair {
-                    minutes += self.cost(&entries[k], &knowledge);
-                    knowledge.add(&entries[k].block);
-                    chosen.push(k);
-                    dead.insert(k);
-                }
-                worth = self.worth(&knowledge.variances());
-                round += 1;
-                gains.fill(f64::MAX);
-                heap = (0..entries.len()).filter(|k| !dead.contains(k)).map(|k| Bound(f64::MAX, k, 0)).collect();
-                continue;
-            }
-            if entries[k].sweep.is_none() {
-                let axis = entries[k].candidate.axis;
-                if failures.get(&axis).is_some_and(|&count| count >= MAX_FAILURES) {
-                    dead.insert(k);
-                    continue;
-                }
-                match self.clear(entries[k].candidate) {
-                    Some(sweep) => {
-                        entries[k] = self.entry(entries[k].candidate, Some(sweep));
-                        heap.push(Bound(f64::MAX, k, 0));
-                    }
-                    None => {
-                        dead.insert(k);
-                        *failures.entry(axis).or_default() += 1;
-                    }
-                }
-                continue;
-            }
-            knowledge.add(&entries[k].block);
-            minutes += cost;
-            chosen.push(k);
-            dead.insert(k);
-            worth = self.worth(&knowledge.variances());
-            round += 1;
-            // gains only fall, but costs fall too when a setup is mounted: bounds anew
-            heap = (0..entries.len())
-                .filter(|k| !dead.contains(k))
-                .map(|k| Bound(gains[k] / self.cost(&entries[k], &knowledge), k, 0))
-                .collect();
-        }
-        if self.settings.goal.minutes.is_none() {
-            self.drop_needless(&entries, &mut chosen);
-        }
-        (entries, chosen)
-    }
-
-    /// The pair of clear tests from one pivot and one spindle ball with the greatest gain per minute, if any has one.
-    fn best_pair(
-        &mut self,
-        entries: &mut [Entry<'a>],
-        knowledge: &Knowledge,
-        worth: f64,
-        dead: &HashSet<usize>,
-        minutes: f64,
-    ) -> Option<[usize; 2]> {
-        let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
-        for (k, entry) in entries.iter().enumerate().filter(|(k, _)| !dead.contains(k)) {
-            let c = entry.candidate;
-            groups.entry((c.axis, c.site, c.place)).or_default().push(k);
-        }
-        let mut pairs: Vec<(f64, [usize; 2])> = Vec::new();
-        for axis in groups.keys().map(|key| key.0).collect::<std::collections::BTreeSet<_>>() {
-            let mine: Vec<&Vec<usize>> =
-                groups.iter().filter(|(key, group)| key.0 == axis && group.len() > 1).map(|(_, group)| group).collect();
-            let stride = mine.len().div_ceil(PAIR_GROUPS).max(1);
-            for group in mine.iter().step_by(stride) {
-                let reach = group.len().div_ceil(PAIR_MEMBERS).max(1);
-                let members: Vec<usize> = group.iter().step_by(reach).copied().collect();
-                for (place, &one) in members.iter().enumerate() {
-                    let mut with_one = knowledge.clone();
-                    with_one.add(&entries[one].block);
-                    let first_cost = self.cost(&entries[one], knowledge);
-                    for &other in &members[place + 1..] {
-                        let cost = first_cost + self.cost(&entries[other], &with_one);
-                        let gain = worth - self.worth(&with_one.variances_with(&entries[other].block));
-                        let fits = self.settings.goal.minutes.is_none_or(|budget| minutes + cost <= budget);
-                        if fits && gain / cost > LEAST_GAIN {
-                            pairs.push((gain / cost, [one, other]));
-                        }
-                    }
-                }
-            }
-        }
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let mut refused: HashSet<usize> = HashSet::new();
-        for (bound, pair) in pairs.into_iter().take(PAIR_CHECKS) {
-            if pair.iter().any(|k| refused.contains(k)) {
-                continue;
-            }
-            let mut both = true;
-            for k in pair {
-                if both && entries[k].sweep.is_none() {
-                    match self.clear(entries[k].candidate) {
-                        Some(sweep) => entries[k] = self.entry(entries[k].candidate, Some(sweep)),
-                        None => {
-                            refused.insert(k);
-                            both = false;
-                        }
-                    }
-                }
-            }
-            if !both {
-                continue;
-            }
-            // shortened sweeps tell less: half of what was promised is still worth taking
-            let mut with_one = knowledge.clone();
-            with_one.add(&entries[pair[0]].block);
-            let cost = self.cost(&entries[pair[0]], knowledge) + self.cost(&entries[pair[1]], &with_one);
-            let gain = worth - self.worth(&with_one.variances_with(&entries[pair[1]].block));
-            if gain / cost > LEAST_GAIN.max(0.5 * bound) {
-                return Some(pair);
-            }
-        }
-        None
-    }
-
-    /// Drops tests without which the wanted errors are as good, dearest first.
-    fn drop_needless(&self, entries: &[Entry], chosen: &mut Vec<usize>) {
-        let worth_of = |set: &[usize]| {
-            let mut knowledge = Knowledge::before_with_loose_pivots(&self.unknowns);
-            set.iter().for_each(|&k| knowledge.add(&entries[k].block));
-            self.worth(&knowledge.variances())
-        };
-        let full = worth_of(chosen);
-        let mut place = 0;
-        while place < chosen.len() {
-            let mut without = chosen.clone();
-            without.remove(place);
-            // a thousandth of a factor e in one error
-            if worth_of(&without) <= full + 1e-3 {
-                *chosen = without;
-            } else {
-                place += 1;
-            }
-        }
-    }
-
-    /// Ways to the tests: from one park position for all where there is such a one, else each from its own.
-    fn approaches(&mut self, order: &[&Entry]) -> Vec<Option<Approach>> {
-        let mut best: Vec<Option<Approach>> = vec![None; order.len()];
-        for park in 0..self.parking.count() {
-            let found: Vec<Option<Approach>> =
-                order.iter().map(|entry| self.approach(entry.candidate, entry.sweep.as_ref()?, park)?.ok()).collect();
-            if found.iter().all(Option::is_some) {
-                return found;
-            }
-            for (best, found) in best.iter_mut().zip(found) {
-                *best = best.take().or(found);
-            }
-        }
-        best
-    }
-
-    /// The plan of the chosen tests in an order with few changes of pivot, then spindle ball, then bar.
-    fn finish(&mut self, entries: Vec<Entry<'a>>, chosen: Vec<usize>) -> Plan {
-        let mut curve = Vec::new();
-        let mut knowledge = Knowledge::before(&self.unknowns);
-        let mut minutes = 0.0;
-        for (count, &k) in chosen.iter().enumerate() {
-            minutes += self.cost(&entries[k], &knowledge);
-            knowledge.add(&entries[k].block);
-            let pivots: HashSet<usize> = chosen[..=count].iter().map(|&k| entries[k].candidate.site).collect();
-            let worst = |angle: bool| {
-                knowledge
-                    .variances()
-                    .iter()
-                    .zip(&self.unknowns.errors)
-                    .filter(|(_, (_, component, _))| (*component >= 3) == angle)
-                    .map(|(variance, _)| variance.sqrt())
-                    .fold(0.0, f64::max)
-            };
-            curve.push(TradeOff {
-                tests: count + 1,
-                minutes,
-                pivot_setups: pivots.len(),
-                position_mm: worst(false),
-                orientation_rad: worst(true),
-            });
-        }
-        let mut order: Vec<&Entry> = chosen.iter().map(|&k| &entries[k]).collect();
-        let rank = |value: usize, of: &dyn Fn(&Candidate) -> usize| {
-            chosen.iter().position(|&k| of(entries[k].candidate) == value).unwrap_or(usize::MAX)
-        };
-        order.sort_by_key(|entry| {
-            let candidate = entry.candidate;
-            let site = rank(candidate.site, &|c| c.site);
-            let place = rank(candidate.place, &|c| c.place);
-            (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis)
-        });
-        let blocks: Vec<&Block> = order.iter().map(|entry| &entry.block).collect();
-        let errors = forecasts(self, &blocks);
-        let approaches = self.approaches(&order);
-        let mut names: HashMap<String, usize> = HashMap::new();
-        let tests = order
-            .iter()
-            .zip(approaches)
-            .filter_map(|(entry, approach)| {
-                let (sweep, approach) = (entry.sweep.clone()?, approach?);
-                let candidate = entry.candidate;
-                let base = format!("{}-{}", self.machine.axes[candidate.axis].name.to_lowercase(), candidate.bar_mm);
-                let count = names.entry(base.clone()).or_default();
-                *count += 1;
-                let name = format!("{base}-{count}");
-                let site = &self.all.sites[candidate.site];
-                Some(PlannedTest {
-                    test: self.test(candidate, name, (sweep.from_deg, sweep.to_deg)),
-                    axis: candidate.axis,
-                    rho_mm: candidate.solved.rho_mm,
-                    h_mm: candidate.solved.h_mm,
-                    minutes: self.run_minutes(entry),
-                    sweep,
-                    mount: self.bodies.mounts[site.mount].name.clone(),
-                    height_mm: site.height_mm,
-                    approach,
-                })
-            })
-            .collect();
-        let pivots: HashSet<usize> = order.iter().map(|entry| entry.candidate.site).collect();
-        let goal = &self.settings.goal;
-        let goal_reached = errors.iter().all(|error| {
-            let goal = if error.is_angle { goal.orientation_rad } else { goal.position_mm };
-            error.determined && (error.sigma <= goal * 1.001 || error.sigma_relative <= goal * 1.001)
-        });
-        Plan {
-            tests,
-            errors,
-            minutes,
-            pivot_setups: pivots.len(),
-            curve,
-            considered: self.all.list.len(),
-            goal_reached,
-        }
+    pub fn worth(&self, variances: &[f64]) -> f64 {
+        // with time to spend there is no "good enough"
+        let enough = if self.settings.goal.minutes.is_some() { 0.1 } else { 1.0 };
+        variances.iter().zip(&self.goals).map(|(variance, goal)| variance.max((enough * goal).powi(2)).ln()).sum()
     }
 }

@@ -24,9 +24,9 @@ pub struct Uncertainty {
     pub linear_per_mm: f64,
     /// Squareness of linear axes, rad.
     pub squareness_rad: f64,
-    /// Prior of wanted positions, mm: wide, so that only data count.
+    /// Prior of wanted positions, mm: wide, so that only data count; the same as a fit's.
     pub wanted_mm: f64,
-    /// Prior of wanted orientations, rad.
+    /// Prior of wanted orientations, rad; the same as a fit's.
     pub wanted_rad: f64,
 }
 
@@ -40,7 +40,7 @@ impl Default for Uncertainty {
             linear_per_mm: 5e-6,
             squareness_rad: 10e-6,
             wanted_mm: 1.0,
-            wanted_rad: 1e-3,
+            wanted_rad: 0.1 * std::f64::consts::PI / 180.0,
         }
     }
 }
@@ -116,6 +116,13 @@ impl Unknowns {
         self.prior_variance[error].sqrt()
     }
 
+    /// The same with the linear axes known exactly: square, and standing where they are told to.
+    pub fn with_exact_linear_axes(&self) -> Unknowns {
+        let mut exact = self.clone();
+        exact.prior_variance[self.wanted..].iter_mut().for_each(|variance| *variance *= HELD);
+        exact
+    }
+
     /// Rows of a test that visits `poses`; `arc_rad` is the length of its sweep.
     pub fn block(
         &self,
@@ -170,30 +177,42 @@ impl Unknowns {
 
 /// Factor on a prior variance that makes a placement count as unknown: 20 µm become 20 mm.
 pub(super) const LOOSE: f64 = 1e6;
+/// Factor on a prior variance that makes a quantity count as known; above zero, which keeps the arithmetic sound.
+pub(super) const HELD: f64 = 1e-6;
 
 /// Covariance of all unknowns after some tests.
 #[derive(Debug, Clone)]
 pub struct Knowledge {
     covariance: DMatrix<f64>,
+    /// Variances before any test, by column of the covariance.
+    priors: Vec<f64>,
+    /// Columns of pivots and bars, whose priors count as such in a fit.
+    is_fitted_setup: Vec<bool>,
     place_of: HashMap<Nuisance, usize>,
     wanted: usize,
-    pivot_factor: f64,
+    setup_factor: f64,
 }
 
 impl Knowledge {
     /// Before any test.
     pub fn before(unknowns: &Unknowns) -> Knowledge {
         let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&unknowns.prior_variance));
-        Knowledge { covariance, place_of: HashMap::new(), wanted: unknowns.wanted, pivot_factor: 1.0 }
+        let priors = unknowns.prior_variance.clone();
+        let is_fitted_setup = vec![false; priors.len()];
+        let place_of = HashMap::new();
+        Knowledge { covariance, priors, is_fitted_setup, place_of, wanted: unknowns.wanted, setup_factor: 1.0 }
     }
 
-    /// Before any test, with pivots whose places count as unknown: so that no plan averages over how well pivots are placed.
-    pub fn before_with_loose_pivots(unknowns: &Unknowns) -> Knowledge {
-        Knowledge { pivot_factor: LOOSE, ..Knowledge::before(unknowns) }
+    /// Before any test, with pivots and bars that count as unknown: so that no plan rests on how well they are known.
+    pub fn before_with_loose_setups(unknowns: &Unknowns) -> Knowledge {
+        Knowledge { setup_factor: LOOSE, ..Knowledge::before(unknowns) }
     }
 
     fn prior(&self, nuisance: &Nuisance, variance: f64) -> f64 {
-        if matches!(nuisance, Nuisance::Pivot(..)) { variance * self.pivot_factor } else { variance }
+        match nuisance {
+            Nuisance::Pivot(..) | Nuisance::Bar(_) => variance * self.setup_factor,
+            Nuisance::SpindleBall(_) | Nuisance::Stand(_) => variance,
+        }
     }
 
     /// Variances of the wanted errors, mm² and rad².
@@ -206,9 +225,13 @@ impl Knowledge {
         self.covariance[(one, other)]
     }
 
-    /// Covariance of the wanted errors with a nuisance, if that is known here.
-    pub fn nuisances(&self) -> impl Iterator<Item = (&Nuisance, usize)> {
-        self.place_of.iter().map(|(nuisance, &place)| (nuisance, place))
+    /// Share of an error's variance that stems from the priors of the wanted errors, pivots and bars, 0 to 1:
+    /// `Σ_j C_kj²/P_j / C_kk`; the rest comes from the noise of the data.
+    pub fn prior_share(&self, error: usize) -> f64 {
+        let from = |column: usize| self.covariance[(error, column)].powi(2) / self.priors[column];
+        let counts = |column: &usize| *column < self.wanted || self.is_fitted_setup[*column];
+        let all: f64 = (0..self.priors.len()).filter(counts).map(from).sum();
+        (all / self.covariance[(error, error)]).clamp(0.0, 1.0)
     }
 
     /// True when a test used this setup quantity.
@@ -255,6 +278,8 @@ impl Knowledge {
                 self.covariance = self.covariance.clone().resize(old + more, old + more, 0.0);
                 for k in old..old + more {
                     self.covariance[(k, k)] = self.prior(nuisance, *variance);
+                    self.priors.push(self.prior(nuisance, *variance));
+                    self.is_fitted_setup.push(matches!(nuisance, Nuisance::Pivot(..) | Nuisance::Bar(_)));
                 }
                 self.place_of.insert(nuisance.clone(), old);
             }

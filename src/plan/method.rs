@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::candidates::Candidate;
-use super::choose::{Desk, Entry};
+use super::choose::{Choice, Desk, Entry};
 use super::reach::ClearSweep;
 use crate::machine::AxisKind;
 
@@ -33,10 +33,8 @@ const GROUPS: usize = 40;
 /// h = 0 within this, mm.
 const LEVEL_MM: f64 = 1e-3;
 
-type Chosen<'a> = (Vec<Entry<'a>>, Vec<usize>);
-
 /// The tests of a method.
-pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<Chosen<'a>, MethodError> {
+pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<Choice<'a>, MethodError> {
     let axes: Vec<usize> =
         (0..desk.machine.axes.len()).filter(|&k| desk.machine.axes[k].kind == AxisKind::Rotary).collect();
     let name = match method {
@@ -54,8 +52,8 @@ pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<C
         Method::Chapter4 | Method::Chapter7 => each(desk, &axes, two_lengths, refuse)?,
     };
     let entries: Vec<Entry> = found.into_iter().map(|(candidate, sweep)| desk.entry(candidate, Some(sweep))).collect();
-    let order = (0..entries.len()).collect();
-    Ok((entries, order))
+    let chosen = (0..entries.len()).collect();
+    Ok(Choice { entries, chosen })
 }
 
 type Pair<'a> = Vec<(&'a Candidate, ClearSweep)>;

@@ -7,15 +7,23 @@
 //! | `reach` | how far can the axis sweep before something comes too close? |
 //! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
-//! | `choose` | which tests, at what cost in time and pivot setups? |
+//! | `choose` | what is wanted, what does a test cost, is it clear? |
+//! | `greedy` | which tests, one by one? |
+//! | `pairs` | which two tell together what neither tells alone? |
+//! | `one_pivot` | which tests, all from one pivot setup? |
+//! | `planned` | in which order, and what comes out? |
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
 //! | `words` | what stays undetermined and why |
 
 mod approach;
 mod candidates;
 mod choose;
+mod greedy;
 mod information;
 mod method;
+mod one_pivot;
+mod pairs;
+mod planned;
 mod reach;
 mod run_in;
 mod solver;
@@ -23,10 +31,11 @@ mod words;
 
 pub use approach::{Approach, Parking};
 pub use candidates::{Avoid, Candidate, Candidates, Misses, PivotSite, SpindlePlace, candidates};
-pub use choose::{Goal, Plan, PlanError, PlannedTest, Settings, TradeOff, plan};
+pub use choose::{Goal, PlanError, Settings, plan};
 pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 pub use method::{Method, MethodError};
+pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearSweep, longest_sweep};
 pub use run_in::{RUN_IN, rows_with_run_in};
-pub use solver::{BallAt, Solved, Unreachable, lever, solve};
+pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;

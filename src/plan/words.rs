@@ -3,15 +3,17 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::choose::{Desk, MAX_FAILURES};
-use super::information::{Block, Knowledge, LOOSE, Nuisance};
+use super::information::{Block, HELD, Knowledge, LOOSE, Nuisance};
 
 /// Forecast for one location error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorForecast {
     pub name: String,
     pub is_angle: bool,
-    /// The data and not a prior fix it: its own prior has less than half a share, a hundred times wider pivot spread included.
+    /// The data fix it, given the spindle balls: less than half of its variance stems from priors. The same as a fit's.
     pub determined: bool,
+    /// Lengths of reachable setups would fix it if nothing stood in their way: what is not visible, no ball bar determines.
+    pub visible: bool,
     /// Standard deviation with all priors, mm or rad.
     pub sigma: f64,
     /// The same with the spindle ball's place taken as given.
@@ -20,34 +22,42 @@ pub struct ErrorForecast {
     pub reason: String,
 }
 
-/// Share of the own prior in the posterior above which an error is not determined.
+/// Share of the priors in the variance from which an error is not determined.
 const HALF: f64 = 0.5;
 /// Correlation from which two errors are named together.
 const TOGETHER: f64 = 0.9;
 
+/// For each wanted error: whether a fit of the recordings would call it determined, and its sigma there, mm or rad.
+pub(super) fn determined(desk: &Desk, blocks: &[&Block]) -> Vec<(bool, f64)> {
+    let is_not_fitted = |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_) | Nuisance::Stand(_));
+    let mut fitted = Knowledge::before(&desk.unknowns.with_exact_linear_axes());
+    blocks.iter().for_each(|block| fitted.add(&block.with_prior_scaled(is_not_fitted, HELD)));
+    let of = |k: usize| (fitted.prior_share(k) < HALF, fitted.covariance(k, k).sqrt());
+    (0..desk.unknowns.wanted).map(of).collect()
+}
+
 /// Forecast of all wanted errors for a set of tests.
 pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
     let unknowns = &desk.unknowns;
-    let after = |change: &dyn Fn(&Block) -> Block| {
-        let mut knowledge = Knowledge::before(unknowns);
+    let after = |mut knowledge: Knowledge, change: &dyn Fn(&Block) -> Block| {
         blocks.iter().for_each(|block| knowledge.add(&change(block)));
         knowledge
     };
-    let plain = after(&|block| block.clone());
+    let before = || Knowledge::before(unknowns);
     let is_pivot = |nuisance: &Nuisance| matches!(nuisance, Nuisance::Pivot(..));
     let is_spindle = |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_));
-    let loose_pivot = after(&|block| block.with_prior_scaled(is_pivot, LOOSE));
-    // a wholly known ball: floor in place of zero keeps the arithmetic sound
-    let given_spindle = after(&|block| block.with_prior_scaled(is_spindle, 1e-6));
+    let plain = after(before(), &|block| block.clone());
+    let loose_pivot = after(before(), &|block| block.with_prior_scaled(is_pivot, LOOSE));
+    let given_spindle = after(before(), &|block| block.with_prior_scaled(is_spindle, HELD));
+    let fitted = determined(desk, blocks);
     (0..unknowns.wanted)
         .map(|k| {
             let (axis, component, name) = &unknowns.errors[k];
-            let prior = unknowns.prior(k).powi(2);
-            let share = plain.covariance(k, k) / prior;
-            let share_loose = loose_pivot.covariance(k, k) / prior;
             let sigma = plain.covariance(k, k).sqrt();
             let sigma_relative = given_spindle.covariance(k, k).sqrt();
-            let determined = share < HALF && share_loose < HALF;
+            let (determined, _) = fitted[k];
+            // without the pivots' spread nothing would be left of what was known before
+            let by_pivot = plain.covariance(k, k) < HALF * unknowns.prior(k).powi(2);
             let reason = if determined {
                 if sigma_relative < 0.7 * sigma {
                     "relative to the spindle ball, whose own placement is the floor of absolute positions".to_string()
@@ -55,18 +65,33 @@ pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
                     String::new()
                 }
             } else {
-                reason(desk, &loose_pivot, k, *axis, blocks, share < HALF)
+                reason(desk, &loose_pivot, k, *axis, blocks, by_pivot)
             };
             ErrorForecast {
                 name: name.to_string(),
                 is_angle: *component >= 3,
                 determined,
+                visible: determined || desk.visible[k],
                 sigma,
                 sigma_relative,
                 reason,
             }
         })
         .collect()
+}
+
+/// Setups of each axis that stand for all when it is asked what lengths can show.
+const SAMPLE: usize = 16;
+
+/// For each wanted error: reachable setups, clear or not, would fix it with pivots and bars unknown.
+pub(super) fn visible(desk: &Desk) -> Vec<bool> {
+    let mut knowledge = Knowledge::before_with_loose_setups(&desk.unknowns.with_exact_linear_axes());
+    for axis in 0..desk.machine.axes.len() {
+        let mine: Vec<_> = desk.all.list.iter().filter(|candidate| candidate.axis == axis).collect();
+        let step = mine.len().div_ceil(SAMPLE).max(1);
+        mine.iter().step_by(step).for_each(|candidate| knowledge.add(&desk.entry(candidate, None).block));
+    }
+    (0..desk.unknowns.wanted).map(|k| knowledge.prior_share(k) < HALF).collect()
 }
 
 fn reason(desk: &Desk, plain: &Knowledge, k: usize, axis: usize, blocks: &[&Block], by_pivot: bool) -> String {

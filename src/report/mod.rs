@@ -18,6 +18,8 @@ pub mod recording;
 pub mod residual_plot;
 pub mod setup_sheet;
 pub mod simulation;
+pub mod survey;
+pub mod survey_page;
 pub mod table;
 pub mod thesis;
 pub mod trace_plots;

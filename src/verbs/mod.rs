@@ -10,6 +10,7 @@ pub mod progress;
 pub mod report;
 pub mod save;
 pub mod simulate;
+pub mod survey;
 
 /// Why a verb stopped: one message for the user, exit code 2.
 pub type Refusal = Box<dyn std::error::Error>;

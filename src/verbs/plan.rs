@@ -46,6 +46,9 @@ pub struct Arguments {
     /// A method of the thesis in place of the free choice
     #[arg(long, value_enum)]
     method: Option<MethodName>,
+    /// Most pivot setups; 1 looks for the one place that does it all
+    #[arg(long, value_name = "COUNT", conflicts_with = "method", value_parser = clap::value_parser!(u8).range(1..=20))]
+    pivots: Option<u8>,
     /// Folder for the session file, setup sheet and NC programs
     #[arg(long)]
     out: Option<PathBuf>,
@@ -191,6 +194,7 @@ fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusa
     settings.margin_mm = arguments.margin;
     settings.feed_mm_per_min = arguments.feed;
     settings.avoid = arguments.avoid.iter().map(|text| avoided(text, machine)).collect::<Result<Avoid, _>>()?;
+    settings.pivots = arguments.pivots.map(usize::from);
     settings.method = arguments.method.map(|method| match method {
         MethodName::Chapter4 => Method::Chapter4,
         MethodName::Chapter5 => Method::Chapter5,
@@ -293,6 +297,7 @@ fn as_json(plan: &Plan, machine: &Machine) -> Value {
                 "sigma": round(measure.to_output(error.sigma), 4),
                 "sigma_relative": round(measure.to_output(error.sigma_relative), 4),
                 "unit": measure.output_unit(),
+                "visible": error.visible,
                 "reason": error.reason,
             });
             (error.name.clone(), value)
@@ -318,6 +323,7 @@ fn as_json(plan: &Plan, machine: &Machine) -> Value {
         "minutes": round(plan.minutes, 2),
         "pivot_setups": plan.pivot_setups,
         "goal_reached": plan.goal_reached,
+        "one_pivot": plan.one_pivot.map(|one| json!({ "determined": one.determined, "minutes": round(one.minutes, 2) })),
         "trade_off": curve,
         "considered": plan.considered,
     })
@@ -332,6 +338,14 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
         plan.minutes,
         plan.considered
     );
+    if let Some(one) = plan.one_pivot.filter(|_| plan.pivot_setups > 1) {
+        println!(
+            "from one pivot setup alone (--pivots 1): {} of {} errors in {:.0} minutes",
+            one.determined,
+            plan.errors.len(),
+            one.minutes
+        );
+    }
     let mut last = None;
     for planned in &plan.tests {
         let test = &planned.test;

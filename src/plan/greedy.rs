@@ -1,0 +1,194 @@
+//! Tests chosen one by one by gain per minute, pairs where single ones bring nothing, needless ones dropped. It places nothing.
+//!
+//! Gains of earlier rounds are upper bounds (information only shrinks as more is known, and a shortened sweep only loses),
+//! so most candidates are never looked at again. Gain is the fall of Σ ln max(σᵢ², goalᵢ²) over the wanted errors.
+
+use std::collections::{BTreeMap, BinaryHeap, HashSet};
+
+use super::candidates::Candidate;
+use super::choose::{Choice, Desk, Entry, MAX_FAILURES};
+use super::information::{Block, Knowledge};
+use super::words::determined;
+
+/// Gain per minute below which a test is not worth running, when no goal is missed by it.
+pub(super) const LEAST_GAIN: f64 = 1e-2;
+/// Times that goals are tightened for errors that rest on priors, by which factor, and from how many goals an error counts as seen.
+const TIGHTENINGS: usize = 8;
+const TIGHTER: f64 = 0.7;
+pub(super) const SEEN: f64 = 5.0;
+/// Most tests of a plan.
+const MAX_TESTS: usize = 24;
+
+/// Heap order: gain per minute, then the candidate's place in the list so that plans repeat.
+#[derive(PartialEq)]
+struct Bound(f64, usize, usize);
+
+impl Eq for Bound {}
+impl PartialOrd for Bound {
+    fn partial_cmp(&self, other: &Bound) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Bound {
+    fn cmp(&self, other: &Bound) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0).then(scatter(other.1).cmp(&scatter(self.1)))
+    }
+}
+
+/// Breaks ties apart: neighbours in the list tend to fail for the same reason.
+fn scatter(index: usize) -> (u64, usize) {
+    ((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15), index)
+}
+
+/// A choice under way.
+pub(super) struct Search<'a> {
+    pub entries: Vec<Entry<'a>>,
+    pub knowledge: Knowledge,
+    /// Indices of the entries taken, in order.
+    pub chosen: Vec<usize>,
+    /// Entries taken or not clear.
+    pub dead: HashSet<usize>,
+    /// By axis: setups that proved not clear.
+    pub failures: BTreeMap<usize, usize>,
+    pub minutes: f64,
+}
+
+impl<'a> Desk<'a> {
+    /// Chooses tests one by one from a list.
+    pub(super) fn greedy(&mut self, list: impl Iterator<Item = &'a Candidate>) -> Choice<'a> {
+        let mut search = Search {
+            entries: list.map(|candidate| self.entry(candidate, None)).collect(),
+            knowledge: Knowledge::before_with_loose_setups(&self.unknowns),
+            chosen: Vec::new(),
+            dead: HashSet::new(),
+            failures: BTreeMap::new(),
+            minutes: 0.0,
+        };
+        self.extend(&mut search);
+        if self.settings.goal.minutes.is_none() {
+            let goals = self.goals.clone();
+            for _ in 0..TIGHTENINGS {
+                if !self.tighten(&search, &goals) {
+                    break;
+                }
+                self.extend(&mut search);
+            }
+            self.drop_needless(&search.entries, &mut search.chosen);
+            self.goals = goals;
+        }
+        Choice { entries: search.entries, chosen: search.chosen }
+    }
+
+    /// Asks for more of errors that tests see but whose sigma rests on how well pivots and bars are known; false: there are none.
+    fn tighten(&mut self, search: &Search, goals: &[f64]) -> bool {
+        let blocks: Vec<&Block> = search.chosen.iter().map(|&k| &search.entries[k].block).collect();
+        let seen = search.knowledge.variances();
+        let mut tightened = false;
+        for (k, (is_determined, sigma)) in determined(self, &blocks).into_iter().enumerate() {
+            if !is_determined && seen[k] < (SEEN * goals[k]).powi(2) {
+                self.goals[k] = TIGHTER * sigma;
+                tightened = true;
+            }
+        }
+        tightened
+    }
+
+    /// True when the candidate's pivot is mounted already or one more may be.
+    pub fn may_mount(&self, search: &Search, k: usize) -> bool {
+        let site = search.entries[k].candidate.site;
+        self.settings.pivots.is_none_or(|most| {
+            let mounted: HashSet<usize> = search.chosen.iter().map(|&k| search.entries[k].candidate.site).collect();
+            mounted.contains(&site) || mounted.len() < most
+        })
+    }
+
+    /// Takes tests as long as one pays.
+    fn extend(&mut self, search: &mut Search<'a>) {
+        let count = search.entries.len();
+        let mut gains = vec![f64::MAX; count];
+        let alive = |dead: &HashSet<usize>| -> BinaryHeap<Bound> {
+            (0..count).filter(|k| !dead.contains(k)).map(|k| Bound(f64::MAX, k, 0)).collect()
+        };
+        let mut heap = alive(&search.dead);
+        let (mut round, mut worth) = (1, self.worth(&search.knowledge.variances()));
+        while let Some(Bound(_, k, seen)) = heap.pop() {
+            if search.dead.contains(&k) || search.chosen.len() >= MAX_TESTS || !self.may_mount(search, k) {
+                continue;
+            }
+            let cost = self.cost(&search.entries[k], &search.knowledge);
+            if self.settings.goal.minutes.is_some_and(|budget| search.minutes + cost > budget) {
+                continue;
+            }
+            if seen < round {
+                gains[k] = worth - self.worth(&search.knowledge.variances_with(&search.entries[k].block));
+                heap.push(Bound(gains[k] / cost, k, round));
+                continue;
+            }
+            if gains[k] / cost <= LEAST_GAIN {
+                // one test alone brings nothing; two from one pivot may
+                let pair = self.best_pair(search, worth).or_else(|| self.clear_pair(search, worth));
+                let Some(pair) = pair.filter(|_| search.chosen.len() + 2 <= MAX_TESTS) else { break };
+                pair.into_iter().for_each(|k| self.take(search, k));
+                worth = self.worth(&search.knowledge.variances());
+                round += 1;
+                gains.fill(f64::MAX);
+                heap = alive(&search.dead);
+                continue;
+            }
+            if search.entries[k].sweep.is_none() {
+                let candidate = search.entries[k].candidate;
+                if search.failures.get(&candidate.axis).is_some_and(|&count| count >= MAX_FAILURES) {
+                    search.dead.insert(k);
+                    continue;
+                }
+                match self.clear(candidate) {
+                    Some(sweep) => {
+                        search.entries[k] = self.entry(candidate, Some(sweep));
+                        heap.push(Bound(f64::MAX, k, 0));
+                    }
+                    None => {
+                        search.dead.insert(k);
+                        *search.failures.entry(candidate.axis).or_default() += 1;
+                    }
+                }
+                continue;
+            }
+            self.take(search, k);
+            worth = self.worth(&search.knowledge.variances());
+            round += 1;
+            // gains only fall, but costs fall too when a setup is mounted: bounds anew
+            heap = (0..count)
+                .filter(|k| !search.dead.contains(k))
+                .map(|k| Bound(gains[k] / self.cost(&search.entries[k], &search.knowledge), k, 0))
+                .collect();
+        }
+    }
+
+    fn take(&self, search: &mut Search, k: usize) {
+        search.minutes += self.cost(&search.entries[k], &search.knowledge);
+        search.knowledge.add(&search.entries[k].block);
+        search.chosen.push(k);
+        search.dead.insert(k);
+    }
+
+    /// Drops tests without which the wanted errors are as good, dearest first.
+    fn drop_needless(&self, entries: &[Entry], chosen: &mut Vec<usize>) {
+        let worth_of = |set: &[usize]| {
+            let mut knowledge = Knowledge::before_with_loose_setups(&self.unknowns);
+            set.iter().for_each(|&k| knowledge.add(&entries[k].block));
+            self.worth(&knowledge.variances())
+        };
+        let full = worth_of(chosen);
+        let mut place = 0;
+        while place < chosen.len() {
+            let mut without = chosen.clone();
+            without.remove(place);
+            // a thousandth of a factor e in one error
+            if worth_of(&without) <= full + 1e-3 {
+                *chosen = without;
+            } else {
+                place += 1;
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Two tests from one pivot that tell together what neither tells alone. Which tests are kept is `greedy`'s.
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+
+use super::choose::Desk;
+use super::greedy::{LEAST_GAIN, SEEN, Search};
+use super::information::Knowledge;
+
+/// Groups of setups with one pivot and ball, members of each, and pairs checked when single tests bring nothing.
+const PAIR_GROUPS: usize = 120;
+const PAIR_MEMBERS: usize = 6;
+const PAIR_CHECKS: usize = 1500;
+/// Members of each pivot's clear setups that are paired when an error is still missing.
+const CLEAR_MEMBERS: usize = 24;
+
+impl<'a> Desk<'a> {
+    /// The pair of clear tests from one pivot and one spindle ball with the greatest gain per minute, if any has one.
+    pub(super) fn best_pair(&mut self, search: &mut Search<'a>, worth: f64) -> Option<[usize; 2]> {
+        let usable: Vec<bool> =
+            (0..search.entries.len()).map(|k| !search.dead.contains(&k) && self.may_mount(search, k)).collect();
+        let Search { entries, knowledge, minutes, .. } = search;
+        let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
+        for (k, entry) in entries.iter().enumerate().filter(|(k, _)| usable[*k]) {
+            let c = entry.candidate;
+            groups.entry((c.axis, c.site, c.place)).or_default().push(k);
+        }
+        let mut pairs: Vec<(f64, [usize; 2])> = Vec::new();
+        for axis in groups.keys().map(|key| key.0).collect::<std::collections::BTreeSet<_>>() {
+            let mine: Vec<&Vec<usize>> =
+                groups.iter().filter(|(key, group)| key.0 == axis && group.len() > 1).map(|(_, group)| group).collect();
+            let stride = mine.len().div_ceil(PAIR_GROUPS).max(1);
+            for group in mine.iter().step_by(stride) {
+                let reach = group.len().div_ceil(PAIR_MEMBERS).max(1);
+                let members: Vec<usize> = group.iter().step_by(reach).copied().collect();
+                for (place, &one) in members.iter().enumerate() {
+                    let mut with_one = Knowledge::clone(knowledge);
+                    with_one.add(&entries[one].block);
+                    let first_cost = self.cost(&entries[one], knowledge);
+                    for &other in &members[place + 1..] {
+                        let cost = first_cost + self.cost(&entries[other], &with_one);
+                        let gain = worth - self.worth(&with_one.variances_with(&entries[other].block));
+                        let fits = self.settings.goal.minutes.is_none_or(|budget| *minutes + cost <= budget);
+                        if fits && gain / cost > LEAST_GAIN {
+                            pairs.push((gain / cost, [one, other]));
+                        }
+                    }
+                }
+            }
+        }
+        pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut refused: HashSet<usize> = HashSet::new();
+        for (bound, pair) in pairs.into_iter().take(PAIR_CHECKS) {
+            if pair.iter().any(|k| refused.contains(k)) {
+                continue;
+            }
+            let mut both = true;
+            for k in pair {
+                if both && entries[k].sweep.is_none() {
+                    match self.clear(entries[k].candidate) {
+                        Some(sweep) => entries[k] = self.entry(entries[k].candidate, Some(sweep)),
+                        None => {
+                            refused.insert(k);
+                            both = false;
+                        }
+                    }
+                }
+            }
+            if !both {
+                continue;
+            }
+            // shortened sweeps tell less: half of what was promised is still worth taking
+            let mut with_one = Knowledge::clone(knowledge);
+            with_one.add(&entries[pair[0]].block);
+            let cost = self.cost(&entries[pair[0]], knowledge) + self.cost(&entries[pair[1]], &with_one);
+            let gain = worth - self.worth(&with_one.variances_with(&entries[pair[1]].block));
+            if gain / cost > LEAST_GAIN.max(0.5 * bound) {
+                return Some(pair);
+            }
+        }
+        None
+    }
+
+    /// The best pair among all setups that are clear, for axes with errors that are still missing although lengths show them.
+    pub(super) fn clear_pair(&mut self, search: &mut Search<'a>, worth: f64) -> Option<[usize; 2]> {
+        let variances = search.knowledge.variances();
+        let axes: BTreeSet<usize> = (0..self.unknowns.wanted)
+            .filter(|&k| self.visible[k] && variances[k] > (SEEN * self.goals[k]).powi(2))
+            .map(|k| self.unknowns.errors[k].0)
+            .collect();
+        let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+        for k in 0..search.entries.len() {
+            let candidate = search.entries[k].candidate;
+            if !axes.contains(&candidate.axis) || search.dead.contains(&k) || !self.may_mount(search, k) {
+                continue;
+            }
+            if search.entries[k].sweep.is_none() {
+                match self.clear(candidate) {
+                    Some(sweep) => search.entries[k] = self.entry(candidate, Some(sweep)),
+                    None => {
+                        search.dead.insert(k);
+                        continue;
+                    }
+                }
+            }
+            groups.entry((candidate.axis, candidate.site)).or_default().push(k);
+        }
+        let mut best: Option<(f64, [usize; 2])> = None;
+        for group in groups.values() {
+            let members: Vec<usize> = group.iter().step_by(group.len().div_ceil(CLEAR_MEMBERS)).copied().collect();
+            for (place, &one) in members.iter().enumerate() {
+                let mut with_one = search.knowledge.clone();
+                with_one.add(&search.entries[one].block);
+                let first_cost = self.cost(&search.entries[one], &search.knowledge);
+                for &other in &members[place + 1..] {
+                    let cost = first_cost + self.cost(&search.entries[other], &with_one);
+                    let gain = worth - self.worth(&with_one.variances_with(&search.entries[other].block));
+                    let fits = self.settings.goal.minutes.is_none_or(|budget| search.minutes + cost <= budget);
+                    if fits && gain / cost > best.map_or(LEAST_GAIN, |(rate, _)| rate) {
+                        best = Some((gain / cost, [one, other]));
+                    }
+                }
+            }
+        }
+        best.map(|(_, pair)| pair)
+    }
+}

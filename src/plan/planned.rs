@@ -1,0 +1,180 @@
+//! A finished plan: its tests in an order with few changes, forecasts and trade-off curve. It chooses nothing.
+
+use std::collections::{HashMap, HashSet};
+
+use super::approach::Approach;
+use super::candidates::Candidate;
+use super::choose::{Choice, Desk, Entry};
+use super::information::{Block, Knowledge};
+use super::reach::ClearSweep;
+use super::words::{ErrorForecast, forecasts};
+use crate::session::{Follow, Path, Test};
+
+/// One test of a plan, run in both directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedTest {
+    /// The session test from lower to upper end.
+    pub test: Test,
+    pub axis: usize,
+    /// Distance of the carried ball from the axis line, mm.
+    pub rho_mm: f64,
+    /// Distance of the still ball along the axis line from the foot of the other, mm.
+    pub h_mm: f64,
+    pub sweep: ClearSweep,
+    /// Both directions, mounting apart, min.
+    pub minutes: f64,
+    /// Name of the mount.
+    pub mount: String,
+    /// Ball above the mount, mm.
+    pub height_mm: f64,
+    /// From park to the start of the run-in, without the bar.
+    pub approach: Approach,
+}
+
+impl PlannedTest {
+    /// The session tests: counter-clockwise (rising), then clockwise.
+    pub fn both_ways(&self) -> [Test; 2] {
+        let (from_deg, to_deg) = (self.sweep.from_deg, self.sweep.to_deg);
+        [("ccw", from_deg, to_deg), ("cw", to_deg, from_deg)].map(|(way, from, to)| Test {
+            name: format!("{}-{way}", self.test.name),
+            path: Some(Path::Sweep { axis: self.axis, from, to, step: 0.5, follow: Follow::None }),
+            ..self.test.clone()
+        })
+    }
+}
+
+/// A point of the trade-off curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TradeOff {
+    pub tests: usize,
+    pub minutes: f64,
+    pub pivot_setups: usize,
+    /// Worst standard deviations of positions, mm, and orientations, rad.
+    pub position_mm: f64,
+    pub orientation_rad: f64,
+}
+
+/// The best plan whose tests all use one pivot setup.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OnePivot {
+    /// Errors determined.
+    pub determined: usize,
+    pub minutes: f64,
+}
+
+/// A test plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    pub tests: Vec<PlannedTest>,
+    pub errors: Vec<ErrorForecast>,
+    pub minutes: f64,
+    pub pivot_setups: usize,
+    pub curve: Vec<TradeOff>,
+    /// Candidates that were reachable.
+    pub considered: usize,
+    /// Goals reached, absolute or relative to the spindle ball.
+    pub goal_reached: bool,
+    /// What tests from one pivot setup alone reach; `None` when a method or a limit on pivots was asked for, or without any test.
+    pub one_pivot: Option<OnePivot>,
+}
+
+impl<'a> Desk<'a> {
+    /// Ways to the tests: from one park position for all where there is such a one, else each from its own.
+    fn approaches(&mut self, order: &[&Entry]) -> Vec<Option<Approach>> {
+        let mut best: Vec<Option<Approach>> = vec![None; order.len()];
+        for park in 0..self.parking.count() {
+            let found: Vec<Option<Approach>> =
+                order.iter().map(|entry| self.approach(entry.candidate, entry.sweep.as_ref()?, park)?.ok()).collect();
+            if found.iter().all(Option::is_some) {
+                return found;
+            }
+            for (best, found) in best.iter_mut().zip(found) {
+                *best = best.take().or(found);
+            }
+        }
+        best
+    }
+
+    /// The plan of the chosen tests in an order with few changes of pivot, then spindle ball, then bar.
+    pub(super) fn finish(&mut self, choice: Choice<'a>) -> Plan {
+        let Choice { entries, chosen } = choice;
+        let mut curve = Vec::new();
+        let mut knowledge = Knowledge::before(&self.unknowns);
+        let mut minutes = 0.0;
+        for (count, &k) in chosen.iter().enumerate() {
+            minutes += self.cost(&entries[k], &knowledge);
+            knowledge.add(&entries[k].block);
+            let pivots: HashSet<usize> = chosen[..=count].iter().map(|&k| entries[k].candidate.site).collect();
+            let worst = |angle: bool| {
+                knowledge
+                    .variances()
+                    .iter()
+                    .zip(&self.unknowns.errors)
+                    .filter(|(_, (_, component, _))| (*component >= 3) == angle)
+                    .map(|(variance, _)| variance.sqrt())
+                    .fold(0.0, f64::max)
+            };
+            curve.push(TradeOff {
+                tests: count + 1,
+                minutes,
+                pivot_setups: pivots.len(),
+                position_mm: worst(false),
+                orientation_rad: worst(true),
+            });
+        }
+        let mut order: Vec<&Entry> = chosen.iter().map(|&k| &entries[k]).collect();
+        let rank = |value: usize, of: &dyn Fn(&Candidate) -> usize| {
+            chosen.iter().position(|&k| of(entries[k].candidate) == value).unwrap_or(usize::MAX)
+        };
+        order.sort_by_key(|entry| {
+            let candidate = entry.candidate;
+            let site = rank(candidate.site, &|c| c.site);
+            let place = rank(candidate.place, &|c| c.place);
+            (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis)
+        });
+        let blocks: Vec<&Block> = order.iter().map(|entry| &entry.block).collect();
+        let errors = forecasts(self, &blocks);
+        let approaches = self.approaches(&order);
+        let mut names: HashMap<String, usize> = HashMap::new();
+        let tests = order
+            .iter()
+            .zip(approaches)
+            .filter_map(|(entry, approach)| {
+                let (sweep, approach) = (entry.sweep.clone()?, approach?);
+                let candidate = entry.candidate;
+                let base = format!("{}-{}", self.machine.axes[candidate.axis].name.to_lowercase(), candidate.bar_mm);
+                let count = names.entry(base.clone()).or_default();
+                *count += 1;
+                let name = format!("{base}-{count}");
+                let site = &self.all.sites[candidate.site];
+                Some(PlannedTest {
+                    test: self.test(candidate, name, (sweep.from_deg, sweep.to_deg)),
+                    axis: candidate.axis,
+                    rho_mm: candidate.solved.rho_mm,
+                    h_mm: candidate.solved.h_mm,
+                    minutes: self.run_minutes(entry),
+                    sweep,
+                    mount: self.bodies.mounts[site.mount].name.clone(),
+                    height_mm: site.height_mm,
+                    approach,
+                })
+            })
+            .collect();
+        let pivots: HashSet<usize> = order.iter().map(|entry| entry.candidate.site).collect();
+        let goal = &self.settings.goal;
+        let goal_reached = errors.iter().all(|error| {
+            let goal = if error.is_angle { goal.orientation_rad } else { goal.position_mm };
+            error.determined && (error.sigma <= goal * 1.001 || error.sigma_relative <= goal * 1.001)
+        });
+        Plan {
+            tests,
+            errors,
+            minutes,
+            pivot_setups: pivots.len(),
+            curve,
+            considered: self.all.list.len(),
+            goal_reached,
+            one_pivot: None,
+        }
+    }
+}
