@@ -120,7 +120,13 @@ fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
         let rotary = |k: usize| machine.axes[k].kind == AxisKind::Rotary;
         let table_table = (0..machine.axes.len()).filter(|&k| rotary(k)).all(|k| k < machine.code.workpiece_side.len());
         if table_table {
-            assert!(plan.errors.iter().all(|error| error.determined), "{}", file.display());
+            // a place along an inclined axis or an angle about it is no property of its line: identify leaves those open too
+            let inclined = machine.axes.iter().any(|axis| axis.coordinate_direction().is_none());
+            assert!(
+                plan.errors.iter().all(|error| error.determined || inclined && !error.visible),
+                "{}",
+                file.display()
+            );
         }
         println!(
             "{}: {} tests, {} determined",

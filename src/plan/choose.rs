@@ -141,7 +141,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
     desk.visible = visible(&desk);
     let (choice, one_pivot) = match (settings.method, settings.pivots) {
         (Some(method), _) => (method_choice(&mut desk, method)?, None),
-        (None, Some(1)) => (desk.from_one_pivot(), None),
+        (None, Some(1)) => (desk.one_pivot_choice(), None),
         (None, _) => desk.free_choice(),
     };
     Ok(Plan { one_pivot, ..desk.finish(choice) })
@@ -157,7 +157,7 @@ impl<'a> Desk<'a> {
             let one = OnePivot { determined: reached.determined, minutes: reached.minutes };
             return (free, (reached.pivots == 1).then_some(one));
         }
-        let one = self.from_one_pivot();
+        let one = self.one_pivot_choice();
         let from_one = self.reached(&one);
         let as_good = from_one.determined >= reached.determined && from_one.worth <= reached.worth + SAME_WORTH;
         let better = match self.settings.goal.minutes {

@@ -11,7 +11,7 @@ const RANKED_BY: usize = 16;
 
 impl<'a> Desk<'a> {
     /// Tests that all use one pivot setup.
-    pub(super) fn from_one_pivot(&mut self) -> Choice<'a> {
+    pub(super) fn one_pivot_choice(&mut self) -> Choice<'a> {
         let list: &'a [Candidate] = &self.all.list;
         let mut by_site: Vec<Vec<&'a Candidate>> = vec![Vec::new(); self.all.sites.len()];
         list.iter().for_each(|candidate| by_site[candidate.site].push(candidate));
