@@ -102,26 +102,29 @@ fn an_obstacle_on_the_way_to_the_start_is_avoided() {
     let a = machine.axis_index("A").expect("A");
     let c = machine.axis_index("C").expect("C");
     let before = planned(&machine, &bodies);
-    // a test of A that stands at another C than the park position
-    let test = before
-        .tests
-        .iter()
-        .find(|test| test.axis == a && (test.test.positions[c].expect("C stands") - test.approach.park[c]).abs() > 0.5)
-        .expect("such a test");
-    // a post on the cradle half-way round, where C carries the pivot's stand past it but A does not
-    let half = 0.5 * (test.test.positions[c].expect("C stands") + test.approach.park[c]);
-    let pivot = test.test.pivot.at;
-    let turned = nalgebra::Rotation3::new(Vector3::z() * half) * Vector3::new(pivot.x, pivot.y, 0.0);
-    let mut blocked = bodies.clone();
-    let post = Solid::Cylinder { radius_mm: 3.0, half_mm: 30.0 };
-    blocked.bodies.push(body("post", "A", post, [turned.x, turned.y, -38.0]));
-    let (least, pair) = sampled(&machine, &blocked, test, &test.approach.corners());
-    assert!(least <= 0.0 && pair.contains("post"), "{least} {pair}");
-    // the sweep itself does not meet the post
-    let mut sweep = test.approach.corners().pop().expect("start");
-    let from = sweep.clone();
-    sweep[a] = (test.sweep.to_deg + 4.0).to_radians();
-    assert!(sampled(&machine, &blocked, test, &[from, sweep]).0 > 5.0);
+    // tests of A that stand at another C than the park position
+    let tests = before.tests.iter().filter(|test| {
+        test.axis == a && (test.test.positions[c].expect("C stands") - test.approach.park[c]).abs() > 0.5
+    });
+    let planted = tests.map(|test| {
+        // a post on the cradle half-way round, where C carries the pivot's stand past it but A does not
+        let half = 0.5 * (test.test.positions[c].expect("C stands") + test.approach.park[c]);
+        let pivot = test.test.pivot.at;
+        let turned = nalgebra::Rotation3::new(Vector3::z() * half) * Vector3::new(pivot.x, pivot.y, 0.0);
+        let mut blocked = bodies.clone();
+        let post = Solid::Cylinder { radius_mm: 3.0, half_mm: 30.0 };
+        blocked.bodies.push(body("post", "A", post, [turned.x, turned.y, -38.0]));
+        (test, blocked)
+    });
+    // the way meets the post, the sweep itself does not
+    let on_the_way_alone = |(test, blocked): &(&PlannedTest, Bodies)| {
+        let (least, pair) = sampled(&machine, blocked, test, &test.approach.corners());
+        let from = test.approach.corners().pop().expect("start");
+        let mut sweep = from.clone();
+        sweep[a] = (test.sweep.to_deg + 4.0).to_radians();
+        least <= 0.0 && pair.contains("post") && sampled(&machine, blocked, test, &[from, sweep]).0 > 5.0
+    };
+    let (_, blocked) = planted.into_iter().find(on_the_way_alone).expect("a way with a post on it");
     let after = planned(&machine, &blocked);
     assert!(after.tests.iter().any(|test| test.axis == a));
     for test in &after.tests {
