@@ -335,8 +335,10 @@ fn merged(folders: &[PathBuf]) -> Result<(Vec<Outcome>, Vec<PathBuf>), Refusal> 
         }
     }
     rows.sort_by_key(|(place, ..)| *place);
-    // the list of all is dealt out to the shards in turn: a row of another shard, or one that stands twice, shows
-    if let Some((_, (_, shard, outcome))) = rows.iter().enumerate().find(|(place, (_, shard, _))| !shard.holds(*place))
+    // the list of all is dealt out to the shards in turn: a row of another shard shows unless it also stands twice
+    let twice = |place: usize| place > 0 && rows[place - 1].0 == rows[place].0;
+    if let Some((_, (_, shard, outcome))) =
+        rows.iter().enumerate().find(|(place, (_, shard, _))| !shard.holds(*place) || twice(*place))
     {
         return Err(format!(
             "shard {shard} has {}, which is not its own or stands twice; delete its file and run it again",
