@@ -6,9 +6,9 @@
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
-use parry3d::math::Vector;
 
 use super::Solid;
+use super::solid::hull;
 
 /// Most triangles of a mesh; larger ones are to be simplified before.
 pub const MAX_TRIANGLES: usize = 200_000;
@@ -44,7 +44,7 @@ pub fn convex_pieces(triangles: &[[Vector3<f64>; 3]]) -> Result<Vec<Solid>, Mesh
         return Err(MeshError::NotFinite);
     }
     refuse_open_edges(triangles)?;
-    let (corners, volume) = hull(triangles).ok_or(MeshError::Flat)?;
+    let (corners, volume) = hull(triangles.iter().flatten()).ok_or(MeshError::Flat)?;
     if volume <= 0.0 {
         return Err(MeshError::Flat);
     }
@@ -75,7 +75,7 @@ fn split(triangles: &[[Vector3<f64>; 3]], volume: f64) -> Option<[Piece; 2]> {
         for part in [0.25, 0.5, 0.75] {
             let at = low + (high - low) * part;
             let (one, other): (Vec<_>, Vec<_>) = triangles.iter().copied().partition(|t| centre(t, k) < at);
-            if let (Some((c1, v1)), Some((c2, v2))) = (hull(&one), hull(&other))
+            if let (Some((c1, v1)), Some((c2, v2))) = (hull(one.iter().flatten()), hull(other.iter().flatten()))
                 && best.as_ref().is_none_or(|(_, total)| v1 + v2 < *total)
             {
                 best = Some(([(one, c1, v1), (other, c2, v2)], v1 + v2));
@@ -83,21 +83,6 @@ fn split(triangles: &[[Vector3<f64>; 3]], volume: f64) -> Option<[Piece; 2]> {
         }
     }
     best.filter(|(_, total)| *total < WORTHWHILE * volume).map(|(pieces, _)| pieces)
-}
-
-/// Corners and volume of the hull of some triangles; `None` when they lie in a plane.
-fn hull(triangles: &[[Vector3<f64>; 3]]) -> Option<(Vec<Vector3<f64>>, f64)> {
-    let points: Vec<Vector> = triangles.iter().flatten().map(|p| Vector::new(p.x, p.y, p.z)).collect();
-    if points.len() < 4 {
-        return None;
-    }
-    let (corners, faces) = parry3d::transformation::try_convex_hull(&points).ok()?;
-    let volume: f64 = faces
-        .iter()
-        .map(|f| corners[f[0] as usize].dot(corners[f[1] as usize].cross(corners[f[2] as usize])) / 6.0)
-        .sum();
-    let corners = corners.iter().map(|c| Vector3::new(c.x, c.y, c.z)).collect();
-    (volume.abs() > 1e-6).then_some((corners, volume.abs()))
 }
 
 /// Every edge of a closed mesh belongs to two triangles.

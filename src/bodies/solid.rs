@@ -19,17 +19,7 @@ pub enum Solid {
 impl Solid {
     /// Convex hull of some points; `None` when they lie in a plane.
     pub fn hull_of(points: &[Vector3<f64>]) -> Option<Solid> {
-        let points: Vec<Vector> = points.iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
-        if points.len() < 4 {
-            return None;
-        }
-        let (corners, faces) = parry3d::transformation::try_convex_hull(&points).ok()?;
-        let volume: f64 = faces
-            .iter()
-            .map(|f| corners[f[0] as usize].dot(corners[f[1] as usize].cross(corners[f[2] as usize])) / 6.0)
-            .sum();
-        let corners = corners.iter().map(|c| Vector3::new(c.x, c.y, c.z)).collect();
-        (volume.abs() > 1e-6).then_some(Solid::Hull { corners })
+        hull(points.iter()).map(|(corners, _)| Solid::Hull { corners })
     }
 
     /// Radius of the ball about the frame's origin that holds the solid, mm.
@@ -41,6 +31,21 @@ impl Solid {
             Solid::Hull { corners } => corners.iter().map(Vector3::norm).fold(0.0, f64::max),
         }
     }
+}
+
+/// Corners and volume (mm³) of the hull of some points; `None` when they lie in a plane.
+pub(super) fn hull<'p>(points: impl Iterator<Item = &'p Vector3<f64>>) -> Option<(Vec<Vector3<f64>>, f64)> {
+    let points: Vec<Vector> = points.map(|p| Vector::new(p.x, p.y, p.z)).collect();
+    if points.len() < 4 {
+        return None;
+    }
+    let (corners, faces) = parry3d::transformation::try_convex_hull(&points).ok()?;
+    let volume: f64 = faces
+        .iter()
+        .map(|f| corners[f[0] as usize].dot(corners[f[1] as usize].cross(corners[f[2] as usize])) / 6.0)
+        .sum();
+    let corners = corners.iter().map(|c| Vector3::new(c.x, c.y, c.z)).collect();
+    (volume.abs() > 1e-6).then_some((corners, volume.abs()))
 }
 
 /// Rotation whose third column is `axis` (unit length).

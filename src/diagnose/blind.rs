@@ -3,7 +3,7 @@
 use super::finding::{Cause, cause_of, unit};
 use super::ground::{Ground, Term};
 use super::library::{Family, family_terms};
-use super::stage::{Accepted, Stage};
+use super::stage::Stage;
 use crate::effects::kind;
 use crate::machine::{AxisKind, Machine, Outlet, Place};
 
@@ -47,8 +47,7 @@ fn notable(kind: &str, is_angle: bool) -> f64 {
 }
 
 /// Causes that the session does not show at notable sizes.
-pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage, model: &[Accepted]) -> Vec<Blind> {
-    let _ = model;
+pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blind> {
     let machine = ground.context.machine();
     let mut list: Vec<Blind> = Vec::new();
     let mut seen: Vec<(&str, Place, Outlet)> = Vec::new();

@@ -95,7 +95,7 @@ pub fn findings(
             let lead = &search.found[group[0]];
             let same_place = lead.chosen.effect.place == found.chosen.effect.place;
             let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
-            let alike = driver_class(driver(lead, families)) == driver_class(driver(found, families));
+            let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
             let free = is_free(found, families);
             let same_cause = same_kind && !is_event(found);
             let rest_of_form = free || (alike && found.gain < REST_OF_FORM * lead.gain);
@@ -146,10 +146,6 @@ fn candidate_driver(candidate: &Candidate) -> Driver {
     }
 }
 
-fn driver(found: &Found, _families: &[Family]) -> Driver {
-    candidate_driver(&found.chosen)
-}
-
 #[allow(clippy::too_many_arguments)]
 fn finding(
     ground: &Ground,
@@ -171,7 +167,7 @@ fn finding(
         let first = first_column[index];
         let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| stage.accepted(first + k)).collect();
         own_columns.extend(first..first + found.chosen.columns.len());
-        effects.extend(sized(machine, &found.chosen, &sizes, ground));
+        effects.extend(sized(&found.chosen, &sizes, ground));
     }
     let gain: f64 = group.iter().map(|&index| search.found[index].gain).sum();
     let free_gain: f64 = group
@@ -220,7 +216,7 @@ fn finding(
 }
 
 /// The effect with its fitted sizes; effects with amplitudes by test become one effect per test.
-fn sized(machine: &Machine, candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
+fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     let Some(kind) = kind(&candidate.effect.kind) else { return Vec::new() };
     let functions = (kind.functions)(&candidate.effect);
     let size = |term: &Term, value: f64| Size {
@@ -228,7 +224,6 @@ fn sized(machine: &Machine, candidate: &Candidate, sizes: &[f64], ground: &Groun
         function: functions[term.function].clone(),
         value: value / display(term.measure),
     };
-    let _ = machine;
     let mut list: Vec<Effect> = Vec::new();
     for (term, &value) in candidate.terms.iter().zip(sizes) {
         let tests = term.test.map(|test| vec![ground.context.session().tests[test].name.clone()]);

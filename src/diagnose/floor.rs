@@ -43,6 +43,11 @@ pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel>
         .collect()
 }
 
+/// Mean variance of a reading's noise over all tests, mm².
+pub fn mean_noise_mm2(noise: &[NoiseModel]) -> f64 {
+    noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64
+}
+
 /// Slow noise may be so many times the floor's rms: more is missing physics, not noise.
 const MOST_SLOW_NOISE: f64 = 2.0;
 /// Longest correlation of AR noise, per sample: beyond it is the offset of a whole trace, which instruments do not have.

@@ -116,6 +116,11 @@ impl<'a> Ground<'a> {
         }
     }
 
+    /// Whether any test was recorded in time: static poses have no noise floor but the residual itself.
+    pub fn has_sweeps(&self) -> bool {
+        (0..self.tests()).any(|test| self.context.motion(test).time_s.is_some())
+    }
+
     /// Number of tests.
     pub fn tests(&self) -> usize {
         self.residual_mm.len()

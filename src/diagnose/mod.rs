@@ -151,37 +151,30 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     coarse.prepare(families.iter().flat_map(|family| &family.outlets));
     let cells = Cells::of(&coarse, &families);
     let grounds = Grounds { fine: &fine, coarse: &coarse, cells: &cells };
-    let floor_um = pooled_noise_um(&floor::noise_floor(&fine, &fine.residual_mm));
+    let floors = search::floors(&grounds);
+    let noise_um = 1e3 * floor::mean_noise_mm2(&floors[0]).sqrt();
     let readings: usize = kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
-    let strain = problem
-        .unknowns
-        .iter()
-        .zip(&values)
-        .filter(|(unknown, _)| unknown.quantity.is_setup())
-        .map(|(unknown, value)| WIDER_SETUPS * (value / unknown.prior_sigma).abs())
-        .fold(0.0, f64::max);
-    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, floor_um, left_out, strain, &kept);
-    let mut search = if data_fault.is_some() { search::nothing(&fine) } else { search(&grounds, &families) };
+    let strain = WIDER_SETUPS * preflight::strain(&problem, &values);
+    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain, &kept);
+    let nothing = || search::nothing(&fine, &floors[0]);
+    let mut search = if data_fault.is_some() { nothing() } else { search(&grounds, &floors, &families) };
     let data_fault = data_fault.or_else(|| shift_of_one_test(&search));
     if data_fault.is_some() {
-        search = search::nothing(&fine);
+        search = nothing();
     }
-    let all: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-    let all_findings =
-        finding::findings(&fine, &families, &search, &Stage::new(&fine, &search.noise_after, &all, &fine.kept), &all);
-    let proof =
-        (!all_findings.is_empty()).then(|| proof::prove(&grounds, &families, &all_findings, &search.noise_after));
-    let proof = proof.map(|proof| without_unproven(&mut search, &all_findings, proof));
-    let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-    let stage = Stage::new(&fine, &search.noise_after, &columns, &fine.kept);
-    let findings = finding::findings(&fine, &families, &search, &stage, &columns);
-    let blind_to = blind::blind_to(
-        &coarse,
-        &families,
-        &Stage::new(&coarse, &floor::noise_floor(&coarse, &coarse.residual_mm), &[], &coarse.kept),
-        &columns,
-    );
+    let mut told = Told::of(&fine, &families, &search);
+    let mut proof = None;
+    if !told.findings.is_empty() {
+        let proved = proof::prove(&grounds, &families, &told.findings, &search.noise_after);
+        let before = search.found.len();
+        proof = Some(without_unproven(&mut search, &told.findings, proved));
+        if search.found.len() < before {
+            told = Told::of(&fine, &families, &search);
+        }
+    }
+    let Told { columns, stage, findings } = told;
+    let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
     let after = stage.residual_mm(&columns);
     let tests: Vec<TestBeforeAfter> = fit
         .tests
@@ -200,13 +193,11 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     let rms_before_um = pooled(|test| &test.before_mm);
     let rms_after_um = pooled(|test| &test.after_mm);
-    let noise_um = pooled_noise_um(&search.floor);
-    let has_floor = (0..fine.tests()).any(|test| context.motion(test).time_s.is_some());
     let verdict = match data_fault {
         Some(_) => Verdict::DataFault,
         None => match verdict(&findings, rms_after_um, noise_um) {
-            // static poses have no noise floor but the residual itself, so that nothing shows that all is explained
-            Verdict::Explained if !has_floor => Verdict::PartlyExplained,
+            // nothing shows then that all is explained
+            Verdict::Explained if !fine.has_sweeps() => Verdict::PartlyExplained,
             verdict => verdict,
         },
     };
@@ -224,6 +215,22 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         tests,
         unknowns: problem.unknowns,
     })
+}
+
+/// What a search found, fitted on all rows and worded.
+struct Told<'g, 'a> {
+    columns: Vec<Accepted>,
+    stage: Stage<'g, 'a>,
+    findings: Vec<Finding>,
+}
+
+impl<'g, 'a> Told<'g, 'a> {
+    fn of(fine: &'g Ground<'a>, families: &[Family], search: &Search) -> Told<'g, 'a> {
+        let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
+        let findings = finding::findings(fine, families, search, &stage, &columns);
+        Told { columns, stage, findings }
+    }
 }
 
 /// Drops further findings that held-out readings do not confirm: what is left of an inexact form may look like physics.
@@ -264,11 +271,6 @@ fn shift_of_one_test(search: &Search) -> Option<DataFault> {
         1e3 * before_mm2.sqrt(),
         1e3 * (before_mm2 - found.fall_mm2).max(0.0).sqrt(),
     ))
-}
-
-/// Standard deviation of one reading over all tests, µm.
-fn pooled_noise_um(noise: &[identify::NoiseModel]) -> f64 {
-    1e3 * (noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64).sqrt()
 }
 
 fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: f64) -> Verdict {

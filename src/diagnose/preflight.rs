@@ -150,6 +150,12 @@ fn toggled(session: &Session, (mut misfit, mut suspicion): (f64, Suspicion)) -> 
 /// Residuals beyond so many robust sigmas count no more: single gross readings must not hide what a mistake does.
 const CLIPPED: f64 = 15.0;
 
+/// Largest offset of a ball or bar from its stated place, in its spreads.
+pub fn strain(problem: &Problem, values: &[f64]) -> f64 {
+    let setups = problem.unknowns.iter().zip(values).filter(|(unknown, _)| unknown.quantity.is_setup());
+    setups.map(|(unknown, value)| (value / unknown.prior_sigma).abs()).fold(0.0, f64::max)
+}
+
 /// Rms residual of a robust fit, µm; every reading counts, but none for more than so many sigmas.
 fn misfit_um(session: &Session) -> Option<f64> {
     let chain = Chain::of(&session.machine);
@@ -173,13 +179,7 @@ fn misfit_um(session: &Session) -> Option<f64> {
                 .filter(|value| value.is_finite())
                 .map(|value| value.clamp(-limit, limit));
             // offsets of balls far beyond their spreads are a misfit as well
-            let strain: f64 = problem
-                .unknowns
-                .iter()
-                .zip(&values)
-                .filter(|(unknown, _)| unknown.quantity.is_setup())
-                .map(|(unknown, value)| (value / unknown.prior_sigma).abs())
-                .fold(0.0, f64::max);
+            let strain = strain(&problem, &values);
             return Some(1e3 * identify::rms(clipped) * (1.0 + (strain / 6.0 - 1.0).max(0.0)));
         }
         scale = next;

@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use super::ground::Ground;
 use super::library::Family;
-use super::search::{Grounds, search};
+use super::search::{Grounds, floors, search};
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
 
@@ -33,7 +33,8 @@ pub fn prove(grounds: &Grounds, families: &[Family], findings: &[Finding], noise
         let train = [mask(grounds.fine, fold, false), mask(grounds.coarse, fold, false)];
         let test = mask(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
-        let searched = search(&Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells }, families);
+        let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
+        let searched = search(&masked, &floors(&masked), families);
         let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
         let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);

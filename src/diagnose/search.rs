@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::cells::Cells;
-use super::floor::{likely_noise, noise_floor};
+use super::floor::{likely_noise, mean_noise_mm2, noise_floor};
 use super::ground::{Column, Ground, Term};
 use super::library::Family;
 use super::refining::refine_all;
@@ -90,10 +90,9 @@ const REFINED: usize = 12;
 const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
-pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
-    let has_sweeps = (0..grounds.fine.tests()).any(|test| grounds.fine.context.motion(test).time_s.is_some());
-    let limits = if has_sweeps { SWEEPS } else { POSES };
-    let ways = Ways { grounds, families, floors: floors(grounds), limits };
+pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
+    let limits = if grounds.fine.has_sweeps() { SWEEPS } else { POSES };
+    let ways = Ways { grounds, families, floors, limits };
     let mut model = Model::empty(&ways);
     let noise_before = model.noise.clone();
     let residual_before_mm2 = mean_square(grounds.fine, &model.residual_mm);
@@ -106,12 +105,15 @@ pub fn search(grounds: &Grounds, families: &[Family]) -> Search {
         found: model.found,
         residual_mm: model.residual_mm,
         best_left: model.best_left,
-        floor: ways.floors.into_iter().next().unwrap_or_default(),
+        floor: floors[0].clone(),
     }
 }
 
+/// Noise by test, on all rows and on averaged ones.
+pub type Floors = [Vec<NoiseModel>; 2];
+
 /// Noise floors of both resolutions.
-fn floors(grounds: &Grounds) -> [Vec<NoiseModel>; 2] {
+pub fn floors(grounds: &Grounds) -> Floors {
     [grounds.fine, grounds.coarse].map(|ground| noise_floor(ground, &ground.residual_mm))
 }
 
@@ -181,7 +183,7 @@ const BETTER_SET: f64 = 5.0;
 struct Ways<'w, 'g, 'a> {
     grounds: &'w Grounds<'g, 'a>,
     families: &'w [Family],
-    floors: [Vec<NoiseModel>; 2],
+    floors: &'w Floors,
     limits: Limits,
 }
 
@@ -319,12 +321,11 @@ struct Step {
 }
 
 /// A search that was not made: nothing found.
-pub fn nothing(ground: &Ground) -> Search {
-    let floor = noise_floor(ground, &ground.residual_mm);
+pub fn nothing(ground: &Ground, floor: &[NoiseModel]) -> Search {
     Search {
-        noise_before: floor.clone(),
-        noise_after: floor.clone(),
-        floor,
+        noise_before: floor.to_vec(),
+        noise_after: floor.to_vec(),
+        floor: floor.to_vec(),
         found: Vec::new(),
         residual_before_mm2: mean_square(ground, &ground.residual_mm),
         residual_mm: ground.residual_mm.clone(),
@@ -360,11 +361,6 @@ fn is_demanded(
             log_odds > ACCEPT_FURTHER && fall_mm2 > limits.share_elsewhere * explained && in_noise(limits.rms_elsewhere)
         }
     }
-}
-
-/// Mean variance of a reading's noise, mm².
-fn mean_noise_mm2(noise: &[NoiseModel]) -> f64 {
-    noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64
 }
 
 /// Mean square of the rows that take part, mm².

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::before_after::BeforeAfterPlots;
+use super::cards::{Card, cards};
 use super::chain_map::chain_map;
 use super::diagnosis::{DiagnosisJson, FindingJson};
 use super::diagnosis_text::{blind_words, moved_words, verdict_words};
@@ -40,7 +41,7 @@ pub fn diagnosis_page(
         escape(&session.machine.code.to_string())
     );
     let _ = writeln!(page, "<p class=\"verdict {}\">{}</p>", identifier(json.verdict), escape(&verdict_words(json)));
-    cards(&mut page, json);
+    figures(&mut page, json);
     let _ = write!(
         page,
         "<section>\n<h2>Where on the machine</h2>\n<figure class=\"map-figure\">\n{}<figcaption>Chain from workpiece to tool; the bar stands between \
@@ -62,26 +63,35 @@ pub fn diagnosis_page(
     page
 }
 
-fn cards(page: &mut String, json: &DiagnosisJson) {
+fn figures(page: &mut String, json: &DiagnosisJson) {
     let fit = &json.fit;
     let held_out = match (fit.heldout_before_um, fit.heldout_after_um) {
         (Some(before), Some(after)) => format!("{before:.2} → {after:.2} µm"),
         _ => "–".into(),
     };
-    let cards = [
-        ("residual before", format!("{:.2} µm", fit.rms_before_um), "rms, location errors, balls and bars fitted"),
-        ("residual after", format!("{:.2} µm", fit.rms_after_um), "rms, findings fitted with them"),
-        ("noise floor", format!("{:.2} µm", fit.noise_um), "of one reading, whatever physics is missing"),
-        ("held-out readings", held_out, "without and with findings from other readings"),
+    let shown = [
+        Card {
+            label: "residual before",
+            figure: format!("{:.2} µm", fit.rms_before_um),
+            note: "rms, location errors, balls and bars fitted".to_string(),
+        },
+        Card {
+            label: "residual after",
+            figure: format!("{:.2} µm", fit.rms_after_um),
+            note: "rms, findings fitted with them".to_string(),
+        },
+        Card {
+            label: "noise floor",
+            figure: format!("{:.2} µm", fit.noise_um),
+            note: "of one reading, whatever physics is missing".to_string(),
+        },
+        Card {
+            label: "held-out readings",
+            figure: held_out,
+            note: "without and with findings from other readings".to_string(),
+        },
     ];
-    page.push_str("<section class=\"cards\">\n");
-    for (label, value, note) in cards {
-        let _ = writeln!(
-            page,
-            "<div class=\"card\"><span class=\"label\">{label}</span><span class=\"figure\">{value}</span><span class=\"note\">{note}</span></div>"
-        );
-    }
-    page.push_str("</section>\n");
+    cards(page, &shown);
 }
 
 fn section(

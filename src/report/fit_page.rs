@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::cards::{Card, cards};
 use super::fit::{FitJson, LocationErrorJson};
 use super::fit_text::{by_remedy, setup_rows, unit, verdict};
 use super::number::shown;
@@ -25,7 +26,7 @@ pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[TestPlots]) -> String {
         escape(&json.machine),
         escape(&json.code)
     );
-    cards(&mut page, json);
+    figures(&mut page, json);
     errors(&mut page, json, fit);
     open_directions(&mut page, fit);
     control(&mut page, json);
@@ -42,26 +43,31 @@ pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[TestPlots]) -> String {
     page
 }
 
-fn cards(page: &mut String, json: &FitJson) {
+fn figures(page: &mut String, json: &FitJson) {
     let determined = json.location_errors.values().filter(|error| error.determined).count();
     let left_out = match json.left_out {
         0 => "none left out".to_string(),
         count => format!("{count} left out as gross outliers"),
     };
-    let cards = [
-        ("determined", format!("{determined} of {}", json.location_errors.len()), "location errors".to_string()),
-        ("residual", format!("{:.2} µm", json.rms_um), "rms, measured − model".to_string()),
-        ("noise", format!("{:.2} µm", json.noise_um), "of one reading, fitted".to_string()),
-        ("readings", json.readings.to_string(), format!("in {} tests; {left_out}", json.tests.len())),
+    let shown = [
+        Card {
+            label: "determined",
+            figure: format!("{determined} of {}", json.location_errors.len()),
+            note: "location errors".to_string(),
+        },
+        Card {
+            label: "residual", figure: format!("{:.2} µm", json.rms_um), note: "rms, measured − model".to_string()
+        },
+        Card {
+            label: "noise", figure: format!("{:.2} µm", json.noise_um), note: "of one reading, fitted".to_string()
+        },
+        Card {
+            label: "readings",
+            figure: json.readings.to_string(),
+            note: format!("in {} tests; {left_out}", json.tests.len()),
+        },
     ];
-    page.push_str("<section class=\"cards\">\n");
-    for (label, value, note) in cards {
-        let _ = writeln!(
-            page,
-            "<div class=\"card\"><span class=\"label\">{label}</span><span class=\"figure\">{value}</span><span class=\"note\">{note}</span></div>"
-        );
-    }
-    page.push_str("</section>\n");
+    cards(page, &shown);
 }
 
 fn errors(page: &mut String, json: &FitJson, fit: &Fit) {
