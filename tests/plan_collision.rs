@@ -63,7 +63,7 @@ fn least(machine: &Machine, bodies: &Bodies, test: &Test) -> (f64, (String, Stri
 
 fn body(name: &str, link: &str, solid: Solid, at: [f64; 3]) -> fiveaxis::bodies::Body {
     let at = Pose { translation_mm: Vector3::from(at), ..Pose::identity() };
-    fiveaxis::bodies::Body { name: name.into(), link: link.into(), solid, at }
+    fiveaxis::bodies::Body { name: name.into(), link: link.into(), solids: vec![solid], at }
 }
 
 #[test]

@@ -164,7 +164,7 @@ fn chapter_5_on_the_c600u_gives_the_thesis_setups() {
     // a wider spindle housing ends the sweep earlier: the range is the bodies', not a constant
     let mut wider = bodies.clone();
     for body in wider.bodies.iter_mut().filter(|body| body.name == "spindle housing") {
-        body.solid = fiveaxis::bodies::Solid::Cylinder { radius_mm: 110.0, half_mm: 70.0 };
+        body.solids = vec![fiveaxis::bodies::Solid::Cylinder { radius_mm: 110.0, half_mm: 70.0 }];
     }
     let other = fiveaxis::plan::plan(&machine, &wider, &kit, &settings(Some(Method::Chapter5))).expect("fits");
     let end = |plan: &Plan| plan.tests.iter().filter(|t| t.axis == a).map(|t| t.sweep.to_deg).fold(0.0, f64::max);

@@ -22,7 +22,7 @@ fn planned(machine: &Machine, bodies: &Bodies) -> Plan {
 
 fn body(name: &str, link: &str, solid: Solid, at: [f64; 3]) -> Body {
     let at = Pose { rotation: Matrix3::identity(), translation_mm: Vector3::from(at) };
-    Body { name: name.into(), link: link.into(), solid, at }
+    Body { name: name.into(), link: link.into(), solids: vec![solid], at }
 }
 
 /// Least clearance along some corners at 0.2 deg and 0.5 mm, bar off, and the pair.

@@ -25,7 +25,7 @@ pub fn bodies() -> Bodies {
     let mut list = Vec::new();
     let mut add = |name: &str, link: &str, solid: Solid, at: [f64; 3]| {
         let at = Pose { rotation: Matrix3::identity(), translation_mm: Vector3::from(at) };
-        list.push(Body { name: name.into(), link: link.into(), solid, at });
+        list.push(Body { name: name.into(), link: link.into(), solids: vec![solid], at });
     };
     let block = |x, y, z| Solid::Box { half_mm: Vector3::new(x, y, z) };
     add("bed", "b", block(700.0, 800.0, 100.0), [0.0, 0.0, -620.0]);

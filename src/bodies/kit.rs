@@ -1,5 +1,7 @@
 //! The ball-bar kit: lengths it can make, balls, cups with the cone of the bar, stands. Places are chosen in `plan`.
 
+use std::f64::consts::FRAC_PI_2;
+
 /// The bar between its balls.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bar {
@@ -27,6 +29,18 @@ pub struct Cup {
     /// Largest angle between the cup's axis and the bar, rad.
     pub cone_rad: f64,
     pub stem_radius_mm: f64,
+}
+
+impl Cup {
+    /// Angle between the cup's axis and the bar at which the bar touches the rim, rad.
+    ///
+    /// The rim is seen from the ball's centre at π/2 + atan(rim below / radius) and distance d; a bar of radius r
+    /// touches it asin(r / d) earlier.
+    pub fn rim_angle_rad(&self, bar: &Bar) -> f64 {
+        let rim_mm = self.radius_mm.hypot(self.rim_below_ball_mm);
+        let bar_mm = if rim_mm < bar.neck_length_mm { bar.neck_radius_mm } else { bar.radius_mm };
+        FRAC_PI_2 + self.rim_below_ball_mm.atan2(self.radius_mm) - (bar_mm / rim_mm).min(1.0).asin()
+    }
 }
 
 /// The stand of the pivot cup on a mounting surface.

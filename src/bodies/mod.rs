@@ -5,23 +5,23 @@ mod mesh;
 mod solid;
 
 pub use kit::{Bar, Cup, Fixture, Kit, PivotStand};
-pub use mesh::{MAX_TRIANGLES, MeshError, convex_pieces};
-pub use solid::{Solid, frame_along};
+pub use mesh::{MAX_TRIANGLES, MeshError, Triangle, convex_pieces};
+pub use solid::{MAX_CORNERS, Solid, frame_along};
 
 use nalgebra::Vector3;
 
 use crate::chain::Pose;
 
-/// A solid that a link carries.
+/// A solid thing that a link carries.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Name for people: `table`, `spindle nose`.
     pub name: String,
     /// Name of the carrying link.
     pub link: String,
-    /// Shape in its own frame.
-    pub solid: Solid,
-    /// The solid's frame in R with all axes at zero.
+    /// Shape in the body's frame; a concave one is several convex ones.
+    pub solids: Vec<Solid>,
+    /// The body's frame in R with all axes at zero.
     pub at: Pose,
 }
 

@@ -41,6 +41,7 @@ impl Convex {
     /// A solid with its frame in the link.
     pub fn of(solid: &Solid, rotation: Matrix3<f64>, centre: Vector3<f64>) -> Convex {
         let (core, round_mm, shift) = match solid {
+            Solid::Ball { radius_mm } => (Core::Point, *radius_mm, Vector3::zeros()),
             Solid::Box { half_mm } => (Core::Box { half: *half_mm }, 0.0, Vector3::zeros()),
             Solid::Cylinder { radius_mm, half_mm } => {
                 (Core::Cylinder { radius: *radius_mm, half: *half_mm }, 0.0, Vector3::zeros())

@@ -106,9 +106,11 @@ impl World {
             let link = chain
                 .link(&body.link)
                 .ok_or_else(|| format!("body '{}' is on link '{}', which the machine has not", body.name, body.link))?;
-            let convex = Convex::of(&body.solid, body.at.rotation, body.at.translation_mm);
-            parts.push(Part::new(body.name.clone(), frame_of(chain, link), convex));
-            body_of.push(index);
+            for solid in &body.solids {
+                let convex = Convex::of(solid, body.at.rotation, body.at.translation_mm);
+                parts.push(Part::new(body.name.clone(), frame_of(chain, link), convex));
+                body_of.push(index);
+            }
         }
         let mut world = World { chain: chain.clone(), parts, body_of, pairs: Vec::new(), touching: Vec::new() };
         let mut frames = Vec::new();

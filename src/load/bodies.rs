@@ -1,25 +1,23 @@
-//! Solids, mounting surfaces and the spindle of a machine file, and kit files, to [`Bodies`] and [`Kit`]. Meshes are in `mesh`.
+//! Solids, mounting surfaces and the spindle of a machine file to [`Bodies`]. Meshes are in `mesh`, robots in `urdf`.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::document::{Document, Step};
-use super::machine::{is_urdf, load_machine};
-use super::mesh::load_mesh;
+use super::machine::{is_urdf, load_machine_with_links};
+use super::mesh::{MeshUse, machine_size_mm, mesh_solids};
 use super::message::{LoadError, nearest};
 use super::quantity::finite;
 use super::text::{MAX_YAML_BYTES, read_limited};
-use crate::bodies::{
-    Bar, Bodies, Body, Cup, Fixture, Kit, Mount, Outline, PivotStand, Solid, SpindleSide, convex_pieces, frame_along,
-};
+use super::urdf::{LinkChoice, bodies_from_urdf};
+use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::machine::Machine;
 
-/// Most solids of a machine.
-const MAX_BODIES: usize = 400;
+/// Most solids of a machine, the pieces of meshes counted.
+pub(super) const MAX_SOLIDS: usize = 400;
 /// Largest extent of anything in a machine file, mm.
 const MAX_EXTENT_MM: f64 = 1e6;
 
@@ -96,21 +94,31 @@ struct SpindleFile {
     direction: Option<[f64; 3]>,
 }
 
-/// Reads a machine file with its solids.
+/// Reads a machine file with its solids; links of a URDF are found by name.
 pub fn load_machine_and_bodies(file: &Path) -> Result<(Machine, Bodies), LoadError> {
-    let machine = load_machine(file)?;
+    load_machine_and_bodies_with_links(file, &LinkChoice::default())
+}
+
+/// Reads a machine file with its solids; `links` names the bed, workpiece and tool of a URDF.
+pub fn load_machine_and_bodies_with_links(file: &Path, links: &LinkChoice) -> Result<(Machine, Bodies), LoadError> {
+    let machine = load_machine_with_links(file, links)?;
     let text = read_limited(file, MAX_YAML_BYTES)?;
     if is_urdf(file, &text) {
-        return Ok((machine, Bodies::default()));
+        let bodies = bodies_from_urdf(file, &text, links, &machine)?;
+        return Ok((machine, bodies));
     }
     let document = Document::parse(file, text)?;
     let raw: SolidsFile = document.read()?;
-    let reader = Reader { document: &document, file, chain: Chain::of(&machine) };
+    let reader =
+        Reader { document: &document, file, chain: Chain::of(&machine), machine_size_mm: machine_size_mm(&machine) };
     let mut bodies = Bodies::default();
     for (index, body) in raw.bodies.iter().enumerate() {
-        bodies.bodies.extend(reader.body(index, body)?);
-        if bodies.bodies.len() > MAX_BODIES {
-            return Err(document.refuse(&[Step::Key("bodies")], format!("more than {MAX_BODIES} solids")));
+        bodies.bodies.push(reader.body(index, body)?);
+        if bodies.bodies.iter().map(|body| body.solids.len()).sum::<usize>() > MAX_SOLIDS {
+            return Err(document.refuse(
+                &[Step::Key("bodies")],
+                format!("more than {MAX_SOLIDS} solids, the pieces of meshes counted"),
+            ));
         }
     }
     for (index, mount) in raw.mounts.iter().enumerate() {
@@ -124,10 +132,11 @@ struct Reader<'a> {
     document: &'a Document,
     file: &'a Path,
     chain: Chain,
+    machine_size_mm: f64,
 }
 
 impl Reader<'_> {
-    fn body(&self, index: usize, raw: &BodyFile) -> Result<Vec<Body>, LoadError> {
+    fn body(&self, index: usize, raw: &BodyFile) -> Result<Body, LoadError> {
         let at = |key| [Step::Key("bodies"), Step::Index(index), Step::Key(key)];
         let refuse = |key, message: String| self.document.refuse(&at(key), format!("body '{}': {message}", raw.name));
         self.link(&at("link"), &raw.link)?;
@@ -142,8 +151,11 @@ impl Reader<'_> {
         if shapes.iter().filter(|given| **given).count() != 1 {
             return Err(refuse("name", "give exactly one of box, cylinder, capsule, hull, mesh".into()));
         }
-        let one = |solid, rotation, translation_mm| {
-            vec![Body { name: raw.name.clone(), link: raw.link.clone(), solid, at: Pose { rotation, translation_mm } }]
+        let body = |solids, rotation, translation_mm| Body {
+            name: raw.name.clone(),
+            link: raw.link.clone(),
+            solids,
+            at: Pose { rotation, translation_mm },
         };
         if let Some(cuboid) = &raw.cuboid {
             let size = point("box", &cuboid.size)?;
@@ -151,7 +163,7 @@ impl Reader<'_> {
                 return Err(refuse("box", "every size of a box is above zero".into()));
             }
             let rotation = self.turned(&at("box"), cuboid.turned)?;
-            return Ok(one(Solid::Box { half_mm: size * 0.5 }, rotation, point("box", &cuboid.at)?));
+            return Ok(body(vec![Solid::Box { half_mm: size * 0.5 }], rotation, point("box", &cuboid.at)?));
         }
         for (key, round) in [("cylinder", &raw.cylinder), ("capsule", &raw.capsule)] {
             let Some(round) = round else { continue };
@@ -166,25 +178,33 @@ impl Reader<'_> {
                 "cylinder" => Solid::Cylinder { radius_mm, half_mm },
                 _ => Solid::Capsule { radius_mm, half_mm },
             };
-            return Ok(one(solid, frame_along(&((to - from) / length)), (from + to) * 0.5));
+            return Ok(body(vec![solid], frame_along(&((to - from) / length)), (from + to) * 0.5));
         }
         if let Some(corners) = &raw.hull {
             let corners = corners.iter().map(|corner| point("hull", corner)).collect::<Result<Vec<_>, _>>()?;
             let solid = Solid::hull_of(&corners)
                 .ok_or_else(|| refuse("hull", "its points lie in a plane; a hull encloses a volume".into()))?;
-            return Ok(one(solid, Matrix3::identity(), Vector3::zeros()));
+            return Ok(body(vec![solid], Matrix3::identity(), Vector3::zeros()));
         }
-        let Some(mesh) = &raw.mesh else { return Ok(Vec::new()) };
+        let Some(mesh) = &raw.mesh else { return Ok(body(Vec::new(), Matrix3::identity(), Vector3::zeros())) };
         let scale = finite(self.document, &at("mesh"), mesh.scale.unwrap_or(1.0))?;
         if scale <= 0.0 {
             return Err(refuse("mesh", "scale is above zero, mm per unit of the file".into()));
         }
         let folder = self.file.parent().unwrap_or(Path::new(""));
-        let triangles = load_mesh(folder, &mesh.file, scale).map_err(|why| refuse("mesh", why.to_string()))?;
-        let pieces = convex_pieces(&triangles).map_err(|why| refuse("mesh", format!("{} {why}", mesh.file)))?;
+        let how = MeshUse {
+            scale: Vector3::repeat(scale),
+            machine_size_mm: self.machine_size_mm,
+            small_is_meant: mesh.scale.is_some(),
+            other_scale: |factor| match factor > 1.0 {
+                true => format!("write scale: {factor} (scale: 1 where it is meant so)"),
+                false => format!("write scale: {}", scale * factor),
+            },
+        };
+        let pieces = mesh_solids(folder, &mesh.file, &how).map_err(|why| refuse("mesh", why.to_string()))?;
         let rotation = self.turned(&at("mesh"), mesh.turned)?;
         let translation_mm = point("mesh", &mesh.at.unwrap_or_default())?;
-        Ok(pieces.into_iter().flat_map(|solid| one(solid, rotation, translation_mm)).collect())
+        Ok(body(pieces, rotation, translation_mm))
     }
 
     fn mount(&self, index: usize, raw: &MountFile) -> Result<Mount, LoadError> {
@@ -276,140 +296,4 @@ impl Reader<'_> {
         let about = |axis: Vector3<f64>, angle: f64| *nalgebra::Rotation3::new(axis * angle).matrix();
         Ok(about(Vector3::z(), angles.z) * about(Vector3::y(), angles.y) * about(Vector3::x(), angles.x))
     }
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct KitFile {
-    name: String,
-    bar: BarFile,
-    pivot_cup: CupFile,
-    spindle_cup: CupFile,
-    pivot_stand: StandFile,
-    #[serde(default)]
-    spindle_reach: f64,
-    fixture: Option<FixtureFile>,
-    #[serde(default)]
-    calibrator: Vec<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BarFile {
-    length: f64,
-    #[serde(default)]
-    extensions: Vec<f64>,
-    half_stroke: f64,
-    radius: f64,
-    neck_radius: f64,
-    neck_length: f64,
-    ball_radius: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CupFile {
-    radius: f64,
-    rim_below_ball: f64,
-    height: f64,
-    cone: f64,
-    stem_radius: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StandFile {
-    base_radius: f64,
-    base_height: f64,
-    height: [f64; 2],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FixtureFile {
-    arms: Vec<f64>,
-    arm_radius: f64,
-}
-
-/// Kit of the common 100 mm bar; `kits/ballbar.yaml`.
-const STANDARD_KIT: &str = include_str!("../../kits/ballbar.yaml");
-/// Most extensions of a kit: lengths double with each.
-const MAX_EXTENSIONS: usize = 6;
-
-/// The kit that ships with the program.
-pub fn standard_kit() -> Result<Kit, LoadError> {
-    kit_from_yaml(Path::new("kits/ballbar.yaml"), STANDARD_KIT.to_string())
-}
-
-/// Reads a kit file.
-pub fn load_kit(file: &Path) -> Result<Kit, LoadError> {
-    kit_from_yaml(file, read_limited(file, MAX_YAML_BYTES)?)
-}
-
-fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
-    let document = Document::parse(file, text)?;
-    let raw: KitFile = document.read()?;
-    let sizes = BTreeMap::from([
-        (
-            "bar",
-            vec![
-                raw.bar.length,
-                raw.bar.half_stroke,
-                raw.bar.radius,
-                raw.bar.neck_radius,
-                raw.bar.neck_length,
-                raw.bar.ball_radius,
-            ],
-        ),
-        ("pivot_cup", vec![raw.pivot_cup.radius, raw.pivot_cup.height, raw.pivot_cup.cone, raw.pivot_cup.stem_radius]),
-        (
-            "spindle_cup",
-            vec![raw.spindle_cup.radius, raw.spindle_cup.height, raw.spindle_cup.cone, raw.spindle_cup.stem_radius],
-        ),
-        ("pivot_stand", vec![raw.pivot_stand.base_radius, raw.pivot_stand.base_height, raw.pivot_stand.height[0]]),
-        ("fixture", raw.fixture.iter().flat_map(|f| f.arms.iter().copied().chain([f.arm_radius])).collect()),
-        ("calibrator", raw.calibrator.clone()),
-    ]);
-    for (key, values) in &sizes {
-        if values.iter().chain(&raw.bar.extensions).any(|v| !(v.is_finite() && *v > 0.0 && *v < 1e5)) {
-            return Err(
-                document.refuse(&[Step::Key(key)], "every size is a finite number above zero, mm (cone: degrees)")
-            );
-        }
-    }
-    if raw.bar.extensions.len() > MAX_EXTENSIONS {
-        return Err(document.refuse(&[Step::Key("bar")], format!("at most {MAX_EXTENSIONS} extensions are allowed")));
-    }
-    if raw.pivot_stand.height[1] < raw.pivot_stand.height[0] {
-        return Err(document.refuse(&[Step::Key("pivot_stand")], "height is lowest first: [45, 220]"));
-    }
-    let cup = |raw: &CupFile| Cup {
-        radius_mm: raw.radius,
-        rim_below_ball_mm: raw.rim_below_ball,
-        height_mm: raw.height,
-        cone_rad: raw.cone.to_radians(),
-        stem_radius_mm: raw.stem_radius,
-    };
-    Ok(Kit {
-        name: raw.name,
-        bar: Bar {
-            length_mm: raw.bar.length,
-            extensions_mm: raw.bar.extensions,
-            half_stroke_mm: raw.bar.half_stroke,
-            radius_mm: raw.bar.radius,
-            neck_radius_mm: raw.bar.neck_radius,
-            neck_length_mm: raw.bar.neck_length,
-            ball_radius_mm: raw.bar.ball_radius,
-        },
-        pivot_cup: cup(&raw.pivot_cup),
-        spindle_cup: cup(&raw.spindle_cup),
-        pivot_stand: PivotStand {
-            base_radius_mm: raw.pivot_stand.base_radius,
-            base_height_mm: raw.pivot_stand.base_height,
-            height_mm: raw.pivot_stand.height,
-        },
-        spindle_reach_mm: raw.spindle_reach.max(0.0),
-        fixture: raw.fixture.map(|f| Fixture { arms_mm: f.arms, arm_radius_mm: f.arm_radius }),
-        calibrator_mm: raw.calibrator,
-    })
 }

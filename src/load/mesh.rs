@@ -4,7 +4,8 @@ use std::path::{Component, Path};
 
 use nalgebra::Vector3;
 
-use crate::bodies::MAX_TRIANGLES;
+use crate::bodies::{MAX_TRIANGLES, MeshError, Solid, Triangle, convex_pieces};
+use crate::machine::{AxisKind, Machine};
 
 /// Largest mesh file, bytes: a text STL at the triangle limit takes about 60 MB.
 const MAX_MESH_BYTES: u64 = 64 << 20;
@@ -18,17 +19,78 @@ pub(super) enum MeshFileError {
     Unreadable { file: String, why: String },
     #[error("mesh {file} line {line}: {found}")]
     Text { file: String, line: usize, found: String },
+    #[error("mesh {file} {why}")]
+    Shape { file: String, why: MeshError },
+    #[error("mesh {file} is {size} across, the machine some {machine_mm:.0} mm; check its unit and {other_scale}")]
+    Unit { file: String, size: String, machine_mm: f64, other_scale: String },
+}
+
+/// How a mesh file is to be taken.
+pub(super) struct MeshUse<F: Fn(f64) -> String> {
+    /// mm per unit of the file, by direction.
+    pub scale: Vector3<f64>,
+    pub machine_size_mm: f64,
+    /// A scale was written down: a tiny mesh is what it is.
+    pub small_is_meant: bool,
+    /// What to write for a scale that is this many times larger.
+    pub other_scale: F,
+}
+
+/// A mesh smaller than this part of the machine has most likely another unit.
+const TINY: f64 = 1.0 / 300.0;
+/// A mesh larger than this many machines has most likely another unit.
+const HUGE: f64 = 20.0;
+
+/// Size of a machine by its travels and the places of its axes, mm.
+pub(super) fn machine_size_mm(machine: &Machine) -> f64 {
+    let travel = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Linear).filter_map(|axis| axis.range);
+    let travel = travel.map(|(low, high)| high - low).fold(0.0, f64::max);
+    let places = machine.axes.iter().map(|axis| 2.0 * axis.origin.norm()).fold(0.0, f64::max);
+    // nothing stated: a small machine
+    let stated = travel.max(places).max(machine.gauge_length_mm.unwrap_or(0.0));
+    if stated > 0.0 { stated.max(200.0) } else { 600.0 }
+}
+
+/// Convex solids that cover the mesh of a file named relative to `folder`.
+pub(super) fn mesh_solids<F: Fn(f64) -> String>(
+    folder: &Path,
+    name: &str,
+    how: &MeshUse<F>,
+) -> Result<Vec<Solid>, MeshFileError> {
+    let triangles = load_mesh(folder, name, &how.scale)?;
+    let (low, high) = triangles
+        .iter()
+        .flatten()
+        .fold((Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN)), |(low, high), p| (low.inf(p), high.sup(p)));
+    let size_mm = (high - low).norm();
+    let off = |factor: f64| MeshFileError::Unit {
+        file: name.into(),
+        size: if size_mm < 1.0 { format!("{size_mm:.3} mm") } else { format!("{size_mm:.0} mm") },
+        machine_mm: how.machine_size_mm,
+        other_scale: (how.other_scale)(factor),
+    };
+    if size_mm.is_finite() && size_mm > HUGE * how.machine_size_mm {
+        return Err(off(1e-3));
+    }
+    if size_mm > 0.0 && size_mm < TINY * how.machine_size_mm && !how.small_is_meant {
+        return Err(off(1e3));
+    }
+    convex_pieces(&triangles).map_err(|why| MeshFileError::Shape { file: name.into(), why })
 }
 
 /// Triangles of a mesh file named relative to `folder`.
-pub(super) fn load_mesh(folder: &Path, name: &str, scale: f64) -> Result<Vec<[Vector3<f64>; 3]>, MeshFileError> {
+fn load_mesh(folder: &Path, name: &str, scale: &Vector3<f64>) -> Result<Vec<Triangle>, MeshFileError> {
     let inner = name.strip_prefix("../shapes/").unwrap_or(name);
     if inner.is_empty() || !Path::new(inner).components().all(|part| matches!(part, Component::Normal(_))) {
         return Err(MeshFileError::Outside(name.into()));
     }
     let unreadable = |why: String| MeshFileError::Unreadable { file: name.into(), why };
     let file = folder.join(name);
-    let size = std::fs::metadata(&file).map_err(|why| unreadable(why.to_string()))?.len();
+    let about = std::fs::metadata(&file).map_err(|why| unreadable(why.to_string()))?;
+    if !about.is_file() {
+        return Err(unreadable("it is no file".into()));
+    }
+    let size = about.len();
     if size > MAX_MESH_BYTES {
         return Err(unreadable(format!(
             "it has {} MB; at most {} MB are allowed, simplify the mesh to {MAX_TRIANGLES} triangles",
@@ -41,7 +103,10 @@ pub(super) fn load_mesh(folder: &Path, name: &str, scale: f64) -> Result<Vec<[Ve
     match extension.as_deref() {
         Some("stl") => match binary_stl(&bytes, scale) {
             Some(triangles) => Ok(triangles),
-            None => text_stl(name, &String::from_utf8_lossy(&bytes), scale),
+            None if bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0) => {
+                text_stl(name, &String::from_utf8_lossy(&bytes), scale)
+            }
+            None => Err(unreadable(binary_stl_cut(&bytes))),
         },
         Some("obj") => obj(name, &String::from_utf8_lossy(&bytes), scale),
         _ => Err(unreadable("it is neither .stl nor .obj".into())),
@@ -49,41 +114,64 @@ pub(super) fn load_mesh(folder: &Path, name: &str, scale: f64) -> Result<Vec<[Ve
 }
 
 /// Binary STL, recognised by its size: 84 bytes and 50 for each triangle.
-fn binary_stl(bytes: &[u8], scale: f64) -> Option<Vec<[Vector3<f64>; 3]>> {
+fn binary_stl(bytes: &[u8], scale: &Vector3<f64>) -> Option<Vec<Triangle>> {
     let count = u32::from_le_bytes(bytes.get(80..84)?.try_into().ok()?) as usize;
     if bytes.len() != 84 + count.checked_mul(50)? {
         return None;
     }
-    let number = |at: usize| Some(f64::from(f32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) * scale);
+    let number = |at: usize| Some(f64::from(f32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)));
     (0..count)
         .map(|triangle| {
             let corner = |k: usize| {
                 let at = 84 + triangle * 50 + 12 + 12 * k;
-                Some(Vector3::new(number(at)?, number(at + 4)?, number(at + 8)?))
+                Some(Vector3::new(number(at)?, number(at + 4)?, number(at + 8)?).component_mul(scale))
             };
             Some([corner(0)?, corner(1)?, corner(2)?])
         })
         .collect()
 }
 
-fn text_stl(file: &str, text: &str, scale: f64) -> Result<Vec<[Vector3<f64>; 3]>, MeshFileError> {
+/// Why a file that is no text is no binary STL either.
+fn binary_stl_cut(bytes: &[u8]) -> String {
+    match bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) {
+        None => format!("it has {} bytes; an STL starts with 'solid' or with 84 bytes of head", bytes.len()),
+        Some(count) => format!(
+            "as a binary STL of {count} triangles it has {} bytes, it is {} long: the file is cut off or no STL",
+            84 + 50 * u64::from(count),
+            bytes.len()
+        ),
+    }
+}
+
+fn text_stl(file: &str, text: &str, scale: &Vector3<f64>) -> Result<Vec<Triangle>, MeshFileError> {
     let mut corners = Vec::new();
+    let (mut facets, mut is_closed) = (0, false);
     for (index, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
-        if words.next() == Some("vertex") {
-            corners.push(corner(file, index, words, scale)?);
+        match words.next() {
+            Some("vertex") => corners.push(corner(file, index, words, scale)?),
+            Some("endfacet") => facets += 1,
+            Some("endsolid") => is_closed = true,
+            Some("solid") => is_closed = false,
+            _ => {}
         }
     }
-    if corners.is_empty() || corners.len() % 3 != 0 {
-        let found = "is no STL: no triangles, or a triangle cut short".into();
+    if !is_closed || corners.len() != 3 * facets {
+        let found = "the file is cut off: each facet has three vertices and an endfacet, the end is endsolid".into();
         return Err(MeshFileError::Text { file: file.into(), line: text.lines().count(), found });
     }
     Ok(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
 }
 
-fn obj(file: &str, text: &str, scale: f64) -> Result<Vec<[Vector3<f64>; 3]>, MeshFileError> {
+fn obj(file: &str, text: &str, scale: &Vector3<f64>) -> Result<Vec<Triangle>, MeshFileError> {
+    // counted before they take memory
+    let faces = text.lines().map(str::split_whitespace).filter(|words| words.clone().next() == Some("f"));
+    let found = faces.map(|words| words.count().saturating_sub(3)).sum();
+    if found > MAX_TRIANGLES {
+        return Err(MeshFileError::Shape { file: file.into(), why: MeshError::TooMany { found } });
+    }
     let mut corners: Vec<Vector3<f64>> = Vec::new();
-    let mut triangles = Vec::new();
+    let mut triangles: Vec<Triangle> = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let refuse = |found: String| MeshFileError::Text { file: file.into(), line: index + 1, found };
         let mut words = line.split_whitespace();
@@ -114,15 +202,15 @@ fn corner<'w>(
     file: &str,
     index: usize,
     words: impl Iterator<Item = &'w str>,
-    scale: f64,
+    scale: &Vector3<f64>,
 ) -> Result<Vector3<f64>, MeshFileError> {
     let numbers: Vec<f64> = words.take(3).filter_map(|word| word.parse().ok()).collect();
     match numbers[..] {
-        [x, y, z] => Ok(Vector3::new(x, y, z) * scale),
+        [x, y, z] if numbers.iter().all(|value| value.is_finite()) => Ok(Vector3::new(x, y, z).component_mul(scale)),
         _ => Err(MeshFileError::Text {
             file: file.into(),
             line: index + 1,
-            found: "a corner has three numbers, as in 'vertex 0 0 1.5'".into(),
+            found: "a corner has three finite numbers, as in 0 0 1.5".into(),
         }),
     }
 }

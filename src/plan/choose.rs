@@ -6,6 +6,7 @@ use super::approach::{Approach, Parking};
 use super::candidates::{Avoid, Candidate, Candidates, candidates};
 use super::information::{BLOCK_ROWS, Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 use super::method::{Method, MethodError, method_choice};
+use super::out_of_reach::{self, OutOfReach};
 use super::planned::{OnePivot, Plan};
 use super::reach::{ClearSweep, longest_sweep};
 use super::run_in::RUN_IN;
@@ -121,6 +122,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
     let all = candidates(machine, bodies, kit, &settings.avoid, RUN_IN.to_radians());
+    out_of_reach::refuse(machine, bodies, kit, &all)?;
     let unknowns = Unknowns::of(machine, settings.uncertainty);
     let mut desk = Desk {
         goals: goals(&unknowns, &settings.goal),
@@ -200,6 +202,8 @@ pub enum PlanError {
     Bodies(String),
     #[error("{0}")]
     Method(#[from] MethodError),
+    #[error("{0}")]
+    OutOfReach(#[from] OutOfReach),
 }
 
 /// Where the run-in of a sweep begins, rad.

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `solver` | where do the balls and the linear axes go so that one axis can be swept on a bar of a given length? |
 //! | `candidates` | which places, bars, static positions and sweeps come into question? |
+//! | `out_of_reach` | is there anything to plan with these mounts and this kit? |
 //! | `reach` | how far can the axis sweep before something comes too close? |
 //! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
@@ -22,6 +23,7 @@ mod greedy;
 mod information;
 mod method;
 mod one_pivot;
+mod out_of_reach;
 mod pairs;
 mod planned;
 mod reach;
@@ -34,6 +36,7 @@ pub use candidates::{Avoid, Candidate, Candidates, Misses, PivotSite, SpindlePla
 pub use choose::{Goal, PlanError, Settings, plan};
 pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 pub use method::{Method, MethodError};
+pub use out_of_reach::OutOfReach;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearSweep, longest_sweep};
 pub use run_in::{RUN_IN, rows_with_run_in};

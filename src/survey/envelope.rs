@@ -86,7 +86,7 @@ fn bodies(code: &StructuralCode) -> Bodies {
     let upright = |name: &str, link: &str, low: f64, high: f64, radius_mm: f64| Body {
         name: name.to_string(),
         link: link.to_string(),
-        solid: Solid::Cylinder { radius_mm, half_mm: 0.5 * (high - low) },
+        solids: vec![Solid::Cylinder { radius_mm, half_mm: 0.5 * (high - low) }],
         at: Pose { rotation: frame_along(&up), translation_mm: up * (0.5 * (low + high)) },
     };
     let mut all = Bodies {
@@ -128,11 +128,11 @@ fn add_plate(all: &mut Bodies, name: &str, link: &str, along: Vector3<f64>) {
     all.bodies.push(Body {
         name: name.to_string(),
         link: link.to_string(),
-        solid: Solid::Box {
+        solids: vec![Solid::Box {
             half_mm: along * (0.5 * PLATE_THICK_MM)
                 + across * (0.5 * PLATE_WIDTH_MM)
                 + Vector3::z() * (0.5 * (high - low)),
-        },
+        }],
         at: Pose { rotation: Matrix3::identity(), translation_mm: middle + along * (0.5 * PLATE_THICK_MM) },
     });
     all.mounts.push(Mount {

@@ -4,9 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fiveaxis::chain::{Chain, Composition, Geometry};
-use fiveaxis::load::{
-    LinkChoice, load_machine_and_bodies, load_machine_with_links, load_session, names_tests, positions_from_text,
-};
+use fiveaxis::load::{LinkChoice, load_machine_and_bodies_with_links, load_session, names_tests, positions_from_text};
 use fiveaxis::machine::Machine;
 use fiveaxis::report::check::{LinkPose, Placement, SessionCheck, TestCheck, check_json, check_text};
 use fiveaxis::session::{Session, Setups};
@@ -56,11 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let session = load_session(&arguments.file)?;
         (session.machine.clone(), Some(session_check(&session)?))
     } else {
-        let machine = load_machine_with_links(&arguments.file, &links)?;
-        if links.is_empty() {
-            // solids, mounts and the spindle stand in the same file and are validated with it
-            load_machine_and_bodies(&arguments.file)?;
-        }
+        // solids, mounts and the spindle stand in the same file and are validated with it
+        let (machine, _) = load_machine_and_bodies_with_links(&arguments.file, &links)?;
         (machine, None)
     };
     let mut placements = vec![placement(&machine, vec![0.0; machine.axes.len()])];

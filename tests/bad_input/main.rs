@@ -1,5 +1,6 @@
 //! Every malformed input gives one message and exit code 2; the built binary is run on files in a folder of their own.
 
+mod bodies;
 mod command_line;
 mod machine;
 mod recording;

@@ -40,6 +40,16 @@ pub fn check_elements(file: &Path, elements: &[Element]) -> Result<(), LoadError
                 numbers(file, element, name, text, *count)?;
             }
         }
+        if matches!(element.name.as_str(), "collision" | "visual") && shape(elements, index).is_none() {
+            return Err(LoadError::line(
+                file,
+                element.line,
+                format!("a <{}> has no geometry; write <geometry><box size=\"…\"/></geometry>", element.name),
+            ));
+        }
+        if element.parent.is_some_and(|parent| elements[parent].name == "geometry") {
+            check_shape(file, element)?;
+        }
         if element.depth == 1 && element.name == "joint" {
             check_joint(file, elements, index)?;
         }
@@ -50,8 +60,29 @@ pub fn check_elements(file: &Path, elements: &[Element]) -> Result<(), LoadError
     Ok(())
 }
 
+/// Shapes of solids with what each must state.
+const SHAPES: [(&str, &[&str]); 5] = [
+    ("box", &["size"]),
+    ("cylinder", &["radius", "length"]),
+    ("sphere", &["radius"]),
+    ("capsule", &["radius", "length"]),
+    ("mesh", &["filename"]),
+];
+
+fn check_shape(file: &Path, shape: &Element) -> Result<(), LoadError> {
+    let refuse = |message: String| Err(LoadError::line(file, shape.line, message));
+    let Some((_, attributes)) = SHAPES.iter().find(|(name, _)| *name == shape.name) else {
+        let known = SHAPES.map(|(name, _)| name).join(", ");
+        return refuse(format!("a <geometry> holds a <{}>; allowed are {known}", shape.name));
+    };
+    match attributes.iter().find(|name| shape.attribute(name).is_none()) {
+        Some(name) => refuse(format!("a <{}> has no {name}; write {name}=\"…\"", shape.name)),
+        None => Ok(()),
+    }
+}
+
 /// Finite numbers of an attribute, all of them and no other word.
-fn numbers(file: &Path, element: &Element, name: &str, text: &str, count: usize) -> Result<Vec<f64>, LoadError> {
+pub fn numbers(file: &Path, element: &Element, name: &str, text: &str, count: usize) -> Result<Vec<f64>, LoadError> {
     let found: Option<Vec<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
     let sensible = |value: &f64| match element.name.as_str() {
         // URDF 1.2 writes an absent limit as infinity
@@ -98,10 +129,24 @@ fn check_joint(file: &Path, elements: &[Element], index: usize) -> Result<(), Lo
     Ok(())
 }
 
+/// Direct children of an element with this name, with their indices.
+pub fn children<'a>(
+    elements: &'a [Element],
+    parent: usize,
+    name: &'a str,
+) -> impl Iterator<Item = (usize, &'a Element)> + 'a {
+    let inside = move |(_, element): &(usize, &Element)| element.depth > elements[parent].depth;
+    let below = elements.iter().enumerate().skip(parent + 1).take_while(inside);
+    below.filter(move |(_, element)| element.parent == Some(parent) && element.name == name)
+}
+
 /// First direct child of an element with this name.
-pub fn child<'a>(elements: &'a [Element], parent: usize, name: &str) -> Option<&'a Element> {
-    elements[parent + 1..]
-        .iter()
-        .take_while(|element| element.depth > elements[parent].depth)
-        .find(|element| element.parent == Some(parent) && element.name == name)
+pub fn child<'a>(elements: &'a [Element], parent: usize, name: &'a str) -> Option<&'a Element> {
+    children(elements, parent, name).next().map(|(_, element)| element)
+}
+
+/// The box, cylinder, … of a collision or visual.
+pub fn shape(elements: &[Element], solid: usize) -> Option<&Element> {
+    let (geometry, _) = children(elements, solid, "geometry").next()?;
+    elements.get(geometry + 1).filter(|element| element.parent == Some(geometry))
 }

@@ -1,6 +1,7 @@
-//! Robot descriptions (URDF) to a [`Machine`]: metres to mm, fixed joints folded, the code read off the joint tree. Meshes are looked for, not read.
+//! Robot descriptions (URDF) to a [`Machine`]: metres to mm, fixed joints folded, the code read off the joint tree. Solids are in `collision`.
 
 mod checks;
+mod collision;
 mod ends;
 mod mesh;
 mod places;
@@ -12,6 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use urdf_rs::{JointType, Robot};
 
 use super::message::LoadError;
+use crate::bodies::Bodies;
 use crate::machine::{Axis, AxisKind, Machine, StructuralCode, refuse_axis_name};
 use checks::{MAX_COORDINATE_M, check_elements, child};
 use ends::Ends;
@@ -30,6 +32,21 @@ const DIRECTION_ROUNDING: f64 = 1e-12;
 const MAX_AXES: usize = 24;
 /// Reads the text of a robot description; `file` is its name in messages and its folder holds the meshes.
 pub fn machine_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result<Machine, LoadError> {
+    read(file, text, choice, |reader, name| reader.machine(name))
+}
+
+/// Collision solids of a robot description, on the links of the machine read from it.
+pub fn bodies_from_urdf(file: &Path, text: &str, choice: &LinkChoice, machine: &Machine) -> Result<Bodies, LoadError> {
+    read(file, text, choice, |reader, _| collision::bodies(reader, machine))
+}
+
+/// Checks a robot description, lays R and hands the rest over with the robot's name.
+fn read<T>(
+    file: &Path,
+    text: &str,
+    choice: &LinkChoice,
+    take: impl FnOnce(&Reader, &str) -> Result<T, LoadError>,
+) -> Result<T, LoadError> {
     let elements = elements(file, text)?;
     check_elements(file, &elements)?;
     mesh::refuse_bad_meshes(file, &elements)?;
@@ -38,8 +55,7 @@ pub fn machine_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result
     })?;
     let tree = Tree::of(file, &robot, &elements)?;
     let ends = Ends::of(&tree, choice)?;
-    let machine = Reader { tree: &tree, elements: &elements, ends: &ends }.machine(&robot.name)?;
-    Ok(machine)
+    take(&Reader { tree: &tree, elements: &elements, ends: &ends }, &robot.name)
 }
 
 fn one_line(text: &str) -> String {
@@ -158,18 +174,7 @@ impl Reader<'_> {
 
     /// Pose of a joint's frame in R (the bed's frame) with all joints at zero.
     fn placed(&self, joint: usize) -> Result<Placed, LoadError> {
-        let path = self.tree.path(&self.tree.joints[joint].joint.child.link).unwrap_or_default();
-        let mut placed = Placed { rotation: Matrix3::identity(), at_mm: Vector3::zeros() };
-        for index in path.into_iter().filter(|index| !self.ends.below_bed.contains(index)) {
-            let entry = &self.tree.joints[index];
-            let origin = &entry.joint.origin;
-            let texts = child(self.elements, entry.index_in_file, "origin");
-            let rpy_text = texts.and_then(|element| element.attribute("rpy")).unwrap_or_default();
-            let angles = quarter_turns(rpy_text, *origin.rpy);
-            placed.at_mm += placed.rotation * Vector3::from(*origin.xyz).map(millimetres);
-            placed.rotation *= roll_pitch_yaw(angles);
-        }
-        placed.at_mm = placed.at_mm.map(grain);
+        let placed = self.link_frame(&self.tree.joints[joint].joint.child.link);
         if placed.at_mm.amax() > MAX_COORDINATE_M * MM_PER_M {
             let entry = &self.tree.joints[joint];
             return Err(LoadError::line(
@@ -182,6 +187,38 @@ impl Reader<'_> {
             ));
         }
         Ok(placed)
+    }
+
+    /// Pose of a link's frame in R with all joints at zero.
+    fn link_frame(&self, link: &str) -> Placed {
+        let path = self.tree.path(link).unwrap_or_default();
+        match path.strip_prefix(&self.ends.below_bed[..]) {
+            Some(above_bed) => self.along(above_bed),
+            // beside or below the bed: down to the root and up again
+            None => {
+                let (bed, placed) = (self.along(&self.ends.below_bed), self.along(&path));
+                Placed {
+                    rotation: bed.rotation.tr_mul(&placed.rotation),
+                    at_mm: bed.rotation.tr_mul(&(placed.at_mm - bed.at_mm)).map(grain),
+                }
+            }
+        }
+    }
+
+    /// Pose at the end of some joints in the frame before the first, all at zero.
+    fn along(&self, joints: &[usize]) -> Placed {
+        let mut placed = Placed { rotation: Matrix3::identity(), at_mm: Vector3::zeros() };
+        for &index in joints {
+            let entry = &self.tree.joints[index];
+            let origin = &entry.joint.origin;
+            let texts = child(self.elements, entry.index_in_file, "origin");
+            let rpy_text = texts.and_then(|element| element.attribute("rpy")).unwrap_or_default();
+            let angles = quarter_turns(rpy_text, *origin.rpy);
+            placed.at_mm += placed.rotation * Vector3::from(*origin.xyz).map(millimetres);
+            placed.rotation *= roll_pitch_yaw(angles);
+        }
+        placed.at_mm = placed.at_mm.map(grain);
+        placed
     }
 
     /// Every link that the bed or an axis of the chain carries.
