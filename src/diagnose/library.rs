@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::ground::{Ground, Term};
+use super::pose_library::{for_poses, is_static};
 use crate::chain::Geometry;
 use crate::effects::kind;
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
@@ -65,7 +66,7 @@ impl Family {
         }
     }
 
-    fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
+    pub(super) fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
         Family {
             kind,
             place,
@@ -80,7 +81,7 @@ impl Family {
         }
     }
 
-    fn over(mut self, grid: Vec<Effect>) -> Family {
+    pub(super) fn over(mut self, grid: Vec<Effect>) -> Family {
         self.grid = grid;
         self
     }
@@ -139,22 +140,25 @@ pub fn families(ground: &Ground) -> Vec<Family> {
         }
     }
     setup(ground, &mut list);
+    if is_static(ground) {
+        for_poses(ground, &mut list);
+    }
     list
 }
 
 /// Motion outlets of an axis for some components.
-fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
+pub(super) fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
     components.iter().map(|&component| Outlet::Motion { axis, component }).collect()
 }
 
 /// Components across and along the nearest coordinate direction of an axis.
-struct Directions {
-    across: [Component; 2],
-    along: Component,
-    tilts: [Component; 2],
+pub(super) struct Directions {
+    pub across: [Component; 2],
+    pub along: Component,
+    pub tilts: [Component; 2],
 }
 
-fn directions(machine: &Machine, axis: usize) -> Directions {
+pub(super) fn directions(machine: &Machine, axis: usize) -> Directions {
     let k = machine.axes[axis].own_component().direction_index();
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
     Directions {
@@ -165,7 +169,7 @@ fn directions(machine: &Machine, axis: usize) -> Directions {
 }
 
 /// Smallest and largest position that recordings reach with an axis in motion; `None` when it never moves.
-fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
+pub(super) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
     let mut ends: Option<(f64, f64)> = None;
     for test in 0..ground.tests() {
         let motion = ground.context.motion(test);
@@ -185,7 +189,7 @@ fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
         .fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))
 }
 
-fn list_of(values: Vec<f64>) -> ParameterValue {
+pub(super) fn list_of(values: Vec<f64>) -> ParameterValue {
     ParameterValue::List(values)
 }
 

@@ -6,6 +6,8 @@ use super::cells::Cells;
 use super::floor::{likely_noise, mean_noise_mm2, noise_floor};
 use super::ground::{Column, Ground, Term};
 use super::library::Family;
+use super::pose_library::is_static;
+use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
 use super::stage::{Accepted, Judgement, Stage};
@@ -91,6 +93,9 @@ const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
+    if is_static(grounds.fine) {
+        return search_poses(grounds.fine, families);
+    }
     let limits = if grounds.fine.has_sweeps() { SWEEPS } else { POSES };
     let ways = Ways { grounds, families, floors, limits };
     let mut model = Model::empty(&ways);
@@ -364,7 +369,7 @@ fn is_demanded(
 }
 
 /// Mean square of the rows that take part, mm².
-fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
+pub(super) fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
     let kept = residual_mm
         .iter()
         .zip(&ground.kept)
@@ -373,7 +378,7 @@ fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
 }
 
 /// Prints the standing of the best candidates when the variable FIVEAXIS_TRACE is set: for work on the search itself.
-fn trace(
+pub(super) fn trace(
     ground: &Ground,
     families: &[Family],
     stage: usize,
@@ -414,7 +419,7 @@ fn is_sensible(candidate: &Candidate) -> bool {
 }
 
 /// Keeps the best candidates, but not only free curves: as many named ones are refined as free ones.
-fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
+pub(super) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
     let mut named = 0;
     let mut free = 0;
     candidates.retain(|candidate| {
@@ -440,7 +445,7 @@ const TIE: f64 = 3.0;
 const FREE_TIE: f64 = 10.0;
 
 /// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
-fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
+pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
     let is_free = |candidate: &Candidate| families[candidate.family].kind == "unknown";
     let best_named = candidates.iter().position(|candidate| !is_free(candidate));
     let best = match best_named {
@@ -481,6 +486,6 @@ fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]
         .sum()
 }
 
-fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
+pub(super) fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
     model.iter().cloned().chain(candidate.accepted()).collect()
 }

@@ -6,6 +6,7 @@
 //! everything else is a shape parameter. One file per kind (or per family that shares a function), registered in
 //! [`KINDS`] by one line.
 
+mod arrival;
 mod backlash;
 mod channel;
 mod compensation;
@@ -42,6 +43,7 @@ pub static KINDS: &[&Kind] = &[
     &slide::SQUARENESS,
     &slide::LINEAR_SCALE,
     &timing::SERVO_LAG,
+    &arrival::ARRIVAL_LAG,
     &timing::RADIUS_LOSS,
     &timing::TRIGGER_LATENCY,
     &slip::PIVOT_SLIP,

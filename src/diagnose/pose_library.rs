@@ -1,0 +1,114 @@
+//! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in `library`.
+
+use super::ground::Ground;
+use super::library::{Family, directions, list_of, motion, travelled};
+use crate::chain::Geometry;
+use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
+
+/// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
+const PLAUSIBLE: f64 = 300.0;
+/// Orders per turn of a joint's own angle: eccentric encoder or gear, and, below one, a scale error of the angle.
+const OWN_ORDERS: [&[f64]; 5] = [&[0.25], &[0.5], &[1.0], &[2.0], &[1.0, 2.0, 3.0]];
+/// Low orders of a joint's line: a bearing race or a flange out of true.
+const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
+/// Rows of a session looked at to see whether gravity turns in a link.
+const LOOKED_AT: usize = 50;
+
+/// Whether every test of a session is static poses.
+pub fn is_static(ground: &Ground) -> bool {
+    (0..ground.tests()).all(|test| ground.context.motion(test).time_s.is_none())
+}
+
+/// Replaces the list by what static poses can show.
+pub fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
+    // without times nothing depends on them
+    list.retain(|family| {
+        !matches!(family.kind, "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike")
+            && !(matches!(family.kind, "thermal-growth" | "bar-length")
+                && family.grid.iter().all(|effect| effect.parameter("tau").is_some()))
+            && !family.kind.ends_with("-slip")
+    });
+    for family in list.iter_mut() {
+        family.plausible = family.plausible.max(PLAUSIBLE);
+    }
+    let machine = ground.context.machine();
+    let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(ground, axis).is_some()).collect();
+    for &axis in &moving {
+        arrivals(ground, axis, &moving, list);
+        if machine.axes[axis].kind == AxisKind::Rotary {
+            sags(ground, axis, list);
+            periodic(ground, axis, list);
+        }
+    }
+}
+
+/// What the speed of arrival leaves: at the joint itself, and in the bearings of others that its braking bends.
+fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let place = Place::Axis(axis);
+    let own = Family::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+    list.push(Family { functions: &["speed"], ..own.clone() });
+    list.push(own);
+    for &of in moving {
+        let braked = Effect::new("arrival-lag", place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
+        let tilts = motion(axis, &directions(machine, axis).tilts);
+        list.push(Family::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
+    }
+}
+
+/// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
+fn sags(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let chain = ground.context.chain();
+    let place = Place::Axis(axis);
+    let d = directions(machine, axis);
+    for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
+        if !gravity_turns_in(ground, beyond) {
+            continue;
+        }
+        let load =
+            Effect::new("gravity-sag", place).with("load", ParameterValue::Word(machine.axes[beyond].name.clone()));
+        for outlets in [
+            vec![Outlet::own(machine, axis)],
+            motion(axis, &d.tilts),
+            motion(axis, &[d.across[0], d.across[1], d.along]),
+        ] {
+            let family = Family::new("gravity-sag", place, outlets, PLAUSIBLE).over(vec![load.clone()]);
+            list.push(Family { functions: &["x", "y", "z"], ..family });
+        }
+    }
+}
+
+/// Whether gravity changes its direction in the link that an axis carries.
+fn gravity_turns_in(ground: &Ground, axis: usize) -> bool {
+    let chain = ground.context.chain();
+    let geometry = Geometry::nominal(chain);
+    let link = chain.carried_by(axis);
+    let gravity = ground.context.machine().gravity;
+    let mut first = None;
+    (0..ground.tests()).any(|test| {
+        let motion = ground.context.motion(test);
+        (0..motion.rows()).step_by((motion.rows() / LOOKED_AT).max(1)).any(|row| {
+            let seen = geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
+            (seen - *first.get_or_insert(seen)).norm() > 0.02
+        })
+    })
+}
+
+/// Low orders of a joint's own angle and of its line.
+fn periodic(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let place = Place::Axis(axis);
+    let d = directions(machine, axis);
+    let with_orders = |kind: &str, orders: &[f64]| Effect::new(kind, place).with("orders", list_of(orders.to_vec()));
+    for orders in OWN_ORDERS {
+        let own = Family::new("cyclic-error", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+        list.push(own.over(vec![with_orders("cyclic-error", orders)]));
+    }
+    for orders in LINE_ORDERS {
+        for outlets in [motion(axis, &[d.across[0], d.across[1], d.along]), motion(axis, &d.tilts)] {
+            let line = Family::new("rotary-error-motion", place, outlets, PLAUSIBLE);
+            list.push(line.over(vec![with_orders("rotary-error-motion", orders)]));
+        }
+    }
+}
