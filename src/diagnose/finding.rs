@@ -93,7 +93,8 @@ pub fn findings(
     for (index, found) in search.found.iter().enumerate() {
         let joins = |group: &Vec<usize>| {
             let lead = &search.found[group[0]];
-            let same_place = lead.chosen.effect.place == found.chosen.effect.place;
+            let same_place = lead.chosen.effect.place == found.chosen.effect.place
+                && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
             let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
             let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
             let free = is_free(found, families);

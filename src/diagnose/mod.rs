@@ -11,6 +11,7 @@ mod finding;
 mod floor;
 mod ground;
 mod library;
+mod placebo;
 mod pose_floor;
 mod pose_library;
 mod pose_search;
@@ -29,12 +30,15 @@ pub use cells::Cells;
 pub use finding::{Cause, Finding, RangeFound, SizeFound};
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
+pub use placebo::Placebo;
+pub use pose_floor::Left;
 pub use preflight::DataFault;
 pub use proof::Proof;
 pub use search::{Candidate, Found, Grounds, Search, search};
 pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;
 
+use self::pose_floor::Poses;
 use crate::chain::Chain;
 use crate::effects::{Context, EffectError};
 use crate::identify::{self, FitError, FreePrior, Options, Problem, Quantity, Unknown, rms};
@@ -74,10 +78,15 @@ pub struct Diagnosis {
     pub data_fault: Option<DataFault>,
     /// Held-out proof of the findings.
     pub proof: Option<Proof>,
+    /// By finding: its gain with the sense of motion drawn at random; `None` where motion does not drive it.
+    pub placebos: Vec<Option<Placebo>>,
     pub blind_to: Vec<Blind>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
-    pub noise_um: f64,
+    /// Noise of a reading; `None` for static poses without readings to spare, whose noise nothing shows.
+    pub noise_um: Option<f64>,
+    /// What is left of static poses, by whether the readings of a pose share it.
+    pub left: Option<Left>,
     pub location_errors: Vec<Moved>,
     pub tests: Vec<TestBeforeAfter>,
     /// What was fitted beside the findings, with the priors of the diagnosis.
@@ -171,12 +180,14 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     if !told.findings.is_empty() {
         let proved = proof::prove(&grounds, &families, &told.findings, &search.noise_after);
         let before = search.found.len();
-        proof = Some(without_unproven(&mut search, &told.findings, proved));
+        // what static poses show was accepted by prediction already
+        proof = Some(if fine.has_sweeps() { without_unproven(&mut search, &told.findings, proved) } else { proved });
         if search.found.len() < before {
             told = Told::of(&fine, &families, &search);
         }
     }
     let Told { columns, stage, findings } = told;
+    let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
     let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
     let after = stage.residual_mm(&columns);
     let tests: Vec<TestBeforeAfter> = fit
@@ -196,13 +207,13 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     let rms_before_um = pooled(|test| &test.before_mm);
     let rms_after_um = pooled(|test| &test.after_mm);
+    let is_static = !fine.has_sweeps();
+    let after: Vec<Vec<f64>> = tests.iter().map(|test| test.after_mm.clone()).collect();
+    let left = is_static.then(|| Left::of(&fine, &Poses::of(&fine), &after)).flatten();
+    let noise_um = if is_static { left.map(|left| left.readings_um) } else { Some(noise_um) };
     let verdict = match data_fault {
         Some(_) => Verdict::DataFault,
-        None => match verdict(&findings, rms_after_um, noise_um) {
-            // nothing shows then that all is explained
-            Verdict::Explained if !fine.has_sweeps() => Verdict::PartlyExplained,
-            verdict => verdict,
-        },
+        None => verdict(&findings, rms_after_um, noise_um),
     };
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {
@@ -210,10 +221,12 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         findings,
         data_fault,
         proof,
+        placebos,
         blind_to,
         rms_before_um,
         rms_after_um,
         noise_um,
+        left,
         location_errors,
         tests,
         unknowns: problem.unknowns,
@@ -276,14 +289,18 @@ fn shift_of_one_test(search: &Search) -> Option<DataFault> {
     ))
 }
 
-fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: f64) -> Verdict {
+fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>) -> Verdict {
     if findings.is_empty() {
         return Verdict::Clean;
     }
     if findings.iter().all(|finding| finding.cause.effect == "unknown") {
         return Verdict::Unexplained;
     }
-    if rms_after_um <= EXPLAINED * noise_um { Verdict::Explained } else { Verdict::PartlyExplained }
+    // where no noise is known nothing shows that all is explained
+    match noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um) {
+        true => Verdict::Explained,
+        false => Verdict::PartlyExplained,
+    }
 }
 
 /// Location errors of the fit with and without the effects.

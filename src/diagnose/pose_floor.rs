@@ -1,10 +1,12 @@
-//! Which readings belong to one pose, how far they count as one, and the noise that no error of the arm can explain.
+//! Which readings belong to one pose, how far they count as one, and what of a residual they share. It fits no effects.
 
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::ground::Ground;
+use crate::chain::Branch;
+use crate::identify::rms;
 use crate::machine::{Component, Outlet};
 use crate::session::Clock;
 
@@ -75,44 +77,60 @@ pub fn readings_as_one(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>])
     (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
 }
 
-/// Readings more than the free motion of a body has, from which a pose tells about noise.
+/// What is left of the residual of static poses, by whether the readings of a pose share it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Left {
+    /// Rms of what the readings of a pose share as one displacement of the last link: the arm stands elsewhere, µm.
+    pub arm_um: f64,
+    /// Rms of what every reading has for itself, noise among it, µm.
+    pub readings_um: f64,
+}
+
+/// Displacements of the last link: three shifts and three turns.
 const FREE_MOTIONS: usize = 6;
-/// Poses with spare readings that are needed.
+/// Poses with more readings than free motions that are needed.
 const LEAST_POSES: usize = 10;
 /// Singular values below this share of the largest are directions that the bars of a pose do not see.
 const UNSEEN: f64 = 1e-6;
+/// Turns count at this lever, rad per mm, so that shifts and turns are of like size.
+const PER_LEVER: f64 = 1e-2;
 
-/// Noise of one reading, mm: what is left when the last joint of every pose may move freely. `None` where too few
-/// poses have more readings than that.
-pub fn floor_mm(ground: &Ground, poses: &Poses) -> Option<f64> {
-    let last = *ground.context.chain().branch(crate::chain::Branch::Tool).last()?;
-    let outlets = Component::ALL.map(|component| Outlet::Motion { axis: last, component });
-    let gains: Vec<_> = outlets.iter().map(|outlet| ground.gains(outlet)).collect();
-    let mut squares: Vec<f64> = Vec::new();
-    for rows in poses.rows(ground).iter().filter(|rows| rows.len() > FREE_MOTIONS) {
-        let free = DMatrix::from_fn(rows.len(), FREE_MOTIONS, |i, k| {
-            let (test, row) = rows[i];
-            let scale = if k < 3 { 1.0 } else { 1e-2 };
-            scale * gains[k][test].get(row).copied().unwrap_or(0.0)
-        });
-        let residual =
-            DVector::from_iterator(rows.len(), rows.iter().map(|&(test, row)| ground.residual_mm[test][row]));
-        let svd = free.svd(true, false);
-        let Some(seen) = svd.u else { continue };
-        let largest = svd.singular_values.max();
-        let rank = svd.singular_values.iter().filter(|value| **value > UNSEEN * largest).count();
-        if rank >= rows.len() {
-            continue;
+impl Left {
+    /// Splits residuals (mm); `None` where too few poses have more readings than their last link has free motions.
+    pub fn of(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> Option<Left> {
+        let last = *ground.context.chain().branch(Branch::Tool).last()?;
+        let outlets = Component::ALL.map(|component| Outlet::Motion { axis: last, component });
+        let gains: Vec<_> = outlets.iter().map(|outlet| ground.gains(outlet)).collect();
+        let rows = poses.rows(ground);
+        let mut variances: Vec<f64> = Vec::new();
+        for rows in rows.iter().filter(|rows| rows.len() > FREE_MOTIONS) {
+            let free = DMatrix::from_fn(rows.len(), FREE_MOTIONS, |i, k| {
+                let (test, row) = rows[i];
+                let scale = if k < 3 { 1.0 } else { PER_LEVER };
+                scale * gains[k][test].get(row).copied().unwrap_or(0.0)
+            });
+            let residual = DVector::from_iterator(rows.len(), rows.iter().map(|&(test, row)| residual_mm[test][row]));
+            let svd = free.svd(true, false);
+            let Some(seen) = svd.u else { continue };
+            let largest = svd.singular_values.max();
+            let rank = svd.singular_values.iter().filter(|value| **value > UNSEEN * largest).count();
+            let spare = rows.len().saturating_sub(rank);
+            if spare == 0 {
+                continue;
+            }
+            let explained: f64 = (0..rank).map(|k| seen.column(k).dot(&residual).powi(2)).sum();
+            let left = (residual.norm_squared() - explained).max(0.0);
+            // Wilson and Hilferty: the median of χ² over its degrees of freedom n is (1 − 2/(9n))³
+            let median = (1.0 - 2.0 / (9.0 * spare as f64)).powi(3);
+            variances.push(left / spare as f64 / median);
         }
-        let explained: f64 = (0..rank).map(|k| seen.column(k).dot(&residual).powi(2)).sum();
-        squares.push((residual.norm_squared() - explained).max(0.0) / (rows.len() - rank) as f64);
+        if variances.len() < LEAST_POSES {
+            return None;
+        }
+        // the median is not moved by a wild reading
+        variances.sort_by(f64::total_cmp);
+        let apart = variances[variances.len() / 2];
+        let all = rms(rows.iter().flatten().map(|&(test, row)| residual_mm[test][row])).powi(2);
+        Some(Left { arm_um: 1e3 * (all - apart).max(0.0).sqrt(), readings_um: 1e3 * apart.sqrt() })
     }
-    if squares.len() < LEAST_POSES {
-        return None;
-    }
-    // the median pose of a χ² with few degrees of freedom lies below its mean; the mean of the lower nine tenths is
-    // robust against a wild reading and near enough
-    squares.sort_by(f64::total_cmp);
-    let most = (9 * squares.len()).div_ceil(10);
-    Some((squares[..most].iter().sum::<f64>() / most as f64).sqrt())
 }

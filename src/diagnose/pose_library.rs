@@ -30,6 +30,8 @@ pub fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
     });
     for family in list.iter_mut() {
         family.plausible = family.plausible.max(PLAUSIBLE);
+        // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
+        family.fast = family.kind == "cyclic-error";
     }
     let machine = ground.context.machine();
     let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(ground, axis).is_some()).collect();
@@ -49,11 +51,23 @@ fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Famil
     let own = Family::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
     list.push(Family { functions: &["speed"], ..own.clone() });
     list.push(own);
-    for &of in moving {
+    let chain = ground.context.chain();
+    for &of in moving.iter().filter(|&&of| of != axis && chain.carries(of, chain.carried_by(axis))) {
         let braked = Effect::new("arrival-lag", place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
-        let tilts = motion(axis, &directions(machine, axis).tilts);
+        // a tilt about the line of the joint before is that joint's own error
+        let mut tilts = motion(axis, &directions(machine, axis).tilts);
+        tilts.retain(|outlet| !is_own_of(ground, of, axis, outlet));
         list.push(Family::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
     }
+}
+
+/// Whether a tilt of an axis turns about the direction of another axis that carries it, at zero and nearly always.
+fn is_own_of(ground: &Ground, of: usize, axis: usize, outlet: &Outlet) -> bool {
+    let chain = ground.context.chain();
+    let Outlet::Motion { component, .. } = outlet else { return false };
+    let (before, after) = (chain.carried_by(of), chain.carried_by(axis));
+    let follows = before.branch == after.branch && after.depth == before.depth + 1;
+    follows && chain.joint(of).direction[component.direction_index()].abs() > 0.9
 }
 
 /// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.

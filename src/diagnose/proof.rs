@@ -43,10 +43,15 @@ pub fn prove(grounds: &Grounds, families: &[Family], findings: &[Finding], noise
         let gain = rms(held_out(&bare, &test).into_iter()).powi(2) - rms(held_out(&full, &test).into_iter()).powi(2);
         for (index, finding) in findings.iter().enumerate() {
             let machine = grounds.fine.context.machine();
-            let again = searched.found.iter().any(|found| {
-                let effect = &found.chosen.effect;
-                let same_place = effect.place.name(machine) == finding.cause.place;
-                same_place && (effect.kind == finding.cause.effect || finding.cause.effect == "unknown")
+            // the fewer poses of a fold may favour a stated rival; sweeps name the cause itself again
+            let rivals = finding.rivals.iter().filter(|_| !grounds.fine.has_sweeps());
+            let mut causes = std::iter::once(&finding.cause).chain(rivals.map(|(cause, _)| cause));
+            let again = causes.any(|cause| {
+                searched.found.iter().any(|found| {
+                    let effect = &found.chosen.effect;
+                    let same_place = effect.place.name(machine) == cause.place;
+                    same_place && (effect.kind == cause.effect || cause.effect == "unknown")
+                })
             });
             passed[index] &= again;
             gains[index] += gain;

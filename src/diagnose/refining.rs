@@ -31,7 +31,7 @@ const ROUNDS: usize = 9;
 const PARAMETER_COST: f64 = 1.5;
 
 /// Improves the shape parameters of a candidate by a pattern search.
-pub(super) fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
+fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
     let machine = stage.ground.context.machine();
     let mut best = candidate;
     let cost = best.judgement.log_evidence - best.log_odds;

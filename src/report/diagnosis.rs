@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding};
+use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, Placebo};
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -28,8 +28,18 @@ pub struct FindingJson {
     pub located: WhereJson,
     pub probability: f64,
     pub cross_validated: Option<&'static str>,
+    /// Null where motion does not drive it or too few runs show it.
+    pub placebo: Option<PlaceboJson>,
     pub cannot_tell_from: Vec<RivalJson>,
     pub next_test: Option<NextTestJson>,
+}
+
+/// Gain of a finding with the sense of motion drawn at random, as shares of its true gain.
+#[derive(Debug, Clone, Serialize)]
+pub struct PlaceboJson {
+    pub mean: f64,
+    pub largest: f64,
+    pub draws: usize,
 }
 
 /// Size with its unit.
@@ -95,9 +105,23 @@ pub struct SmallestJson {
 pub struct FitBeforeAfterJson {
     pub rms_before_um: f64,
     pub rms_after_um: f64,
-    pub noise_um: f64,
+    /// Null for static poses without readings to spare.
+    pub noise_um: Option<f64>,
     pub heldout_before_um: Option<f64>,
     pub heldout_after_um: Option<f64>,
+    /// What is left of static poses; null for sweeps.
+    pub left: Option<LeftJson>,
+}
+
+/// What stays unexplained of static poses.
+#[derive(Debug, Clone, Serialize)]
+pub struct LeftJson {
+    /// Share of the mean square before.
+    pub share: f64,
+    /// Rms of what the readings of a pose share: the arm stands elsewhere.
+    pub arm_um: f64,
+    /// Rms of what every reading has for itself.
+    pub readings_um: f64,
 }
 
 /// A location error before and after.
@@ -130,6 +154,11 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
             noise_um: diagnosis.noise_um,
             heldout_before_um: diagnosis.proof.as_ref().map(|proof| proof.before_um),
             heldout_after_um: diagnosis.proof.as_ref().map(|proof| proof.after_um),
+            left: diagnosis.left.map(|left| LeftJson {
+                share: (diagnosis.rms_after_um / diagnosis.rms_before_um).powi(2),
+                arm_um: left.arm_um,
+                readings_um: left.readings_um,
+            }),
         },
         location_errors: diagnosis
             .location_errors
@@ -170,6 +199,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         located: WhereJson { tests: fault.tests.clone(), range: None },
         probability: 0.99,
         cross_validated: None,
+        placebo: None,
         cannot_tell_from: Vec::new(),
         next_test: None,
     }
@@ -207,9 +237,15 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
         },
         probability: finding.probability,
         cross_validated: cross_validated(diagnosis, index, finding),
+        placebo: diagnosis.placebos.get(index).copied().flatten().map(placebo_json),
         cannot_tell_from: finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)).collect(),
         next_test: None,
     }
+}
+
+fn placebo_json(placebo: Placebo) -> PlaceboJson {
+    let share = |gain: f64| gain / placebo.gain.max(f64::MIN_POSITIVE);
+    PlaceboJson { mean: share(placebo.mean), largest: share(placebo.largest), draws: placebo.draws }
 }
 
 fn rival_json(cause: &Cause, probability: f64) -> RivalJson {

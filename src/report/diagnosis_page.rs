@@ -82,7 +82,7 @@ fn figures(page: &mut String, json: &DiagnosisJson) {
         },
         Card {
             label: "noise floor",
-            figure: format!("{:.2} µm", fit.noise_um),
+            figure: fit.noise_um.map_or("–".into(), |noise_um| format!("{noise_um:.2} µm")),
             note: "of one reading, whatever physics is missing".to_string(),
         },
         Card {

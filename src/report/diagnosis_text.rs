@@ -76,7 +76,26 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         "clean" => format!("Residual {:.2} µm rms", fit.rms_before_um),
         _ => format!("Residual {:.2} → {:.2} µm rms", fit.rms_before_um, fit.rms_after_um),
     };
-    format!("{says}. {residual}{held_out}; noise floor {:.2}.", fit.noise_um)
+    let noise = match fit.noise_um {
+        Some(noise_um) => format!("; noise floor {noise_um:.2}"),
+        None => "; noise not known: no pose has readings to spare".to_string(),
+    };
+    format!("{says}. {residual}{held_out}{noise}.{}", left_words(json))
+}
+
+/// What stays unexplained of static poses, and of what kind it looks.
+fn left_words(json: &DiagnosisJson) -> String {
+    let Some(left) = &json.fit.left else { return String::new() };
+    let kind = match left.arm_um > left.readings_um {
+        true => "the balls of a pose share most of it: the arm itself stands elsewhere",
+        false => "most of it is separate from ball to ball: the readings, or balls and bars",
+    };
+    format!(
+        " Unexplained is {:.0} % of the mean square, {:.1} µm shared by the readings of a pose and {:.1} µm separate; {kind}.",
+        100.0 * left.share,
+        left.arm_um,
+        left.readings_um
+    )
 }
 
 fn blind(text: &mut String, json: &DiagnosisJson) {

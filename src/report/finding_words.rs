@@ -53,6 +53,7 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "squareness" => format!("{place} is out of square ({moving})"),
         "linear-scale" => format!("Scale of {place} is wrong"),
         "servo-lag" => format!("{place} follows late"),
+        "arrival-lag" => format!("Arrival at speed leaves {place} off ({moving})"),
         "radius-loss" => format!("{place} leaves its path with acceleration"),
         "trigger-latency" => "Readings and positions are not of the same moment".into(),
         "pivot-slip" => "The pivot cup moved".into(),
@@ -84,6 +85,7 @@ fn measures(effect: &str, meaning: &str) -> String {
         "unknown" => "to each side of its mean".into(),
         "squareness" | "linear-scale" | "pivot-slip" | "ball-slip" => String::new(),
         "servo-lag" => "behind the others".into(),
+        "arrival-lag" => "at full speed".into(),
         _ => meaning.into(),
     }
 }
@@ -169,6 +171,19 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
         words.push(format!("follows {channel}"));
     }
+    if lead.kind == "arrival-lag" {
+        if let Some(ParameterValue::Word(of)) = lead.parameter("of") {
+            words.push(format!("by the speed of {of}"));
+        }
+        if !list("rates").is_empty() {
+            let pace = machine.axis_names().into_iter().zip(list("rates"));
+            let pace: Vec<String> = pace.map(|(name, rate)| format!("{name} {}", digits(rate, Some(0.1)))).collect();
+            words.push(format!("top speeds to each other {}", pace.join(", ")));
+        }
+    }
+    if let Some(ParameterValue::Word(load)) = lead.parameter("load") {
+        words.push(format!("load turns with {load}"));
+    }
     if let Some(time) = number("time") {
         words.push(format!("at {} of the session", time_words(time)));
     }
@@ -233,6 +248,13 @@ pub fn certainty_words(finding: &FindingJson) -> String {
         Some(_) => "; happened once, so no repeat can confirm it",
         None => "",
     });
+    if let Some(placebo) = &finding.placebo {
+        words.push_str(&format!(
+            "; with the sense of motion drawn at random {:.0} % of its gain remain, {:.0} % at most",
+            100.0 * placebo.mean,
+            100.0 * placebo.largest
+        ));
+    }
     words
 }
 
