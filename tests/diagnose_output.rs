@@ -52,7 +52,7 @@ fn the_schema_refuses_what_is_not_in_the_contract() {
     wrong["findings"][0]["size"]["unit"] = "mm".into();
     wrong["findings"][0]["where"].as_object_mut().unwrap().remove("tests");
     wrong["findings"][0]["cross_validated"] = "maybe".into();
-    wrong["fit"]["noise_um"] = Value::Null;
+    wrong["fit"]["rms_after_um"] = Value::Null;
     wrong["further"] = 1.into();
     let found = schema::violations_of(&contract(), &wrong);
     assert_eq!(found.len(), 6, "{found:?}");

@@ -83,6 +83,52 @@ fn walk(machine: Machine) -> Session {
     session(machine, tests)
 }
 
+/// The same rows as stops without times.
+fn as_poses(session: &mut Session) {
+    for recording in session.tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
+        recording.clock = Clock::Pose((0..recording.length_mm.len()).map(|row| row as f64).collect());
+    }
+}
+
+#[test]
+fn arrival_follows_the_share_of_the_slowest_axis() {
+    let arm = machine_from_yaml(Path::new("arm.yaml"), ARM.into()).unwrap();
+    let degrees = [[0.0, 0.0, 0.0], [10.0, 5.0, 0.0], [10.0, -15.0, 10.0], [10.0, -15.0, 10.0], [-20.0, -15.0, 40.0]];
+    let rows: Vec<Vec<f64>> = degrees.iter().map(|row| row.iter().map(|q: &f64| q.to_radians()).collect()).collect();
+    let mut session = session(arm, vec![test("poses", 0.0, &rows)]);
+    as_poses(&mut session);
+    // top speeds as 1 : 1 : 2; J2 counts its angle backwards, so that it stops short on the other side
+    let effect = |place: &str| {
+        let axis = session.machine.axis_index(place).unwrap();
+        let rates = ParameterValue::List(vec![1.0, 1.0, 2.0]);
+        Effect::new("arrival-lag", Place::Axis(axis)).with("rates", rates)
+    };
+    for (place, expected) in
+        [("J1", [0.0, -1.0, 0.0, 0.0, 1.0]), ("J2", [0.0, 0.5, -1.0, 0.0, 0.0]), ("J3", [0.0, 0.0, -0.25, 0.0, -0.5])]
+    {
+        let chain = Chain::of(&session.machine);
+        let context = Context::of(&session, &chain).unwrap();
+        let effect = effect(place);
+        let profiles = effects::kind("arrival-lag").unwrap().shape(&context, &effect).unwrap();
+        for (found, expected) in profiles[0][0].iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{place}: {:?}", profiles[0][0]);
+        }
+        if place == "J1" {
+            // the ball at t, mm, and its distance from the upright line of J1, in m²
+            let chain = Chain::of(&session.machine);
+            let at = Geometry::nominal(&chain)
+                .pose(chain.link("t").unwrap(), &rows[1], None)
+                .point(&session.tests[0].spindle_ball.at);
+            let squared = (at.x * at.x + at.y * at.y) * 1e-6;
+            assert!((profiles[1][0][1] + squared).abs() < 1e-12, "{} for {squared}", profiles[1][0][1]);
+        }
+    }
+    // in sweeps it is silent
+    let timed = walk(session.machine.clone());
+    let profiles = profile(&timed, &effect("J1"));
+    assert!(profiles.iter().flatten().all(|value| *value == 0.0));
+}
+
 /// A parameter's default, or a value that its bounds and the rhythm of [`walk`] allow.
 fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<ParameterValue> {
     let (from, to) = parameter.bounds;
@@ -106,6 +152,7 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
             let on_table = machine.code.workpiece_side.iter().any(|name| name == place.name(machine));
             ParameterValue::Word(if on_table { "w" } else { "t" }.into())
         }
+        ("rates", ..) => ParameterValue::List((1..=machine.axes.len()).map(|k| k as f64).collect()),
         ("of", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
         (_, ParameterUnit::Word(words), _) => ParameterValue::Word((*words.first()?).into()),
         (_, _, 1) => match parameter.default {
@@ -184,7 +231,10 @@ fn no_size_no_effect_and_columns_are_the_slope() {
     let mut moved = std::collections::BTreeSet::new();
     each(|machine, kind, effect| {
         let label = format!("{} at {} of {}", kind.name, effect.place.name(machine), machine.name);
-        let session = walk(machine.clone());
+        let mut session = walk(machine.clone());
+        if kind.name == "arrival-lag" {
+            as_poses(&mut session);
+        }
         let base = lengths(&session);
         assert_eq!(lengths(&with_effects(&session, vec![effect.scaled(0.0)])), base, "{label}");
 
@@ -492,11 +542,7 @@ fn a_spike_follows_a_reversal_and_dies_away() {
 #[test]
 fn sweeps_of_poses_have_no_approach_and_no_speed() {
     let mut session = sweeps([31, 31]);
-    for test in &mut session.tests {
-        if let Some(recording) = &mut test.recording {
-            recording.clock = Clock::Pose((0..31).map(f64::from).collect());
-        }
-    }
+    as_poses(&mut session);
     let found = profile(&session, &backlash(&session, 5e-5));
     assert_eq!(found[0][0], 0.0, "nothing is known before the first pose");
     assert!(found[0][30] < -0.9 && found[1][30] > 0.9);

@@ -118,7 +118,18 @@ fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
 /// A test that shows a cause, in words.
 pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
     let axis = place.axis().map(|axis| (machine.axes[axis].name.clone(), machine.axes[axis].kind));
+    // an arm has no linear axes that could follow
+    let is_arm = machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary);
     match (kind, axis) {
+        ("rotary-backlash" | "lateral-play", Some((name, _))) if is_arm => {
+            format!("the same poses with {name} arriving from either side")
+        }
+        ("rotary-error-motion" | "cyclic-error", Some((name, _))) if is_arm => {
+            format!("poses over the whole range of {name}, the other joints standing still")
+        }
+        ("servo-lag" | "reversal-spike", Some((name, _))) if is_arm => {
+            format!("sweeps of {name} in both directions and at two speeds, read in time")
+        }
         ("rotary-backlash" | "cyclic-error" | "servo-lag" | "reversal-spike", Some((name, AxisKind::Rotary))) => {
             format!("{name} swept both ways with the linear axes following tangentially")
         }

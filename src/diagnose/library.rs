@@ -62,6 +62,8 @@ impl Family {
             },
             // without a second feed lost motion is the likelier one
             ("servo-lag", _) => 1,
+            // in an arm the weight of its links is the likelier cause of what turns once with a joint
+            ("cyclic-error", _) if !ground.has_sweeps() => 1,
             _ => 0,
         }
     }

@@ -98,6 +98,9 @@ impl<'g, 'a> State<'g, 'a> {
             }
             let index = choose(&candidates, families, self.ground);
             self.accept(families, candidates, index, poses);
+            for place in 0..self.found.len() {
+                self.refine_again(families, place, poses);
+            }
         }
         f64::NEG_INFINITY
     }
@@ -132,10 +135,43 @@ impl<'g, 'a> State<'g, 'a> {
         self.found.push(Found { chosen, rivals, log_odds, gain, fall_mm2: square_before - square_after });
     }
 
+    /// Finds the shape of an accepted effect once more beside the others: it was judged when more was unexplained.
+    fn refine_again(&mut self, families: &[Family], place: usize, poses: &Poses) {
+        let family = self.found[place].chosen.family;
+        if families[family].refined.is_empty() {
+            return;
+        }
+        let mut alone = families.to_vec();
+        let rest = alone.iter_mut().enumerate().filter(|(index, _)| *index != family);
+        rest.for_each(|(_, other)| other.grid.clear());
+        let others: Vec<Accepted> = (0..self.found.len())
+            .filter(|&other| other != place)
+            .flat_map(|other| self.found[other].chosen.accepted())
+            .collect();
+        let stage = || Stage::new(self.ground, &self.noise, &others, &self.ground.kept);
+        let stages = [stage(), stage()];
+        let cells = Cells::of(self.ground, &alone);
+        let Some(again) = refine_all(&stages, &alone, screen(&stages, &alone, &cells)).into_iter().next() else {
+            return;
+        };
+        let now = stages[0].judge(&self.found[place].chosen.columns, families[family].plausible);
+        if again.judgement.log_evidence <= now.log_evidence {
+            return;
+        }
+        self.found[place].chosen = again;
+        self.model = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let stage = Stage::new(self.ground, &self.noise, &self.model, &self.ground.kept);
+        self.residual_mm = stage.residual_mm(&self.model);
+        self.noise = noise(self.ground, poses, &self.residual_mm);
+    }
+
     /// Relative top speeds of the axes, refined for all arrival effects together; `None` where equal ones do as well.
     fn refined_rates(&self) -> Option<Vec<f64>> {
         let (arrivals, others): (Vec<&Found>, Vec<&Found>) =
             self.found.iter().partition(|found| found.chosen.effect.kind == "arrival-lag");
+        if arrivals.is_empty() {
+            return None;
+        }
         let others: Vec<Accepted> = others.iter().flat_map(|found| found.chosen.accepted()).collect();
         let stage = Stage::new(self.ground, &self.noise, &others, &self.ground.kept);
         let gain = |rates: &[f64]| -> Option<f64> {
