@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::ground::{Ground, Term};
-use super::pose_library::{for_poses, is_static};
+use super::pose_library::for_poses;
 use crate::chain::Geometry;
 use crate::effects::kind;
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
@@ -142,7 +142,7 @@ pub fn families(ground: &Ground) -> Vec<Family> {
         }
     }
     setup(ground, &mut list);
-    if is_static(ground) {
+    if !ground.has_sweeps() {
         for_poses(ground, &mut list);
     }
     list

@@ -14,20 +14,9 @@ const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
 /// Rows of a session looked at to see whether gravity turns in a link.
 const LOOKED_AT: usize = 50;
 
-/// Whether every test of a session is static poses.
-pub fn is_static(ground: &Ground) -> bool {
-    (0..ground.tests()).all(|test| ground.context.motion(test).time_s.is_none())
-}
-
 /// Replaces the list by what static poses can show.
 pub fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
-    // without times nothing depends on them
-    list.retain(|family| {
-        !matches!(family.kind, "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike")
-            && !(matches!(family.kind, "thermal-growth" | "bar-length")
-                && family.grid.iter().all(|effect| effect.parameter("tau").is_some()))
-            && !family.kind.ends_with("-slip")
-    });
+    list.retain(|family| !needs_times(family));
     for family in list.iter_mut() {
         family.plausible = family.plausible.max(PLAUSIBLE);
         // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
@@ -41,6 +30,16 @@ pub fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
             sags(ground, axis, list);
             periodic(ground, axis, list);
         }
+    }
+}
+
+/// Whether a family depends on times, which static poses do not have.
+fn needs_times(family: &Family) -> bool {
+    match family.kind {
+        "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike" => true,
+        "pivot-slip" | "ball-slip" => true,
+        "thermal-growth" | "bar-length" => family.grid.iter().all(|effect| effect.parameter("tau").is_some()),
+        _ => false,
     }
 }
 

@@ -6,7 +6,6 @@ use super::cells::Cells;
 use super::floor::{likely_noise, mean_noise_mm2, noise_floor};
 use super::ground::{Column, Ground, Term};
 use super::library::Family;
-use super::pose_library::is_static;
 use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
@@ -81,8 +80,6 @@ struct Limits {
 
 /// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
 const SWEEPS: Limits = Limits { effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3 };
-/// Static poses of an arm: every joint has its own lost motion, and the floor is the residual itself.
-const POSES: Limits = Limits { effects: 10, share_elsewhere: 0.01, rms_elsewhere: 0.1 };
 
 /// Log odds above which an effect is accepted.
 const ACCEPT: f64 = 14.0;
@@ -93,11 +90,10 @@ const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
-    if is_static(grounds.fine) {
+    if !grounds.fine.has_sweeps() {
         return search_poses(grounds.fine, families);
     }
-    let limits = if grounds.fine.has_sweeps() { SWEEPS } else { POSES };
-    let ways = Ways { grounds, families, floors, limits };
+    let ways = Ways { grounds, families, floors, limits: SWEEPS };
     let mut model = Model::empty(&ways);
     let noise_before = model.noise.clone();
     let residual_before_mm2 = mean_square(grounds.fine, &model.residual_mm);
