@@ -128,7 +128,7 @@ impl Core {
             Core::Segment { half } => Vector3::new(0.0, 0.0, half.copysign(d.z)),
             Core::Box { half } => Vector3::new(half.x.copysign(d.x), half.y.copysign(d.y), half.z.copysign(d.z)),
             Core::Cylinder { radius, half } => {
-                let across = d.x.hypot(d.y);
+                let across = (d.x * d.x + d.y * d.y).sqrt();
                 let scale = if across > 0.0 { radius / across } else { 0.0 };
                 Vector3::new(d.x * scale, d.y * scale, half.copysign(d.z))
             }

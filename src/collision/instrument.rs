@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::convex::Convex;
-use super::world::{BarEnds, Cone, Part, Scene, World};
+use super::scene::{BarEnds, Cone, Scene};
+use super::world::{Part, World};
 use crate::bodies::{Bodies, Kit, Mount};
 use crate::chain::Geometry;
 use crate::session::{Path, Test};

@@ -7,7 +7,9 @@
 
 mod convex;
 mod distance;
+mod frames;
 mod instrument;
+mod scene;
 mod sweep;
 mod travel;
 mod world;
@@ -15,6 +17,7 @@ mod world;
 pub use convex::Convex;
 pub use distance::{distance, distance_below, parry_shape, penetration};
 pub use instrument::{Instrument, InstrumentError, Placement};
+pub use scene::{BarEnds, Clearance, Scene, Scratch};
 pub use sweep::{Clear, Hit, SweepClearance, certify, sweep_clearance};
 pub use travel::{Aside, Leg, NoWay, clear_way};
-pub use world::{BarEnds, Clearance, Part, Scene, Scratch, World};
+pub use world::{Part, World};

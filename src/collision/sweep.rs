@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 
 use super::convex::Core;
-use super::world::{Scene, Scratch};
+use super::scene::{Scene, Scratch};
 use crate::machine::AxisKind;
 
 /// Least clearance over a motion, within the tolerance asked for.
@@ -42,7 +42,7 @@ pub struct Clear {
     pub evaluations: usize,
 }
 
-/// How a set may move relative to another: reference points with reach, on frames with the axes between.
+/// How a set may move relative to another: one or two reference points with reach, on frames with the axes between.
 struct Mover {
     /// (frame of the reference point, place, reach about it, axes to the other frame)
     points: Vec<(usize, Vector3<f64>, f64, Vec<usize>)>,
@@ -86,6 +86,9 @@ pub fn sweep_clearance(scene: &Scene, rows: &[Vec<f64>], tolerance_mm: f64, scra
     for watch in scene.watches() {
         let (mut row, mut fraction) = (0, 0.0);
         let mover = scene.mover(watch, &moving);
+        if best.mm > 0.0 && scene.is_far(watch, &mover, rows, best.mm - tolerance_mm, scratch) {
+            continue;
+        }
         while best.mm > 0.0 {
             let target = best.mm - tolerance_mm;
             let positions = between(rows, row, fraction);
@@ -133,6 +136,9 @@ pub fn certify(scene: &Scene, rows: &[Vec<f64>], limit_mm: f64, scratch: &mut Sc
     for watch in scene.watches() {
         let (mut row, mut fraction) = (0, 0.0);
         let mover = scene.mover(watch, &moving);
+        if scene.is_far(watch, &mover, rows, limit_mm, scratch) {
+            continue;
+        }
         loop {
             let positions = between(rows, row, fraction);
             let d = scene.watched(watch, &positions, scratch);
@@ -176,32 +182,28 @@ fn advance(
     row: usize,
     fraction: f64,
     slack_mm: f64,
-    scratch: &Scratch,
+    scratch: &mut Scratch,
 ) -> Option<(usize, f64)> {
-    let levers: Vec<Vec<(usize, f64)>> = mover
-        .points
-        .iter()
-        .map(|(frame, at, reach, axes)| {
-            let several = axes.len() > 1;
-            axes.iter()
-                .map(|&axis| {
-                    let mut lever = scene.lever(axis, *frame, at, *reach, several, scratch);
-                    if let Some((frame, at, reach)) = &mover.other {
-                        lever = lever.min(scene.lever(axis, *frame, at, *reach, several, scratch));
-                    }
-                    let rotary = scene.world.chain.joint(axis).kind == AxisKind::Rotary;
-                    (axis, if rotary && several { lever + slack_mm } else { lever })
-                })
-                .collect()
-        })
-        .collect();
+    scratch.levers.clear();
+    for (point, (frame, at, reach, axes)) in mover.points.iter().enumerate() {
+        let several = axes.len() > 1;
+        for &axis in axes {
+            let mut lever = scene.lever(axis, *frame, at, *reach, several, scratch);
+            if let Some((frame, at, reach)) = &mover.other {
+                lever = lever.min(scene.lever(axis, *frame, at, *reach, several, scratch));
+            }
+            let rotary = scene.world.linkage.chain.joint(axis).kind == AxisKind::Rotary;
+            scratch.levers.push((point, axis, if rotary && several { lever + slack_mm } else { lever }));
+        }
+    }
     let mut left = slack_mm;
     let (mut row, mut fraction) = (row, fraction);
     while row + 1 < rows.len() {
-        let whole = levers
-            .iter()
-            .map(|axes| axes.iter().map(|&(axis, lever)| (rows[row + 1][axis] - rows[row][axis]).abs() * lever).sum())
-            .fold(0.0, f64::max);
+        let mut moves = [0.0; 2];
+        for &(point, axis, lever) in &scratch.levers {
+            moves[point] += (rows[row + 1][axis] - rows[row][axis]).abs() * lever;
+        }
+        let whole = moves[0].max(moves[1]);
         let rest: f64 = whole * (1.0 - fraction);
         if rest > left {
             return Some((row, fraction + left / whole));
@@ -227,16 +229,30 @@ impl Scene<'_> {
 
     /// Distance of a pair or what is left of a cone, mm.
     fn watched(&self, watch: Watch, positions: &[f64], scratch: &mut Scratch) -> f64 {
-        self.place(positions, scratch);
         match watch {
-            Watch::Pair(index) => self.pair_distance(index, scratch, f64::MAX),
-            Watch::Cone(index) => self.cones[index].spare_mm(self.bar.as_ref(), &scratch.frames),
+            Watch::Pair(index) => {
+                self.place_pair(index, positions, scratch);
+                self.pair_distance(index, scratch, f64::MAX)
+            }
+            Watch::Cone(index) => {
+                self.place_links(positions, scratch);
+                self.cones[index].spare_mm(self.bar.as_ref(), &scratch.frames.poses)
+            }
         }
+    }
+
+    /// True when the boxes of a pair are far enough apart at the first row for the whole motion; the boxes cost little.
+    fn is_far(&self, watch: Watch, mover: &Mover, rows: &[Vec<f64>], limit_mm: f64, scratch: &mut Scratch) -> bool {
+        let (Watch::Pair(index), Some(first)) = (watch, rows.first()) else { return false };
+        self.place_pair(index, first, scratch);
+        let slack_mm = self.pair_bound(index, scratch) - limit_mm;
+        slack_mm > 0.0 && advance(self, mover, rows, 0, 0.0, slack_mm, scratch).is_none()
     }
 
     fn mover(&self, watch: Watch, moving: &[usize]) -> Mover {
         let between = |one: usize, other: usize| -> Vec<usize> {
-            self.world.axes_between(one, other).into_iter().filter(|axis| moving.contains(axis)).collect()
+            let axes = self.world.linkage.axes_between(one, other).iter();
+            axes.copied().filter(|axis| moving.contains(axis)).collect()
         };
         let bar_frame = self.world.frame_count();
         match watch {
@@ -272,12 +288,12 @@ impl Scene<'_> {
     ///
     /// A solid of revolution that turns about its own axis does not move, unless another axis takes it off the line.
     fn lever(&self, axis: usize, frame: usize, at: &Vector3<f64>, reach: f64, several: bool, scratch: &Scratch) -> f64 {
-        let joint = self.world.chain.joint(axis);
+        let joint = self.world.linkage.chain.joint(axis);
         if joint.kind == AxisKind::Linear {
             return 1.0;
         }
-        let carried = &scratch.frames[self.world.frame(self.world.chain.carried_by(axis))];
-        let point = scratch.frames[frame].point(at) - carried.point(&joint.origin);
+        let carried = &scratch.frames.poses[self.world.frame(self.world.linkage.chain.carried_by(axis))];
+        let point = scratch.frames.poses[frame].point(at) - carried.point(&joint.origin);
         let about = carried.rotation * joint.direction;
         let off_line = about.cross(&point).norm();
         if !several && off_line < 1e-9 && reach > 0.0 && self.turns_in_itself(frame, at, &about, scratch) {
@@ -289,7 +305,7 @@ impl Scene<'_> {
     /// True for a solid of revolution whose axis lies along `about` (its centre being on the line).
     fn turns_in_itself(&self, frame: usize, at: &Vector3<f64>, about: &Vector3<f64>, scratch: &Scratch) -> bool {
         self.parts.iter().filter(|part| part.frame == frame && part.convex.centre == *at).all(|part| {
-            let axis = scratch.frames[frame].rotation * part.convex.rotation.column(2);
+            let axis = scratch.frames.poses[frame].rotation * part.convex.rotation.column(2);
             match part.convex.core {
                 Core::Point => true,
                 Core::Segment { .. } | Core::Cylinder { .. } => axis.cross(about).norm() < 1e-12,

@@ -5,8 +5,8 @@
 
 use std::collections::HashSet;
 
+use super::scene::{Scene, Scratch};
 use super::sweep::{Hit, certify};
-use super::world::{Scene, Scratch};
 use crate::machine::AxisKind;
 
 /// One axis moves.

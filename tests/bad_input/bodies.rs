@@ -93,7 +93,7 @@ fn meshes() {
     );
     let text = text_stl(50.0);
     let cut_off = "the file is cut off: each facet has three vertices and an endfacet, the end is endsolid";
-    check_mesh("cut text", "part.stl", text[..text.len() - 60].as_bytes(), &format!("line 25: {cut_off}"));
+    check_mesh("cut text", "part.stl", &text.as_bytes()[..text.len() - 60], &format!("line 25: {cut_off}"));
     check_mesh("no end", "part.stl", changed(&text, "endsolid part\n", "").as_bytes(), &format!("line 29: {cut_off}"));
     check_mesh(
         "nan corner",
