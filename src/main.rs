@@ -1,5 +1,17 @@
 //! The command line: one verb per file in `verbs`.
 
+// std's panic when the reader of a pipe has gone; these stand in for them in all verbs
+
+/// Prints a line; a reader that stops reading ends the program quietly.
+macro_rules! println {
+    ($($text:tt)*) => { $crate::verbs::output::line(format_args!($($text)*)) };
+}
+
+/// Prints a line on standard error, if it is read.
+macro_rules! eprintln {
+    ($($text:tt)*) => { $crate::verbs::output::remark(format_args!($($text)*)) };
+}
+
 mod verbs;
 
 use std::process::ExitCode;

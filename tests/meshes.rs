@@ -127,7 +127,8 @@ fn frame() -> Vec<Triangle> {
 fn pieces_cover_the_surface_and_leave_hollows_open() {
     // a hollow is given by balls (place, radius) that fit in with 5 mm and more to spare
     let lean = *nalgebra::Rotation3::from_euler_angles(0.3, -0.2, 0.5).matrix();
-    let cases: Vec<(&str, Vec<Triangle>, Vec<(Point, f64)>)> = vec![
+    type Case = (&'static str, Vec<Triangle>, Vec<(Point, f64)>);
+    let cases: Vec<Case> = vec![
         ("channel", channel(), vec![(point(0.0, 0.0, 26.0), 10.0), (point(28.0, 40.0, 26.0), 6.0)]),
         ("frame", frame(), vec![(point(0.0, 0.0, 10.0), 34.0), (point(31.0, 31.0, 10.0), 3.0)]),
         ("ring", ring(60.0, 8.0, 96, 24), vec![(point(0.0, 0.0, 0.0), 40.0)]),

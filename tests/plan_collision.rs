@@ -173,14 +173,66 @@ fn a_clamp_in_the_sweep_is_found() {
 #[test]
 fn a_post_of_one_millimetre_between_two_samples_is_found() {
     let (machine, mut bodies) = c600u();
-    // the pivot ball passes y = -100 cos A, z = -100 sin A; the post stands where no 5 degree sample looks
+    // the bar lies along y = -r cos A, z = -r sin A; at r = 70 neither stand nor table come by, and the neck of the bar hides
+    // the post, half-way between samples at 10 degrees, for less than 3 degrees to either side
     let angle = 42.5f64.to_radians();
-    let post = Solid::Cylinder { radius_mm: 0.5, half_mm: 8.0 };
-    let at = [0.0, -100.0 * angle.cos(), -100.0 * angle.sin()];
+    let post = Solid::Box { half_mm: Vector3::new(8.0, 0.5, 0.5) };
+    let at = [0.0, -70.0 * angle.cos(), -70.0 * angle.sin()];
     bodies.bodies.push(body("post", "b", post, at));
     let test = a_test(&machine, [0.0, -100.0, 0.0], 70.0);
     let (mm, pair) = least(&machine, &bodies, &test);
     assert!(mm <= 0.0 && (pair.0 == "post" || pair.1 == "post"), "{mm} {pair:?}");
+    let chain = Chain::of(&machine);
+    let world = World::new(&chain, &bodies).expect("links exist");
+    let kit = standard_kit().expect("kit");
+    let instrument = Instrument::of(&world, &bodies, &kit, &test).expect("instrument");
+    let scene = instrument.scene(&world);
+    let a = machine.axis_index("A").expect("A");
+    for deg in [-12.5, -2.5, 7.5, 17.5, 27.5, 37.5, 47.5, 57.5, 67.5] {
+        let mut q = vec![0.0; machine.axes.len()];
+        q[a] = f64::to_radians(deg);
+        assert!(scene.clearance(&q, &mut Scratch::default()).mm > 0.0, "the sample at {deg} sees the post");
+    }
+}
+
+#[test]
+fn a_bar_at_a_steep_angle_meets_its_cup_where_the_rim_says_and_the_sweep_ends_before() {
+    let kit = standard_kit().expect("kit");
+    let cup = &kit.spindle_cup;
+    // the ball in the origin, the cup below it, the neck of the bar leaving at an angle from the cup's axis
+    let rim = Vector3::new(0.0, 0.0, -cup.rim_below_ball_mm);
+    let solid = Convex::cylinder(rim, rim - Vector3::z() * cup.height_mm, cup.radius_mm);
+    let touches = |deg: f64| {
+        let (s, c) = deg.to_radians().sin_cos();
+        let end = Vector3::new(s, 0.0, c) * kit.bar.neck_length_mm;
+        let neck = Convex::capsule(Vector3::zeros(), end, kit.bar.neck_radius_mm);
+        let still = Pose::identity();
+        let (Some((a, pose_a)), Some((b, pose_b))) = (parry_shape(&solid, &still), parry_shape(&neck, &still)) else {
+            panic!("parry takes both")
+        };
+        parry3d::query::distance(&pose_a, &*a.0, &pose_b, &*b.0).expect("supported").distance < 1e-6
+    };
+    let rim_deg = cup.rim_angle_rad(&kit.bar).to_degrees();
+    assert!(!touches(rim_deg - 0.05) && touches(rim_deg + 0.05), "{rim_deg}");
+    let cone_deg = cup.cone_rad.to_degrees();
+    assert!(cone_deg < rim_deg);
+    // the spindle cup looks down; the bar to a pivot that A lifts on the other side leaves it at 90 degrees + A
+    let (machine, bodies) = c600u();
+    let a = machine.axis_index("A").expect("A");
+    let world = World::new(&Chain::of(&machine), &bodies).expect("links exist");
+    let test = a_test(&machine, [0.0, 100.0, 0.0], 40.0);
+    let instrument = Instrument::of(&world, &bodies, &kit, &test).expect("instrument");
+    let row = |deg: f64| {
+        let mut q = vec![0.0; machine.axes.len()];
+        q[a] = deg.to_radians();
+        q
+    };
+    let sweep = |to: f64| certify(&instrument.scene(&world), &[row(-16.0), row(to)], 0.5, &mut Scratch::default());
+    assert!(sweep(cone_deg - 90.0 - 0.1).is_ok());
+    let hit = sweep(cone_deg - 90.0 + 0.1).expect_err("beyond the cone");
+    assert_eq!(hit.pair, ("bar".to_string(), "cone of the spindle cup".to_string()));
+    let found = hit.positions[a].to_degrees() + 90.0;
+    assert!((found - cone_deg).abs() < 0.11, "{found}");
 }
 
 #[test]
@@ -189,7 +241,7 @@ fn a_spindle_nose_over_a_raised_pivot_is_found() {
     let test = a_test(&machine, [0.0, -100.0, 0.0], 70.0);
     // a spindle nose wide enough to reach over the pivot when the table tilts it up
     let nose = Solid::Cylinder { radius_mm: 120.0, half_mm: 40.0 };
-    bodies.bodies.push(body("wide nose", "Z", nose, [0.0, 0.0, 75.0]));
+    bodies.bodies.push(body("wide nose", "Z", nose, [0.0, 0.0, 60.0]));
     let (mm, pair) = least(&machine, &bodies, &test);
-    assert!(mm <= 5.0 && (pair.0 == "wide nose" || pair.1 == "wide nose"), "{mm} {pair:?}");
+    assert!(mm <= 0.0 && (pair.0 == "wide nose" || pair.1 == "wide nose"), "{mm} {pair:?}");
 }

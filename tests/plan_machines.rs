@@ -201,6 +201,19 @@ fn limits_that_leave_no_setup_are_named_with_the_amount() {
     let plan = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
     let reason = &plan.errors.iter().find(|error| error.name == "EY0A").expect("EY0A").reason;
     assert!(reason.contains("needs Z = ") && reason.contains("mm beyond its range"), "{reason}");
+    // the amount: with the range up to there and a hair more, that setup is reachable; with a hair less it is not
+    let after = |text: &str| -> f64 {
+        let rest = reason.split(text).nth(1).expect("number");
+        rest.split(" mm").next().and_then(|number| number.parse().ok()).expect("number")
+    };
+    let (at, beyond) = (after("needs Z = "), after(" mm, "));
+    assert!((300.0 - at - beyond).abs() < 0.11, "{at} {beyond}");
+    for (more, reachable) in [(0.1, true), (-0.1, false)] {
+        machine.axes[z].range = Some((at - more, 330.0));
+        let all = fiveaxis::plan::candidates(&machine, &bodies, &kit, &Vec::new(), 0.0);
+        let a = machine.axis_index("A").expect("A");
+        assert_eq!(all.list.iter().any(|candidate| candidate.axis == a), reachable, "{at} {more}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::information::{BLOCK_ROWS, Block, Knowledge, Nuisance, Uncertainty, Un
 use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
 use super::planned::{OnePivot, Plan};
-use super::reach::{ClearSweep, longest_sweep};
+use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
 use super::run_in::RUN_IN;
 use super::words::{determined, visible};
 use crate::bodies::{Bodies, Kit};
@@ -74,7 +74,7 @@ pub(super) const MAX_FAILURES: usize = 1500;
 pub(super) struct Entry<'c> {
     pub candidate: &'c Candidate,
     pub block: Block,
-    pub sweep: Option<ClearSweep>,
+    pub sweep: Option<ClearArc>,
 }
 
 /// Candidates looked at and the indices of those chosen, in order.
@@ -111,6 +111,8 @@ pub(super) struct Desk<'a> {
     pub goals: Vec<f64>,
     /// For each wanted error: lengths of reachable setups would fix it if nothing stood in their way.
     pub visible: Vec<bool>,
+    /// Arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
+    pub arcs: HashMap<*const Candidate, Option<ClearArc>>,
     /// By axis: how often a pair ended or forbade a sweep.
     pub forbidden: BTreeMap<usize, HashMap<(String, String), usize>>,
     /// The same for the ways to the starts of sweeps that would be clear.
@@ -137,6 +139,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         parking: Parking::of(machine, bodies),
         scratch: Scratch::default(),
         visible: Vec::new(),
+        arcs: HashMap::new(),
         forbidden: BTreeMap::new(),
         blocked_ways: BTreeMap::new(),
     };
@@ -214,7 +217,7 @@ fn run_in_start(machine: &Machine, axis: usize, from_deg: f64) -> f64 {
 
 impl<'a> Desk<'a> {
     /// A candidate's information over its sweep.
-    pub fn entry(&self, candidate: &'a Candidate, sweep: Option<ClearSweep>) -> Entry<'a> {
+    pub fn entry(&self, candidate: &'a Candidate, sweep: Option<ClearArc>) -> Entry<'a> {
         let (from, to) = match &sweep {
             Some(clear) => (clear.from_deg.to_radians(), clear.to_deg.to_radians()),
             None => (candidate.from, candidate.to),
@@ -263,7 +266,7 @@ impl<'a> Desk<'a> {
     pub fn approach(
         &mut self,
         candidate: &Candidate,
-        sweep: &ClearSweep,
+        sweep: &ClearArc,
         park: usize,
     ) -> Option<Result<Approach, NoWay>> {
         let test = self.test(candidate, String::new(), (sweep.from_deg, sweep.to_deg));
@@ -275,7 +278,16 @@ impl<'a> Desk<'a> {
     }
 
     /// The longest clear sweep of a candidate to whose start there is a clear way; remembers what stood in the way.
-    pub fn clear(&mut self, candidate: &'a Candidate) -> Option<ClearSweep> {
+    pub fn clear(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {
+        if let Some(known) = self.arcs.get(&std::ptr::from_ref(candidate)) {
+            return known.clone();
+        }
+        let found = self.clear_anew(candidate);
+        self.arcs.insert(candidate, found.clone());
+        found
+    }
+
+    fn clear_anew(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {
         let arc = (candidate.from.to_degrees(), candidate.to.to_degrees());
         let test = self.test(candidate, String::new(), arc);
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
@@ -294,8 +306,21 @@ impl<'a> Desk<'a> {
         None
     }
 
+    /// A clear arc of a candidate with its least clearance.
+    pub fn measured(&mut self, candidate: &Candidate, arc: &ClearArc) -> Option<ClearSweep> {
+        let test = self.test(candidate, String::new(), (arc.from_deg, arc.to_deg));
+        let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
+        let row = |deg: f64| {
+            let mut row = candidate.solved.positions.clone();
+            row[candidate.axis] = deg.to_radians();
+            row
+        };
+        let rows = [row(arc.from_deg - RUN_IN), row(arc.to_deg + RUN_IN)];
+        Some(measured(&instrument.scene(self.world), arc, &rows, &mut self.scratch))
+    }
+
     /// What stands in every way from every park position to the start of a sweep; `None` when one is clear.
-    fn no_way(&mut self, candidate: &Candidate, sweep: &ClearSweep) -> Option<(String, String)> {
+    fn no_way(&mut self, candidate: &Candidate, sweep: &ClearArc) -> Option<(String, String)> {
         let mut first = None;
         for park in 0..self.parking.count() {
             match self.approach(candidate, sweep, park)? {

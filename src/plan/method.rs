@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
-use super::reach::ClearSweep;
+use super::reach::ClearArc;
 use crate::machine::AxisKind;
 
 /// A measuring method of the thesis.
@@ -56,7 +56,7 @@ pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<C
     Ok(Choice { entries, chosen })
 }
 
-type Pair<'a> = Vec<(&'a Candidate, ClearSweep)>;
+type Pair<'a> = Vec<(&'a Candidate, ClearArc)>;
 
 fn each<'a>(
     desk: &mut Desk<'a>,
@@ -96,7 +96,7 @@ fn lengths_in<'a>(desk: &mut Desk<'a>, group: &[&'a Candidate]) -> Option<Pair<'
     let level = *group.iter().find(|candidate| candidate.solved.h_mm.abs() < LEVEL_MM)?;
     let extended: Vec<&Candidate> = next_longer(group, level.bar_mm);
     let short = desk.clear(level)?;
-    let mut best: Option<(&Candidate, ClearSweep)> = None;
+    let mut best: Option<(&Candidate, ClearArc)> = None;
     for candidate in extended {
         if let Some(sweep) = desk.clear(candidate)
             && best.as_ref().is_none_or(|(_, other)| width(&sweep) > width(other) + 0.5)
@@ -112,7 +112,7 @@ fn next_longer<'a>(group: &[&'a Candidate], bar_mm: f64) -> Vec<&'a Candidate> {
     group.iter().filter(|candidate| (candidate.bar_mm - next).abs() < 1e-6).copied().collect()
 }
 
-fn width(sweep: &ClearSweep) -> f64 {
+fn width(sweep: &ClearArc) -> f64 {
     sweep.to_deg - sweep.from_deg
 }
 
@@ -213,7 +213,7 @@ fn two_places<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
     level.sort_by(|a, b| a.solved.along_mm.total_cmp(&b.solved.along_mm));
     let mut end = |from_low: bool| {
         let ordered: Vec<&Candidate> = if from_low { level.clone() } else { level.iter().rev().copied().collect() };
-        let mut best: Option<(&Candidate, ClearSweep)> = None;
+        let mut best: Option<(&Candidate, ClearArc)> = None;
         for (looked, candidate) in ordered.into_iter().enumerate() {
             if best.as_ref().is_some_and(|(other, _)| (other.solved.along_mm - candidate.solved.along_mm).abs() > 1.0)
                 || looked > 4 * GROUPS

@@ -38,7 +38,7 @@ pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 pub use method::{Method, MethodError};
 pub use out_of_reach::OutOfReach;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
-pub use reach::{ClearSweep, longest_sweep};
+pub use reach::{ClearArc, ClearSweep, longest_sweep};
 pub use run_in::{RUN_IN, rows_with_run_in};
 pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;

@@ -140,7 +140,7 @@ impl<'a> Desk<'a> {
             .iter()
             .zip(approaches)
             .filter_map(|(entry, approach)| {
-                let (sweep, approach) = (entry.sweep.clone()?, approach?);
+                let (sweep, approach) = (self.measured(entry.candidate, entry.sweep.as_ref()?)?, approach?);
                 let candidate = entry.candidate;
                 let base = format!("{}-{}", self.machine.axes[candidate.axis].name.to_lowercase(), candidate.bar_mm);
                 let count = names.entry(base.clone()).or_default();

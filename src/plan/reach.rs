@@ -3,7 +3,17 @@
 use super::run_in::RUN_IN;
 use crate::collision::{Scene, Scratch, certify, sweep_clearance};
 
-/// A sweep certified clear with its run-in.
+/// An arc certified clear with its run-in at the margin asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClearArc {
+    /// Capture arc, whole degrees.
+    pub from_deg: f64,
+    pub to_deg: f64,
+    /// Pair that ends the sweep at either side, if it is not the axis's range.
+    pub ends: [Option<(String, String)>; 2],
+}
+
+/// A clear arc with its least clearance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClearSweep {
     /// Capture arc, whole degrees.
@@ -23,6 +33,13 @@ pub const SHORTEST_DEG: f64 = 40.0;
 /// Resolution of the least clearance reported, mm.
 const TOLERANCE_MM: f64 = 0.1;
 
+/// The least clearance over the rows of a clear arc: it takes as long as finding the arc, so only what is planned is measured.
+pub fn measured(scene: &Scene, arc: &ClearArc, rows: &[Vec<f64>], scratch: &mut Scratch) -> ClearSweep {
+    let least = sweep_clearance(scene, rows, TOLERANCE_MM, scratch);
+    let ClearArc { from_deg, to_deg, ends } = arc.clone();
+    ClearSweep { from_deg, to_deg, clearance_mm: least.mm, pair: least.pair, ends }
+}
+
 /// Longest certified sweep of `axis` within `[from, to]` (rad, capture arc; the run-in lies outside), or what forbids one.
 pub fn longest_sweep(
     scene: &Scene,
@@ -31,7 +48,7 @@ pub fn longest_sweep(
     (from, to): (f64, f64),
     margin_mm: f64,
     scratch: &mut Scratch,
-) -> Result<ClearSweep, (String, String)> {
+) -> Result<ClearArc, (String, String)> {
     let mut q = positions.to_vec();
     let mut close = |deg: f64, scratch: &mut Scratch| {
         q[axis] = deg.to_radians();
@@ -101,10 +118,7 @@ pub fn longest_sweep(
         };
         let rows = [row(from_deg - RUN_IN), row(to_deg + RUN_IN)];
         match certify(scene, &rows, margin_mm, scratch) {
-            Ok(_) => {
-                let least = sweep_clearance(scene, &rows, TOLERANCE_MM, scratch);
-                return Ok(ClearSweep { from_deg, to_deg, clearance_mm: least.mm, pair: least.pair, ends });
-            }
+            Ok(_) => return Ok(ClearArc { from_deg, to_deg, ends }),
             Err(hit) => {
                 let deg = hit.positions[axis].to_degrees();
                 if deg - a > b - deg {

@@ -89,5 +89,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             pose.join(" ")
         );
     }
+    if let Some(note) = touching_note(&world) {
+        println!("{note}");
+    }
     Ok(())
+}
+
+/// What is left out because it touches with all axes at zero: by design, or a body in the wrong place.
+pub fn touching_note(world: &World) -> Option<String> {
+    let pairs: Vec<String> = world.touching.iter().map(|(one, other)| format!("{one} – {other}")).collect();
+    (!pairs.is_empty()).then(|| {
+        format!(
+            "note: not checked against each other, as they touch with all axes at zero: {}; a body in the wrong place shows here",
+            pairs.join(", ")
+        )
+    })
 }

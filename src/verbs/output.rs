@@ -17,6 +17,22 @@ pub fn print(text: &str) -> Result<(), Refusal> {
     }
 }
 
+/// Prints a line of a result; ends the program, with success, when nobody reads any more.
+pub fn line(text: std::fmt::Arguments) {
+    if let Err(why) = writeln!(std::io::stdout().lock(), "{text}") {
+        if why.kind() == ErrorKind::BrokenPipe {
+            std::process::exit(0);
+        }
+        remark(format_args!("fiveaxis: standard output cannot be written: {why}"));
+        std::process::exit(2);
+    }
+}
+
+/// Prints a line on standard error; when nobody reads it there is no one to tell.
+pub fn remark(text: std::fmt::Arguments) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
 /// Files to be written into one folder.
 #[derive(Debug, Default)]
 pub struct OutputFolder {

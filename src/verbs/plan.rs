@@ -18,6 +18,7 @@ use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
 use super::Refusal;
+use super::clearance::touching_note;
 use super::output::OutputFolder;
 
 /// Arguments of `plan`.
@@ -76,8 +77,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
     if arguments.json {
         println!("{}", as_json(&plan, &machine));
-    } else {
-        print_plan(&plan, &machine, &settings);
+        return Ok(());
+    }
+    print_plan(&plan, &machine, &settings);
+    if let Some(note) = touching_note(&World::new(&Chain::of(&machine), &bodies)?) {
+        println!("\n{note}");
     }
     Ok(())
 }
