@@ -86,3 +86,17 @@ fn bodies_that_touch_at_zero_are_told_by_plan_and_clearance() {
     let plain = succeeds(folder, &["plan", &machine("hermle-c600u.yaml"), "--method", "chapter5"]);
     assert!(!told(&plain));
 }
+
+#[test]
+fn a_plan_takes_the_meshes_of_its_machine_along() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mill = std::fs::read_to_string(machine("hermle-c600u.yaml")).unwrap();
+    let lamp = "bodies:\n  - {name: lamp, link: b, mesh: {file: parts/lamp.obj, at: [400, 0, 0]}}\n";
+    std::fs::create_dir(folder.join("parts")).unwrap();
+    let obj = "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+    std::fs::write(folder.join("parts/lamp.obj"), obj).unwrap();
+    std::fs::write(folder.join("mill.yaml"), mill.replacen("bodies:\n", lamp, 1)).unwrap();
+    succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
+    assert!(succeeds(folder, &["clearance", "plan/session.yaml"]).contains("a-100-1-ccw"));
+}

@@ -11,7 +11,7 @@ use super::mesh::{MeshUse, machine_size_mm, mesh_solids};
 use super::message::{LoadError, nearest};
 use super::quantity::finite;
 use super::text::{MAX_YAML_BYTES, read_limited};
-use super::urdf::{LinkChoice, bodies_from_urdf};
+use super::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::machine::Machine;
@@ -126,6 +126,21 @@ pub fn load_machine_and_bodies_with_links(file: &Path, links: &LinkChoice) -> Re
     }
     bodies.spindle = raw.spindle.as_ref().map(|spindle| reader.spindle(spindle, raw.gauge_length)).transpose()?;
     Ok((machine, bodies))
+}
+
+/// Names of the mesh files of a machine, relative to its folder, in order and each once.
+pub fn mesh_files(file: &Path) -> Result<Vec<String>, LoadError> {
+    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let mut names = match is_urdf(file, &text) {
+        true => mesh_names(file, &text)?,
+        false => {
+            let raw: SolidsFile = Document::parse(file, text)?.read()?;
+            raw.bodies.into_iter().filter_map(|body| Some(body.mesh?.file)).collect()
+        }
+    };
+    names.sort();
+    names.dedup();
+    Ok(names)
 }
 
 struct Reader<'a> {

@@ -22,7 +22,7 @@ mod test_path;
 mod text;
 mod urdf;
 
-pub use bodies::{load_machine_and_bodies, load_machine_and_bodies_with_links};
+pub use bodies::{load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files};
 pub use instrument::load_instrument;
 pub use kit::{load_kit, standard_kit};
 pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};

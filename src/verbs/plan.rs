@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use fiveaxis::bodies::{Bodies, Kit};
 use fiveaxis::chain::Chain;
 use fiveaxis::collision::{Instrument, Scratch, World};
-use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
+use fiveaxis::load::{load_kit, load_machine_and_bodies, mesh_files, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
 use fiveaxis::plan::{Avoid, Goal, Method, Plan, PlannedTest, Settings, plan};
@@ -101,6 +101,16 @@ fn write_files(
     let mut output = OutputFolder::default();
     let machine_text = std::fs::read(&arguments.machine)?;
     output.add("machine.yaml", machine_text);
+    let home = arguments.machine.parent().unwrap_or(Path::new(""));
+    for mesh in mesh_files(&arguments.machine)? {
+        // where the session finds it
+        let target = folder.join(&mesh);
+        if !mesh.starts_with("../") {
+            output.add(mesh.clone(), std::fs::read(home.join(&mesh))?);
+        } else if !target.is_file() {
+            eprintln!("{} is not there and not written: the session's machine names it", target.display());
+        }
+    }
     for (dialect, _) in Dialect::ALL {
         if let Some(axis) = dialect.unknown_axis(machine) {
             eprintln!("no {} programs: the control has no axis called {axis}", DIALECT_FOLDERS[dialect as usize]);

@@ -40,6 +40,13 @@ pub fn bodies_from_urdf(file: &Path, text: &str, choice: &LinkChoice, machine: &
     read(file, text, choice, |reader, _| collision::bodies(reader, machine))
 }
 
+/// Mesh files that a robot description names, relative to its folder.
+pub fn mesh_names(file: &Path, text: &str) -> Result<Vec<String>, LoadError> {
+    let elements = elements(file, text)?;
+    let meshes = elements.iter().filter(|element| element.name == "mesh");
+    Ok(meshes.filter_map(|element| Some(element.attribute("filename")?.to_string())).collect())
+}
+
 /// Checks a robot description, lays R and hands the rest over with the robot's name.
 fn read<T>(
     file: &Path,
