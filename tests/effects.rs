@@ -153,7 +153,7 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
             ParameterValue::Word(if on_table { "w" } else { "t" }.into())
         }
         ("rates", ..) => ParameterValue::List((1..=machine.axes.len()).map(|k| k as f64).collect()),
-        ("of", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
+        ("of" | "about", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
         (_, ParameterUnit::Word(words), _) => ParameterValue::Word((*words.first()?).into()),
         (_, _, 1) => match parameter.default {
             Default::Number(value) => ParameterValue::Number(inside(value)),

@@ -374,7 +374,8 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
             to: file(centre + width / 2.0),
         });
     }
-    if matches!(effect.kind.as_str(), "thermal-growth") {
+    // static poses have no times
+    if matches!(effect.kind.as_str(), "thermal-growth") && effect.parameter("clock").is_none() {
         return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });
     }
     let ends = (0..ground.tests())

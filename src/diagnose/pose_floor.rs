@@ -8,7 +8,6 @@ use super::ground::Ground;
 use crate::chain::Branch;
 use crate::identify::rms;
 use crate::machine::{Component, Outlet};
-use crate::session::Clock;
 
 /// Readings by the pose in which they were taken, over all tests.
 pub struct Poses {
@@ -24,13 +23,9 @@ impl Poses {
         let mut of_row = vec![Vec::new(); ground.tests()];
         for &test in ground.context.order() {
             let motion = ground.context.motion(test);
-            let clock = ground.context.session().tests[test].recording.as_ref().map(|recording| &recording.clock);
             of_row[test] = (0..motion.rows())
                 .map(|row| {
-                    let number = match clock {
-                        Some(Clock::Pose(numbers)) => numbers[row],
-                        _ => row as f64,
-                    };
+                    let number = ground.context.pose_number(test, row);
                     let began = ground.context.session().tests[test].started_at_s;
                     let key = [number, began].iter().chain(motion.row(row)).map(|value| value.to_bits()).collect();
                     let next = known.len();

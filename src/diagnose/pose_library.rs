@@ -26,6 +26,7 @@ pub fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
     let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(ground, axis).is_some()).collect();
     for &axis in &moving {
         arrivals(ground, axis, &moving, list);
+        list.push(warming_up(ground, axis));
         if machine.axes[axis].kind == AxisKind::Rotary {
             sags(ground, axis, list);
             periodic(ground, axis, list);
@@ -49,7 +50,13 @@ fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Famil
     let place = Place::Axis(axis);
     let own = Family::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
     list.push(Family { functions: &["speed"], ..own.clone() });
-    list.push(own);
+    list.push(own.clone());
+    // an arm stretched out from another joint's line makes the whole move slower or softer
+    for &about in moving.iter().filter(|&&about| about != axis && machine.axes[about].kind == AxisKind::Rotary) {
+        let name = ParameterValue::Word(machine.axes[about].name.clone());
+        let stretched = Effect::new("arrival-lag", place).with("about", name);
+        list.push(Family { functions: &["inertia"], ..own.clone() }.over(vec![stretched]));
+    }
     let chain = ground.context.chain();
     for &of in moving.iter().filter(|&&of| of != axis && chain.carries(of, chain.carried_by(axis))) {
         let braked = Effect::new("arrival-lag", place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
@@ -58,6 +65,18 @@ fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Famil
         tilts.retain(|outlet| !is_own_of(ground, of, axis, outlet));
         list.push(Family::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
     }
+}
+
+/// Time constants of warming up that are tried, in poses.
+const WARMING_POSES: [f64; 4] = [15.0, 40.0, 100.0, 250.0];
+
+/// A joint that drifts while the arm warms up, by the number of the pose.
+fn warming_up(ground: &Ground, axis: usize) -> Family {
+    let place = Place::Axis(axis);
+    let clock = Effect::new("thermal-growth", place).with("clock", ParameterValue::Word("poses".into()));
+    let grid = WARMING_POSES.map(|tau| clock.clone().with("tau", list_of(vec![tau])));
+    Family::new("thermal-growth", place, vec![Outlet::own(ground.context.machine(), axis)], PLAUSIBLE)
+        .over(grid.to_vec())
 }
 
 /// Whether a tilt of an axis turns about the direction of another axis that carries it, at zero and nearly always.

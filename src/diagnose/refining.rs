@@ -14,8 +14,11 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
         .into_par_iter()
         .map(|candidate| {
             let family = &families[candidate.family];
-            let mut refined = refine(stage_of(stages, family), family, candidate);
-            if let Ok(columns) = stages[0].ground.columns(&refined.effect, &refined.terms) {
+            let stage = stage_of(stages, family);
+            let mut refined = refine(stage, family, candidate);
+            if !std::ptr::eq(stage.ground, stages[0].ground)
+                && let Ok(columns) = stages[0].ground.columns(&refined.effect, &refined.terms)
+            {
                 refined.columns = columns;
             }
             refined

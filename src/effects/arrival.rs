@@ -2,17 +2,14 @@
 //!
 //! `E = −v (s + s_i ρ²)`. Axes that move together start and stop together, so each one's speed is in proportion to its way:
 //! `v = (Δq/r) / max_j |Δq_j/r_j|`, from −1 to 1, r the top speeds. ρ is the distance (m) of the ball from the line of the
-//! joint that moved: what is braked farther out pulls more.
+//! joint that moved: what is braked farther out pulls more. With `about` it is taken from the line of another axis: an arm
+//! stretched out there makes the whole move slower or softer.
 
 use super::kind::{
     Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
-use crate::chain::Geometry;
-use crate::machine::{AxisKind, Effect, Machine, Place};
-
-/// mm in a metre.
-const MM_PER_M: f64 = 1e3;
+use crate::machine::{Effect, Machine, Place};
 
 /// Error left by the speed of arrival.
 pub static ARRIVAL_LAG: Kind = Kind {
@@ -24,6 +21,12 @@ pub static ARRIVAL_LAG: Kind = Kind {
     remedy: "wait longer before reading and approach slowly or always from the same side; then check position loop and drive stiffness",
     parameters: &[
         Parameter::word("of", &[], Default::Absent, "axis whose arrival drives; the place when not stated"),
+        Parameter::word(
+            "about",
+            &[],
+            Default::Absent,
+            "axis from whose line rho is taken; the one that drives when not stated",
+        ),
         Parameter::list(
             "rates",
             ParameterUnit::Plain,
@@ -43,13 +46,16 @@ pub static ARRIVAL_LAG: Kind = Kind {
 };
 
 fn check(machine: &Machine, effect: &Effect) -> Result<(), String> {
-    let count = list(effect, "rates").len();
-    let of = word(effect, "of");
-    match (count, machine.axes.len(), of) {
-        (_, _, Some(name)) if machine.axis_index(name).is_none() => {
-            Err(format!("'of: {name}' names no axis; axes are {}", machine.axis_names().join(" ")))
+    for key in ["of", "about"] {
+        if let Some(name) = word(effect, key)
+            && machine.axis_index(name).is_none()
+        {
+            let known: Vec<&str> = machine.axes.iter().map(|axis| axis.name.as_str()).collect();
+            return Err(format!("'{key}: {name}' names no axis; axes are {}", known.join(" ")));
         }
-        (count, axes, _) if count != 0 && count != axes => {
+    }
+    match (list(effect, "rates").len(), machine.axes.len()) {
+        (count, axes) if count != 0 && count != axes => {
             Err(format!("'rates' has {count} numbers, one for each of the {axes} axes is needed"))
         }
         _ => Ok(()),
@@ -58,11 +64,11 @@ fn check(machine: &Machine, effect: &Effect) -> Result<(), String> {
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let machine = context.machine();
-    let axis = word(effect, "of").and_then(|name| machine.axis_index(name)).or(effect.place.axis());
-    let Some(axis) = axis else { return Ok(vec![context.profile(|_, _| 0.0); 2]) };
+    let named = |key: &str| word(effect, key).and_then(|name| machine.axis_index(name));
+    let Some(axis) = named("of").or(effect.place.axis()) else { return Ok(vec![context.profile(|_, _| 0.0); 2]) };
     let speed = arrival(context, axis, list(effect, "rates"));
-    let square = squared_distance_m2(context, axis);
-    let inertia = context.profile(|test, row| speed[test][row] * square(test, row));
+    let square = context.squared_arm_m2(named("about").unwrap_or(axis));
+    let inertia = context.profile(|test, row| speed[test][row] * square[test][row]);
     Ok(vec![speed, inertia])
 }
 
@@ -97,25 +103,4 @@ fn arrival(context: &Context, axis: usize, rates: &[f64]) -> Profile {
         }
     }
     profile
-}
-
-/// Squared distance of the ball that an axis carries from the line of that axis, m²; 0 for a slide.
-fn squared_distance_m2<'c>(context: &'c Context, axis: usize) -> impl Fn(usize, usize) -> f64 + 'c {
-    let chain = context.chain();
-    let geometry = Geometry::nominal(chain);
-    move |test, row| {
-        if context.machine().axes[axis].kind == AxisKind::Linear {
-            return 0.0;
-        }
-        let test_of = &context.session().tests[test];
-        let link = |name: &str| chain.link(name).unwrap_or(chain.carried_by(axis));
-        let carried =
-            if chain.carries(axis, link(&test_of.spindle_ball.link)) { &test_of.spindle_ball } else { &test_of.pivot };
-        let positions = context.motion(test).row(row).to_vec();
-        let joint = geometry.pose(chain.carried_by(axis), &positions, None);
-        let ball = geometry.pose(link(&carried.link), &positions, None).point(&carried.at);
-        let direction = joint.rotation * chain.joint(axis).direction;
-        let arm = ball - joint.point(&chain.joint(axis).origin);
-        (arm - direction * arm.dot(&direction)).norm_squared() / (MM_PER_M * MM_PER_M)
-    }
 }

@@ -1,7 +1,9 @@
 //! What effects may depend on: positions, speeds, session time and the way by which every test was reached. No effect values.
 
-use crate::chain::Chain;
-use crate::machine::Machine;
+use std::sync::OnceLock;
+
+use crate::chain::{Chain, Geometry};
+use crate::machine::{AxisKind, Machine};
 use crate::session::{Clock, Motion, MotionError, Session};
 
 use super::Profile;
@@ -11,6 +13,8 @@ const DEFAULT_OVERSHOOT: f64 = 4.0;
 /// Places on the approach between its start and the first row, as shares of the overshoot.
 const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 
+/// mm in a metre.
+const MM_PER_M: f64 = 1e3;
 /// Rows through which speeds are taken.
 const SPEED_ROWS: usize = 5;
 
@@ -24,6 +28,8 @@ pub struct Context<'a> {
     order: Vec<usize>,
     /// Positions passed before the first row of each test, row by row.
     approaches: Vec<Vec<f64>>,
+    /// By axis, once asked for: see [`Context::squared_arm_m2`].
+    squared_arms_m2: Vec<OnceLock<Profile>>,
 }
 
 /// One step of the history of an axis.
@@ -43,7 +49,8 @@ impl<'a> Context<'a> {
         let mut order: Vec<usize> = (0..motions.len()).collect();
         order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
         let approaches = (0..motions.len()).map(|test| approach(session, &motions[test], test)).collect();
-        Ok(Context { session, chain, motions, order, approaches })
+        let squared_arms_m2 = session.machine.axes.iter().map(|_| OnceLock::new()).collect();
+        Ok(Context { session, chain, motions, order, approaches, squared_arms_m2 })
     }
 
     /// The session.
@@ -80,6 +87,14 @@ impl<'a> Context<'a> {
     pub fn session_time_s(&self, test: usize, row: usize) -> f64 {
         let within = self.motions[test].time_s.as_ref().map_or(0.0, |time| time[row]);
         self.session.tests[test].started_at_s + within
+    }
+
+    /// Number of the pose of a row as its file states it; that of the row where there is none.
+    pub fn pose_number(&self, test: usize, row: usize) -> f64 {
+        match self.session.tests[test].recording.as_ref().map(|recording| &recording.clock) {
+            Some(Clock::Pose(numbers)) => numbers[row],
+            _ => row as f64,
+        }
     }
 
     /// Seconds since the session began at the last row of a test.
@@ -141,6 +156,31 @@ impl<'a> Context<'a> {
         } else {
             0.0
         }
+    }
+
+    /// Squared distance of the ball that an axis carries from the line of that axis, m²; 0 for a slide.
+    pub fn squared_arm_m2(&self, axis: usize) -> &Profile {
+        self.squared_arms_m2[axis].get_or_init(|| {
+            let geometry = Geometry::nominal(self.chain);
+            self.profile(|test, row| self.squared_arm_at(&geometry, axis, test, row))
+        })
+    }
+
+    fn squared_arm_at(&self, geometry: &Geometry, axis: usize, test: usize, row: usize) -> f64 {
+        if self.machine().axes[axis].kind == AxisKind::Linear {
+            return 0.0;
+        }
+        let chain = self.chain;
+        let test_of = &self.session.tests[test];
+        let link = |name: &str| chain.link(name).unwrap_or(chain.carried_by(axis));
+        let carried =
+            if chain.carries(axis, link(&test_of.spindle_ball.link)) { &test_of.spindle_ball } else { &test_of.pivot };
+        let positions = self.motions[test].row(row);
+        let joint = geometry.pose(chain.carried_by(axis), positions, None);
+        let ball = geometry.pose(link(&carried.link), positions, None).point(&carried.at);
+        let direction = joint.rotation * chain.joint(axis).direction;
+        let arm = ball - joint.point(&chain.joint(axis).origin);
+        (arm - direction * arm.dot(&direction)).norm_squared() / (MM_PER_M * MM_PER_M)
     }
 
     /// Runs a state along everything an axis has done in the session and reads it at every row.

@@ -1,6 +1,7 @@
 //! Growth with time or temperature: of a spindle, slide or joint, and of the bar. Heat sources are not modelled, only their response.
 //!
-//! Time: `E = Σ_k s_k (1 − e^(−t/τ_k))`, t session time since `start`, two nodes for a fast and a slow mass.
+//! Time: `E = Σ_k s_k (1 − e^(−t/τ_k))`, t session time since `start`, two nodes for a fast and a slow mass. Static poses have
+//! no times: there t may be the number of the pose.
 //! Temperature: `E = s (T − T_first)` from a channel of the recordings.
 
 use super::channel::warming;
@@ -35,6 +36,15 @@ const CHANNEL: Parameter = Parameter::word(
     "column of the recordings with the temperature, such as temperature_degC; the function is kelvin",
 );
 
+/// Clock of growth in static poses.
+const POSES: &str = "poses";
+const CLOCK: Parameter = Parameter::word(
+    "clock",
+    &["session", POSES],
+    Default::Absent,
+    "session: t, tau and start in s (when not stated); poses: in numbers of poses, for recordings without times",
+);
+
 /// Growth of spindle, slide or joint.
 pub static THERMAL_GROWTH: Kind = Kind {
     name: "thermal-growth",
@@ -43,7 +53,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     size_meaning: "growth of a node from cold to steady, or per K",
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
-    parameters: &[TAU, START, CHANNEL],
+    parameters: &[TAU, START, CHANNEL, CLOCK],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
@@ -109,11 +119,16 @@ fn growth_functions(effect: &Effect) -> Vec<String> {
 
 fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let start = kind.number(context, effect, "start");
+    let by_pose = word(effect, "clock") == Some(POSES);
+    let clock = |test: usize, row: usize| match by_pose {
+        true => context.pose_number(test, row),
+        false => context.session_time_s(test, row),
+    };
     let mut profiles: Vec<Profile> = list(effect, "tau")
         .iter()
         .map(|tau| {
             context.profile(|test, row| {
-                let since = (context.session_time_s(test, row) - start).max(0.0);
+                let since = (clock(test, row) - start).max(0.0);
                 -(-since / tau).exp_m1()
             })
         })

@@ -165,7 +165,9 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         words.push(format!("period {} mm", joined(&list("periods"))));
     }
     if lead.kind != "unknown" && !list("tau").is_empty() {
-        let times: Vec<String> = list("tau").into_iter().map(time_words).collect();
+        let by_pose = matches!(lead.parameter("clock"), Some(ParameterValue::Word(clock)) if clock == "poses");
+        let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
+        let times: Vec<String> = list("tau").into_iter().map(words_of).collect();
         words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
     }
     if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
@@ -174,6 +176,9 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     if lead.kind == "arrival-lag" {
         if let Some(ParameterValue::Word(of)) = lead.parameter("of") {
             words.push(format!("by the speed of {of}"));
+        }
+        if let Some(ParameterValue::Word(about)) = lead.parameter("about") {
+            words.push(format!("with the arm's reach from {about}"));
         }
         if !list("rates").is_empty() {
             let pace = machine.axis_names().into_iter().zip(list("rates"));
