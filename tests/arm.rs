@@ -23,6 +23,8 @@ const JOINTS: [(Vector, Vector); 6] = [
 /// Balls on the last link and on the ground, mm, as the session states them.
 const ENDS: [Vector; 3] = [[700.0, 0.0, 900.0], [780.0, 90.0, 830.0], [700.0, -10.0, 760.0]];
 const GROUND: [Vector; 3] = [[450.0, -600.0, 80.0], [-250.0, -600.0, 60.0], [500.0, 350.0, 70.0]];
+/// Decelerations of the joints to each other.
+const BRAKES: [f64; 6] = [1.0, 1.0, 1.2, 1.5, 1.5, 2.0];
 const POSES: usize = 260;
 const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 
@@ -45,6 +47,8 @@ impl Draws {
 struct Physics {
     /// Half widths of lost motion by joint, rad.
     backlash: [f64; 6],
+    /// Way that is still missing when a reading is taken, at full deceleration, by joint, rad.
+    missing: [f64; 6],
     /// Turn of J2 per unit of the torque of upper arm and forearm, rad.
     sag: [f64; 2],
 }
@@ -83,8 +87,13 @@ fn write(folder: &Path, physics: &Physics, seed: u64) {
         let (upper, fore) = (q[1], q[1] + q[2]);
         // upper arm upright and forearm level at zero: torques go with sine and cosine of what they turn by
         let torques = [upper.sin(), fore.cos()];
+        // all joints start and stop together; the one that needs longest sets the pace and brakes fully
+        let ways: Vec<f64> = (0..6).map(|k| (degrees[k] - last[k]) / BRAKES[k]).collect();
+        let longest = ways.iter().fold(0.0f64, |longest, way| longest.max(way.abs()));
         for k in 0..6 {
             q[k] += offsets[k] - physics.backlash[k] * (degrees[k] - last[k]).signum();
+            // before the first pose nothing moved
+            q[k] -= if pose > 0 { physics.missing[k] * ways[k] / longest } else { 0.0 };
         }
         q[1] += physics.sag[0] * torques[0] + physics.sag[1] * torques[1];
         last = degrees;
@@ -146,8 +155,11 @@ fn causes(json: &Value) -> Vec<(String, String)> {
 #[test]
 fn backlash_and_sag_of_an_arm_are_found_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
-    let physics =
-        Physics { backlash: [40.0 * ARCSEC, 0.0, 30.0 * ARCSEC, 0.0, 0.0, 0.0], sag: [90.0 * ARCSEC, 60.0 * ARCSEC] };
+    let physics = Physics {
+        backlash: [40.0 * ARCSEC, 0.0, 30.0 * ARCSEC, 0.0, 0.0, 0.0],
+        sag: [90.0 * ARCSEC, 60.0 * ARCSEC],
+        ..Physics::default()
+    };
     write(folder.path(), &physics, 20_261);
     let saved = folder.path().join("saved");
     let json = diagnosed(folder.path(), &["--save", saved.to_str().unwrap()]);
@@ -171,6 +183,23 @@ fn backlash_and_sag_of_an_arm_are_found_and_nothing_else() {
     assert!(number("rms_after_um") < 1.15 * 6.0 && number("heldout_after_um") < 1.3 * 6.0, "{fit}");
     assert_eq!(json["verdict"], "explained");
     assert!(saved.join("machine.yaml").is_file());
+}
+
+#[test]
+fn what_the_speed_of_arrival_leaves_is_not_taken_for_backlash() {
+    let folder = tempfile::tempdir().unwrap();
+    let physics = Physics { missing: [60.0 * ARCSEC, 0.0, 0.0, 0.0, 90.0 * ARCSEC, 0.0], ..Physics::default() };
+    write(folder.path(), &physics, 4_711);
+    let json = diagnosed(folder.path(), &[]);
+    let expected = [("arrival-lag", "J1"), ("arrival-lag", "J5")];
+    assert_eq!(causes(&json), expected.map(|(effect, place)| (effect.to_string(), place.to_string())), "{json:#}");
+    for finding in json["findings"].as_array().unwrap() {
+        let truth = if finding["place"] == "J1" { 60.0 } else { 90.0 };
+        let (size, sigma) = (finding["size"]["value"].as_f64().unwrap(), finding["size"]["sigma"].as_f64().unwrap());
+        assert!((size - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth, "{size} ± {sigma} for {truth}");
+        assert!(finding["placebo"]["largest"].as_f64().unwrap() < 0.1, "{finding:#}");
+    }
+    assert_eq!(json["verdict"], "explained");
 }
 
 #[test]

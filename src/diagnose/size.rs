@@ -78,7 +78,7 @@ fn size_function(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
         "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
             largest_curve(ground, lead, cause, main, amplitudes)
         }
-        "gravity-sag" => largest_curve(ground, lead, cause, main, amplitudes),
+        "gravity-sag" | "arrival-lag" => largest_curve(ground, lead, cause, main, amplitudes),
         "bar-length" if lead.effect.parameter("tau").is_some() => largest_curve(ground, lead, cause, main, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }

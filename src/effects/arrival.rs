@@ -16,7 +16,7 @@ pub static ARRIVAL_LAG: Kind = Kind {
     name: "arrival-lag",
     driver: Driver::Speed,
     formula: "E = -v (s + s_i rho^2), v way of the last move over top speed, as a share of the axis that sets the pace",
-    size_meaning: "short of the command after arriving at full speed",
+    size_meaning: "largest error after an arrival of the session",
     cause: "readings taken before the joint had settled, following error not integrated out, drive or gear left wound up by braking",
     remedy: "wait longer before reading and approach slowly or always from the same side; then check position loop and drive stiffness",
     parameters: &[

@@ -85,7 +85,7 @@ fn measures(effect: &str, meaning: &str) -> String {
         "unknown" => "to each side of its mean".into(),
         "squareness" | "linear-scale" | "pivot-slip" | "ball-slip" => String::new(),
         "servo-lag" => "behind the others".into(),
-        "arrival-lag" => "at full speed".into(),
+        "arrival-lag" => "at the fastest arrival".into(),
         _ => meaning.into(),
     }
 }
