@@ -72,7 +72,8 @@ fn random_rows(rng: &mut ChaCha8Rng, axes: usize, rows: usize) -> Vec<f64> {
 }
 
 fn all_columns(axes: usize) -> Vec<Column> {
-    let mut columns: Vec<Column> = (0..3).flat_map(|k| [Column::Pivot(k), Column::Spindle(k)]).collect();
+    let mut columns: Vec<Column> =
+        (0..3).flat_map(|k| [Column::Pivot(k), Column::Spindle(k), Column::SpindleReversed(k)]).collect();
     for axis in 0..axes {
         columns.push(Column::Position { axis });
         for component in 0..6 {
@@ -90,6 +91,7 @@ fn from_sensitivity(s: &Sensitivity, column: Column) -> f64 {
         Column::Position { axis } => s.position[axis],
         Column::Pivot(k) => s.pivot[k],
         Column::Spindle(k) => s.spindle[k],
+        Column::SpindleReversed(k) => -s.spindle[k],
     }
 }
 

@@ -32,7 +32,7 @@ fn machines() -> Vec<Machine> {
 }
 
 fn ball(link: &str, at: [f64; 3]) -> Ball {
-    Ball { link: link.into(), at: Vector3::from(at), setup: None, spread_mm: None }
+    Ball { link: link.into(), at: Vector3::from(at), setup: None, spread_mm: None, indexed_about: None }
 }
 
 /// A recording of the given rows (all axes, mm or rad) at 0.1 s steps with a rising temperature.

@@ -19,7 +19,7 @@ fn c600u() -> (Machine, Bodies) {
 }
 
 fn ball(link: &str, at: [f64; 3]) -> Ball {
-    Ball { link: link.into(), at: Vector3::from(at), setup: None, spread_mm: None }
+    Ball { link: link.into(), at: Vector3::from(at), setup: None, spread_mm: None, indexed_about: None }
 }
 
 /// The thesis's short A test with the pivot where its arc stays below the spindle.

@@ -8,7 +8,8 @@ use fiveaxis::collision::{Instrument, World, parry_shape};
 use fiveaxis::load::{load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Step, steps};
-use fiveaxis::plan::{Method, Plan, PlannedTest, Settings, Uncertainty, plan};
+use fiveaxis::plan::{Coupled, Method, Plan, PlannedTest, Settings, Uncertainty, plan};
+use fiveaxis::session::{Follow, Motion, Path as TestPath, Session, Spread, Test};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -32,6 +33,45 @@ fn load(name: &str) -> (Machine, Bodies, Kit) {
     (machine, bodies, standard_kit().expect("kit"))
 }
 
+/// Positions along a path as a session's motion gives them, from and to other angles, deg, in steps of about `step`.
+fn along(machine: &Machine, test: &Test, (from, to): (f64, f64), step_deg: f64) -> Vec<Vec<f64>> {
+    let mut path = test.path.as_ref().expect("planned").between(from, to);
+    let (TestPath::Sweep { step, .. } | TestPath::Circle { step, .. }) = &mut path;
+    *step = step_deg;
+    let test = Test { path: Some(path), ..test.clone() };
+    let session = session(machine, Vec::new());
+    let motion = Motion::of(&session, &Chain::of(machine), &test).expect("motion");
+    (0..motion.rows()).map(|row| motion.row(row).to_vec()).collect()
+}
+
+fn session(machine: &Machine, tests: Vec<Test>) -> Session {
+    let machine = machine.clone();
+    Session { name: "plan".into(), machine_file: String::new(), machine, spread: Spread::default(), tests }
+}
+
+/// The whole run at 0.05°, run-in and run-out included.
+fn fine_rows(machine: &Machine, planned: &PlannedTest) -> Vec<Vec<f64>> {
+    let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
+    let mut rows = along(machine, &planned.test, (from, to), 0.05);
+    // straight on from the session's own steps until the fastest axis has gone 4 mm or 4 deg
+    let coarse = match planned.is_coupled() {
+        true => along(machine, &planned.test, (from, to), 0.5),
+        false => along(machine, &planned.test, (from, to), to - from),
+    };
+    let beyond = |inner: &[f64], end: &[f64]| -> Vec<Vec<f64>> {
+        let unit = |k: usize| if machine.axes[k].kind == AxisKind::Rotary { 1f64.to_radians() } else { 1.0 };
+        let fastest = (0..end.len()).map(|k| ((end[k] - inner[k]) / unit(k)).abs()).fold(0.0, f64::max);
+        let on = |part: f64| end.iter().zip(inner).map(|(e, i)| e + (e - i) * 4.0 / fastest * part).collect();
+        (1..=80).map(|k| on(f64::from(k) / 80.0)).collect()
+    };
+    let n = coarse.len();
+    let mut way = beyond(&coarse[1], &coarse[0]);
+    way.reverse();
+    way.append(&mut rows);
+    way.extend(beyond(&coarse[n - 2], &coarse[n - 1]));
+    way
+}
+
 /// Least distance over a sweep with run-in at 0.05° steps: every pair with parry, poses from the chain's own geometry.
 fn brute_force(machine: &Machine, bodies: &Bodies, kit: &Kit, planned: &PlannedTest) -> f64 {
     let chain = Chain::of(machine);
@@ -47,17 +87,12 @@ fn brute_force(machine: &Machine, bodies: &Bodies, kit: &Kit, planned: &PlannedT
     let still: Vec<_> =
         scene.parts().iter().map(|part| parry_shape(&part.convex, &Pose::identity()).expect("shape")).collect();
     let radius: Vec<f64> = scene.parts().iter().map(|part| part.convex.reach_mm()).collect();
-    let mut q: Vec<f64> = planned.test.positions.iter().map(|q| q.unwrap_or(0.0)).collect();
     let (pivot, spindle) = planned.test.links(&chain).expect("links");
-    let run_in = planned.test.overshoot.expect("planned");
-    let (from, to) = (planned.sweep.from_deg - run_in, planned.sweep.to_deg + run_in);
-    let count = ((to - from) / 0.05).round() as usize;
     let mut least = f64::MAX;
-    for k in 0..=count {
-        q[planned.axis] = (from + (to - from) * k as f64 / count as f64).to_radians();
-        let mut frames: Vec<Pose> = (0..=chain.axis_count()).map(|f| geometry.pose(link(f), &q, None)).collect();
-        let at = geometry.point(pivot, &planned.test.pivot.at, &q, None);
-        let way = geometry.point(spindle, &planned.test.spindle_ball.at, &q, None) - at;
+    for q in &fine_rows(machine, planned) {
+        let mut frames: Vec<Pose> = (0..=chain.axis_count()).map(|f| geometry.pose(link(f), q, None)).collect();
+        let at = geometry.point(pivot, &planned.test.pivot.at, q, None);
+        let way = geometry.point(spindle, &planned.test.spindle_ball.at, q, None) - at;
         frames.push(Pose { rotation: fiveaxis::bodies::frame_along(&way.normalize()), translation_mm: at });
         let centre = |part: usize| {
             let part = &scene.parts()[part];
@@ -95,6 +130,30 @@ fn settings(method: Option<Method>) -> Settings {
 
 #[test]
 fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
+    check_plans_of_all_machines(&settings(None));
+}
+
+#[test]
+fn plans_with_circles_are_clear_by_brute_force_too() {
+    let coupled = Coupled { follow: Vec::new(), circles: true };
+    let plans = check_plans_of_all_machines(&Settings { coupled, ..Settings::default() });
+    for (file, machine, plan) in &plans {
+        let planes: std::collections::BTreeSet<String> = plan
+            .tests
+            .iter()
+            .filter_map(|test| match &test.test.path {
+                Some(TestPath::Circle { plane, .. }) => {
+                    Some([plane.first, plane.second].map(|axis| machine.axes[axis].name.as_str()).concat())
+                }
+                _ => None,
+            })
+            .collect();
+        assert_eq!(planes.len(), 3, "{}: {planes:?}", file.display());
+        assert!(plan.errors.iter().any(|error| error.name == "EC0Y" && error.determined), "{}", file.display());
+    }
+}
+
+fn check_plans_of_all_machines(settings: &Settings) -> Vec<(PathBuf, Machine, Plan)> {
     let files = machine_files();
     assert!(files.len() >= 16);
     let kit = standard_kit().expect("kit");
@@ -102,7 +161,7 @@ fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
         .into_par_iter()
         .map(|file| {
             let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
-            let plan = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+            let plan = plan(&machine, &bodies, &kit, settings).expect("plan");
             (file, machine, bodies, plan)
         })
         .collect();
@@ -113,6 +172,15 @@ fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
         }
         plan.tests.par_iter().for_each(|test| {
             let least = brute_force(machine, bodies, &kit, test);
+            // the rows that were certified are those that a session's motion gives
+            let rows = along(machine, &test.test, (test.sweep.from_deg, test.sweep.to_deg), 0.5);
+            if test.is_coupled() {
+                assert_eq!(test.run.len(), rows.len() + 2);
+                for (run, row) in test.run[1..].iter().zip(&rows) {
+                    let off = run.iter().zip(row).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                    assert!(off < 1e-6, "{} {}: {off}", file.display(), test.test.name);
+                }
+            }
             // the margin is 5 mm; what is reported is within its 0.1 mm
             assert!(least > 5.0 - 1e-6, "{} {}: {least}", file.display(), test.test.name);
             assert!(least > test.sweep.clearance_mm - 0.1 - 1e-6, "{} {}", file.display(), test.test.name);
@@ -129,12 +197,14 @@ fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
             );
         }
         println!(
-            "{}: {} tests, {} determined",
+            "{}: {} tests, {} with several axes, {} determined",
             file.display(),
             plan.tests.len(),
+            plan.tests.iter().filter(|test| test.is_coupled()).count(),
             plan.errors.iter().filter(|e| e.determined).count()
         );
     }
+    planned.into_iter().map(|(file, machine, _, plan)| (file, machine, plan)).collect()
 }
 
 #[test]
@@ -198,7 +268,9 @@ fn limits_that_leave_no_setup_are_named_with_the_amount() {
     let (mut machine, bodies, kit) = load("hermle-c600u.yaml");
     let z = machine.axis_index("Z").expect("Z");
     machine.axes[z].range = Some((300.0, 330.0));
-    let plan = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+    // with Z following there are setups even so
+    let settings = Settings { coupled: Coupled::default(), ..Settings::default() };
+    let plan = plan(&machine, &bodies, &kit, &settings).expect("plan");
     let reason = &plan.errors.iter().find(|error| error.name == "EY0A").expect("EY0A").reason;
     assert!(reason.contains("needs Z = ") && reason.contains("mm beyond its range"), "{reason}");
     // the amount: with the range up to there and a hair more, that setup is reachable; with a hair less it is not
@@ -210,7 +282,7 @@ fn limits_that_leave_no_setup_are_named_with_the_amount() {
     assert!((300.0 - at - beyond).abs() < 0.11, "{at} {beyond}");
     for (more, reachable) in [(0.1, true), (-0.1, false)] {
         machine.axes[z].range = Some((at - more, 330.0));
-        let all = fiveaxis::plan::candidates(&machine, &bodies, &kit, &Vec::new(), 0.0);
+        let all = fiveaxis::plan::candidates(&machine, &bodies, &kit, &Vec::new(), &Coupled::default());
         let a = machine.axis_index("A").expect("A");
         assert_eq!(all.list.iter().any(|candidate| candidate.axis == a), reachable, "{at} {more}");
     }
@@ -241,11 +313,23 @@ fn programs_run_the_planned_arc_both_ways_at_the_ball_feed() {
 #[test]
 fn forecasts_agree_with_a_thousand_simulated_sessions() {
     let (machine, bodies, kit) = load("hermle-c600u.yaml");
-    let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    let five = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    check_forecasts(&machine, &five);
+    let free = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+    let kinds = |wanted: Follow| {
+        let is_it =
+            |test: &&PlannedTest| matches!(test.test.path, Some(TestPath::Sweep { follow, .. }) if follow == wanted);
+        free.tests.iter().filter(is_it).count()
+    };
+    assert!(kinds(Follow::Axial) > 0 && kinds(Follow::Tangential) > 0, "the plan has following tests");
+    check_forecasts(&machine, &free);
+}
+
+/// Standard deviations seen in 1,000 sessions against those that a plan promises.
+fn check_forecasts(machine: &Machine, plan: &Plan) {
     let u = Uncertainty::default();
-    let chain = Chain::of(&machine);
-    let pivot_at = plan.tests[0].test.pivot.at;
-    // unknowns: location errors, pivot, spindle ball, two bars, linear axes' misplacement of the two tests that move them
+    let chain = Chain::of(machine);
+    // unknowns: location errors, pivots, spindle balls, bars, for each test the linear axes' misplacement and their scale
     let mut slots: Vec<(usize, usize, f64)> = Vec::new();
     for kind in [AxisKind::Rotary, AxisKind::Linear] {
         for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.kind == kind) {
@@ -261,23 +345,50 @@ fn forecasts_agree_with_a_thousand_simulated_sessions() {
     }
     let wanted = 8;
     let (n_slots, tests) = (slots.len(), plan.tests.len());
-    let moved: Vec<f64> = plan
+    let linear: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    // positions at the middles of equal parts of the arc
+    let samples: Vec<Vec<Vec<f64>>> = plan
         .tests
         .iter()
-        .map(|t| {
-            let linear = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
-            linear.map(|k| t.test.positions[k].unwrap_or(0.0).powi(2)).sum::<f64>().sqrt()
+        .map(|test| {
+            let (from, to) = (test.sweep.from_deg, test.sweep.to_deg);
+            let count = (2.0 * u.samples_per_turn * (to - from) / 360.0).round();
+            let part = (to - from) / count;
+            along(machine, &test.test, (from + 0.5 * part, to - 0.5 * part), part)
         })
         .collect();
-    let size = n_slots + 3 + 3 + 2 + 3 * tests;
-    let prior: Vec<f64> = slots
-        .iter()
-        .map(|slot| slot.2)
-        .chain([u.spread.pivot_mm; 3])
-        .chain([u.spread.spindle_ball_mm; 3])
-        .chain([u.spread.bar_length_mm; 2])
-        .chain(moved.iter().flat_map(|m| [(u.linear_per_mm * m).max(1e-12); 3]))
+    let middle = |test: usize, k: usize| samples[test].iter().map(|q| q[k]).sum::<f64>() / samples[test].len() as f64;
+    let middles: Vec<Vec<f64>> = (0..tests).map(|test| linear.iter().map(|&k| middle(test, k)).collect()).collect();
+    let moved: Vec<f64> = middles.iter().map(|middle| middle.iter().map(|q| q * q).sum::<f64>().sqrt()).collect();
+    // tests that stand at one place, or swing about it, share what the axes are off there
+    let stand_of: Vec<usize> = (0..tests)
+        .map(|test| {
+            let same = |other: &usize| middles[*other].iter().zip(&middles[test]).all(|(a, b)| (a - b).abs() < 1e-3);
+            (0..test).find(same).unwrap_or(test)
+        })
         .collect();
+    let shared = |key: &dyn Fn(&Test) -> [i64; 3]| -> Vec<usize> {
+        (0..tests)
+            .map(|t| (0..=t).find(|&o| key(&plan.tests[o].test) == key(&plan.tests[t].test)).expect("itself"))
+            .collect()
+    };
+    let place = |at: &Vector3<f64>| [at.x, at.y, at.z].map(|x| (x * 1e6).round() as i64);
+    let pivot_of = shared(&|test| place(&test.pivot.at));
+    let ball_of = shared(&|test| place(&test.spindle_ball.at));
+    let bar_of = shared(&|test| [test.bar_length_mm.map_or(0, |bar| (bar * 1e6) as i64), 0, 0]);
+    let per_test = 3 + 3 + 1 + 3 + linear.len();
+    let size = n_slots + per_test * tests;
+    let first = |test: usize, what: usize| n_slots + per_test * test + what;
+    let one_test = |test: usize| -> Vec<f64> {
+        let stand = (u.linear_per_mm * moved[test]).max(1e-12);
+        let mut one = [u.spread.pivot_mm; 3].to_vec();
+        one.extend([u.spread.spindle_ball_mm; 3]);
+        one.push(u.spread.bar_length_mm);
+        one.extend([stand; 3]);
+        one.extend(linear.iter().map(|_| u.linear_per_mm));
+        one
+    };
+    let prior: Vec<f64> = slots.iter().map(|slot| slot.2).chain((0..tests).flat_map(one_test)).collect();
     let lengths = |x: &DVector<f64>| -> Vec<f64> {
         let mut errors = vec![[0.0; 6]; machine.axes.len()];
         for (k, &(axis, component, _)) in slots.iter().enumerate() {
@@ -288,16 +399,16 @@ fn forecasts_agree_with_a_thousand_simulated_sessions() {
         let mut all = Vec::new();
         for (index, planned) in plan.tests.iter().enumerate() {
             let (pivot, spindle) = planned.test.links(&chain).expect("links");
-            let mut q: Vec<f64> = planned.test.positions.iter().map(|q| q.unwrap_or(0.0)).collect();
-            let arc = (planned.sweep.to_deg - planned.sweep.from_deg).to_radians();
-            let samples = (2.0 * u.samples_per_turn * arc / std::f64::consts::TAU).round() as usize;
-            let bar = if planned.test.bar_length_mm == Some(100.0) { 0 } else { 1 };
-            for sample in 0..samples {
-                q[planned.axis] = planned.sweep.from_deg.to_radians() + arc * (sample as f64 + 0.5) / samples as f64;
-                let p = geometry.point(pivot, &(pivot_at + three(n_slots)), &q, None);
-                let s = geometry.point(spindle, &(planned.test.spindle_ball.at + three(n_slots + 3)), &q, None)
-                    + three(n_slots + 8 + 3 * index);
-                all.push((p - s).norm() + x[n_slots + 6 + bar]);
+            let stand = stand_of[index];
+            for sample in &samples[index] {
+                let mut q = sample.clone();
+                for (k, &axis) in linear.iter().enumerate() {
+                    q[axis] += x[first(stand, 10 + k)] * (sample[axis] - middles[stand][k]);
+                }
+                let p = geometry.point(pivot, &(planned.test.pivot.at + three(first(pivot_of[index], 0))), &q, None);
+                let ball = planned.test.spindle_ball.at + three(first(ball_of[index], 3));
+                let s = geometry.point(spindle, &ball, &q, None) + three(first(stand, 7));
+                all.push((p - s).norm() + x[first(bar_of[index], 6)]);
             }
         }
         all

@@ -7,8 +7,7 @@ use std::process::Output;
 
 use fiveaxis::load::standard_kit;
 use fiveaxis::machine::StructuralCode;
-use fiveaxis::plan::Settings;
-use fiveaxis::survey::{Shard, codes, outcome};
+use fiveaxis::survey::{Shard, codes, outcome, settings};
 
 /// Topologies of all three families whose plans are quick.
 const CODES: [&str; 5] = ["[wCAbYXZt]", "[wACXYZbt]", "[wCYbXZAt]", "[wbXYZCAt]", "[wbZBAXYt]"];
@@ -59,8 +58,7 @@ fn there_are_2160_topologies_and_shards_share_them_out() {
 #[test]
 fn a_table_table_machine_is_tested_from_one_pivot_and_a_head_is_not_seen_whole() {
     let kit = standard_kit().expect("kit");
-    let plan =
-        |code: &str| outcome(&StructuralCode::parse(code).expect("code"), &kit, &Settings::default()).expect("plans");
+    let plan = |code: &str| outcome(&StructuralCode::parse(code).expect("code"), &kit, &settings()).expect("plans");
     let tables = plan("[wCAbYXZt]");
     assert_eq!((tables.errors, tables.visible, tables.determined), (8, 8, 8));
     assert!(tables.is_fully_tested_from_one_pivot());

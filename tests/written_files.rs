@@ -169,6 +169,7 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                 at: Vector3::new(number(-99.0, 99.0), 0.1, -0.0),
                 setup: (index == 2).then(|| "second: time".into()),
                 spread_mm: (index == 3).then(|| number(1e-4, 1e-1)),
+                indexed_about: (link != "w" && index > 0).then_some(index % 3),
             };
             let (pivot, spindle_ball) = (ball("w"), ball("table plate"));
             Test {

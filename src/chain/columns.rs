@@ -27,6 +27,8 @@ pub enum Column {
     Pivot(usize),
     /// x, y or z of the spindle ball on its link.
     Spindle(usize),
+    /// Spindle ball against a coordinate: its placement error in a spindle indexed by 180°.
+    SpindleReversed(usize),
 }
 
 /// A bar with the columns to be computed, ready for blocks of poses.
@@ -75,7 +77,7 @@ impl<'p> Bar<'p> {
             let mut write = Write::Replace;
             for (k, way) in self.ways.iter().enumerate() {
                 // a ball's place moves that ball alone
-                if matches!((k, column), (1, Column::Pivot(_)) | (0, Column::Spindle(_))) {
+                if matches!((k, column), (1, Column::Pivot(_)) | (0, Column::Spindle(_) | Column::SpindleReversed(_))) {
                     continue;
                 }
                 if let Some(velocity) = way.velocity(geometry, column, self.poses) {

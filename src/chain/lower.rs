@@ -92,6 +92,7 @@ impl Way {
         let depth_of = |axis: usize| path.iter().position(|&other| other == axis);
         let local = match column {
             Column::Pivot(k) | Column::Spindle(k) => LinkVelocity::shift(path.len(), unit(k)),
+            Column::SpindleReversed(k) => LinkVelocity::shift(path.len(), -unit(k)),
             Column::Location { axis, component } => {
                 location_velocity(geometry, axis, depth_of(axis)?, component, poses)
             }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::chain::Sensitivity;
 use crate::effects::{Context, EffectError, Profile, gain, kind};
-use crate::identify::{PreparedTest, Problem, Quantity};
+use crate::identify::{Problem, Quantity};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
 
@@ -39,7 +39,7 @@ impl<'a> Ground<'a> {
             problem.visit(index, &geometry, values, |row, s, bar| {
                 residual.push(test.reading_mm[row] - s.length_mm - bar);
                 for &k in &test.columns {
-                    columns[(row, k)] = derivative(problem, test, k, s) * problem.unknowns[k].prior_sigma;
+                    columns[(row, k)] = derivative(problem, index, k, s) * problem.unknowns[k].prior_sigma;
                 }
                 all.push(s.clone());
             });
@@ -207,12 +207,14 @@ pub struct Column {
     pub by_test: Vec<Vec<f64>>,
 }
 
-fn derivative(problem: &Problem, test: &PreparedTest, k: usize, s: &Sensitivity) -> f64 {
-    debug_assert!(test.columns.contains(&k));
+fn derivative(problem: &Problem, test: usize, k: usize, s: &Sensitivity) -> f64 {
+    debug_assert!(problem.tests[test].columns.contains(&k));
     match problem.unknowns[k].quantity {
         Quantity::Location { axis, component } => s.location[axis][component.index()],
         Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
-        Quantity::SpindleBall { coordinate, .. } => s.spindle[coordinate],
+        Quantity::SpindleBall { coordinate, .. } => {
+            problem.session.tests[test].spindle_ball.sign(coordinate) * s.spindle[coordinate]
+        }
         Quantity::Bar { .. } => 1.0,
     }
 }

@@ -175,7 +175,7 @@ fn candidate_columns(problem: &Problem, solution: &Solution, candidate: &Candida
                 Quantity::Location { axis, component } => s.location[axis][component.index()],
                 Quantity::Pivot { setup, coordinate } if problem.setups.pivot_of[like] == setup => s.pivot[coordinate],
                 Quantity::SpindleBall { setup, coordinate } if problem.setups.spindle_ball_of[like] == setup => {
-                    s.spindle[coordinate]
+                    problem.session.tests[like].spindle_ball.sign(coordinate) * s.spindle[coordinate]
                 }
                 Quantity::Bar { setup } if problem.setups.bar_of[like] == Some(setup) => 1.0,
                 _ => 0.0,

@@ -22,7 +22,8 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
             }
             Quantity::SpindleBall { setup, coordinate } => {
                 for (test, _) in fitted.tests.iter_mut().zip(&setups.spindle_ball_of).filter(|(_, of)| **of == setup) {
-                    test.spindle_ball.at[coordinate] += estimate.value;
+                    let sign = test.spindle_ball.sign(coordinate);
+                    test.spindle_ball.at[coordinate] += sign * estimate.value;
                 }
             }
             Quantity::Bar { setup } => {

@@ -100,7 +100,9 @@ impl<'a> Problem<'a> {
         for &index in &self.tests[test].columns {
             match self.unknowns[index].quantity {
                 Quantity::Pivot { coordinate, .. } => pivot[coordinate] += values[index],
-                Quantity::SpindleBall { coordinate, .. } => spindle[coordinate] += values[index],
+                Quantity::SpindleBall { coordinate, .. } => {
+                    spindle[coordinate] += stated.spindle_ball.sign(coordinate) * values[index];
+                }
                 Quantity::Bar { .. } => bar += values[index],
                 Quantity::Location { .. } => {}
             }
@@ -123,12 +125,15 @@ impl<'a> Problem<'a> {
             && self.session.machine.axes.iter().all(|axis| axis.component_errors.is_empty())
     }
 
-    /// What the batch kernels differentiate with respect to for an unknown; `None` for the reading of a bar.
-    pub(super) fn column(&self, unknown: usize) -> Option<Column> {
+    /// What the batch kernels differentiate with respect to for an unknown of a test; `None` for the reading of a bar.
+    pub(super) fn column(&self, test: usize, unknown: usize) -> Option<Column> {
         match self.unknowns[unknown].quantity {
             Quantity::Location { axis, component } => Some(Column::Location { axis, component: component.index() }),
             Quantity::Pivot { coordinate, .. } => Some(Column::Pivot(coordinate)),
-            Quantity::SpindleBall { coordinate, .. } => Some(Column::Spindle(coordinate)),
+            Quantity::SpindleBall { coordinate, .. } => match self.session.tests[test].spindle_ball.sign(coordinate) {
+                sign if sign < 0.0 => Some(Column::SpindleReversed(coordinate)),
+                _ => Some(Column::Spindle(coordinate)),
+            },
             Quantity::Bar { .. } => None,
         }
     }
@@ -148,7 +153,7 @@ impl<'a> Problem<'a> {
         let (pivot, spindle, bar_error_mm) = self.setup_of(test, values);
         let rows = prepared.motion.rows();
         // the bar's column, which is 1 everywhere, is differentiated as a place and overwritten
-        let columns: Vec<Option<Column>> = prepared.columns.iter().map(|&index| self.column(index)).collect();
+        let columns: Vec<Option<Column>> = prepared.columns.iter().map(|&index| self.column(test, index)).collect();
         let known: Vec<Column> = columns.iter().map(|column| column.unwrap_or(Column::Pivot(0))).collect();
         let mut jacobian = DMatrix::zeros(rows, columns.len());
         let mut lengths = vec![0.0; rows];
@@ -167,13 +172,14 @@ impl<'a> Problem<'a> {
         let rows = prepared.motion.rows();
         let mut residual_mm = Vec::with_capacity(rows);
         let mut jacobian = DMatrix::zeros(rows, prepared.columns.len());
+        let ball = &self.session.tests[test].spindle_ball;
         self.visit(test, geometry, values, |row, s, bar| {
             residual_mm.push(prepared.reading_mm[row] - s.length_mm - bar);
             for (column, &index) in prepared.columns.iter().enumerate() {
                 jacobian[(row, column)] = match self.unknowns[index].quantity {
                     Quantity::Location { axis, component } => s.location[axis][component.index()],
                     Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
-                    Quantity::SpindleBall { coordinate, .. } => s.spindle[coordinate],
+                    Quantity::SpindleBall { coordinate, .. } => ball.sign(coordinate) * s.spindle[coordinate],
                     Quantity::Bar { .. } => 1.0,
                 };
             }

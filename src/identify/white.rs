@@ -172,7 +172,7 @@ impl TestColumns {
         let mut columns = TestColumns { length: Vec::new(), unknowns: Vec::new() };
         let mut bar = None;
         for &index in &problem.tests[test].columns {
-            match problem.column(index) {
+            match problem.column(test, index) {
                 Some(column) => {
                     columns.length.push(column);
                     columns.unknowns.push(index);

@@ -44,6 +44,7 @@ pub(super) struct BallFile {
     at: [f64; 3],
     setup: Option<String>,
     spread: Option<serde_yaml::Value>,
+    indexed_about: Option<String>,
 }
 
 /// Smallest bar length, mm, and feed, mm/min.
@@ -172,7 +173,23 @@ impl TestReader<'_> {
                 .document
                 .refuse(&place, format!("no link is called '{}'{hint} (links: {})", raw.link, known.join(" "))));
         }
+        let indexed_about = match raw.indexed_about.as_deref() {
+            None => None,
+            Some(_) if key == "pivot" => {
+                return Err(self
+                    .document
+                    .refuse(&place, "a pivot is not indexed; 'indexed_about' is for the spindle ball"));
+            }
+            Some("x") => Some(0),
+            Some("y") => Some(1),
+            Some("z") => Some(2),
+            Some(other) => {
+                let allowed = "the direction of R along which the spindle lies with all axes at zero: x, y or z";
+                return Err(self.document.refuse(&place, format!("indexed_about '{other}' is not {allowed}")));
+            }
+        };
         Ok(Ball {
+            indexed_about,
             link: raw.link.clone(),
             at: Vector3::from(raw.at),
             setup: raw.setup.clone(),

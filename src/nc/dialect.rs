@@ -84,9 +84,27 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
     };
     let word = |axis: &str, value: f64| {
         let equals = if dialect == Dialect::Sinumerik && axis.len() > 1 { "=" } else { "" };
-        format!("{axis}{equals}{value:.5}")
+        // no minus sign before a zero
+        format!("{axis}{equals}{:.5}", (value * 1e5).round() / 1e5 + 0.0)
     };
+    let coupled = steps.iter().any(|step| matches!(step, Step::Move { .. } | Step::Arc { .. }));
+    if coupled {
+        // corners between blocks are not rounded by more than a micrometre, centres are relative
+        out.push_str(match dialect {
+            Dialect::LinuxCnc => "G64 P0.001 G91.1\n",
+            Dialect::Sinumerik => "G641 ADIS=0.001\n",
+            _ => "G64\n",
+        });
+    }
+    let mut by_time = false;
     for step in steps {
+        // each block of coupled axes has its time (G93), every other feed is per minute (G94)
+        let timed = matches!(step, Step::Move { .. });
+        let has_feed = matches!(step, Step::Turn { .. } | Step::Arc { .. } | Step::Rapid { .. });
+        if timed && !by_time || has_feed && by_time {
+            out.push_str(if timed { "G93\n" } else { "G94\n" });
+            by_time = timed;
+        }
         match step {
             Step::Say(text) => out.push_str(&comment(text)),
             Step::Stop(text) => {
@@ -98,6 +116,23 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
             }
             Step::Turn { axis, to_deg, feed_deg_per_min } => {
                 let _ = writeln!(out, "{before}G1 {} F{feed_deg_per_min:.3}{after}", word(axis, *to_deg));
+            }
+            Step::Move { to, minutes } => {
+                let words: Vec<String> = to.iter().map(|(axis, value)| word(axis, *value)).collect();
+                let _ = writeln!(out, "{before}G1 {} F{:.4}{after}", words.join(" "), 1.0 / minutes);
+            }
+            Step::Arc { axes, centre, end, counter_clockwise, feed_mm_per_min } => {
+                let turn = if *counter_clockwise { 3 } else { 2 };
+                let [one, other] = axes;
+                let _ = writeln!(
+                    out,
+                    "G{} G91\nG{turn} {} {} {} {} F{feed_mm_per_min:.3}\nG17 G90",
+                    plane(axes),
+                    word(one, end[0]),
+                    word(other, end[1]),
+                    word(centre_letter(one), centre[0]),
+                    word(centre_letter(other), centre[1]),
+                );
             }
             Step::Dwell(seconds) => {
                 let letter = match dialect {
@@ -116,6 +151,24 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
     out
 }
 
+/// G word of a plane.
+fn plane(axes: &[String; 2]) -> u8 {
+    match [axes[0].as_str(), axes[1].as_str()] {
+        ["Y", "Z"] => 19,
+        ["Z", "X"] => 18,
+        _ => 17,
+    }
+}
+
+/// Letter of a circle's centre along an axis.
+fn centre_letter(axis: &str) -> &'static str {
+    match axis {
+        "X" => "I",
+        "Y" => "J",
+        _ => "K",
+    }
+}
+
 fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool) -> String {
     // M129: no tool centre point control; M127: rotary axes go the way that is written, not the shorter one
     let mut lines = vec![format!("BEGIN PGM {name} MM"), "M129".into(), "M127".into()];
@@ -131,6 +184,16 @@ fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool) -> String {
             Step::Rapid { axis, to } => lines.push(format!("L {axis}{to:+.5} R0 FMAX{after}")),
             Step::Turn { axis, to_deg, feed_deg_per_min } => {
                 lines.push(format!("L {axis}{to_deg:+.5} R0 F{feed_deg_per_min:.0}{after}"));
+            }
+            // FT: the time of the block, s
+            Step::Move { to, minutes } => {
+                let words: Vec<String> = to.iter().map(|(axis, value)| format!("{axis}{value:+.5}")).collect();
+                lines.push(format!("L {} R0 FT{:.3}{after}", words.join(" "), minutes * 60.0));
+            }
+            Step::Arc { axes: [one, other], centre, end, counter_clockwise, feed_mm_per_min } => {
+                lines.push(format!("CC I{one}{:+.5} I{other}{:+.5}", centre[0], centre[1]));
+                let turn = if *counter_clockwise { '+' } else { '-' };
+                lines.push(format!("C I{one}{:+.5} I{other}{:+.5} DR{turn} R0 F{feed_mm_per_min:.0}", end[0], end[1]));
             }
             Step::Dwell(seconds) => {
                 lines.push("CYCL DEF 9.0 DWELL TIME".into());

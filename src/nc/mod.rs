@@ -3,16 +3,17 @@
 //! A program is a list of [`Step`]s, the same for every control; a dialect writes them down. It starts and ends at the
 //! park position and travels one axis at a time, so that every control makes the motion that was checked. Feeds are those
 //! of the moving ball converted to the turning axis, deg/min, which is how all four controls read F in a block that moves
-//! one rotary axis alone. Positions are machine coordinates where `machine_zero` is known for every axis, else work
+//! one rotary axis alone; mm/min on circles; the time of each block where linear axes follow. Positions are machine coordinates where `machine_zero` is known for every axis, else work
 //! coordinates with zero at the machine file's zero.
 
+mod coupled;
 mod dialect;
 
 pub use dialect::{Dialect, program};
 
 use crate::machine::Machine;
 use crate::plan::PlannedTest;
-use crate::session::Path;
+use crate::session::{Follow, Path};
 
 /// One thing a program does.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +26,10 @@ pub enum Step {
     Rapid { axis: String, to: f64 },
     /// Move one rotary axis; position in deg, feed in deg/min.
     Turn { axis: String, to_deg: f64, feed_deg_per_min: f64 },
+    /// Move several axes on a straight line; positions in mm or deg, and the time it takes, min.
+    Move { to: Vec<(String, f64)>, minutes: f64 },
+    /// An arc of two linear axes, the one that carries the cosine first; centre and end relative to where it begins, mm.
+    Arc { axes: [String; 2], centre: [f64; 2], end: [f64; 2], counter_clockwise: bool, feed_mm_per_min: f64 },
     /// Wait, s.
     Dwell(f64),
 }
@@ -43,17 +48,6 @@ pub fn machine_offsets(machine: &Machine) -> Option<Vec<f64>> {
 pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
     let offsets = machine_offsets(machine).unwrap_or_else(|| vec![0.0; machine.axes.len()]);
     let test = &planned.test;
-    let Some(Path::Sweep { axis, .. }) = test.path else { return Vec::new() };
-    let name = machine.axes[axis].name.clone();
-    let at = |deg: f64| deg + offsets[axis];
-    let feed_mm = test.feed_mm_per_min.unwrap_or(500.0);
-    let feed = (feed_mm / planned.rho_mm).to_degrees();
-    let run_in = test.overshoot.unwrap_or(0.0);
-    let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
-    let clamp =
-        |deg: f64| machine.axes[axis].range.map_or(deg, |(low, high)| deg.clamp(low.to_degrees(), high.to_degrees()));
-    let turn =
-        |deg: f64, factor: f64| Step::Turn { axis: name.clone(), to_deg: at(deg), feed_deg_per_min: feed * factor };
     let rapid = |k: usize, q: f64| Step::Rapid {
         axis: machine.axes[k].name.clone(),
         to: machine.axes[k].kind.to_file_unit(q) + offsets[k],
@@ -72,22 +66,57 @@ pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
         Step::Say(format!("{} bar {} mm", test.name, test.bar_length_mm.unwrap_or(0.0))),
         Step::Say(format!("pivot on {} ball at {:.3} {:.3} {:.3}", test.pivot.link, p.x, p.y, p.z)),
         Step::Say(format!("bring the axes to park by hand: {}", parked.join(" "))),
-        Step::Stop("at park, pivot and spindle cup mounted, bar off".into()),
+        Step::Stop(match test.spindle_ball.indexed_about {
+            None => "at park, pivot and spindle cup mounted, bar off".into(),
+            Some(_) => "at park, pivot and spindle cup mounted, spindle indexed by 180 deg, bar off".into(),
+        }),
     ];
     steps.extend(approach.park_order.iter().map(|&k| rapid(k, approach.park[k])));
     steps.extend(approach.legs.iter().map(|leg| rapid(leg.axis, leg.to)));
     steps.push(Step::Stop("mount the bar and start the recording".into()));
-    for (way, first, second) in [("ccw", from, to), ("cw", to, from)] {
-        let sign = (second - first).signum();
-        steps.push(Step::Say(format!("{}-{way} capture {first} to {second}", test.name)));
-        steps.push(turn(clamp(first - sign * run_in), APPROACH));
-        steps.push(Step::Dwell(REST_S));
-        steps.push(turn(first, 1.0));
-        steps.push(turn(second, 1.0));
-        steps.push(turn(clamp(second + sign * run_in), 1.0));
+    let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
+    for (test, (first, second)) in planned.both_ways().iter().zip([(from, to), (to, from)]) {
+        steps.push(Step::Say(format!("{} capture {first} to {second}", test.name)));
+        match &test.path {
+            Some(Path::Sweep { axis, follow: Follow::None, .. }) => {
+                steps.extend(sweep(machine, planned, *axis, offsets[*axis], [first, second]));
+            }
+            // the machine stands where the run-in begins, or where the last run-out ended
+            Some(Path::Sweep { .. }) => {
+                steps.push(Step::Dwell(REST_S));
+                steps.extend(coupled::follow(machine, planned, test));
+            }
+            Some(Path::Circle { .. }) => {
+                steps.push(Step::Dwell(REST_S));
+                steps.extend(coupled::circle(machine, test));
+            }
+            None => {}
+        }
         steps.push(Step::Dwell(REST_S));
     }
     steps.push(Step::Stop("stop the recording and take the bar off".into()));
     steps.extend(approach.retreat().iter().map(|leg| rapid(leg.axis, leg.to)));
     steps
+}
+
+/// One direction of a sweep of one axis.
+fn sweep(machine: &Machine, planned: &PlannedTest, axis: usize, offset: f64, [first, second]: [f64; 2]) -> Vec<Step> {
+    let test = &planned.test;
+    let name = machine.axes[axis].name.clone();
+    let feed = (test.feed_mm_per_min.unwrap_or(500.0) / planned.rho_mm).to_degrees();
+    let run_in = test.overshoot.unwrap_or(0.0) * (second - first).signum();
+    let clamp =
+        |deg: f64| machine.axes[axis].range.map_or(deg, |(low, high)| deg.clamp(low.to_degrees(), high.to_degrees()));
+    let turn = |deg: f64, factor: f64| Step::Turn {
+        axis: name.clone(),
+        to_deg: clamp(deg) + offset,
+        feed_deg_per_min: feed * factor,
+    };
+    vec![
+        turn(first - run_in, APPROACH),
+        Step::Dwell(REST_S),
+        turn(first, 1.0),
+        turn(second, 1.0),
+        turn(second + run_in, 1.0),
+    ]
 }

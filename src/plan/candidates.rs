@@ -4,10 +4,15 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Vector3;
 
+use super::course::Drive;
+use super::following::following;
+use super::planar::circles;
+use super::run_in::RUN_IN;
 use super::solver::{Pull, Solved, Stance, Unreachable};
 use crate::bodies::{Bodies, Kit, Mount, Outline};
 use crate::chain::{Branch, Chain, Geometry, LinkId};
 use crate::machine::{Axis, AxisKind, Machine};
+use crate::session::Follow;
 
 /// A ball place that several candidates share.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,9 +33,10 @@ pub struct SpindlePlace {
     pub aside_mm: f64,
 }
 
-/// One reachable setup for the sweep of one axis.
+/// One reachable setup for the sweep of one axis, or for a circle of two.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
+    /// The axis that turns; on a circle the linear axis that carries the cosine.
     pub axis: usize,
     /// Index of the pivot site.
     pub site: usize,
@@ -38,9 +44,19 @@ pub struct Candidate {
     pub place: usize,
     pub bar_mm: f64,
     pub solved: Solved,
-    /// Sweep wanted, rad.
+    /// Arc wanted, rad: of the axis, or on a circle.
     pub from: f64,
     pub to: f64,
+    pub drive: Drive,
+}
+
+/// What is looked for beside sweeps of one axis alone.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Coupled {
+    /// Ways in which linear axes may follow a rotary axis.
+    pub follow: Vec<Follow>,
+    /// Planar circles of the linear axes.
+    pub circles: bool,
 }
 
 /// Everything that comes into question.
@@ -74,7 +90,7 @@ const LEAST_LEVER_MM: f64 = 30.0;
 const SAME_LENGTH_MM: f64 = 1e-6;
 
 /// All reachable setups of a machine.
-pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, run_in_rad: f64) -> Candidates {
+pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, coupled: &Coupled) -> Candidates {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
     let mut all =
@@ -90,7 +106,7 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
     for &axis in &rotary {
         let mut misses = Misses::default();
         let first = all.list.len();
-        let Some((from, to)) = sweep_wanted(machine, axis, avoid, run_in_rad) else { continue };
+        let Some((from, to)) = sweep_wanted(machine, axis, avoid, RUN_IN.to_radians()) else { continue };
         for start in static_positions(machine, &chain, axis, avoid) {
             let stance = Stance::new(machine, &geometry, axis, &start);
             let at_sites: Vec<Vector3<f64>> =
@@ -138,6 +154,7 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
                                         solved,
                                         from,
                                         to,
+                                        drive: Drive::Turn,
                                     });
                                 }
                                 Ok(_) => {}
@@ -157,6 +174,11 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
         }
         thin_out(&mut all.list, axis, first, chain.carried_by(axis).branch);
         all.misses.insert(axis, misses);
+        let more = following(machine, &geometry, &all, &lengths, (axis, from, to), avoid, &coupled.follow);
+        all.list.extend(more);
+    }
+    if coupled.circles {
+        all.list.extend(circles(machine, &geometry, bodies, &all, &lengths, avoid));
     }
     all
 }
@@ -214,7 +236,7 @@ const MOST_SETUPS_OF_TABLES: usize = 15_000;
 const MOST_SETUPS_OF_HEADS: usize = 4_000;
 
 /// Start positions: linear axes at the place in their range nearest zero, other rotary axes at some static places.
-fn static_positions(machine: &Machine, chain: &Chain, axis: usize, avoid: &Avoid) -> Vec<Vec<f64>> {
+pub(super) fn static_positions(machine: &Machine, chain: &Chain, axis: usize, avoid: &Avoid) -> Vec<Vec<f64>> {
     let near_zero = |k: usize| machine.axes[k].range.map_or(0.0, |(low, high)| 0f64.clamp(low, high));
     let mut starts = vec![(0..machine.axes.len()).map(near_zero).collect::<Vec<f64>>()];
     let branch = chain.carried_by(axis).branch;

@@ -3,19 +3,21 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::approach::{Approach, Parking};
-use super::candidates::{Avoid, Candidate, Candidates, candidates};
+use super::candidates::{Avoid, Candidate, Candidates, Coupled, candidates};
+use super::following::FOLLOWED;
+use super::indexed::{INDEX_MIN, IndexError};
 use super::information::{BLOCK_ROWS, Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
 use super::planned::{OnePivot, Plan};
 use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
 use super::run_in::RUN_IN;
-use super::words::{determined, visible};
+use super::words::{fitted, visible};
 use crate::bodies::{Bodies, Kit};
 use crate::chain::{Chain, Geometry};
 use crate::collision::{Instrument, NoWay, Scratch, World};
 use crate::machine::Machine;
-use crate::session::{Ball, Follow, Path, Test};
+use crate::session::{Ball, Test};
 
 /// What a plan is to reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,9 +37,16 @@ pub struct Settings {
     /// Least clearance of every sweep, mm.
     pub margin_mm: f64,
     pub avoid: Avoid,
+    /// Following axes and circles; with circles the squareness of the linear axes is wanted too.
+    pub coupled: Coupled,
     pub method: Option<Method>,
     /// Most pivot setups of a plan without a method; `None`: as many as pay.
     pub pivots: Option<usize>,
+    /// Run tests again with the spindle indexed by 180° where that lowers the wanted errors' uncertainty.
+    pub index_spindle: bool,
+    /// Share of priors in an error's variance from which more tests are sought for it, 0 to 0.5: at 0.5 a fit calls it
+    /// undetermined, and a fit's own noise moves its share by some tenths.
+    pub sure_share: f64,
     pub uncertainty: Uncertainty,
     pub feed_mm_per_min: f64,
 }
@@ -49,8 +58,11 @@ impl Default for Settings {
             goal: Goal { position_mm: 4e-3, orientation_rad: 4.0 * arcsec, minutes: None },
             margin_mm: 5.0,
             avoid: Vec::new(),
+            coupled: Coupled { follow: FOLLOWED.to_vec(), circles: false },
             method: None,
             pivots: None,
+            index_spindle: false,
+            sure_share: 0.3,
             uncertainty: Uncertainty::default(),
             feed_mm_per_min: 500.0,
         }
@@ -75,6 +87,8 @@ pub(super) struct Entry<'c> {
     pub candidate: &'c Candidate,
     pub block: Block,
     pub sweep: Option<ClearArc>,
+    /// Direction of R about which the spindle is indexed by 180° for this run.
+    pub indexed_about: Option<usize>,
 }
 
 /// Candidates looked at and the indices of those chosen, in order.
@@ -123,9 +137,12 @@ pub(super) struct Desk<'a> {
 pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) -> Result<Plan, PlanError> {
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
-    let all = candidates(machine, bodies, kit, &settings.avoid, RUN_IN.to_radians());
+    let all = candidates(machine, bodies, kit, &settings.avoid, &settings.coupled);
     out_of_reach::refuse(machine, bodies, kit, &all)?;
-    let unknowns = Unknowns::of(machine, settings.uncertainty);
+    let unknowns = match settings.coupled.circles {
+        true => Unknowns::with_squareness(machine, settings.uncertainty),
+        false => Unknowns::of(machine, settings.uncertainty),
+    };
     let mut desk = Desk {
         goals: goals(&unknowns, &settings.goal),
         machine,
@@ -144,11 +161,15 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         blocked_ways: BTreeMap::new(),
     };
     desk.visible = visible(&desk);
-    let (choice, one_pivot) = match (settings.method, settings.pivots) {
+    let about = if settings.index_spindle { Some(desk.spindle_direction()?) } else { None };
+    let (mut choice, one_pivot) = match (settings.method, settings.pivots) {
         (Some(method), _) => (method_choice(&mut desk, method)?, None),
         (None, Some(1)) => (desk.one_pivot_choice(), None),
         (None, _) => desk.free_choice(),
     };
+    if let Some(about) = about {
+        desk.repeat_indexed(&mut choice, about);
+    }
     Ok(Plan { one_pivot, ..desk.finish(choice) })
 }
 
@@ -156,21 +177,34 @@ impl<'a> Desk<'a> {
     /// As many pivots as pay, or the one pivot from which all that can be had as quickly; and what one pivot reaches.
     fn free_choice(&mut self) -> (Choice<'a>, Option<OnePivot>) {
         let list: &'a [Candidate] = &self.all.list;
-        let free = self.greedy(list.iter());
-        let reached = self.reached(&free);
+        let mut free = self.greedy(list.iter());
+        let mut reached = self.reached(&free);
+        if free.chosen.iter().any(|&k| !free.entries[k].candidate.is_plain()) {
+            // what pays at first is not always cheapest in the end: linear axes may stand still in all tests
+            let plain = self.greedy(list.iter().filter(|candidate| !candidate.follows()));
+            let from_plain = self.reached(&plain);
+            if self.is_better(&from_plain, &reached) {
+                (free, reached) = (plain, from_plain);
+            }
+        }
         if reached.pivots < 2 {
             let one = OnePivot { determined: reached.determined, minutes: reached.minutes };
             return (free, (reached.pivots == 1).then_some(one));
         }
         let one = self.one_pivot_choice();
         let from_one = self.reached(&one);
-        let as_good = from_one.determined >= reached.determined && from_one.worth <= reached.worth + SAME_WORTH;
-        let better = match self.settings.goal.minutes {
-            Some(_) => from_one.worth < reached.worth,
-            None => as_good && from_one.minutes <= reached.minutes,
-        };
         let one_pivot = OnePivot { determined: from_one.determined, minutes: from_one.minutes };
-        (if better { one } else { free }, (from_one.pivots == 1).then_some(one_pivot))
+        let choice = if self.is_better(&from_one, &reached) { one } else { free };
+        (choice, (from_one.pivots == 1).then_some(one_pivot))
+    }
+
+    /// As good and no dearer; with time given, better.
+    fn is_better(&self, one: &Reached, other: &Reached) -> bool {
+        let as_good = one.determined >= other.determined && one.worth <= other.worth + SAME_WORTH;
+        match self.settings.goal.minutes {
+            Some(_) => one.worth < other.worth,
+            None => as_good && one.minutes <= other.minutes,
+        }
     }
 
     /// What a choice reaches and costs.
@@ -184,7 +218,7 @@ impl<'a> Desk<'a> {
         }
         let pivots: HashSet<usize> = choice.chosen.iter().map(|&k| choice.entries[k].candidate.site).collect();
         Reached {
-            determined: determined(self, &blocks).iter().filter(|(is_determined, _)| *is_determined).count(),
+            determined: fitted(self, &blocks).iter().filter(|error| error.is_determined()).count(),
             worth: self.worth(&knowledge.variances()),
             minutes,
             pivots: pivots.len(),
@@ -206,13 +240,9 @@ pub enum PlanError {
     #[error("{0}")]
     Method(#[from] MethodError),
     #[error("{0}")]
+    Index(#[from] IndexError),
+    #[error("{0}")]
     OutOfReach(#[from] OutOfReach),
-}
-
-/// Where the run-in of a sweep begins, rad.
-fn run_in_start(machine: &Machine, axis: usize, from_deg: f64) -> f64 {
-    let start = (from_deg - RUN_IN).to_radians();
-    machine.axes[axis].range.map_or(start, |(low, high)| start.clamp(low, high))
 }
 
 impl<'a> Desk<'a> {
@@ -226,37 +256,32 @@ impl<'a> Desk<'a> {
         let place = &self.all.places[candidate.place];
         let link = &self.bodies.mounts[site.mount].link;
         let poses: Vec<Vec<f64>> = (0..BLOCK_ROWS)
-            .map(|k| {
-                let mut q = candidate.solved.positions.clone();
-                // middles of equal parts: no angle counts twice in a full turn
-                q[candidate.axis] = from + (to - from) * (k as f64 + 0.5) / BLOCK_ROWS as f64;
-                q
-            })
+            // middles of equal parts: no angle counts twice in a full turn
+            .map(|k| candidate.pose(from + (to - from) * (k as f64 + 0.5) / BLOCK_ROWS as f64))
             .collect();
         let (pivot, spindle) = ((site.link, link.as_str(), &site.at), (place.link, &place.at));
         let block = self.unknowns.block(&self.geometry, pivot, spindle, candidate.bar_mm, &poses, to - from);
-        Entry { candidate, block, sweep }
+        Entry { candidate, block, sweep, indexed_about: None }
     }
 
     /// The session test of a candidate.
     pub fn test(&self, candidate: &Candidate, name: String, (from, to): (f64, f64)) -> Test {
         let site = &self.all.sites[candidate.site];
         let place = &self.all.places[candidate.place];
-        let ball = |link: &str, at| Ball { link: link.into(), at, setup: None, spread_mm: None };
+        let ball = |link: &str, at| Ball { link: link.into(), at, setup: None, spread_mm: None, indexed_about: None };
         let spindle_link = self.bodies.spindle.as_ref().map_or("t", |spindle| spindle.link.as_str());
-        let positions = candidate.solved.positions.iter().enumerate();
         Test {
             name,
             recording_file: None,
             recording: None,
-            path: Some(Path::Sweep { axis: candidate.axis, from, to, step: 0.5, follow: Follow::None }),
+            path: Some(candidate.path(from, to)),
             started_at_s: 0.0,
             bar_length_mm: Some(candidate.bar_mm),
             bar_setup: None,
             bar_error_mm: 0.0,
             pivot: ball(&self.bodies.mounts[site.mount].link, site.at),
             spindle_ball: ball(spindle_link, place.at),
-            positions: positions.map(|(axis, &q)| (axis != candidate.axis).then_some(q)).collect(),
+            positions: candidate.standing(self.machine),
             feed_mm_per_min: Some(self.settings.feed_mm_per_min),
             overshoot: Some(RUN_IN),
         }
@@ -272,9 +297,8 @@ impl<'a> Desk<'a> {
         let test = self.test(candidate, String::new(), (sweep.from_deg, sweep.to_deg));
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
         let scene = instrument.scene_without_bar(self.world);
-        let mut start = candidate.solved.positions.clone();
-        start[candidate.axis] = run_in_start(self.machine, candidate.axis, sweep.from_deg);
-        Some(self.parking.approach(park, &scene, &start, self.settings.margin_mm, &mut self.scratch))
+        let (rows, _) = candidate.rows(self.machine, sweep.from_deg, sweep.to_deg);
+        Some(self.parking.approach(park, &scene, rows.first()?, self.settings.margin_mm, &mut self.scratch))
     }
 
     /// The longest clear sweep of a candidate to whose start there is a clear way; remembers what stood in the way.
@@ -292,9 +316,7 @@ impl<'a> Desk<'a> {
         let test = self.test(candidate, String::new(), arc);
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
         let scene = instrument.scene(self.world);
-        let arc = (candidate.from, candidate.to);
-        let positions = &candidate.solved.positions;
-        let found = longest_sweep(&scene, candidate.axis, positions, arc, self.settings.margin_mm, &mut self.scratch);
+        let found = longest_sweep(&scene, self.machine, candidate, self.settings.margin_mm, &mut self.scratch);
         let (pairs, pair) = match found {
             Ok(sweep) => match self.no_way(candidate, &sweep) {
                 None => return Some(sweep),
@@ -310,12 +332,7 @@ impl<'a> Desk<'a> {
     pub fn measured(&mut self, candidate: &Candidate, arc: &ClearArc) -> Option<ClearSweep> {
         let test = self.test(candidate, String::new(), (arc.from_deg, arc.to_deg));
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
-        let row = |deg: f64| {
-            let mut row = candidate.solved.positions.clone();
-            row[candidate.axis] = deg.to_radians();
-            row
-        };
-        let rows = [row(arc.from_deg - RUN_IN), row(arc.to_deg + RUN_IN)];
+        let (rows, _) = candidate.rows(self.machine, arc.from_deg, arc.to_deg);
         Some(measured(&instrument.scene(self.world), arc, &rows, &mut self.scratch))
     }
 
@@ -341,10 +358,11 @@ impl<'a> Desk<'a> {
                 Nuisance::Pivot(..) => PIVOT_MIN,
                 Nuisance::SpindleBall(_) => SPINDLE_MIN,
                 Nuisance::Bar(_) => BAR_MIN,
-                Nuisance::Stand(_) => 0.0,
+                Nuisance::Stand(_) | Nuisance::Scale(_) => 0.0,
             })
             .sum();
-        mounting + self.run_minutes(entry)
+        let index = if entry.indexed_about.is_some() { INDEX_MIN } else { 0.0 };
+        mounting + index + self.run_minutes(entry)
     }
 
     /// Both directions of a test, min.
@@ -353,7 +371,7 @@ impl<'a> Desk<'a> {
             .sweep
             .as_ref()
             .map_or(entry.candidate.to - entry.candidate.from, |sweep| (sweep.to_deg - sweep.from_deg).to_radians());
-        let way = (arc + 2.0 * RUN_IN.to_radians()) * entry.candidate.solved.rho_mm;
+        let way = (arc + 2.0 * RUN_IN.to_radians()) * entry.candidate.way_radius_mm();
         2.0 * (way / self.settings.feed_mm_per_min + RUN_MIN)
     }
 

@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BinaryHeap, HashSet};
 
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry, MAX_FAILURES};
+use super::course::Drive;
 use super::information::{Block, Knowledge};
-use super::words::determined;
+use super::words::{Fitted, fitted};
 
 /// Gain per minute below which a test is not worth running, when no goal is missed by it.
 pub(super) const LEAST_GAIN: f64 = 1e-2;
@@ -64,6 +65,9 @@ impl<'a> Desk<'a> {
             failures: BTreeMap::new(),
             minutes: 0.0,
         };
+        if self.settings.coupled.circles {
+            self.take_circles(&mut search);
+        }
         self.extend(&mut search);
         if self.settings.goal.minutes.is_none() {
             let goals = self.goals.clone();
@@ -84,8 +88,8 @@ impl<'a> Desk<'a> {
         let blocks: Vec<&Block> = search.chosen.iter().map(|&k| &search.entries[k].block).collect();
         let seen = search.knowledge.variances();
         let mut tightened = false;
-        for (k, (is_determined, sigma)) in determined(self, &blocks).into_iter().enumerate() {
-            if !is_determined && seen[k] < (SEEN * goals[k]).powi(2) {
+        for (k, Fitted { prior_share, sigma }) in fitted(self, &blocks).into_iter().enumerate() {
+            if prior_share >= self.settings.sure_share && seen[k] < (SEEN * goals[k]).powi(2) {
                 self.goals[k] = TIGHTER * sigma;
                 tightened = true;
             }
@@ -164,7 +168,7 @@ impl<'a> Desk<'a> {
         }
     }
 
-    fn take(&self, search: &mut Search, k: usize) {
+    pub(super) fn take(&self, search: &mut Search, k: usize) {
         search.minutes += self.cost(&search.entries[k], &search.knowledge);
         search.knowledge.add(&search.entries[k].block);
         search.chosen.push(k);
@@ -182,9 +186,9 @@ impl<'a> Desk<'a> {
         let mut place = 0;
         while place < chosen.len() {
             let mut without = chosen.clone();
-            without.remove(place);
+            let wanted = matches!(entries[without.remove(place)].candidate.drive, Drive::Circle(..));
             // a thousandth of a factor e in one error
-            if worth_of(&without) <= full + 1e-3 {
+            if !wanted && worth_of(&without) <= full + 1e-3 {
                 *chosen = without;
             } else {
                 place += 1;

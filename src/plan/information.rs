@@ -2,14 +2,15 @@
 //!
 //! Unknowns are the location errors of the rotary axes (wanted), those of the linear axes (known to their squareness
 //! spread), every placement (pivot, spindle ball), bar error, and the misplacement of the linear axes at each place where
-//! they stand, growing with the distance from where the spindle ball was set up. A test adds rows `δL = H·x + ε`.
+//! they stand, growing with the distance from where the spindle ball was set up; where they move, what they go too far about
+//! the middle of their motion. A test adds rows `δL = H·x + ε`.
 
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::chain::{Geometry, Sensitivity};
-use crate::machine::{AxisKind, ErrorName, Machine};
+use crate::machine::{AxisKind, Component, ErrorName, Machine};
 use crate::session::Spread;
 
 /// Spreads and noise that the forecast takes, mm and rad.
@@ -52,8 +53,10 @@ pub enum Nuisance {
     Pivot(String, [i64; 3]),
     SpindleBall([i64; 3]),
     Bar(i64),
-    /// Where the linear axes stand: positions in nm.
+    /// Where the linear axes stand, or the middle of their motion: positions in nm.
     Stand(Vec<i64>),
+    /// What the linear axes go too far or too short about that middle.
+    Scale(Vec<i64>),
 }
 
 /// Rows of one test over a handful of poses.
@@ -81,7 +84,16 @@ pub struct Unknowns {
     uncertainty: Uncertainty,
 }
 
-/// Mean time in which a ball's place is one and the same.
+/// Errors of linear axes that are zero by the choice of R.
+fn is_gauge(machine: &Machine, (axis, component, _): &(usize, usize, ErrorName)) -> bool {
+    match machine.axes[*axis].coordinate_direction() {
+        Some(0) => true,
+        Some(1) => *component == Component::EA.index(),
+        _ => false,
+    }
+}
+
+/// A ball's place to the nanometre, so that balls at one place are one.
 pub(super) fn key(at: &Vector3<f64>) -> [i64; 3] {
     [0, 1, 2].map(|k| (at[k] * 1e6).round() as i64)
 }
@@ -89,26 +101,40 @@ pub(super) fn key(at: &Vector3<f64>) -> [i64; 3] {
 impl Unknowns {
     /// Location errors of the rotary axes as wanted, those of the linear axes as spread.
     pub fn of(machine: &Machine, uncertainty: Uncertainty) -> Unknowns {
-        let mut errors = Vec::new();
-        let mut prior_variance = Vec::new();
-        let mut wanted = 0;
-        for kind in [AxisKind::Rotary, AxisKind::Linear] {
-            for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.kind == kind) {
-                for component in entry.slots() {
-                    errors.push((axis, component.index(), ErrorName::location(component, &entry.name)));
-                    let sigma = match (kind, component.is_angle()) {
-                        (AxisKind::Rotary, false) => uncertainty.wanted_mm,
-                        (AxisKind::Rotary, true) => uncertainty.wanted_rad,
-                        (AxisKind::Linear, _) => uncertainty.squareness_rad,
-                    };
-                    prior_variance.push(sigma * sigma);
-                }
-            }
-            if kind == AxisKind::Rotary {
-                wanted = errors.len();
+        let mut unknowns = Unknowns { errors: Vec::new(), wanted: 0, prior_variance: Vec::new(), uncertainty };
+        unknowns.push(machine, AxisKind::Rotary, |component| match component.is_angle() {
+            false => uncertainty.wanted_mm,
+            true => uncertainty.wanted_rad,
+        });
+        unknowns.wanted = unknowns.errors.len();
+        unknowns.push(machine, AxisKind::Linear, |_| uncertainty.squareness_rad);
+        unknowns
+    }
+
+    /// Location errors of the rotary axes and the squareness of the linear axes, all wanted.
+    ///
+    /// EB0X, EC0X and EA0Y are no unknowns then: R's x runs along X and its x–y plane contains Y.
+    pub fn with_squareness(machine: &Machine, uncertainty: Uncertainty) -> Unknowns {
+        let mut unknowns = Unknowns::of(machine, uncertainty);
+        for k in (unknowns.wanted..unknowns.errors.len()).rev() {
+            if is_gauge(machine, &unknowns.errors[k]) {
+                unknowns.errors.remove(k);
+                unknowns.prior_variance.remove(k);
+            } else {
+                unknowns.prior_variance[k] = uncertainty.wanted_rad.powi(2);
             }
         }
-        Unknowns { errors, wanted, prior_variance, uncertainty }
+        unknowns.wanted = unknowns.errors.len();
+        unknowns
+    }
+
+    fn push(&mut self, machine: &Machine, kind: AxisKind, sigma: impl Fn(Component) -> f64) {
+        for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, entry)| entry.kind == kind) {
+            for component in entry.slots() {
+                self.errors.push((axis, component.index(), ErrorName::location(component, &entry.name)));
+                self.prior_variance.push(sigma(component).powi(2));
+            }
+        }
     }
 
     /// Prior standard deviation of an error, mm or rad.
@@ -137,12 +163,14 @@ impl Unknowns {
         let rows = poses.len();
         let mut errors = DMatrix::zeros(rows, self.errors.len());
         let [mut at_pivot, mut at_spindle, mut stand] = [(); 3].map(|()| DMatrix::zeros(rows, 3));
+        let mut by_position = DMatrix::zeros(rows, chain.axis_count());
         let mut derivatives = Sensitivity::zeros(chain.axis_count());
         for (row, positions) in poses.iter().enumerate() {
             geometry.sensitivity((pivot.0, pivot.2), (spindle.0, spindle.1), positions, None, &mut derivatives);
             for (column, &(axis, component, _)) in self.errors.iter().enumerate() {
                 errors[(row, column)] = derivatives.location[axis][component];
             }
+            derivatives.position.iter().enumerate().for_each(|(k, value)| by_position[(row, k)] = *value);
             for k in 0..3 {
                 at_pivot[(row, k)] = derivatives.pivot[k];
                 at_spindle[(row, k)] = derivatives.spindle[k];
@@ -150,12 +178,18 @@ impl Unknowns {
             }
         }
         let u = &self.uncertainty;
-        let first = poses.first().map(Vec::as_slice).unwrap_or_default();
-        let linear: Vec<f64> = (0..chain.axis_count())
-            .filter(|&axis| chain.joint(axis).kind == AxisKind::Linear)
-            .map(|axis| first.get(axis).copied().unwrap_or(0.0))
-            .collect();
+        let is_linear = |axis: &usize| chain.joint(*axis).kind == AxisKind::Linear;
+        let slides: Vec<usize> = (0..chain.axis_count()).filter(is_linear).collect();
+        let middle = |axis: usize| poses.iter().map(|q| q[axis]).sum::<f64>() / rows.max(1) as f64;
+        let linear: Vec<f64> = slides.iter().map(|&axis| middle(axis)).collect();
         let moved = linear.iter().map(|q| q * q).sum::<f64>().sqrt();
+        let place: Vec<i64> = linear.iter().map(|q| (q * 1e6).round() as i64).collect();
+        let from_middle = |row: usize, k: usize| match poses[row][slides[k]] - linear[k] {
+            // rounding of a mean is no motion
+            off if off.abs() < 1e-6 => 0.0,
+            off => off,
+        };
+        let scale = DMatrix::from_fn(rows, slides.len(), |row, k| by_position[(row, slides[k])] * from_middle(row, k));
         let mut nuisances = vec![
             (Nuisance::Pivot(pivot.1.to_string(), key(pivot.2)), at_pivot, u.spread.pivot_mm.powi(2)),
             (Nuisance::SpindleBall(key(spindle.1)), at_spindle, u.spread.spindle_ball_mm.powi(2)),
@@ -166,8 +200,10 @@ impl Unknowns {
             ),
         ];
         if moved > 1e-6 {
-            let place = linear.iter().map(|q| (q * 1e6).round() as i64).collect();
-            nuisances.push((Nuisance::Stand(place), stand, (u.linear_per_mm * moved).powi(2)));
+            nuisances.push((Nuisance::Stand(place.clone()), stand, (u.linear_per_mm * moved).powi(2)));
+        }
+        if scale.amax() > 0.0 {
+            nuisances.push((Nuisance::Scale(place), scale, u.linear_per_mm.powi(2)));
         }
         // both directions are run: twice the samples
         let samples = (2.0 * u.samples_per_turn * arc_rad / std::f64::consts::TAU).max(6.0);
@@ -211,7 +247,7 @@ impl Knowledge {
     fn prior(&self, nuisance: &Nuisance, variance: f64) -> f64 {
         match nuisance {
             Nuisance::Pivot(..) | Nuisance::Bar(_) => variance * self.setup_factor,
-            Nuisance::SpindleBall(_) | Nuisance::Stand(_) => variance,
+            Nuisance::SpindleBall(_) | Nuisance::Stand(_) | Nuisance::Scale(_) => variance,
         }
     }
 
@@ -304,6 +340,15 @@ impl Block {
     /// Setup quantities that the test uses.
     pub fn uses(&self) -> impl Iterator<Item = &Nuisance> {
         self.nuisances.iter().map(|(nuisance, ..)| nuisance)
+    }
+
+    /// The same test with the spindle indexed by 180° about a direction of R (0, 1, 2).
+    pub fn indexed(&self, about: usize) -> Block {
+        let mut block = self.clone();
+        for (_, columns, _) in block.nuisances.iter_mut().filter(|(n, ..)| matches!(n, Nuisance::SpindleBall(_))) {
+            (0..3).filter(|&k| k != about).for_each(|k| columns.column_mut(k).neg_mut());
+        }
+        block
     }
 
     /// The same test with the prior variance of some setup quantities multiplied.

@@ -81,7 +81,7 @@ fn each<'a>(
 fn groups<'a>(desk: &Desk<'a>, axis: usize) -> BTreeMap<(usize, usize, Vec<i64>), Vec<&'a Candidate>> {
     let list: &'a [Candidate] = &desk.all.list;
     let mut groups: BTreeMap<_, Vec<&Candidate>> = BTreeMap::new();
-    for candidate in list.iter().filter(|candidate| candidate.axis == axis) {
+    for candidate in list.iter().filter(|candidate| candidate.axis == axis && candidate.is_plain()) {
         let turned = (0..desk.machine.axes.len())
             .filter(|&k| k != axis && desk.machine.axes[k].kind == AxisKind::Rotary)
             .map(|k| (candidate.solved.positions[k] * 1e6).round() as i64)
@@ -205,7 +205,8 @@ fn one_pivot<'a>(desk: &mut Desk<'a>, axes: &[usize]) -> Option<Pair<'a>> {
 /// The short bar at h = 0 at two places along the axis, as far apart as possible.
 fn two_places<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
     let list: &'a [Candidate] = &desk.all.list;
-    let level: Vec<&Candidate> = list.iter().filter(|c| c.axis == axis && c.solved.h_mm.abs() < LEVEL_MM).collect();
+    let level: Vec<&Candidate> =
+        list.iter().filter(|c| c.axis == axis && c.is_plain() && c.solved.h_mm.abs() < LEVEL_MM).collect();
     let bar = level.iter().map(|c| c.bar_mm).fold(f64::MAX, f64::min);
     let place = level.iter().filter(|c| (c.bar_mm - bar).abs() < 1e-6).map(|c| c.place).min()?;
     let mut level: Vec<&Candidate> =

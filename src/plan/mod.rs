@@ -5,11 +5,15 @@
 //! | `solver` | where do the balls and the linear axes go so that one axis can be swept on a bar of a given length? |
 //! | `candidates` | which places, bars, static positions and sweeps come into question? |
 //! | `out_of_reach` | is there anything to plan with these mounts and this kit? |
+//! | `course` | how do the axes move: one alone, one followed by linear axes, two on a circle? |
+//! | `following` | where can linear axes follow a rotary axis, the bar keeping its direction in the turning frame? |
+//! | `planar` | where can two linear axes draw a circle? |
 //! | `reach` | how far can the axis sweep before something comes too close? |
 //! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
 //! | `choose` | what is wanted, what does a test cost, is it clear? |
 //! | `greedy` | which tests, one by one? |
+//! | `indexed` | which tests pay when the spindle is indexed by 180°? |
 //! | `pairs` | which two tell together what neither tells alone? |
 //! | `one_pivot` | which tests, all from one pivot setup? |
 //! | `planned` | in which order, and what comes out? |
@@ -19,12 +23,16 @@
 mod approach;
 mod candidates;
 mod choose;
+mod course;
+mod following;
 mod greedy;
+mod indexed;
 mod information;
 mod method;
 mod one_pivot;
 mod out_of_reach;
 mod pairs;
+mod planar;
 mod planned;
 mod reach;
 mod run_in;
@@ -32,8 +40,11 @@ mod solver;
 mod words;
 
 pub use approach::{Approach, Parking};
-pub use candidates::{Avoid, Candidate, Candidates, Misses, PivotSite, SpindlePlace, candidates};
+pub use candidates::{Avoid, Candidate, Candidates, Coupled, Misses, PivotSite, SpindlePlace, candidates};
 pub use choose::{Goal, PlanError, Settings, plan};
+pub use course::{Drive, Swing};
+pub use following::FOLLOWED;
+pub use indexed::IndexError;
 pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 pub use method::{Method, MethodError};
 pub use out_of_reach::OutOfReach;

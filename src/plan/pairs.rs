@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::choose::Desk;
 use super::greedy::{LEAST_GAIN, SEEN, Search};
-use super::information::Knowledge;
 
 /// Groups of setups with one pivot and ball, members of each, and pairs checked when single tests bring nothing.
 const PAIR_GROUPS: usize = 120;
@@ -18,9 +17,8 @@ impl<'a> Desk<'a> {
     pub(super) fn best_pair(&mut self, search: &mut Search<'a>, worth: f64) -> Option<[usize; 2]> {
         let usable: Vec<bool> =
             (0..search.entries.len()).map(|k| !search.dead.contains(&k) && self.may_mount(search, k)).collect();
-        let Search { entries, knowledge, minutes, .. } = search;
         let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
-        for (k, entry) in entries.iter().enumerate().filter(|(k, _)| usable[*k]) {
+        for (k, entry) in search.entries.iter().enumerate().filter(|(k, _)| usable[*k]) {
             let c = entry.candidate;
             groups.entry((c.axis, c.site, c.place)).or_default().push(k);
         }
@@ -32,19 +30,7 @@ impl<'a> Desk<'a> {
             for group in mine.iter().step_by(stride) {
                 let reach = group.len().div_ceil(PAIR_MEMBERS).max(1);
                 let members: Vec<usize> = group.iter().step_by(reach).copied().collect();
-                for (place, &one) in members.iter().enumerate() {
-                    let mut with_one = Knowledge::clone(knowledge);
-                    with_one.add(&entries[one].block);
-                    let first_cost = self.cost(&entries[one], knowledge);
-                    for &other in &members[place + 1..] {
-                        let cost = first_cost + self.cost(&entries[other], &with_one);
-                        let gain = worth - self.worth(&with_one.variances_with(&entries[other].block));
-                        let fits = self.settings.goal.minutes.is_none_or(|budget| *minutes + cost <= budget);
-                        if fits && gain / cost > LEAST_GAIN {
-                            pairs.push((gain / cost, [one, other]));
-                        }
-                    }
-                }
+                pairs.extend(self.gaining_pairs(search, worth, &members));
             }
         }
         pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -55,9 +41,10 @@ impl<'a> Desk<'a> {
             }
             let mut both = true;
             for k in pair {
-                if both && entries[k].sweep.is_none() {
-                    match self.clear(entries[k].candidate) {
-                        Some(sweep) => entries[k] = self.entry(entries[k].candidate, Some(sweep)),
+                if both && search.entries[k].sweep.is_none() {
+                    let candidate = search.entries[k].candidate;
+                    match self.clear(candidate) {
+                        Some(sweep) => search.entries[k] = self.entry(candidate, Some(sweep)),
                         None => {
                             refused.insert(k);
                             both = false;
@@ -69,11 +56,7 @@ impl<'a> Desk<'a> {
                 continue;
             }
             // shortened sweeps tell less: half of what was promised is still worth taking
-            let mut with_one = Knowledge::clone(knowledge);
-            with_one.add(&entries[pair[0]].block);
-            let cost = self.cost(&entries[pair[0]], knowledge) + self.cost(&entries[pair[1]], &with_one);
-            let gain = worth - self.worth(&with_one.variances_with(&entries[pair[1]].block));
-            if gain / cost > LEAST_GAIN.max(0.5 * bound) {
+            if self.gaining_pairs(search, worth, &pair).first().is_some_and(|(rate, _)| *rate > 0.5 * bound) {
                 return Some(pair);
             }
         }
@@ -93,34 +76,35 @@ impl<'a> Desk<'a> {
             if !axes.contains(&candidate.axis) || search.dead.contains(&k) || !self.may_mount(search, k) {
                 continue;
             }
-            if search.entries[k].sweep.is_none() {
-                match self.clear(candidate) {
-                    Some(sweep) => search.entries[k] = self.entry(candidate, Some(sweep)),
-                    None => {
-                        search.dead.insert(k);
-                        continue;
-                    }
-                }
+            if !self.is_clear(search, k) {
+                continue;
             }
             groups.entry((candidate.axis, candidate.site)).or_default().push(k);
         }
-        let mut best: Option<(f64, [usize; 2])> = None;
-        for group in groups.values() {
-            let members: Vec<usize> = group.iter().step_by(group.len().div_ceil(CLEAR_MEMBERS)).copied().collect();
-            for (place, &one) in members.iter().enumerate() {
-                let mut with_one = search.knowledge.clone();
-                with_one.add(&search.entries[one].block);
-                let first_cost = self.cost(&search.entries[one], &search.knowledge);
-                for &other in &members[place + 1..] {
-                    let cost = first_cost + self.cost(&search.entries[other], &with_one);
-                    let gain = worth - self.worth(&with_one.variances_with(&search.entries[other].block));
-                    let fits = self.settings.goal.minutes.is_none_or(|budget| search.minutes + cost <= budget);
-                    if fits && gain / cost > best.map_or(LEAST_GAIN, |(rate, _)| rate) {
-                        best = Some((gain / cost, [one, other]));
-                    }
+        let members = |group: &Vec<usize>| -> Vec<usize> {
+            group.iter().step_by(group.len().div_ceil(CLEAR_MEMBERS)).copied().collect()
+        };
+        let pairs = groups.values().flat_map(|group| self.gaining_pairs(search, worth, &members(group)));
+        // the first of equals, so that plans repeat
+        pairs.reduce(|best, pair| if pair.0 > best.0 { pair } else { best }).map(|(_, pair)| pair)
+    }
+
+    /// Pairs of members that fit in the time left and gain enough, with their gain per minute.
+    fn gaining_pairs(&self, search: &Search, worth: f64, members: &[usize]) -> Vec<(f64, [usize; 2])> {
+        let mut pairs = Vec::new();
+        for (place, &one) in members.iter().enumerate() {
+            let mut with_one = search.knowledge.clone();
+            with_one.add(&search.entries[one].block);
+            let first_cost = self.cost(&search.entries[one], &search.knowledge);
+            for &other in &members[place + 1..] {
+                let cost = first_cost + self.cost(&search.entries[other], &with_one);
+                let gain = worth - self.worth(&with_one.variances_with(&search.entries[other].block));
+                let fits = self.settings.goal.minutes.is_none_or(|budget| search.minutes + cost <= budget);
+                if fits && gain / cost > LEAST_GAIN {
+                    pairs.push((gain / cost, [one, other]));
                 }
             }
         }
-        best.map(|(_, pair)| pair)
+        pairs
     }
 }

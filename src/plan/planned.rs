@@ -5,9 +5,11 @@ use std::collections::{HashMap, HashSet};
 use super::approach::Approach;
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
+use super::course::Drive;
 use super::information::{Block, Knowledge};
 use super::reach::ClearSweep;
 use super::words::{ErrorForecast, forecasts};
+use crate::machine::Machine;
 use crate::session::{Follow, Path, Test};
 
 /// One test of a plan, run in both directions.
@@ -15,11 +17,14 @@ use crate::session::{Follow, Path, Test};
 pub struct PlannedTest {
     /// The session test from lower to upper end.
     pub test: Test,
+    /// The axis that turns; on a circle the linear axis that carries the cosine.
     pub axis: usize,
     /// Distance of the carried ball from the axis line, mm.
     pub rho_mm: f64,
     /// Distance of the still ball along the axis line from the foot of the other, mm.
     pub h_mm: f64,
+    /// Radius on which the faster ball goes round, mm.
+    pub way_radius_mm: f64,
     pub sweep: ClearSweep,
     /// Both directions, mounting apart, min.
     pub minutes: f64,
@@ -27,17 +32,26 @@ pub struct PlannedTest {
     pub mount: String,
     /// Ball above the mount, mm.
     pub height_mm: f64,
+    /// Positions of all axes along the rising direction, run-in and run-out included, mm and rad.
+    pub run: Vec<Vec<f64>>,
+    /// The same in the middle of the arc.
+    pub middle: Vec<f64>,
     /// From park to the start of the run-in, without the bar.
     pub approach: Approach,
 }
 
 impl PlannedTest {
+    /// True when more than one axis moves.
+    pub fn is_coupled(&self) -> bool {
+        !matches!(self.test.path, Some(Path::Sweep { follow: Follow::None, .. }))
+    }
+
     /// The session tests: counter-clockwise (rising), then clockwise.
     pub fn both_ways(&self) -> [Test; 2] {
         let (from_deg, to_deg) = (self.sweep.from_deg, self.sweep.to_deg);
         [("ccw", from_deg, to_deg), ("cw", to_deg, from_deg)].map(|(way, from, to)| Test {
             name: format!("{}-{way}", self.test.name),
-            path: Some(Path::Sweep { axis: self.axis, from, to, step: 0.5, follow: Follow::None }),
+            path: self.test.path.as_ref().map(|path| path.between(from, to)),
             ..self.test.clone()
         })
     }
@@ -142,16 +156,24 @@ impl<'a> Desk<'a> {
             .filter_map(|(entry, approach)| {
                 let (sweep, approach) = (self.measured(entry.candidate, entry.sweep.as_ref()?)?, approach?);
                 let candidate = entry.candidate;
-                let base = format!("{}-{}", self.machine.axes[candidate.axis].name.to_lowercase(), candidate.bar_mm);
+                let mut base = base_name(self.machine, candidate);
+                if entry.indexed_about.is_some() {
+                    base.push_str("-indexed");
+                }
                 let count = names.entry(base.clone()).or_default();
                 *count += 1;
                 let name = format!("{base}-{count}");
                 let site = &self.all.sites[candidate.site];
+                let mut test = self.test(candidate, name, (sweep.from_deg, sweep.to_deg));
+                test.spindle_ball.indexed_about = entry.indexed_about;
                 Some(PlannedTest {
-                    test: self.test(candidate, name, (sweep.from_deg, sweep.to_deg)),
+                    test,
                     axis: candidate.axis,
                     rho_mm: candidate.solved.rho_mm,
                     h_mm: candidate.solved.h_mm,
+                    way_radius_mm: candidate.way_radius_mm(),
+                    run: candidate.rows(self.machine, sweep.from_deg, sweep.to_deg).0,
+                    middle: candidate.pose((0.5 * (sweep.from_deg + sweep.to_deg)).to_radians()),
                     minutes: self.run_minutes(entry),
                     sweep,
                     mount: self.bodies.mounts[site.mount].name.clone(),
@@ -177,4 +199,15 @@ impl<'a> Desk<'a> {
             one_pivot: None,
         }
     }
+}
+
+/// What a test's name begins with: `c-100`, `c-tangential-100`, `zx-100`.
+fn base_name(machine: &Machine, candidate: &Candidate) -> String {
+    let name = |axis: usize| machine.axes[axis].name.to_lowercase();
+    let what = match &candidate.drive {
+        Drive::Turn => name(candidate.axis),
+        Drive::Follow(follow, _) => format!("{}-{}", name(candidate.axis), follow.name()),
+        Drive::Circle(plane, _) => format!("{}{}", name(plane.first), name(plane.second)),
+    };
+    format!("{what}-{}", candidate.bar_mm)
 }

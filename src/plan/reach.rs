@@ -1,7 +1,9 @@
 //! How far an axis sweeps before something comes too close: coarse search, bisection, then a certified check. One candidate at a time.
 
+use super::candidates::Candidate;
 use super::run_in::RUN_IN;
 use crate::collision::{Scene, Scratch, certify, sweep_clearance};
+use crate::machine::Machine;
 
 /// An arc certified clear with its run-in at the margin asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,21 +42,18 @@ pub fn measured(scene: &Scene, arc: &ClearArc, rows: &[Vec<f64>], scratch: &mut 
     ClearSweep { from_deg, to_deg, clearance_mm: least.mm, pair: least.pair, ends }
 }
 
-/// Longest certified sweep of `axis` within `[from, to]` (rad, capture arc; the run-in lies outside), or what forbids one.
+/// Longest certified sweep within the candidate's arc (the run-in lies outside), or what forbids one.
 pub fn longest_sweep(
     scene: &Scene,
-    axis: usize,
-    positions: &[f64],
-    (from, to): (f64, f64),
+    machine: &Machine,
+    candidate: &Candidate,
     margin_mm: f64,
     scratch: &mut Scratch,
 ) -> Result<ClearArc, (String, String)> {
-    let mut q = positions.to_vec();
-    let mut close = |deg: f64, scratch: &mut Scratch| {
-        q[axis] = deg.to_radians();
-        scene.closer_than(&q, margin_mm, scratch)
-    };
-    let (low, high) = (from.to_degrees() - RUN_IN, to.to_degrees() + RUN_IN);
+    let close =
+        |deg: f64, scratch: &mut Scratch| scene.closer_than(&candidate.pose(deg.to_radians()), margin_mm, scratch);
+    let nearest = |deg: f64, scratch: &mut Scratch| scene.clearance(&candidate.pose(deg.to_radians()), scratch).pair;
+    let (low, high) = (candidate.from.to_degrees() - RUN_IN, candidate.to.to_degrees() + RUN_IN);
     let count = ((high - low) / COARSE_DEG).ceil().max(1.0);
     let step = (high - low) / count;
     let at = |k: usize| low + step * k as f64;
@@ -62,9 +61,7 @@ pub fn longest_sweep(
     // most setups that fail do so nearly everywhere
     let probes = 5;
     if (0..=probes).all(|k| close(at(count * k / probes), scratch)) {
-        let mut middle = positions.to_vec();
-        middle[axis] = at(count / 2).to_radians();
-        return Err(scene.clearance(&middle, scratch).pair);
+        return Err(nearest(at(count / 2), scratch));
     }
     let (mut best, mut start): (Option<(usize, usize)>, Option<usize>) = (None, None);
     for k in 0..=count {
@@ -79,14 +76,9 @@ pub fn longest_sweep(
             best = Some((first, k));
         }
     }
-    let nearest = |deg: f64, scratch: &mut Scratch| {
-        let mut q = positions.to_vec();
-        q[axis] = deg.to_radians();
-        scene.clearance(&q, scratch).pair
-    };
     let Some((first, last)) = best else { return Err(nearest(at(count / 2), scratch)) };
     let mut ends = [None, None];
-    let mut edge = |inside: f64, outside: f64, scratch: &mut Scratch| {
+    let edge = |inside: f64, outside: f64, scratch: &mut Scratch| {
         let (mut inside, mut outside) = (inside, outside);
         while (outside - inside).abs() > 0.2 {
             let middle = 0.5 * (inside + outside);
@@ -107,20 +99,15 @@ pub fn longest_sweep(
     }
     // what stands between two coarse samples shortens the arc to the longer side
     for _ in 0..6 {
-        let (from_deg, to_deg) = ((a + RUN_IN - 1e-9).ceil(), (b - RUN_IN + 1e-9).floor());
+        let (from_deg, to_deg) = ((a + RUN_IN - 1e-9).ceil() + 0.0, (b - RUN_IN + 1e-9).floor() + 0.0);
         if to_deg - from_deg < SHORTEST_DEG {
             break;
         }
-        let row = |deg: f64| {
-            let mut row = positions.to_vec();
-            row[axis] = deg.to_radians();
-            row
-        };
-        let rows = [row(from_deg - RUN_IN), row(to_deg + RUN_IN)];
+        let (rows, angles) = candidate.rows(machine, from_deg, to_deg);
         match certify(scene, &rows, margin_mm, scratch) {
             Ok(_) => return Ok(ClearArc { from_deg, to_deg, ends }),
             Err(hit) => {
-                let deg = hit.positions[axis].to_degrees();
+                let deg = angle_at(&angles, hit.at_row);
                 if deg - a > b - deg {
                     b = deg - 1.0;
                     ends[1] = Some(hit.pair);
@@ -132,4 +119,13 @@ pub fn longest_sweep(
         }
     }
     Err(ends.into_iter().flatten().next().unwrap_or_else(|| nearest(0.5 * (a + b), scratch)))
+}
+
+/// The path's angle at a place between two rows, deg.
+fn angle_at(angles: &[f64], at_row: f64) -> f64 {
+    let row = (at_row as usize).min(angles.len().saturating_sub(2));
+    match angles.get(row..row + 2) {
+        Some([before, after]) => before + (after - before) * (at_row - row as f64),
+        _ => angles.first().copied().unwrap_or(0.0),
+    }
 }

@@ -13,14 +13,21 @@ pub fn rows_with_run_in(machine: &Machine, test: &Test, motion: &Motion) -> Vec<
         return Vec::new();
     }
     let straight = test.recording.is_none() && matches!(test.path, Some(Path::Sweep { follow: Follow::None, .. }));
-    let mut way: Vec<Vec<f64>> = match straight {
+    let way: Vec<Vec<f64>> = match straight {
         true => vec![motion.row(0).to_vec(), motion.row(rows - 1).to_vec()],
         false => (0..rows).map(|row| motion.row(row).to_vec()).collect(),
     };
-    if motion.time_s.is_none() || way.len() < 2 {
+    if motion.time_s.is_none() {
         return way;
     }
-    let run_in = test.overshoot.unwrap_or(RUN_IN);
+    with_run_in(machine, way, test.overshoot.unwrap_or(RUN_IN))
+}
+
+/// A way with a straight run-in and run-out, ends clamped to the ranges.
+pub(super) fn with_run_in(machine: &Machine, mut way: Vec<Vec<f64>>, run_in: f64) -> Vec<Vec<f64>> {
+    if way.len() < 2 {
+        return way;
+    }
     let before = beyond(machine, &way[1], &way[0], run_in);
     let after = beyond(machine, &way[way.len() - 2], &way[way.len() - 1], run_in);
     way.insert(0, before);

@@ -65,6 +65,13 @@ struct Slide {
     still: Vector3<f64>,
 }
 
+impl Pull {
+    /// Linear axes that move the carried ball relative to the still one, and by what per millimetre in the bed frame.
+    pub fn ways(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        self.slides.iter().map(|slide| (slide.axis, slide.carried - slide.still)).filter(|(_, way)| way.norm() > 1e-9)
+    }
+}
+
 impl<'a> Stance<'a> {
     /// The line of `axis` with all axes at `start`, mm and rad.
     pub fn new(machine: &'a Machine, geometry: &Geometry, axis: usize, start: &'a [f64]) -> Stance<'a> {
@@ -90,6 +97,22 @@ impl<'a> Stance<'a> {
         let from = carried - self.origin;
         let along = from.dot(&self.about);
         ((from - self.about * along).norm(), along)
+    }
+
+    /// Direction of the line in the bed frame.
+    pub fn about(&self) -> &Vector3<f64> {
+        &self.about
+    }
+
+    /// A point on the line in the bed frame, mm.
+    pub fn origin(&self) -> &Vector3<f64> {
+        &self.origin
+    }
+
+    /// A direction of a link as it stands in the bed frame.
+    pub fn turned(&self, link: LinkId, direction: &Vector3<f64>) -> Vector3<f64> {
+        let pose = self.poses.iter().find(|(other, _)| *other == link);
+        pose.map_or(*direction, |(_, pose)| pose.rotation * direction)
     }
 
     /// The linear axes' pull for balls on these links.

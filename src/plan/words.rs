@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::choose::{Desk, MAX_FAILURES};
 use super::information::{Block, HELD, Knowledge, LOOSE, Nuisance};
+use crate::machine::AxisKind;
 
 /// Forecast for one location error.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +19,8 @@ pub struct ErrorForecast {
     pub sigma: f64,
     /// The same with the spindle ball's place taken as given.
     pub sigma_relative: f64,
+    /// Share of the priors in its variance, given the spindle balls: below a half it is determined.
+    pub prior_share: f64,
     /// Why not, or relative to what.
     pub reason: String,
 }
@@ -27,12 +30,29 @@ const HALF: f64 = 0.5;
 /// Correlation from which two errors are named together.
 const TOGETHER: f64 = 0.9;
 
-/// For each wanted error: whether a fit of the recordings would call it determined, and its sigma there, mm or rad.
-pub(super) fn determined(desk: &Desk, blocks: &[&Block]) -> Vec<(bool, f64)> {
-    let is_not_fitted = |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_) | Nuisance::Stand(_));
+/// What a fit of the recordings would say of an error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fitted {
+    /// Share of the priors in its variance.
+    pub prior_share: f64,
+    /// mm or rad.
+    pub sigma: f64,
+}
+
+impl Fitted {
+    /// The fit would call it determined.
+    pub fn is_determined(&self) -> bool {
+        self.prior_share < HALF
+    }
+}
+
+/// For each wanted error: what a fit of the recordings would say of it.
+pub(super) fn fitted(desk: &Desk, blocks: &[&Block]) -> Vec<Fitted> {
+    let is_not_fitted =
+        |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_) | Nuisance::Stand(_) | Nuisance::Scale(_));
     let mut fitted = Knowledge::before(&desk.unknowns.with_exact_linear_axes());
     blocks.iter().for_each(|block| fitted.add(&block.with_prior_scaled(is_not_fitted, HELD)));
-    let of = |k: usize| (fitted.prior_share(k) < HALF, fitted.covariance(k, k).sqrt());
+    let of = |k: usize| Fitted { prior_share: fitted.prior_share(k), sigma: fitted.covariance(k, k).sqrt() };
     (0..desk.unknowns.wanted).map(of).collect()
 }
 
@@ -49,17 +69,20 @@ pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
     let plain = after(before(), &|block| block.clone());
     let loose_pivot = after(before(), &|block| block.with_prior_scaled(is_pivot, LOOSE));
     let given_spindle = after(before(), &|block| block.with_prior_scaled(is_spindle, HELD));
-    let fitted = determined(desk, blocks);
+    let fitted = fitted(desk, blocks);
     (0..unknowns.wanted)
         .map(|k| {
             let (axis, component, name) = &unknowns.errors[k];
             let sigma = plain.covariance(k, k).sqrt();
             let sigma_relative = given_spindle.covariance(k, k).sqrt();
-            let (determined, _) = fitted[k];
+            let determined = fitted[k].is_determined();
             // without the pivots' spread nothing would be left of what was known before
             let by_pivot = plain.covariance(k, k) < HALF * unknowns.prior(k).powi(2);
             let reason = if determined {
-                if sigma_relative < 0.7 * sigma {
+                if sigma_relative < 0.7 * sigma && desk.settings.index_spindle {
+                    "relative to the spindle ball's place along the spindle: no index shows it; measure the gauge length"
+                        .to_string()
+                } else if sigma_relative < 0.7 * sigma {
                     "relative to the spindle ball, whose own placement is the floor of absolute positions".to_string()
                 } else {
                     String::new()
@@ -74,6 +97,7 @@ pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
                 visible: determined || desk.visible[k],
                 sigma,
                 sigma_relative,
+                prior_share: fitted[k].prior_share,
                 reason,
             }
         })
@@ -97,6 +121,9 @@ pub(super) fn visible(desk: &Desk) -> Vec<bool> {
 fn reason(desk: &Desk, plain: &Knowledge, k: usize, axis: usize, blocks: &[&Block], by_pivot: bool) -> String {
     let unknowns = &desk.unknowns;
     let name = &desk.machine.axes[axis].name;
+    if desk.machine.axes[axis].kind == AxisKind::Linear {
+        return format!("no circle or other test that is reachable and clear tells how square {name} is");
+    }
     if !desk.all.list.iter().any(|candidate| candidate.axis == axis)
         && let Some(why) = no_test(desk, axis)
     {

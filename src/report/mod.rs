@@ -28,5 +28,5 @@ pub mod words;
 mod yaml;
 
 pub use effect_yaml::effect_yaml;
-pub use words::approach_in_words;
+pub use words::{approach_in_words, what_moves};
 pub use yaml::{machine_yaml, session_yaml};

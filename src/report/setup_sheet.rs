@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::machine::Machine;
-use crate::plan::Plan;
+use crate::plan::{Plan, PlannedTest};
 use crate::units::Measure;
 
 /// A part in a view.
@@ -46,7 +46,6 @@ pub fn setup_sheet(machine: &Machine, plan: &Plan, pictures: &[[View; 2]]) -> St
     );
     for (index, planned) in plan.tests.iter().enumerate() {
         let test = &planned.test;
-        let axis = &machine.axes[planned.axis].name;
         let (p, s) = (test.pivot.at, test.spindle_ball.at);
         let _ =
             write!(out, "<section><h2><span class=\"tick\"></span> {}. {}</h2><table>", index + 1, escaped(&test.name));
@@ -59,6 +58,9 @@ pub fn setup_sheet(machine: &Machine, plan: &Plan, pictures: &[[View; 2]]) -> St
         );
         row("pivot ball, all axes at zero", format!("x {:.3}  y {:.3}  z {:.3} mm", p.x, p.y, p.z));
         row("spindle ball, all axes at zero", format!("x {:.3}  y {:.3}  z {:.3} mm", s.x, s.y, s.z));
+        if test.spindle_ball.indexed_about.is_some() {
+            row("spindle", "indexed by 180° from all other tests, the cup not taken out".into());
+        }
         row("bar", format!("{} mm", test.bar_length_mm.unwrap_or(0.0)));
         let stands: Vec<String> = machine
             .axes
@@ -75,13 +77,17 @@ pub fn setup_sheet(machine: &Machine, plan: &Plan, pictures: &[[View; 2]]) -> St
         row(
             "sweep",
             format!(
-                "{axis} {}° to {}° and back, run-in {}°, {} mm/min at the ball",
+                "{} {}° to {}° and back, run-in {}, {} mm/min at the ball",
+                super::what_moves(planned, machine),
                 planned.sweep.from_deg,
                 planned.sweep.to_deg,
-                test.overshoot.unwrap_or(0.0),
+                run_in_in_words(planned),
                 test.feed_mm_per_min.unwrap_or(0.0)
             ),
         );
+        if planned.run.len() > 4 {
+            row("travel", travel(machine, planned));
+        }
         row("way to the start", super::approach_in_words(planned, machine));
         let (one, other) = &planned.sweep.pair;
         row("least clearance", format!("{:.1} mm, {one} – {other}", planned.sweep.clearance_mm));
@@ -109,6 +115,29 @@ pub fn setup_sheet(machine: &Machine, plan: &Plan, pictures: &[[View; 2]]) -> St
     }
     out.push_str("</table></section></body></html>\n");
     out
+}
+
+/// How far outside the arc the run begins: in the unit of the axis that moves fastest.
+fn run_in_in_words(planned: &PlannedTest) -> String {
+    let run_in = planned.test.overshoot.unwrap_or(0.0);
+    match planned.run.len() {
+        0..=4 => format!("{run_in}°"),
+        _ => format!("straight on by {run_in} mm or {run_in}°, whichever is reached first"),
+    }
+}
+
+/// From where to where every axis goes in a run of several axes, run-in included.
+fn travel(machine: &Machine, planned: &PlannedTest) -> String {
+    let range = |k: usize| {
+        let shown = |q: f64| machine.axes[k].kind.to_file_unit(q);
+        let ends =
+            planned.run.iter().fold((f64::MAX, f64::MIN), |(low, high), row| (low.min(row[k]), high.max(row[k])));
+        (shown(ends.0), shown(ends.1))
+    };
+    let moving = (0..machine.axes.len()).map(|k| (k, range(k))).filter(|(_, (low, high))| high - low > 1e-6);
+    let words: Vec<String> =
+        moving.map(|(k, (low, high))| format!("{} {low:.3} to {high:.3}", machine.axes[k].name)).collect();
+    words.join(", ")
 }
 
 fn picture(out: &mut String, view: &View, side: &str) {

@@ -7,6 +7,7 @@ use super::number::shown;
 use crate::identify::{AxisLine, CentreReading};
 use crate::machine::{Component, ErrorName, Machine};
 use crate::plan::PlannedTest;
+use crate::session::{Follow, Path};
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 const LETTERS: [char; 3] = ['x', 'y', 'z'];
@@ -161,6 +162,21 @@ pub fn approach_in_words(planned: &PlannedTest, machine: &Machine) -> String {
         _ => format!("by {} one after the other, back the same way", legs.join(", ")),
     };
     format!("from park ({}) {way}; bar off", park.join(", "))
+}
+
+/// What moves in a planned test: `C`, `C with X Y following (tangential)`, `circle in ZX, angle`.
+pub fn what_moves(planned: &PlannedTest, machine: &Machine) -> String {
+    let name = |axis: usize| machine.axes[axis].name.as_str();
+    match &planned.test.path {
+        Some(Path::Circle { plane, .. }) => format!("circle in {}{}, angle", name(plane.first), name(plane.second)),
+        Some(Path::Sweep { axis, follow, .. }) if *follow != Follow::None => {
+            let rows = &planned.run;
+            let moves = |k: &usize| *k != *axis && rows.iter().any(|row| (row[*k] - rows[0][*k]).abs() > 1e-6);
+            let moving: Vec<&str> = (0..machine.axes.len()).filter(moves).map(name).collect();
+            format!("{} with {} following ({})", name(*axis), moving.join(" "), follow.name())
+        }
+        _ => name(planned.axis).to_string(),
+    }
 }
 
 /// `x -2.9 ± 3.0 µm, y -52.4 ± 0.1 µm`: what stands across a line, mm.

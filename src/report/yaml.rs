@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::effect_yaml::effect_yaml;
 use super::number::{position, quantity, reading_back, scaled_quantity};
 use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
-use crate::session::{Ball, Follow, Path, Session, Test};
+use crate::session::{Ball, Path, Session, Test};
 use crate::units::Measure;
 
 /// A machine file.
@@ -180,12 +180,7 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     match &test.path {
         None => {}
         Some(Path::Sweep { axis, from, to, step, follow }) => {
-            let follow = match follow {
-                Follow::None => "none",
-                Follow::Radial => "radial",
-                Follow::Tangential => "tangential",
-                Follow::Axial => "axial",
-            };
+            let follow = follow.name();
             let axis = text(&machine.axes[*axis].name);
             line("sweep", Some(format!("{{axis: {axis}, from: {from}, to: {to}, step: {step}, follow: {follow}}}")));
         }
@@ -206,6 +201,9 @@ fn ball(ball: &Ball) -> String {
     }
     if let Some(spread) = ball.spread_mm {
         let _ = write!(out, ", spread: {}", quantity(Measure::Length, spread));
+    }
+    if let Some(about) = ball.indexed_about {
+        let _ = write!(out, ", indexed_about: {}", ["x", "y", "z"][about]);
     }
     out.push('}');
     out

@@ -5,7 +5,7 @@ mod path;
 mod recording;
 mod setups;
 
-pub use motion::{Motion, MotionError};
+pub use motion::{Motion, MotionError, way_mm};
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, Recording};
 pub use setups::{Setup, Setups};
@@ -40,6 +40,19 @@ pub struct Ball {
     pub setup: Option<String>,
     /// Own spread per coordinate, mm.
     pub spread_mm: Option<f64>,
+    /// Direction of R (0, 1, 2 for x, y, z) about which the spindle stands indexed by 180°: the same ball as in the tests
+    /// without, its placement error turned with the spindle.
+    pub indexed_about: Option<usize>,
+}
+
+impl Ball {
+    /// Sign with which the ball's placement error enters along a coordinate.
+    pub fn sign(&self, coordinate: usize) -> f64 {
+        match self.indexed_about {
+            Some(about) if about != coordinate => -1.0,
+            _ => 1.0,
+        }
+    }
 }
 
 /// One test: a bar between two balls while some axes move.

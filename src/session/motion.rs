@@ -279,7 +279,16 @@ fn ball_links(chain: &Chain, test: &Test) -> Result<(LinkId, LinkId), MotionErro
 /// Feed of the moving ball when the test states none, mm/min.
 const DEFAULT_FEED_MM_PER_MIN: f64 = 500.0;
 
-/// Times at which the samples are passed at the stated feed of the ball that moves relative to the bed.
+/// Way between two rows that the feed counts, mm: of the ball that moves farther relative to the bed, or of the linear
+/// axes together where they move farther (a head that swings about a ball which stays in place; a table under a spindle).
+pub fn way_mm(geometry: &Geometry, test: &Test, links: (LinkId, LinkId), from: &[f64], to: &[f64]) -> f64 {
+    let moved = |link, at| (geometry.point(link, at, to, None) - geometry.point(link, at, from, None)).norm();
+    let linear = (0..to.len()).filter(|&axis| geometry.chain().joint(axis).kind == AxisKind::Linear);
+    let slides = linear.map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>().sqrt();
+    slides.max(moved(links.0, &test.pivot.at)).max(moved(links.1, &test.spindle_ball.at))
+}
+
+/// Times at which the samples are passed at the stated feed.
 fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, Vec<f64>)], rows: usize) -> Vec<f64> {
     let speed_mm_per_s = test.feed_mm_per_min.unwrap_or(DEFAULT_FEED_MM_PER_MIN) / 60.0;
     let links = ball_links(chain, test).ok();
@@ -288,22 +297,17 @@ fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, 
         return (0..rows).map(|row| row as f64).collect();
     };
     let geometry = Geometry::nominal(chain);
-    let mut last: Option<[Vector3<f64>; 2]> = None;
+    let mut last: Option<Vec<f64>> = None;
     let mut time = 0.0;
     (0..rows)
         .map(|row| {
             for (axis, column) in columns {
                 q[*axis] = column[row];
             }
-            let now = [
-                geometry.point(links.0, &test.pivot.at, &q, None),
-                geometry.point(links.1, &test.spindle_ball.at, &q, None),
-            ];
-            if let Some(last) = last {
-                let way = (now[0] - last[0]).norm().max((now[1] - last[1]).norm());
-                time += way / speed_mm_per_s;
+            if let Some(last) = &last {
+                time += way_mm(&geometry, test, links, last, &q) / speed_mm_per_s;
             }
-            last = Some(now);
+            last = Some(q.clone());
             time
         })
         .collect()

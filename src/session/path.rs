@@ -16,6 +16,18 @@ pub enum Follow {
     Axial,
 }
 
+impl Follow {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Follow::None => "none",
+            Follow::Radial => "radial",
+            Follow::Tangential => "tangential",
+            Follow::Axial => "axial",
+        }
+    }
+}
+
 /// Plane of a circle of two linear axes; the first letter carries the cosine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CirclePlane {
@@ -42,8 +54,16 @@ impl Path {
         (0..=count).map(|k| from + (to - from) * k as f64 / count as f64).collect()
     }
 
+    /// The same path from and to other samples.
+    pub fn between(&self, first: f64, last: f64) -> Path {
+        let mut path = self.clone();
+        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = &mut path;
+        (*from, *to) = (first, last);
+        path
+    }
+
     /// Unit direction of the bar in the turning frame, for a ball at lever `arm` from the axis line.
-    pub(super) fn bar_direction(follow: Follow, about: &Vector3<f64>, arm: &Vector3<f64>) -> Option<Vector3<f64>> {
+    pub fn bar_direction(follow: Follow, about: &Vector3<f64>, arm: &Vector3<f64>) -> Option<Vector3<f64>> {
         let radial = (arm - about * about.dot(arm)).try_normalize(1e-9);
         match follow {
             Follow::None => None,

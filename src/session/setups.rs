@@ -79,6 +79,7 @@ fn group(
     list.len() - 1
 }
 
+/// One mounting of one ball; indexing the spindle mounts nothing anew.
 fn same_ball(one: &Ball, other: &Ball) -> bool {
     one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
 }

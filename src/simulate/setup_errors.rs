@@ -40,7 +40,9 @@ impl SetupErrors {
         let bars: Vec<f64> = setups.bars.iter().map(|setup| draw(setup.spread_mm)).collect();
         SetupErrors {
             pivot_mm: setups.pivot_of.iter().map(|&index| pivots[index]).collect(),
-            spindle_mm: setups.spindle_ball_of.iter().map(|&index| balls[index]).collect(),
+            spindle_mm: (setups.spindle_ball_of.iter().zip(&session.tests))
+                .map(|(&index, test)| Vector3::from_fn(|k, _| test.spindle_ball.sign(k) * balls[index][k]))
+                .collect(),
             bar_mm: setups.bar_of.iter().map(|bar| bar.map_or(0.0, |index| bars[index])).collect(),
         }
     }

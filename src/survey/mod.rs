@@ -19,7 +19,7 @@ pub use shard::{MAX_SHARDS, Shard, ShardError};
 
 use crate::bodies::Kit;
 use crate::machine::StructuralCode;
-use crate::plan::Settings;
+use crate::plan::{Coupled, Settings};
 
 /// Number of the rules by which topologies are planned and rows written: one more with every change that changes a row.
 const RULES: u32 = 1;
@@ -36,4 +36,9 @@ pub fn conditions(kit: &Kit, settings: &Settings, codes: &[StructuralCode]) -> S
         env!("CARGO_PKG_VERSION"),
         codes.len()
     )
+}
+
+/// How the survey plans: sweeps of one axis alone, which any control runs, and tests as long as a fit asks for them.
+pub fn settings() -> Settings {
+    Settings { coupled: Coupled::default(), sure_share: 0.5, ..Settings::default() }
 }

@@ -9,10 +9,10 @@ use fiveaxis::collision::{Instrument, Scratch, World};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, mesh_files, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
-use fiveaxis::plan::{Avoid, Goal, Method, Plan, PlannedTest, Settings, plan};
+use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Plan, PlannedTest, Settings, plan};
 use fiveaxis::report::setup_sheet::{Outline, View, setup_sheet};
-use fiveaxis::report::{approach_in_words, session_yaml};
-use fiveaxis::session::{Path as TestPath, Session, Spread, Test};
+use fiveaxis::report::{approach_in_words, session_yaml, what_moves};
+use fiveaxis::session::{Follow, Path as TestPath, Session, Spread, Test};
 use fiveaxis::units::{Measure, parse_quantity};
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -50,6 +50,21 @@ pub struct Arguments {
     /// Most pivot setups; 1 looks for the one place that does it all
     #[arg(long, value_name = "COUNT", conflicts_with = "method", value_parser = clap::value_parser!(u8).range(1..=20))]
     pivots: Option<u8>,
+    /// Ways in which linear axes may follow a rotary axis, or none
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "radial,tangential,axial",
+        conflicts_with = "method"
+    )]
+    follow: Vec<FollowName>,
+    /// Planar circles too: the squareness of the linear axes is wanted as well
+    #[arg(long, conflicts_with = "method")]
+    circles: bool,
+    /// Run tests again with the spindle indexed by 180°, so that the spindle ball's own placement leaves the positions
+    #[arg(long)]
+    index_spindle: bool,
     /// Folder for the session file, setup sheet and NC programs
     #[arg(long)]
     out: Option<PathBuf>,
@@ -64,6 +79,14 @@ enum MethodName {
     Chapter5,
     Chapter6,
     Chapter7,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum FollowName {
+    None,
+    Radial,
+    Tangential,
+    Axial,
 }
 
 /// Runs the verb.
@@ -156,10 +179,9 @@ fn pictures(machine: &Machine, bodies: &Bodies, kit: &Kit, plan: &Plan) -> Vec<[
         .filter_map(|planned| {
             let instrument = Instrument::of(&world, bodies, kit, &planned.test).ok()?;
             let scene = instrument.scene(&world);
-            let mut q: Vec<f64> = planned.test.positions.iter().map(|q| q.unwrap_or(0.0)).collect();
-            q[planned.axis] = (0.5 * (planned.sweep.from_deg + planned.sweep.to_deg)).to_radians();
+            let q = &planned.middle;
             let mut scratch = Scratch::default();
-            let frames = scene.frames(&q, &mut scratch).to_vec();
+            let frames = scene.frames(q, &mut scratch).to_vec();
             let machine_parts = world.part_count();
             let middle = frames[frames.len() - 1].translation_mm;
             Some([right, aside].map(|right| {
@@ -208,6 +230,20 @@ fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusa
     settings.margin_mm = arguments.margin;
     settings.feed_mm_per_min = arguments.feed;
     settings.avoid = arguments.avoid.iter().map(|text| avoided(text, machine)).collect::<Result<Avoid, _>>()?;
+    let followed = |name: &FollowName| match name {
+        FollowName::None => None,
+        FollowName::Radial => Some(Follow::Radial),
+        FollowName::Tangential => Some(Follow::Tangential),
+        FollowName::Axial => Some(Follow::Axial),
+    };
+    settings.coupled = match arguments.method {
+        Some(_) => Coupled::default(),
+        None => Coupled { follow: arguments.follow.iter().filter_map(followed).collect(), circles: arguments.circles },
+    };
+    settings.index_spindle = arguments.index_spindle;
+    if arguments.follow.contains(&FollowName::None) && arguments.follow.len() > 1 {
+        return Err("--follow none stands alone; leave 'none' out to allow the others".into());
+    }
     settings.pivots = arguments.pivots.map(usize::from);
     settings.method = arguments.method.map(|method| match method {
         MethodName::Chapter4 => Method::Chapter4,
@@ -253,6 +289,10 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
         .zip(&test.positions)
         .filter_map(|(axis, q)| Some((axis.name.clone(), json!(round(axis.kind.to_file_unit((*q)?), 5)))))
         .collect();
+    let mut spindle_ball = ball(&test.spindle_ball);
+    if let Some(about) = test.spindle_ball.indexed_about {
+        spindle_ball["indexed_about"] = json!(["x", "y", "z"][about]);
+    }
     planned.both_ways().map(|test| {
         let mut map = Map::new();
         let mut put = |key: &str, value: Value| map.insert(key.into(), value);
@@ -260,12 +300,24 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
         put("name", json!(test.name));
         put("bar_length", json!(test.bar_length_mm));
         put("pivot", ball(&test.pivot));
-        put("spindle_ball", ball(&test.spindle_ball));
+        put("spindle_ball", spindle_ball.clone());
         put("positions", Value::Object(positions.clone()));
         put("feed", json!(test.feed_mm_per_min));
         put("overshoot", json!(test.overshoot));
-        if let Some(TestPath::Sweep { axis, from, to, step, .. }) = &test.path {
-            put("sweep", json!({ "axis": machine.axes[*axis].name, "from": from, "to": to, "step": step }));
+        match &test.path {
+            Some(TestPath::Sweep { axis, from, to, step, follow: Follow::None }) => {
+                put("sweep", json!({ "axis": machine.axes[*axis].name, "from": from, "to": to, "step": step }));
+            }
+            Some(TestPath::Sweep { axis, from, to, step, follow }) => {
+                let axis = &machine.axes[*axis].name;
+                let follow = follow.name();
+                put("sweep", json!({ "axis": axis, "from": from, "to": to, "step": step, "follow": follow }));
+            }
+            Some(TestPath::Circle { plane, radius_mm, from, to, step }) => {
+                let plane = format!("{}{}", machine.axes[plane.first].name, machine.axes[plane.second].name);
+                put("circle", json!({ "plane": plane, "radius": radius_mm, "from": from, "to": to, "step": step }));
+            }
+            None => {}
         }
         map
     })
@@ -371,7 +423,6 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             );
             last = Some(test.pivot.at);
         }
-        let axis = &machine.axes[planned.axis];
         let stands: Vec<String> = machine
             .axes
             .iter()
@@ -380,10 +431,10 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             .collect();
         let s = test.spindle_ball.at;
         println!(
-            "  {:<12} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
+            "  {:<20} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
             test.name,
             test.bar_length_mm.unwrap_or(f64::NAN),
-            axis.name,
+            what_moves(planned, machine),
             planned.sweep.from_deg,
             planned.sweep.to_deg,
             planned.h_mm,
@@ -391,7 +442,8 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             planned.sweep.pair.0,
             planned.sweep.pair.1
         );
-        println!("               spindle ball at ({:.3}, {:.3}, {:.3}); {}", s.x, s.y, s.z, stands.join(" "));
+        let index = if test.spindle_ball.indexed_about.is_some() { ", spindle indexed by 180°" } else { "" };
+        println!("               spindle ball at ({:.3}, {:.3}, {:.3}){index}; {}", s.x, s.y, s.z, stands.join(" "));
         println!("               {}", approach_in_words(planned, machine));
     }
     println!("\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");

@@ -61,6 +61,7 @@ pub fn session(sweeps: &[Sweep], samples: usize) -> Session {
             at: Vector3::from(at),
             setup: tag.clone(),
             spread_mm: None,
+            indexed_about: None,
         };
         let axis = machine.axis_index(sweep.axis).unwrap();
         let step = (sweep.to - sweep.from) / (samples - 1) as f64;

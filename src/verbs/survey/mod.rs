@@ -13,7 +13,7 @@ use fiveaxis::plan::Settings;
 use fiveaxis::report::survey::{HEADER, csv, survey_json, tallies};
 use fiveaxis::report::survey_page::survey_page;
 use fiveaxis::report::table::Table;
-use fiveaxis::survey::{Outcome, Shard, codes, conditions, outcome};
+use fiveaxis::survey::{Outcome, Shard, codes, conditions, outcome, settings};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let all = chosen_codes(&arguments.code)?;
     // clap asks for it
     let folder = arguments.out.as_deref().unwrap_or_else(|| Path::new("."));
-    let settings = Settings::default();
+    let settings = settings();
     let conditions = conditions(&kit, &settings, &all);
     let mine: Vec<&StructuralCode> =
         all.iter().enumerate().filter(|(place, _)| shard.holds(*place)).map(|(_, code)| code).collect();

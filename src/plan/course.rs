@@ -1,0 +1,114 @@
+//! How the axes move in a test: one alone, one with linear axes following, or two on a circle. Nominal positions only.
+
+use super::candidates::Candidate;
+use super::run_in::{RUN_IN, with_run_in};
+use crate::machine::{AxisKind, Machine};
+use crate::session::{CirclePlane, Follow, Path};
+
+/// What moves in a test.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// The axis alone.
+    Turn,
+    /// Linear axes keep the bar's direction in the turning frame.
+    Follow(Follow, Box<Swing>),
+    /// Two linear axes move the spindle ball about the pivot.
+    Circle(CirclePlane, Box<Swing>),
+}
+
+/// Motion of linear axes with the angle φ of a path: `q = middle + cos·cos φ + sin·sin φ`, by axis, mm.
+///
+/// The middle stands in the candidate's positions. A bar that turns with a rotary axis asks just that of slides which the
+/// axis does not carry: the ball that the axis carries and the bar's direction both go round a circle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Swing {
+    pub cos: Vec<f64>,
+    pub sin: Vec<f64>,
+}
+
+impl Swing {
+    /// Position of an axis relative to the middle, mm.
+    pub fn at(&self, axis: usize, angle_rad: f64) -> f64 {
+        self.cos[axis] * angle_rad.cos() + self.sin[axis] * angle_rad.sin()
+    }
+
+    /// Farthest that an axis goes from the middle, mm.
+    pub fn reach(&self, axis: usize) -> f64 {
+        self.cos[axis].hypot(self.sin[axis])
+    }
+}
+
+/// Step of the rows along which a path is checked and stated, deg.
+pub(super) const STEP_DEG: f64 = 0.5;
+
+impl Candidate {
+    /// Positions of all axes at an angle of the path, rad: mm and rad.
+    pub fn pose(&self, angle_rad: f64) -> Vec<f64> {
+        let mut q = self.solved.positions.clone();
+        match &self.drive {
+            Drive::Turn => q[self.axis] = angle_rad,
+            Drive::Follow(_, swing) => {
+                q.iter_mut().enumerate().for_each(|(axis, q)| *q += swing.at(axis, angle_rad));
+                q[self.axis] = angle_rad;
+            }
+            Drive::Circle(_, swing) => q.iter_mut().enumerate().for_each(|(axis, q)| *q += swing.at(axis, angle_rad)),
+        }
+        q
+    }
+
+    /// True when the axis turns alone, the linear axes standing still.
+    pub fn is_plain(&self) -> bool {
+        self.drive == Drive::Turn
+    }
+
+    /// True when linear axes follow the turning one.
+    pub fn follows(&self) -> bool {
+        matches!(self.drive, Drive::Follow(..))
+    }
+
+    /// Rows of the motion over an arc with run-in and run-out, and the angle at each row, deg.
+    pub fn rows(&self, machine: &Machine, from_deg: f64, to_deg: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let steps = match self.drive {
+            Drive::Turn => 1,
+            _ => ((to_deg - from_deg) / STEP_DEG).round().max(1.0) as usize,
+        };
+        let mut angles: Vec<f64> =
+            (0..=steps).map(|k| from_deg + (to_deg - from_deg) * k as f64 / steps as f64).collect();
+        let way = angles.iter().map(|deg| self.pose(deg.to_radians())).collect();
+        angles.insert(0, from_deg - RUN_IN);
+        angles.push(to_deg + RUN_IN);
+        (with_run_in(machine, way, RUN_IN), angles)
+    }
+
+    /// The session's path over an arc.
+    pub fn path(&self, from: f64, to: f64) -> Path {
+        match &self.drive {
+            Drive::Turn => Path::Sweep { axis: self.axis, from, to, step: STEP_DEG, follow: Follow::None },
+            Drive::Follow(follow, _) => Path::Sweep { axis: self.axis, from, to, step: STEP_DEG, follow: *follow },
+            Drive::Circle(plane, _) => {
+                Path::Circle { plane: plane.clone(), radius_mm: self.bar_mm, from, to, step: STEP_DEG }
+            }
+        }
+    }
+
+    /// Positions of the axes that stand still, mm or rad.
+    pub fn standing(&self, machine: &Machine) -> Vec<Option<f64>> {
+        let moves = |axis: usize| match &self.drive {
+            Drive::Turn => axis == self.axis,
+            Drive::Follow(..) => axis == self.axis || machine.axes[axis].kind == AxisKind::Linear,
+            Drive::Circle(plane, _) => axis == plane.first || axis == plane.second,
+        };
+        self.solved.positions.iter().enumerate().map(|(axis, &q)| (!moves(axis)).then_some(q)).collect()
+    }
+
+    /// Radius on which the faster ball goes round, mm.
+    pub fn way_radius_mm(&self) -> f64 {
+        let (rho, bar) = (self.solved.rho_mm, self.bar_mm);
+        match &self.drive {
+            Drive::Turn | Drive::Follow(Follow::None | Follow::Axial, _) => rho,
+            Drive::Follow(Follow::Radial, _) => rho + bar,
+            Drive::Follow(Follow::Tangential, _) => rho.hypot(bar),
+            Drive::Circle(..) => bar,
+        }
+    }
+}
