@@ -10,7 +10,7 @@ use crate::machine::{AxisKind, Machine};
 use crate::plan::{PlannedTest, rows_with_run_in};
 use crate::session::{CirclePlane, Motion, Path, Session, Spread, Test, way_mm};
 
-/// Most that a chord may change the bar's length, mm: a tenth of a ball bar's resolution of 0.1 µm at its ends, all of it in the middle.
+/// Most that a chord may change the bar's length, mm: the resolution of a ball bar.
 const CHORD_MM: f64 = 1e-4;
 /// Longest arc of a circle in one block, deg: no control asks which way an end that is not the start is meant.
 const ARC_DEG: f64 = 180.0;

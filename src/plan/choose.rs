@@ -127,6 +127,8 @@ pub(super) struct Desk<'a> {
     pub visible: Vec<bool>,
     /// Arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
     pub arcs: HashMap<*const Candidate, Option<ClearArc>>,
+    /// Some runs have the spindle indexed.
+    pub is_indexed: bool,
     /// By axis: how often a pair ended or forbade a sweep.
     pub forbidden: BTreeMap<usize, HashMap<(String, String), usize>>,
     /// The same for the ways to the starts of sweeps that would be clear.
@@ -157,6 +159,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         scratch: Scratch::default(),
         visible: Vec::new(),
         arcs: HashMap::new(),
+        is_indexed: false,
         forbidden: BTreeMap::new(),
         blocked_ways: BTreeMap::new(),
     };
@@ -169,6 +172,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
     };
     if let Some(about) = about {
         desk.repeat_indexed(&mut choice, about);
+        desk.is_indexed = choice.entries.iter().any(|entry| entry.indexed_about.is_some());
     }
     Ok(Plan { one_pivot, ..desk.finish(choice) })
 }

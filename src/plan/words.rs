@@ -79,7 +79,7 @@ pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
             // without the pivots' spread nothing would be left of what was known before
             let by_pivot = plain.covariance(k, k) < HALF * unknowns.prior(k).powi(2);
             let reason = if determined {
-                if sigma_relative < 0.7 * sigma && desk.settings.index_spindle {
+                if sigma_relative < 0.7 * sigma && desk.is_indexed {
                     "relative to the spindle ball's place along the spindle: no index shows it; measure the gauge length"
                         .to_string()
                 } else if sigma_relative < 0.7 * sigma {

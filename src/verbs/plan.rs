@@ -479,6 +479,11 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             Measure::Angle.to_output(goal.orientation_rad)
         );
     }
+    if settings.index_spindle && plan.tests.iter().all(|test| test.test.spindle_ball.indexed_about.is_none()) {
+        println!(
+            "\nNo test is worth running again with the spindle indexed: its ball must be on the tool axis and matter."
+        );
+    }
     let rotary = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).count();
     if rotary == 0 {
         println!("The machine has no rotary axis.");

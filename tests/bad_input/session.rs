@@ -36,6 +36,16 @@ fn one_message_each() {
             "session.yaml:7:5: no link is called 'D'; did you mean 'b'? (links: b w t C A Y X Z)",
         ),
         (
+            "index of a pivot",
+            changed(SESSION, "at: [0, 100, 0]}", "at: [0, 100, 0], indexed_about: z}"),
+            "session.yaml:7:5: a pivot is not indexed; 'indexed_about' is for the spindle ball",
+        ),
+        (
+            "index about no direction",
+            changed(SESSION, "at: [0, 0, 0]}", "at: [0, 0, 0], indexed_about: w}"),
+            "session.yaml:8:5: indexed_about 'w' is not the direction of R along which the spindle lies with all axes at zero: x, y or z",
+        ),
+        (
             "same name twice",
             format!("{SESSION}{}", &SESSION[SESSION.find("  - name").unwrap()..]),
             "session.yaml:10:5: the name 'a' stands twice; each test has its own",
