@@ -13,6 +13,8 @@ const MOST_TRACES: usize = 14;
 const SHORTEST: usize = 60;
 /// Drift of a trace that the free curves hide, as a share of the rest of the noise.
 const DRIFT_SHARE: f64 = 0.7;
+/// Offset of a whole trace that they hide as well: the gauge's zero wanders from test to test.
+const OFFSET_SHARE: f64 = 0.4;
 
 /// Noise floor of every test. Static poses have no order in time from which it could be told from missing physics:
 /// for them it is the white noise of the residual itself.
@@ -38,6 +40,7 @@ pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel>
     let chosen: Vec<&Trace> = traces[..use_count].iter().map(|(_, trace)| trace).collect();
     let mut noise = fit(&chosen);
     noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
+    noise.offset_mm = OFFSET_SHARE * noise.rms_mm();
     (0..residual_mm.len())
         .map(|test| if ground.context.motion(test).time_s.is_some() { noise } else { poses })
         .collect()
@@ -61,6 +64,7 @@ fn bounded(noise: NoiseModel, floor: &[NoiseModel]) -> NoiseModel {
         ar_mm: noise.ar_mm.min(most),
         ar_rho: noise.ar_rho.min(LONGEST_MEMORY),
         drift_mm: noise.drift_mm.min(most),
+        ..noise
     }
 }
 
@@ -142,6 +146,7 @@ fn fit(traces: &[&Trace]) -> NoiseModel {
         ar_mm: x[1].exp().max(NOISE_FLOOR_MM),
         ar_rho: (-(x[2].exp())).exp().clamp(0.5, 0.99),
         drift_mm: 0.0,
+        offset_mm: 0.0,
     };
     let best = minimise_in_four(start, 0.5, |x| {
         let noise = unpack(x);

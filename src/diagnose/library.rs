@@ -195,6 +195,9 @@ pub(super) fn list_of(values: Vec<f64>) -> ParameterValue {
     ParameterValue::List(values)
 }
 
+/// Orders of a bearing's error motion that take part: the lowest ones, more, all.
+const ERROR_MOTION_ORDERS: [usize; 3] = [2, 4, 8];
+
 fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
     let place = Place::Axis(axis);
@@ -228,9 +231,14 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             // half waves of the arc: a bearing's orders cannot be told apart over part of a turn
             (1..=8).map(|k| f64::from(k) * PI / arc).filter(|order| *order > 1.5).collect()
         };
-        let effect = Effect::new("rotary-error-motion", place).with("orders", list_of(orders));
+        // the low orders alone stand out of the noise where the error is small
+        let up_to = |count: usize| {
+            let orders = orders[..count.min(orders.len())].to_vec();
+            Effect::new("rotary-error-motion", place).with("orders", list_of(orders))
+        };
+        let error_motion = ERROR_MOTION_ORDERS.map(up_to).to_vec();
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
-            list.push(Family::new("rotary-error-motion", place, outlets, 10.0).over(vec![effect.clone()]));
+            list.push(Family::new("rotary-error-motion", place, outlets, 10.0).over(error_motion.clone()));
         }
         let highest = 0.4 * 2.0 * PI / finest_step(ground, axis);
         let step = (PI / arc).max(0.5);
@@ -267,6 +275,20 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), motion(axis, &growing)] {
         list.push(growth(ground, place, outlets));
     }
+}
+
+/// Customary leads of ball screws, mm (ISO 3408-2).
+const SCREW_LEADS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
+/// Places at which a slide must have stood before a period can be told.
+const LEAST_PLACES: usize = 5;
+
+/// Number of different places at which an axis stands.
+fn standing_places(ground: &Ground, axis: usize) -> usize {
+    let first = |test: usize| ground.context.motion(test).axis(axis).next();
+    let mut places: Vec<f64> = (0..ground.tests()).filter_map(first).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|one, other| (*one - *other).abs() < 0.1);
+    places.len()
 }
 
 fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
@@ -331,6 +353,11 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 list.push(unknown(place, axis, machine, outlets.clone(), (from, to), driver));
             }
         }
+    }
+    if travelled(ground, axis).is_none() && standing_places(ground, axis) >= LEAST_PLACES {
+        // a screw's error shows between the places where a slide stands, but not its period: the customary leads are tried
+        let lead = |mm: f64| Effect::new("cyclic-error", place).with("periods", list_of(vec![mm]));
+        list.push(Family::new("cyclic-error", place, vec![own], 20.0).over(SCREW_LEADS_MM.map(lead).to_vec()));
     }
     let (from, to) = visited(ground, axis);
     if to - from > 1.0 {

@@ -138,6 +138,8 @@ pub enum DiagnoseError {
 const WIDER_SETUPS: f64 = 2.5;
 /// Residual over noise floor up to which a session counts as explained.
 const EXPLAINED: f64 = 1.15;
+/// Residual over noise floor from which something is there although no candidate says what.
+const SURELY_MORE: f64 = 1.6;
 
 /// Diagnoses a session.
 pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, DiagnoseError> {
@@ -167,8 +169,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let noise_um = 1e3 * floor::mean_noise_mm2(&floors[0]).sqrt();
     let readings: usize = kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
-    let strain = WIDER_SETUPS * preflight::strain(&problem, &values);
-    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain, &kept);
+    let strain = preflight::strain(&problem, &values, WIDER_SETUPS);
+    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
     let nothing = || search::nothing(&fine, &floors[0]);
     let mut search = if data_fault.is_some() { nothing() } else { search(&grounds, &floors, &families) };
     let data_fault = data_fault.or_else(|| shift_of_one_test(&search));
@@ -291,7 +293,7 @@ fn shift_of_one_test(search: &Search) -> Option<DataFault> {
 
 fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>) -> Verdict {
     if findings.is_empty() {
-        return Verdict::Clean;
+        return if rms_after_um > SURELY_MORE * noise_um { Verdict::Unexplained } else { Verdict::Clean };
     }
     if findings.iter().all(|finding| finding.cause.effect == "unknown") {
         return Verdict::Unexplained;
@@ -323,6 +325,25 @@ fn moved(problem: &Problem, fit: &identify::Fit, stage: &Stage) -> Vec<Moved> {
 }
 
 impl Diagnosis {
+    /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
+    /// that undoes it. Nothing is fitted.
+    pub fn of_implausible(session: &Session) -> Option<Diagnosis> {
+        let fault = preflight::implausible(session)?;
+        Some(Diagnosis {
+            verdict: Verdict::DataFault,
+            findings: Vec::new(),
+            proof: None,
+            blind_to: Vec::new(),
+            rms_before_um: fault.before_um,
+            rms_after_um: fault.after_um,
+            noise_um: None,
+            location_errors: Vec::new(),
+            tests: Vec::new(),
+            unknowns: Vec::new(),
+            data_fault: Some(fault),
+        })
+    }
+
     /// All effects found, as they go into a machine file.
     pub fn effects(&self) -> Vec<Effect> {
         self.findings.iter().flat_map(|finding| finding.effects.iter().cloned()).collect()

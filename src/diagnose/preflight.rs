@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::thin::thin;
+use super::thin::few_rows;
 use crate::chain::Chain;
 use crate::identify::{self, FreePrior, Problem, Weighting, minimise, normal_equations, robust_sigma};
 use crate::machine::AxisKind;
@@ -60,13 +60,11 @@ pub fn preflight(
     noise_um: f64,
     left_out_share: f64,
     strain: f64,
-    kept: &[Vec<bool>],
 ) -> Option<DataFault> {
     if residual_um < SUSPICIOUS * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < SUSPICIOUS_STRAIN {
         return None;
     }
-    let all: Vec<Vec<bool>> = kept.iter().map(|rows| vec![true; rows.len()]).collect();
-    let (thinned, _) = thin(session, &all);
+    let thinned = few_rows(session);
     let before = misfit_um(&thinned)?;
     let suspicions = suspicions(&thinned, session);
     let mut judged: Vec<(f64, Suspicion)> = suspicions
@@ -88,6 +86,44 @@ pub fn preflight(
         before_um: before,
         after_um: after,
         shift_ms: best.shift_ms,
+    })
+}
+
+/// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
+pub fn implausible(session: &Session) -> Option<DataFault> {
+    unit_of_lengths(session).or_else(|| preflight(session, f64::INFINITY, 0.0, 1.0, f64::INFINITY))
+}
+
+/// Units in which lengths may have been written, with their size in mm.
+const LENGTH_UNITS: [(&str, f64); 4] = [("metres", 1e3), ("inches", 25.4), ("centimetres", 10.0), ("µm", 1e-3)];
+/// How far the middle of a recording may lie from the bar's length, as a share of it.
+const NEAR_THE_BAR: f64 = 0.05;
+
+/// Lengths in another unit than mm: every recording with a bar says the same factor.
+fn unit_of_lengths(session: &Session) -> Option<DataFault> {
+    let middles: Vec<(f64, f64)> = session
+        .tests
+        .iter()
+        .filter_map(|test| {
+            let mut lengths: Vec<f64> =
+                test.recording.as_ref()?.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+            lengths.sort_by(f64::total_cmp);
+            Some((*lengths.get(lengths.len() / 2)?, test.bar_length_mm?))
+        })
+        .collect();
+    let fits = |factor: f64| {
+        !middles.is_empty() && middles.iter().all(|(middle, bar)| (middle * factor - bar).abs() < NEAR_THE_BAR * bar)
+    };
+    let (unit, factor) = LENGTH_UNITS.into_iter().find(|(_, factor)| fits(*factor))?;
+    let off_um = |factor: f64| 1e3 * identify::rms(middles.iter().map(|(middle, bar)| middle * factor - bar));
+    Some(DataFault {
+        effect: "unit",
+        components: vec!["length".into()],
+        tests: Vec::new(),
+        says: format!("lengths are in {unit}: convert the column length_mm to mm"),
+        before_um: off_um(1.0),
+        after_um: off_um(factor),
+        shift_ms: None,
     })
 }
 
@@ -150,41 +186,54 @@ fn toggled(session: &Session, (mut misfit, mut suspicion): (f64, Suspicion)) -> 
 /// Residuals beyond so many robust sigmas count no more: single gross readings must not hide what a mistake does.
 const CLIPPED: f64 = 15.0;
 
-/// Largest offset of a ball or bar from its stated place, in its spreads.
-pub fn strain(problem: &Problem, values: &[f64]) -> f64 {
+/// Offsets of balls and bars up to this are no matter of a mistake, mm: a bar may be stated ten spreads off its length.
+const LEAST_SPREAD_MM: f64 = 0.02;
+/// Refits at a narrower robust scale, at most.
+const REFITS: usize = 6;
+/// A robust scale that falls by less than this share has settled.
+const SETTLED: f64 = 0.7;
+
+/// Largest offset of a ball or bar from its stated place, in its spreads as stated.
+pub fn strain(problem: &Problem, values: &[f64], widened: f64) -> f64 {
     let setups = problem.unknowns.iter().zip(values).filter(|(unknown, _)| unknown.quantity.is_setup());
-    setups.map(|(unknown, value)| (value / unknown.prior_sigma).abs()).fold(0.0, f64::max)
+    setups
+        .map(|(unknown, value)| (value / (unknown.prior_sigma / widened).max(LEAST_SPREAD_MM)).abs())
+        .fold(0.0, f64::max)
 }
 
-/// Rms residual of a robust fit, µm; every reading counts, but none for more than so many sigmas.
-fn misfit_um(session: &Session) -> Option<f64> {
+/// A session laid out for a fit, every unknown at its prior mean.
+fn with_problem<T>(session: &Session, of: impl FnOnce(&Problem, Vec<f64>) -> T) -> Option<T> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let free = identify::default_free(&session.machine);
     let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
     let problem = Problem::new(session, &chain, &setups, unknowns).ok()?;
-    let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
-    let start = normal_equations(&problem, &values, &Weighting::Huber { scale_mm: 1.0 }).1;
-    let mut scale = robust_sigma(start.iter().flatten().copied()).max(1e-4);
-    for _ in 0..4 {
-        let solution = minimise(&problem, &values, &Weighting::Huber { scale_mm: scale });
-        let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(1e-4);
-        values = solution.values;
-        if next > 0.7 * scale {
-            let limit = CLIPPED * next;
-            let clipped = solution
-                .residual_mm
-                .iter()
-                .flatten()
-                .filter(|value| value.is_finite())
-                .map(|value| value.clamp(-limit, limit));
-            // offsets of balls far beyond their spreads are a misfit as well
-            let strain = strain(&problem, &values);
-            return Some(1e3 * identify::rms(clipped) * (1.0 + (strain / 6.0 - 1.0).max(0.0)));
+    let values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    Some(of(&problem, values))
+}
+
+/// Rms residual of a robust fit, µm; every reading counts, but none for more than so many sigmas.
+fn misfit_um(session: &Session) -> Option<f64> {
+    with_problem(session, |problem, mut values| {
+        let start = normal_equations(problem, &values, &Weighting::Huber { scale_mm: 1.0 }).1;
+        let mut residual_mm = start;
+        let mut scale = robust_sigma(residual_mm.iter().flatten().copied()).max(1e-4);
+        for _ in 0..REFITS {
+            let solution = minimise(problem, &values, &Weighting::Huber { scale_mm: scale });
+            let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(1e-4);
+            (values, residual_mm) = (solution.values, solution.residual_mm);
+            let settled = next > SETTLED * scale;
+            scale = next;
+            if settled {
+                break;
+            }
         }
-        scale = next;
-    }
-    Some(1e3 * scale)
+        let limit = CLIPPED * scale;
+        let clipped =
+            residual_mm.iter().flatten().filter(|value| value.is_finite()).map(|value| value.clamp(-limit, limit));
+        // offsets of balls far beyond their spreads are a misfit as well
+        1e3 * identify::rms(clipped) * (1.0 + (strain(problem, &values, 1.0) / 6.0 - 1.0).max(0.0))
+    })
 }
 
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
@@ -257,15 +306,15 @@ const WORST_TESTS: usize = 3;
 
 /// Tests with the largest residual in a common fit.
 fn worst_tests(session: &Session) -> Vec<usize> {
-    let chain = Chain::of(&session.machine);
-    let setups = Setups::of(session);
-    let free = identify::default_free(&session.machine);
-    let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
-    let Ok(problem) = Problem::new(session, &chain, &setups, unknowns) else { return Vec::new() };
-    let values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
-    let solution = minimise(&problem, &values, &Weighting::Huber { scale_mm: 1e-3 });
-    let mut order: Vec<(usize, f64)> =
-        solution.residual_mm.iter().map(|residual| identify::rms(residual.iter().copied())).enumerate().collect();
+    let residual_mm = with_problem(session, |problem, values| {
+        minimise(problem, &values, &Weighting::Huber { scale_mm: 1e-3 }).residual_mm
+    });
+    let mut order: Vec<(usize, f64)> = residual_mm
+        .unwrap_or_default()
+        .iter()
+        .map(|residual| identify::rms(residual.iter().copied()))
+        .enumerate()
+        .collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     order.into_iter().take(WORST_TESTS).map(|(test, _)| test).collect()
 }
@@ -383,9 +432,7 @@ fn shifted(session: &Session, tests: &[usize], seconds: f64) -> Suspicion {
             shift(recording, seconds);
         }
     }
-    let all: Vec<Vec<bool>> =
-        undone.tests.iter().map(|test| vec![true; test.recording.as_ref().map_or(0, Recording::len)]).collect();
-    let (undone, _) = thin(&undone, &all);
+    let undone = few_rows(&undone);
     let names: Vec<String> = if tests.len() == session.tests.len() {
         Vec::new()
     } else {
@@ -435,9 +482,20 @@ fn shift(recording: &mut Recording, seconds: f64) {
             recording.length_mm[row] = f64::NAN;
             continue;
         }
-        let share = (at - time[above - 1]) / (time[above] - time[above - 1]);
         for (column, from) in recording.positions.iter_mut().zip(&columns) {
-            column[row] = from[above - 1] + share * (from[above] - from[above - 1]);
+            column[row] = between(&time, from, above, at);
         }
     }
+}
+
+/// Rows through which positions are read between rows: a chord across an arc of 100 mm is a µm short.
+const THROUGH: usize = 4;
+
+/// Position at a time between rows `above - 1` and `above`, by the polynomial through the nearest rows (Lagrange).
+fn between(time: &[f64], position: &[f64], above: usize, at: f64) -> f64 {
+    let first = above.saturating_sub(THROUGH / 2).min(time.len().saturating_sub(THROUGH));
+    let rows = first..(first + THROUGH).min(time.len());
+    let weight =
+        |k: usize| -> f64 { rows.clone().filter(|&j| j != k).map(|j| (at - time[j]) / (time[k] - time[j])).product() };
+    rows.clone().map(|k| weight(k) * position[k]).sum()
 }

@@ -15,7 +15,7 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
         .map(|candidate| {
             let family = &families[candidate.family];
             let stage = stage_of(stages, family);
-            let mut refined = refine(stage, family, candidate);
+            let mut refined = with_overtones(stage, family, refine(stage, family, candidate));
             if !std::ptr::eq(stage.ground, stages[0].ground)
                 && let Ok(columns) = stages[0].ground.columns(&refined.effect, &refined.terms)
             {
@@ -35,7 +35,7 @@ const PARAMETER_COST: f64 = 1.5;
 
 /// Improves the shape parameters of a candidate by a pattern search.
 fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
-    let machine = stage.ground.context.machine();
+    let index = candidate.family;
     let mut best = candidate;
     let cost = best.judgement.log_evidence - best.log_odds;
     let mut steps: Vec<f64> = family.refined.iter().map(|refined| refined.step).collect();
@@ -51,12 +51,9 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
                 }
                 let mut effect = best.effect.clone();
                 set_parameter(&mut effect, refined, value);
-                let terms = family_terms(machine, family, &effect, stage.ground.tests());
-                let Ok(columns) = stage.ground.columns(&effect, &terms) else { continue };
-                let judgement = stage.judge(&columns, family.plausible);
-                let log_odds = judgement.log_evidence - cost;
-                if log_odds > best.log_odds {
-                    best = Candidate { family: best.family, effect, terms, columns, judgement, log_odds };
+                let trial = judged(stage, family, index, effect, cost);
+                if let Some(trial) = trial.filter(|trial| trial.log_odds > best.log_odds) {
+                    best = trial;
                     improved = true;
                     moved = true;
                     break;
@@ -71,6 +68,101 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
         best.log_odds -= PARAMETER_COST * family.refined.len() as f64;
     }
     best
+}
+
+/// Fall of the weighted squares from which the overtones of a cyclic error are looked for.
+const WORTH_OVERTONES: f64 = 100.0;
+/// Log odds that each of them must add.
+const OVERTONE_GAIN: f64 = 5.0;
+/// Beats over the travel of a slide, or in a turn, by which an amplitude may swell: a bent screw, an eccentric worm wheel.
+const BEATS: [f64; 8] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0];
+
+/// A cyclic error with its second harmonic and a sideband, as far as the readings ask for them.
+fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
+    if best.effect.kind != "cyclic-error" || best.judgement.chi2 < WORTH_OVERTONES {
+        return best;
+    }
+    let rotary = best.effect.parameter("orders").is_some();
+    let name = if rotary { "orders" } else { "periods" };
+    let Some(ParameterValue::List(first)) = best.effect.parameter(name).cloned() else { return best };
+    let Some(refined) = family.refined.first() else { return best };
+    let first = first[0];
+    let within = |value: &f64| (refined.least..=refined.most).contains(value) && *value != first;
+    let second = vec![if rotary { 2.0 * first } else { 0.5 * first }];
+    let beats = BEATS.iter().flat_map(|beat| [*beat, -beat]);
+    // periods beat over the travel, the longest period of the family; orders within a turn
+    let sidebands = beats.map(|beat| if rotary { first + beat } else { 1.0 / (1.0 / first + beat / refined.most) });
+    for further in [second, sidebands.collect()] {
+        let trials =
+            further.into_iter().filter(within).filter_map(|value| with_further(stage, family, &best, name, value));
+        let Some(trial) = trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) else { continue };
+        if trial.log_odds > best.log_odds + OVERTONE_GAIN {
+            best = trial;
+        }
+    }
+    if list_length(&best.effect, name) > 1 { tuned(stage, family, best, name) } else { best }
+}
+
+/// First step of tuning, as a ratio, and its halvings: a sideband that was missing has pulled the first period.
+const TUNING_STEP: f64 = 0.004;
+const TUNINGS: i32 = 5;
+
+/// Periods or orders tuned together; an exact second harmonic stays one.
+fn tuned(stage: &Stage, family: &Family, mut best: Candidate, name: &str) -> Candidate {
+    let cost = best.judgement.log_evidence - best.log_odds;
+    for halving in 0..TUNINGS {
+        let step = TUNING_STEP * 0.5f64.powi(halving);
+        for element in 0..list_length(&best.effect, name) {
+            for factor in [1.0 + step, 1.0 / (1.0 + step)] {
+                while let Some(ParameterValue::List(mut values)) = best.effect.parameter(name).cloned() {
+                    let first = values[0];
+                    let tied: Vec<bool> =
+                        values.iter().map(|value| [0.5, 2.0].iter().any(|ratio| *value == ratio * first)).collect();
+                    if tied[element] {
+                        break;
+                    }
+                    for (k, value) in values.iter_mut().enumerate() {
+                        if k == element || (element == 0 && tied[k]) {
+                            *value *= factor;
+                        }
+                    }
+                    let mut effect = best.effect.clone();
+                    effect.set(name, ParameterValue::List(values));
+                    match judged(stage, family, best.family, effect, cost) {
+                        Some(trial) if trial.log_odds > best.log_odds => best = trial,
+                        _ => break,
+                    }
+                }
+            }
+        }
+    }
+    best
+}
+
+fn list_length(effect: &Effect, name: &str) -> usize {
+    match effect.parameter(name) {
+        Some(ParameterValue::List(values)) => values.len(),
+        _ => 0,
+    }
+}
+
+/// A candidate with one more element of a list parameter.
+fn with_further(stage: &Stage, family: &Family, base: &Candidate, name: &str, value: f64) -> Option<Candidate> {
+    let Some(ParameterValue::List(mut values)) = base.effect.parameter(name).cloned() else { return None };
+    values.push(value);
+    let mut effect = base.effect.clone();
+    effect.set(name, ParameterValue::List(values));
+    let cost = base.judgement.log_evidence - base.log_odds;
+    judged(stage, family, base.family, effect, cost)
+}
+
+/// A shape of a family, judged; `cost` is taken off its evidence.
+fn judged(stage: &Stage, family: &Family, index: usize, effect: Effect, cost: f64) -> Option<Candidate> {
+    let terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
+    let columns = stage.ground.columns(&effect, &terms).ok()?;
+    let judgement = stage.judge(&columns, family.plausible);
+    let log_odds = judgement.log_evidence - cost;
+    Some(Candidate { family: index, effect, terms, columns, judgement, log_odds })
 }
 
 /// Next value of a parameter: periods, orders and travels move by ratio, the others by difference.

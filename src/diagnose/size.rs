@@ -78,6 +78,11 @@ fn size_function(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
         "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
             largest_curve(ground, lead, cause, main, amplitudes)
         }
+        // the first period is the effect, the others are its form
+        "cyclic-error" => {
+            let first = main.iter().filter(|&&k| lead.terms[k].function < 2);
+            first.map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()
+        }
         "gravity-sag" | "arrival-lag" => largest_curve(ground, lead, cause, main, amplitudes),
         "bar-length" if lead.effect.parameter("tau").is_some() => largest_curve(ground, lead, cause, main, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
@@ -105,8 +110,8 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
             return 0.0;
         }
         match cause.effect.as_str() {
-            // growth counts from the session's beginning, where it is zero by form
-            "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
+            // over the readings: before the first of them a form says nothing
+            "thermal-growth" | "bar-length" => high - low,
             "rotary-error-motion" | "unknown" => 0.5 * (high - low),
             _ => high.abs().max(low.abs()),
         }

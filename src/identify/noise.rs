@@ -1,7 +1,7 @@
 //! Noise of recordings as white + AR(1) + slow drift, its likelihood and the whitening filter; knows nothing of geometry.
 //!
 //! A reading's noise is `w_k + a_k + d_k`: white w, an AR(1) part `a_k = ρ a_{k−1} + …` of standard deviation σ_a,
-//! and a random walk d that starts at zero and has standard deviation σ_d at the end of a trace. A Kalman filter
+//! and a random walk d that has standard deviation σ_d at the end of a trace; it starts at zero, or at an offset of the whole trace. A Kalman filter
 //! with the two states (a, d) turns correlated residuals into independent ones of variance 1 (innovations).
 
 /// Parameters of the noise, lengths in mm.
@@ -13,15 +13,17 @@ pub struct NoiseModel {
     pub ar_rho: f64,
     /// Standard deviation of the drift at the end of a trace.
     pub drift_mm: f64,
+    /// Standard deviation of a whole trace: what a gauge drifts from one test to the next.
+    pub offset_mm: f64,
 }
 
 impl NoiseModel {
     /// White noise alone.
     pub fn white(white_mm: f64) -> NoiseModel {
-        NoiseModel { white_mm, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0 }
+        NoiseModel { white_mm, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0, offset_mm: 0.0 }
     }
 
-    /// Standard deviation of one reading, averaged over a trace, mm.
+    /// Standard deviation of one reading in its trace, averaged over the trace, mm.
     pub fn rms_mm(&self) -> f64 {
         (self.white_mm.powi(2) + self.ar_mm.powi(2) + 0.5 * self.drift_mm.powi(2)).sqrt()
     }
@@ -32,6 +34,7 @@ impl NoiseModel {
             white_mm: self.white_mm * factor,
             ar_mm: self.ar_mm * factor,
             drift_mm: self.drift_mm * factor,
+            offset_mm: self.offset_mm * factor,
             ..*self
         }
     }
@@ -54,7 +57,7 @@ impl Whitener {
         let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
         let white = noise.white_mm.powi(2);
         // covariance of (AR, drift) before the reading
-        let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, 0.0);
+        let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, noise.offset_mm.powi(2));
         let mut log_determinant = 0.0;
         let gains = present
             .iter()
@@ -159,7 +162,7 @@ fn trace_misfit(noise: &NoiseModel, trace: &[f64]) -> f64 {
     let drift_step = noise.drift_mm.powi(2) / trace.len().max(1) as f64;
     let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
     let white = noise.white_mm.powi(2);
-    let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, 0.0);
+    let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, noise.offset_mm.powi(2));
     let (mut a, mut d) = (0.0, 0.0);
     let (mut sum, mut product) = (0.0, 1.0f64);
     for &value in trace {
@@ -244,7 +247,8 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
     }
     let white = (0.5 * step_sum / step_count as f64).sqrt().max(NOISE_FLOOR_MM);
     let slow = (rms * rms - white * white).max(0.04 * white * white).sqrt();
-    let start = start.unwrap_or(NoiseModel { white_mm: white, ar_mm: slow, ar_rho: 0.95, drift_mm: 0.3 * slow });
+    let own = NoiseModel { white_mm: white, ar_mm: slow, ar_rho: 0.95, drift_mm: 0.3 * slow, offset_mm: 0.0 };
+    let start = start.unwrap_or(own);
     let pack = |noise: &NoiseModel| {
         [
             noise.white_mm.max(NOISE_FLOOR_MM).ln(),
@@ -259,6 +263,7 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
         ar_mm: x[1].exp().max(NOISE_FLOOR_MM),
         ar_rho: (-(x[2].exp())).exp().clamp(0.3, 0.9995),
         drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
+        offset_mm: start.offset_mm,
     };
     let best = minimise_in_four(pack(&start), 0.5, |x| {
         let noise = unpack(x);

@@ -3,14 +3,19 @@
 use std::path::Path;
 
 use super::message::{LoadError, nearest};
-use super::rows::check_rows;
+use super::rows::{Rows, check_rows};
 use super::text::{MAX_CSV_BYTES, read_limited};
 use crate::machine::Machine;
 use crate::session::{Clock, Recording};
 
 /// Reads a recording; `bar_length_mm` is the calibrated length that readings must lie near to.
-pub fn load_recording(file: &Path, machine: &Machine, bar_length_mm: Option<f64>) -> Result<Recording, LoadError> {
-    recording_from_csv(file, &read_limited(file, MAX_CSV_BYTES)?, machine, bar_length_mm)
+pub fn load_recording(
+    file: &Path,
+    machine: &Machine,
+    bar_length_mm: Option<f64>,
+    rows: Rows,
+) -> Result<Recording, LoadError> {
+    recording_with(file, &read_limited(file, MAX_CSV_BYTES)?, machine, bar_length_mm, rows)
 }
 
 /// What a column holds.
@@ -51,6 +56,16 @@ pub fn recording_from_csv(
     machine: &Machine,
     bar_length_mm: Option<f64>,
 ) -> Result<Recording, LoadError> {
+    recording_with(file, text, machine, bar_length_mm, Rows::Plausible)
+}
+
+fn recording_with(
+    file: &Path,
+    text: &str,
+    machine: &Machine,
+    bar_length_mm: Option<f64>,
+    rows: Rows,
+) -> Result<Recording, LoadError> {
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let Some((first, header)) = lines.next() else {
         return Err(LoadError::file(
@@ -74,7 +89,7 @@ pub fn recording_from_csv(
     };
     refuse_cut_number(file, text, header.separator, last_line)?;
     let recording = assemble(&header, values, leading_texts, machine);
-    check_rows(file, &recording, &line_of_row, machine, bar_length_mm)?;
+    check_rows(file, &recording, &line_of_row, machine, bar_length_mm, rows)?;
     Ok(recording)
 }
 

@@ -17,6 +17,15 @@ const SHORTEST_DISTANCE_MM: f64 = 5.0;
 /// Millimetres in an inch.
 const MM_PER_INCH: f64 = 25.4;
 
+/// How far the rows of a recording are believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rows {
+    /// Positions lie in the axes' ranges and lengths in the bar's stroke, or the file is refused.
+    Plausible,
+    /// Taken as they are, for a search of the mistake in them.
+    AsRecorded,
+}
+
 /// Checks a recording against its machine and bar; `line_of_row` gives the line of each row in the file.
 pub fn check_rows(
     file: &Path,
@@ -24,12 +33,13 @@ pub fn check_rows(
     line_of_row: &[usize],
     machine: &Machine,
     bar_length_mm: Option<f64>,
+    rows: Rows,
 ) -> Result<(), LoadError> {
     let line = |row: usize| line_of_row.get(row).copied().unwrap_or(row + 1);
     if recording.readings() == 0 {
         return Err(LoadError::file(file, "has no reading: every length_mm is empty"));
     }
-    if let Some(bar) = bar_length_mm {
+    if let (Some(bar), Rows::Plausible) = (bar_length_mm, rows) {
         refuse_swapped(file, recording, machine, bar)?;
     }
     if let Some(time) = recording.time_s()
@@ -38,6 +48,9 @@ pub fn check_rows(
         let (before, now) = (time[row - 1], time[row]);
         let message = format!("time_s goes from {before} to {now}; times rise from row to row, sort or split the file");
         return Err(LoadError::line(file, line(row), message));
+    }
+    if rows == Rows::AsRecorded {
+        return Ok(());
     }
     for (&axis, column) in recording.axes.iter().zip(&recording.positions) {
         for (row, &value) in column.iter().enumerate() {

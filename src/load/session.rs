@@ -9,6 +9,7 @@ use super::document::{Document, Step};
 use super::machine::{is_urdf, load_machine_with_links};
 use super::message::{LoadError, nearest};
 use super::quantity::positive_length;
+use super::rows::Rows;
 use super::test::{TestFile, TestReader};
 use super::text::{MAX_YAML_BYTES, read_limited};
 use super::urdf::LinkChoice;
@@ -43,6 +44,11 @@ pub fn names_tests(file: &Path) -> Result<bool, LoadError> {
 
 /// Reads a session file with the machine and the recordings that it names.
 pub fn load_session(file: &Path) -> Result<Session, LoadError> {
+    load_session_with(file, Rows::Plausible)
+}
+
+/// Reads a session file; with [`Rows::AsRecorded`] recordings that cannot be true are read as well.
+pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> {
     let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
     let raw: SessionFile = document.read()?;
     let folder = file.parent().unwrap_or(Path::new(""));
@@ -55,7 +61,7 @@ pub fn load_session(file: &Path) -> Result<Session, LoadError> {
         return Err(document
             .refuse(&[Step::Key("tests")], format!("{} tests; a session has 1 to {MAX_TESTS}", raw.tests.len())));
     }
-    let reader = TestReader { document: &document, folder, machine: &machine, chain: &chain };
+    let reader = TestReader { document: &document, folder, machine: &machine, chain: &chain, rows };
     let mut tests: Vec<Test> = Vec::with_capacity(raw.tests.len());
     for (index, test) in raw.tests.iter().enumerate() {
         let test = reader.test(index, test)?;

@@ -11,6 +11,7 @@ use super::message::{LoadError, nearest};
 use super::quantity::{LARGEST, finite, positive_length, quantity};
 use super::range::outside_range;
 use super::recording::load_recording;
+use super::rows::Rows;
 use super::test_path::{CircleFile, SweepFile};
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
@@ -64,6 +65,7 @@ pub(super) struct TestReader<'a> {
     pub(super) folder: &'a Path,
     pub(super) machine: &'a Machine,
     pub(super) chain: &'a Chain,
+    pub(super) rows: Rows,
 }
 
 impl TestReader<'_> {
@@ -218,7 +220,7 @@ impl TestReader<'_> {
             // a planned test names the file that its recording will have
             return Ok(None);
         }
-        load_recording(&file, self.machine, raw.bar_length).map(Some)
+        load_recording(&file, self.machine, raw.bar_length, self.rows).map(Some)
     }
 
     fn every_axis_known(&self, index: usize, test: &Test) -> Result<(), LoadError> {

@@ -105,7 +105,7 @@ pub struct SmallestJson {
 pub struct FitBeforeAfterJson {
     pub rms_before_um: f64,
     pub rms_after_um: f64,
-    /// Null for static poses without readings to spare.
+    /// Null for static poses without readings to spare, and where nothing could be fitted.
     pub noise_um: Option<f64>,
     pub heldout_before_um: Option<f64>,
     pub heldout_after_um: Option<f64>,

@@ -78,6 +78,7 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
     };
     let noise = match fit.noise_um {
         Some(noise_um) => format!("; noise floor {noise_um:.2}"),
+        None if json.verdict == "data fault" => String::new(),
         None => "; noise not known: no pose has readings to spare".to_string(),
     };
     format!("{says}. {residual}{held_out}{noise}.{}", left_words(json))

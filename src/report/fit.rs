@@ -108,7 +108,7 @@ pub struct SetupJson {
 const COMPARABLE_LIMIT_MM: f64 = 5.0;
 
 /// Stands for the noise of a session without tests.
-static NO_NOISE: NoiseModel = NoiseModel { white_mm: 0.0, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0 };
+static NO_NOISE: NoiseModel = NoiseModel { white_mm: 0.0, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0, offset_mm: 0.0 };
 
 /// The JSON value of a fit, its axis lines and the figures of its planar circles.
 pub fn fit_json(session: &Session, fit: &Fit, lines: &[AxisLine], circles: Vec<CircleFigures>) -> FitJson {

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use fiveaxis::diagnose::{as_found, diagnose};
+use fiveaxis::diagnose::{Diagnosis, as_found, diagnose};
 use fiveaxis::identify::{Options, parse_free};
-use fiveaxis::load::load_session;
+use fiveaxis::load::{LoadError, Rows, load_session, load_session_with};
 use fiveaxis::report::diagnosis::diagnosis_json;
 use fiveaxis::report::diagnosis_text::diagnosis_text;
 
@@ -37,7 +37,10 @@ pub struct Arguments {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
-    let session = load_session(&arguments.session)?;
+    let session = match load_session(&arguments.session) {
+        Ok(session) => session,
+        Err(refusal) => return tell_mistake(arguments, refusal),
+    };
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
     let working = Working::on(format!("looking for causes in {}", session.name));
     let diagnosis = diagnose(&session, &Options { free, prior: None })?;
@@ -54,6 +57,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if let Some(folder) = &arguments.report {
         write_diagnosis(&arguments.session, &session, &diagnosis, &json, folder)?;
     }
+    if arguments.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
+    } else {
+        print(&diagnosis_text(&session, &diagnosis, &json))
+    }
+}
+
+/// A session that cannot be true may hold a known mistake, which is an answer; any other is refused as everywhere.
+fn tell_mistake(arguments: &Arguments, refusal: LoadError) -> Result<(), Refusal> {
+    let Ok(session) = load_session_with(&arguments.session, Rows::AsRecorded) else { return Err(refusal.into()) };
+    let Some(diagnosis) = Diagnosis::of_implausible(&session) else { return Err(refusal.into()) };
+    if arguments.save.is_some() || arguments.report.is_some() {
+        return Err(refusal.into());
+    }
+    let json = diagnosis_json(&diagnosis);
     if arguments.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
     } else {
