@@ -2,6 +2,7 @@
 
 use super::ground::{Ground, Term, display};
 use super::library::Family;
+use super::next_test::NextTest;
 use super::search::{Candidate, Found, Search};
 use super::stage::{Accepted, Stage};
 use crate::effects::{Driver, kind};
@@ -37,6 +38,8 @@ pub struct Finding {
     pub single: bool,
     /// Indices of the accepted columns that belong to it.
     pub columns: Vec<usize>,
+    /// The test that would tell it from its rivals, where one was found.
+    pub next_test: Option<NextTest>,
     /// Root mean square of what it adds to the readings of the tests in which it shows, µm.
     pub rms_um: f64,
 }
@@ -212,6 +215,7 @@ fn finding(
         gain,
         single: is_event(lead),
         columns: own_columns,
+        next_test: None,
         rms_um,
     }
 }
@@ -241,7 +245,7 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     list
 }
 
-fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]) -> Cause {
+pub(super) fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]) -> Cause {
     let mut components = components(machine, &candidate.terms);
     // the motions that matter: at least a tenth of the largest, in display units
     let weight = |name: &String| -> f64 {
@@ -306,7 +310,7 @@ fn component_name(machine: &Machine, outlet: &Outlet) -> String {
 /// Probability of the lead among its rivals, and the rivals worth naming.
 fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
-    let soften = 1.0 / (1.0 + SOFTENING * lead.gain);
+    let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_gain);
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
     for (rival, odds) in &lead.rivals {

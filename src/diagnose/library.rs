@@ -667,7 +667,10 @@ pub fn channels(ground: &Ground) -> Vec<String> {
 fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
     let span = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(60.0, f64::max);
     let pair = |fast: f64, slow: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![fast, slow]));
-    let mut grid = vec![pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)];
+    let single = |share: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![share * span]));
+    // one node first: two of them may cancel far beyond what the readings see
+    let mut grid = [0.1, 0.3, 1.0].map(single).to_vec();
+    grid.extend([pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)]);
     grid.extend(
         channels(ground)
             .into_iter()

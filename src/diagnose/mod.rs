@@ -11,6 +11,7 @@ mod finding;
 mod floor;
 mod ground;
 mod library;
+mod next_test;
 mod placebo;
 mod pose_floor;
 mod pose_library;
@@ -30,6 +31,7 @@ pub use cells::Cells;
 pub use finding::{Cause, Finding, RangeFound, SizeFound};
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
+pub use next_test::NextTest;
 pub use placebo::Placebo;
 pub use pose_floor::Left;
 pub use preflight::DataFault;
@@ -180,7 +182,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let mut told = Told::of(&fine, &families, &search);
     let mut proof = None;
     if !told.findings.is_empty() {
-        let proved = proof::prove(&grounds, &families, &told.findings, &search.noise_after);
+        let lead = search.found.first().map(|found| &found.chosen);
+        let proved = proof::prove(&grounds, &families, lead, &told.findings, &search.noise_after);
         let before = search.found.len();
         // what static poses show was accepted by prediction already
         proof = Some(if fine.has_sweeps() { without_unproven(&mut search, &told.findings, proved) } else { proved });
@@ -188,6 +191,14 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
             told = Told::of(&fine, &families, &search);
         }
     }
+    let layout = next_test::Layout {
+        session: &thinned,
+        problem: &problem,
+        values: &values,
+        kept: &coarse.kept,
+        noise: &floors[1],
+    };
+    propose(&layout, &search, &mut told.findings);
     let Told { columns, stage, findings } = told;
     let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
     let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
@@ -251,6 +262,28 @@ impl<'g, 'a> Told<'g, 'a> {
     }
 }
 
+/// Adds to every finding with rivals the test that would tell them apart.
+fn propose(layout: &next_test::Layout, search: &Search, findings: &mut [Finding]) {
+    let machine = &layout.session.machine;
+    let timed = |test: &crate::session::Test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some());
+    if !layout.session.tests.iter().any(timed) {
+        return;
+    }
+    for finding in findings.iter_mut().filter(|finding| !finding.rivals.is_empty()) {
+        let mut column = 0;
+        let lead = search.found.iter().find(|found| {
+            let first = column;
+            column += found.chosen.columns.len();
+            finding.columns.first() == Some(&first)
+        });
+        let Some(lead) = lead else { continue };
+        let named = |candidate| (finding::cause(machine, candidate, &[]), candidate);
+        let candidates: Vec<(Cause, &Candidate)> =
+            std::iter::once(named(&lead.chosen)).chain(lead.rivals.iter().map(|(rival, _)| named(rival))).collect();
+        finding.next_test = next_test::next_test(layout, finding, &candidates);
+    }
+}
+
 /// Drops further findings that held-out readings do not confirm: what is left of an inexact form may look like physics.
 /// Single events cannot repeat, and the first finding stays with its verdict.
 fn without_unproven(search: &mut Search, findings: &[Finding], mut proof: Proof) -> Proof {
@@ -293,7 +326,11 @@ fn shift_of_one_test(search: &Search) -> Option<DataFault> {
 
 fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>) -> Verdict {
     if findings.is_empty() {
-        return if rms_after_um > SURELY_MORE * noise_um { Verdict::Unexplained } else { Verdict::Clean };
+        return if noise_um.is_some_and(|noise_um| rms_after_um > SURELY_MORE * noise_um) {
+            Verdict::Unexplained
+        } else {
+            Verdict::Clean
+        };
     }
     if findings.iter().all(|finding| finding.cause.effect == "unknown") {
         return Verdict::Unexplained;
@@ -333,6 +370,8 @@ impl Diagnosis {
             verdict: Verdict::DataFault,
             findings: Vec::new(),
             proof: None,
+            placebos: Vec::new(),
+            left: None,
             blind_to: Vec::new(),
             rms_before_um: fault.before_um,
             rms_after_um: fault.after_um,

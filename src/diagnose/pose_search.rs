@@ -132,7 +132,14 @@ impl<'g, 'a> State<'g, 'a> {
         self.noise = noise(self.ground, poses, &left);
         self.residual_mm = left;
         self.model = model;
-        self.found.push(Found { chosen, rivals, log_odds, gain, fall_mm2: square_before - square_after });
+        self.found.push(Found {
+            chosen,
+            rivals,
+            log_odds,
+            gain,
+            ranked_gain: gain,
+            fall_mm2: square_before - square_after,
+        });
     }
 
     /// Finds the shape of an accepted effect once more beside the others: it was judged when more was unexplained.

@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use super::ground::Ground;
 use super::library::Family;
-use super::search::{Grounds, floors, search};
+use super::search::{Candidate, Grounds, floors, search_part};
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
 
@@ -23,8 +23,14 @@ const CHUNK_POSES: usize = 40;
 /// Number of folds.
 const FOLDS: usize = 2;
 
-/// Cross-validates findings. Families are those whose kind was found or may rival it; fast ones keep all rows.
-pub fn prove(grounds: &Grounds, families: &[Family], findings: &[Finding], noise: &[NoiseModel]) -> Proof {
+/// Cross-validates findings; `lead` is the effect that the search on all readings took first.
+pub fn prove(
+    grounds: &Grounds,
+    families: &[Family],
+    lead: Option<&Candidate>,
+    findings: &[Finding],
+    noise: &[NoiseModel],
+) -> Proof {
     let mut before = Vec::new();
     let mut after = Vec::new();
     let mut passed = vec![true; findings.len()];
@@ -34,7 +40,7 @@ pub fn prove(grounds: &Grounds, families: &[Family], findings: &[Finding], noise
         let test = mask(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
         let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
-        let searched = search(&masked, &floors(&masked), families);
+        let searched = search_part(&masked, &floors(&masked), families, lead);
         let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
         let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);

@@ -42,6 +42,8 @@ pub struct Found {
     pub log_odds: f64,
     /// The gain alone.
     pub gain: f64,
+    /// The gain at the step that ranked the rivals: beside other effects less is left to explain.
+    pub ranked_gain: f64,
     /// Fall of the mean square residual, mm².
     pub fall_mm2: f64,
 }
@@ -95,18 +97,41 @@ pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search
     }
     let ways = Ways { grounds, families, floors, limits: SWEEPS };
     let mut model = Model::empty(&ways);
-    let noise_before = model.noise.clone();
-    let residual_before_mm2 = mean_square(grounds.fine, &model.residual_mm);
+    let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
     ways.exchange(&mut model);
-    Search {
-        residual_before_mm2,
-        noise_before,
-        noise_after: model.noise,
-        found: model.found,
-        residual_mm: model.residual_mm,
-        best_left: model.best_left,
-        floor: floors[0].clone(),
+    model.finished(&ways, start)
+}
+
+/// Searches part of a session once more: from its own best effect, and from the one that led on all of it.
+///
+/// Which of the two stands is for these readings alone to say; the second start only spares the exchange of effects.
+pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], lead: Option<&Candidate>) -> Search {
+    if !grounds.fine.has_sweeps() {
+        return search_poses(grounds.fine, families);
+    }
+    let ways = Ways { grounds, families, floors, limits: SWEEPS };
+    let mut model = Model::empty(&ways);
+    let start = Start::of(&ways, &model);
+    ways.grow(&mut model, None);
+    let same = |lead: &&Candidate| model.found.first().is_some_and(|first| first.chosen.family == lead.family);
+    if let Some(lead) = lead.filter(|lead| !same(lead)) {
+        let mut trial = Model::empty(&ways);
+        ways.grow(&mut trial, Some(lead.clone()));
+        ways.replace(&mut model, trial);
+    }
+    model.finished(&ways, start)
+}
+
+/// How a session stood before the search.
+struct Start {
+    noise: Vec<NoiseModel>,
+    residual_mm2: f64,
+}
+
+impl Start {
+    fn of(ways: &Ways, model: &Model) -> Start {
+        Start { noise: model.noise.clone(), residual_mm2: mean_square(ways.grounds.fine, &model.residual_mm) }
     }
 }
 
@@ -147,6 +172,19 @@ impl Model {
         model.residual_mm = stage.residual_mm(&model.columns[0]);
         model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
         model
+    }
+
+    /// The result of a search that ends with this model.
+    fn finished(self, ways: &Ways, start: Start) -> Search {
+        Search {
+            residual_before_mm2: start.residual_mm2,
+            noise_before: start.noise,
+            noise_after: self.noise,
+            found: self.found,
+            residual_mm: self.residual_mm,
+            best_left: self.best_left,
+            floor: ways.floors[0].clone(),
+        }
     }
 
     /// Adds what a step found, with what it leaves.
@@ -247,7 +285,7 @@ impl Ways<'_, '_, '_> {
             let odds = rival.log_odds - lead;
             (rival, odds)
         });
-        let found = Found { rivals: rivals.collect(), chosen, log_odds, gain, fall_mm2 };
+        let found = Found { rivals: rivals.collect(), chosen, log_odds, gain, ranked_gain: gain, fall_mm2 };
         Some(Step { found, residual_mm, noise })
     }
 
@@ -267,6 +305,7 @@ impl Ways<'_, '_, '_> {
             let Some(step) = self.next(&trial, None) else { continue };
             let old = model.found[index].chosen.family;
             let mut rivals = step.found.rivals.clone();
+            let ranked_gain = step.found.gain;
             if step.found.chosen.family != old {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);
@@ -278,6 +317,7 @@ impl Ways<'_, '_, '_> {
             // beside the others the rivals are fewer than when it was taken
             rivals.retain(|(rival, _)| rival.family != old);
             model.found[index].rivals = rivals;
+            model.found[index].ranked_gain = ranked_gain;
         }
     }
 

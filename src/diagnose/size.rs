@@ -110,8 +110,8 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
             return 0.0;
         }
         match cause.effect.as_str() {
-            // over the readings: before the first of them a form says nothing
-            "thermal-growth" | "bar-length" => high - low,
+            // growth counts from the session's beginning, where it is zero by form
+            "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
             "rotary-error-motion" | "unknown" => 0.5 * (high - low),
             _ => high.abs().max(low.abs()),
         }

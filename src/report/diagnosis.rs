@@ -239,7 +239,10 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
         cross_validated: cross_validated(diagnosis, index, finding),
         placebo: diagnosis.placebos.get(index).copied().flatten().map(placebo_json),
         cannot_tell_from: finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)).collect(),
-        next_test: None,
+        next_test: finding
+            .next_test
+            .as_ref()
+            .map(|next| NextTestJson { says: next.says.clone(), odds_after: next.odds_after }),
     }
 }
 
