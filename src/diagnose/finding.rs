@@ -110,6 +110,7 @@ pub fn findings(
             None => groups.push(vec![index]),
         }
     }
+    join_rests(search, families, &mut groups);
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -123,6 +124,37 @@ pub fn findings(
         .collect();
     list.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     list
+}
+
+/// Share of the stronger one's gain below which a named effect is the rest of its form: weight and position of one
+/// joint say the same in other forms.
+fn rest_share(own: &Found, stronger: &Found) -> f64 {
+    let weighs = |found: &Found| candidate_driver(&found.chosen) == Driver::Gravity;
+    if weighs(own) != weighs(stronger) { 1.0 } else { REST_OF_FORM }
+}
+
+/// Joins named effects of one place and kind of driver where one adds little beside the other, whichever was taken first.
+fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<Vec<usize>>) {
+    let lead = |group: &[usize]| &search.found[group[0]];
+    groups.sort_by(|a, b| lead(b).beside_gain.total_cmp(&lead(a).beside_gain));
+    let mut kept: Vec<Vec<usize>> = Vec::new();
+    for group in groups.drain(..) {
+        let own = lead(&group);
+        let is_rest = |other: &&mut Vec<usize>| {
+            let stronger = lead(other);
+            own.chosen.effect.place == stronger.chosen.effect.place
+                && !is_free(own, families)
+                && !is_free(stronger, families)
+                && driver_class(candidate_driver(&own.chosen)) == driver_class(candidate_driver(&stronger.chosen))
+                && !is_event(own)
+                && own.beside_gain < rest_share(own, stronger) * stronger.beside_gain
+        };
+        match kept.iter_mut().find(is_rest) {
+            Some(stronger) => stronger.extend(group),
+            None => kept.push(group),
+        }
+    }
+    *groups = kept;
 }
 
 fn is_free(found: &Found, families: &[Family]) -> bool {

@@ -138,6 +138,7 @@ impl<'g, 'a> State<'g, 'a> {
             log_odds,
             gain,
             ranked_gain: gain,
+            beside_gain: gain,
             fall_mm2: square_before - square_after,
         });
     }

@@ -44,6 +44,8 @@ pub struct Found {
     pub gain: f64,
     /// The gain at the step that ranked the rivals: beside other effects less is left to explain.
     pub ranked_gain: f64,
+    /// The gain beside all other effects of the model: how far they can stand for it.
+    pub beside_gain: f64,
     /// Fall of the mean square residual, mm².
     pub fall_mm2: f64,
 }
@@ -100,6 +102,7 @@ pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search
     let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
     ways.exchange(&mut model);
+    model.weigh(&ways);
     model.finished(&ways, start)
 }
 
@@ -172,6 +175,22 @@ impl Model {
         model.residual_mm = stage.residual_mm(&model.columns[0]);
         model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
         model
+    }
+
+    /// Works out what each effect adds beside all others.
+    fn weigh(&mut self, ways: &Ways) {
+        if self.found.len() < 2 {
+            return;
+        }
+        let misfit = |model: &Model| pooled_misfit(ways.grounds.fine, &model.noise, &model.residual_mm);
+        let whole = misfit(self);
+        for index in 0..self.found.len() {
+            let gain = 0.5 * (misfit(&self.without(ways, index)) - whole);
+            if std::env::var_os("FIVEAXIS_TRACE").is_some() {
+                eprintln!("{} beside the others: {gain:.1}", self.found[index].chosen.effect.kind);
+            }
+            self.found[index].beside_gain = gain;
+        }
     }
 
     /// The result of a search that ends with this model.
@@ -285,7 +304,8 @@ impl Ways<'_, '_, '_> {
             let odds = rival.log_odds - lead;
             (rival, odds)
         });
-        let found = Found { rivals: rivals.collect(), chosen, log_odds, gain, ranked_gain: gain, fall_mm2 };
+        let found =
+            Found { rivals: rivals.collect(), chosen, log_odds, gain, ranked_gain: gain, beside_gain: gain, fall_mm2 };
         Some(Step { found, residual_mm, noise })
     }
 
