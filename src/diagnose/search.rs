@@ -321,6 +321,13 @@ impl Ways<'_, '_, '_> {
             if index >= model.found.len() || (model.found.len() == 1 && !model.found[0].rivals.is_empty()) {
                 continue;
             }
+            // a free curve at the place of an effect found before it is the rest of that one's form
+            let place = model.found[index].chosen.effect.place;
+            let is_rest = model.found[index].chosen.effect.kind == "unknown"
+                && model.found[..index].iter().any(|other| other.chosen.effect.place == place);
+            if is_rest {
+                continue;
+            }
             let mut trial = model.without(self, index);
             let Some(step) = self.next(&trial, None) else { continue };
             let old = model.found[index].chosen.family;
