@@ -4,6 +4,7 @@ use super::ground::{Ground, Term, display};
 use super::library::Family;
 use super::next_test::NextTest;
 use super::search::{Candidate, Found, Search};
+use super::shape_spread::over_shapes;
 use super::stage::{Accepted, Stage};
 use crate::effects::{Driver, kind};
 use crate::machine::{Component, Effect, ErrorName, Machine, Outlet, Place, Size};
@@ -195,7 +196,6 @@ fn finding(
 ) -> Finding {
     let machine = ground.context.machine();
     let lead = &search.found[group[0]];
-    let nuisance = ground.problem.unknowns.len();
     let mut effects = Vec::new();
     let mut own_columns = Vec::new();
     for &index in group {
@@ -225,15 +225,23 @@ fn finding(
         }
     }
     let (probability, rivals) = standing(machine, lead, families);
-    let column_indices: Vec<usize> = own_columns.iter().map(|k| nuisance + k).collect();
-    let size = super::size::size_of(
-        ground,
-        &lead.chosen,
-        &cause,
-        stage,
-        covariance,
-        &column_indices[..lead.chosen.columns.len()],
-    );
+    // lost motion told in two shapes is one play
+    let parts: Vec<Vec<usize>> = group
+        .iter()
+        .filter(|&&index| index == group[0] || is_same_play(lead, &search.found[index]))
+        .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
+        .collect();
+    let mut size = super::size::size_of(ground, &lead.chosen, &cause, stage, covariance, &parts);
+    let without_own = || {
+        let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
+        Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept)
+    };
+    let family = &families[lead.chosen.family];
+    let as_judged = |shape: &Candidate| super::size::size_as_judged(ground, shape, &cause);
+    if let Some((mean, sigma)) = over_shapes(ground, without_own, &lead.chosen, family, as_judged) {
+        size.value = mean;
+        size.sigma = size.sigma.hypot(sigma);
+    }
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
     let range = range(ground, lead);
     Finding {
@@ -250,6 +258,13 @@ fn finding(
         next_test: None,
         rms_um,
     }
+}
+
+/// Another shape of the lead's lost motion: their half widths add.
+fn is_same_play(lead: &Found, other: &Found) -> bool {
+    lead.chosen.effect.kind.ends_with("-backlash")
+        && lead.chosen.effect.kind == other.chosen.effect.kind
+        && lead.chosen.terms == other.chosen.terms
 }
 
 /// The effect with its fitted sizes; effects with amplitudes by test become one effect per test.

@@ -21,6 +21,7 @@ mod proof;
 mod refining;
 mod screening;
 mod search;
+mod shape_spread;
 mod size;
 mod stage;
 mod thin;

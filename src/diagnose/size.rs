@@ -10,23 +10,27 @@ use crate::effects::{Profile, kind};
 use crate::machine::Outlet;
 use crate::units::Measure;
 
-/// Size of a finding's leading effect; `columns` are its amplitudes' places in the covariance.
-#[allow(clippy::too_many_arguments)]
+/// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
+/// amplitudes add.
 pub fn size_of(
     ground: &Ground,
     lead: &Candidate,
     cause: &Cause,
     stage: &Stage,
     covariance: &DMatrix<f64>,
-    columns: &[usize],
+    parts: &[Vec<usize>],
 ) -> SizeFound {
     let nuisance = ground.problem.unknowns.len();
-    let amplitudes: Vec<f64> = columns.iter().map(|&k| stage.accepted(k - nuisance)).collect();
-    let sub = DMatrix::from_fn(columns.len(), columns.len(), |i, j| covariance[(columns[i], columns[j])]);
+    let count = lead.terms.len();
+    let amplitudes: Vec<f64> = (0..count).map(|k| parts.iter().map(|part| stage.accepted(part[k])).sum()).collect();
+    let sub = DMatrix::from_fn(count, count, |i, j| {
+        let rows = parts.iter().flat_map(|one| parts.iter().map(move |other| (one[i], other[j])));
+        rows.map(|(one, other)| covariance[(nuisance + one, nuisance + other)]).sum::<f64>()
+    });
     // terms in the unit of the finding: lengths if it has any
     let main: Vec<usize> = main_terms(&lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
-    let known: Vec<f64> = (0..columns.len()).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
+    let known: Vec<f64> = (0..count).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
     let value_at = |a: &[f64]| match cause.effect.as_str() {
         "vibration" => vibration(a, &known),
         _ => size_function(ground, lead, cause, &main, a),
@@ -52,6 +56,12 @@ pub fn size_of(
     let sigma = sigma.hypot(FORM_SIGMA * value);
     let meaning = kind(&cause.effect).map_or("largest", |kind| kind.size_meaning).to_string();
     SizeFound { value, sigma, unit: unit(measure), meaning }
+}
+
+/// Size of a candidate with the amplitudes that it was judged with.
+pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> f64 {
+    let main = main_terms(&candidate.terms);
+    size_function(ground, candidate, cause, &main, &candidate.judgement.amplitudes)
 }
 
 /// Uncertainty of a size from the form of its effect, as a share.

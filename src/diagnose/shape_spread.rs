@@ -1,0 +1,95 @@
+//! How far a size depends on the shape that was chosen: shapes near by, weighted by their evidence. It chooses no shape.
+
+use rayon::prelude::*;
+
+use super::ground::{Ground, Term};
+use super::library::{Family, family_terms};
+use super::search::Candidate;
+use super::stage::Stage;
+use crate::machine::{Effect, ParameterValue};
+
+/// Factors by which time constants are varied.
+const SLOWER: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0];
+/// Ratios of the slow to the fast node of a growth.
+const NODES: [f64; 3] = [2.0, 3.0, 5.0];
+/// Shifts of a bump's centre, as shares of its width, and factors of its width.
+const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
+const WIDTHS: [f64; 5] = [0.7, 0.85, 1.0, 1.2, 1.45];
+
+/// Mean and standard deviation of a size over the shapes near a candidate's; `None` where its shape has no such freedom.
+///
+/// `stage` lays out all other effects; `size` tells the size of a shape with its amplitudes.
+pub fn over_shapes<'s>(
+    ground: &Ground,
+    stage: impl FnOnce() -> Stage<'s, 's>,
+    lead: &Candidate,
+    family: &Family,
+    size: impl Fn(&Candidate) -> f64 + Sync,
+) -> Option<(f64, f64)> {
+    let shapes = near_shapes(&lead.effect);
+    if shapes.is_empty() {
+        return None;
+    }
+    let stage = stage();
+    let judged: Vec<(f64, f64)> = shapes
+        .into_par_iter()
+        .filter_map(|effect| {
+            let terms = family_terms(ground.context.machine(), family, &effect, ground.tests());
+            let columns = ground.columns(&effect, &terms).ok()?;
+            let judgement = stage.judge(&columns, family.plausible);
+            if cancels(&terms, &judgement.amplitudes) {
+                return None;
+            }
+            let log_odds = judgement.log_evidence;
+            let shape = Candidate { family: lead.family, effect, terms, columns, judgement, log_odds };
+            Some((log_odds, size(&shape)))
+        })
+        .collect();
+    let best = judged.iter().map(|(odds, _)| *odds).fold(f64::NEG_INFINITY, f64::max);
+    let weights: f64 = judged.iter().map(|(odds, _)| (odds - best).exp()).sum();
+    let mean = judged.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
+    let variance = judged.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
+    (!judged.is_empty() && mean.is_finite()).then(|| (mean, variance.sqrt()))
+}
+
+/// Sum of two nodes below this share of the larger one: nodes that nearly cancel say nothing of the time before the readings.
+const LEAST_SUM: f64 = 0.7;
+
+/// Whether functions of one outlet nearly cancel.
+fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
+    let pairs = terms.iter().zip(amplitudes);
+    pairs.clone().any(|(term, amplitude)| {
+        let own = pairs.clone().filter(|(other, _)| other.outlet == term.outlet).map(|(_, amplitude)| amplitude);
+        own.clone().count() > 1 && own.sum::<f64>().abs() < LEAST_SUM * amplitude.abs()
+    })
+}
+
+/// Shapes beside that of an effect, itself among them.
+fn near_shapes(effect: &Effect) -> Vec<Effect> {
+    let number = |name: &str| match effect.parameter(name) {
+        Some(ParameterValue::Number(value)) => Some(*value),
+        _ => None,
+    };
+    if let Some(ParameterValue::List(tau)) = effect.parameter("tau") {
+        let with = |values: Vec<f64>| effect.clone().with("tau", ParameterValue::List(values));
+        let mut list = vec![effect.clone()];
+        for factor in SLOWER {
+            let first = factor * tau[0];
+            list.push(with(vec![first]));
+            if effect.kind == "thermal-growth" {
+                list.extend(NODES.map(|ratio| with(vec![first, ratio * first])));
+            }
+        }
+        return list;
+    }
+    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
+        let shapes = SHIFTS.iter().flat_map(|shift| WIDTHS.iter().map(move |factor| (shift, factor)));
+        return shapes
+            .map(|(shift, factor)| {
+                let moved = effect.clone().with("centre", ParameterValue::Number(centre + shift * width));
+                moved.with("width", ParameterValue::Number(factor * width))
+            })
+            .collect();
+    }
+    Vec::new()
+}
