@@ -2,10 +2,10 @@
 
 use super::finding::{Cause, cause_of, unit};
 use super::ground::{Ground, Term};
-use super::library::{Family, family_terms};
+use super::library::{Family, family_terms, terms};
 use super::stage::Stage;
 use crate::effects::kind;
-use crate::machine::{AxisKind, Machine, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// A cause that may be there unseen.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +50,7 @@ fn notable(kind: &str, is_angle: bool) -> f64 {
 pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blind> {
     let machine = ground.context.machine();
     let mut list: Vec<Blind> = Vec::new();
-    let mut seen: Vec<(&str, Place, Outlet)> = Vec::new();
+    let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
     for family in families
         .iter()
         .filter(|family| !matches!(family.kind, "unknown" | "pivot-slip" | "ball-slip" | "vibration" | "radius-loss"))
@@ -58,10 +58,12 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
         let effect = &family.grid[family.grid.len() / 2];
         let terms = family_terms(machine, family, effect, ground.tests());
         for outlet in &family.outlets {
-            if seen.contains(&(family.kind, family.place, *outlet)) {
+            // every bar has a calibration of its own, beside the growth of all
+            let key = (family.kind, family.place, *outlet, effect.parameter("bar"));
+            if seen.contains(&key) {
                 continue;
             }
-            seen.push((family.kind, family.place, *outlet));
+            seen.push(key);
             let own: Vec<Term> = terms.iter().filter(|term| term.outlet == *outlet).copied().collect();
             let Ok(columns) = ground.columns(effect, &own) else { continue };
             let (information, _) = stage.project(&columns);
@@ -76,11 +78,79 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
                     unit: measure.map_or("um", unit),
                     test: showing_test(machine, family.kind, family.place),
                 });
+            } else if family.kind == "rotary-error-motion" && is_axial(machine, outlet) {
+                list.extend(unseen_once_a_turn(ground, family.place, outlet, stage));
             }
         }
     }
+    unseen_slips(ground, families, stage, &mut list);
     unmoved(machine, families, &mut list);
     list
+}
+
+/// True for motion along a rotary axis's own line.
+fn is_axial(machine: &Machine, outlet: &Outlet) -> bool {
+    let Outlet::Motion { axis, component } = *outlet else { return false };
+    !component.is_angle() && machine.axes[axis].own_component().direction_index() == component.direction_index()
+}
+
+/// Motion along a rotary axis once a turn: to a bar that sweeps a cone it looks like a tilt of the axis, whatever higher
+/// orders show.
+fn unseen_once_a_turn(ground: &Ground, place: Place, outlet: &Outlet, stage: &Stage) -> Option<Blind> {
+    let machine = ground.context.machine();
+    let effect = Effect::new("rotary-error-motion", place).with("orders", ParameterValue::List(vec![1.0]));
+    let columns = ground.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
+    let (information, _) = stage.project(&columns);
+    let weakest = (0..columns.len()).map(|k| information[(k, k)]).fold(f64::INFINITY, f64::min);
+    let smallest = (weakest > 1e-12).then(|| (VISIBLE / weakest).sqrt());
+    smallest.is_none_or(|smallest| smallest > notable("rotary-error-motion", false)).then(|| Blind {
+        cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
+        smallest: smallest.filter(|value| *value < 1e5),
+        unit: "um",
+        test: "once a turn only: the short bar with its balls where the extended bar had the standing one".to_string(),
+    })
+}
+
+/// Slips of a ball between two tests that the session does not show, at the least visible moment.
+fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
+    let machine = ground.context.machine();
+    let tests = &ground.context.session().tests;
+    let runs_at =
+        |time: f64| (0..tests.len()).any(|k| (tests[k].started_at_s..=ground.context.ends_at_s(k)).contains(&time));
+    for kind in ["ball-slip", "pivot-slip"] {
+        // by outlet: the effect and the information at the moment that shows it least
+        let mut least: Vec<(Outlet, &Effect, f64)> = Vec::new();
+        for family in families.iter().filter(|family| family.kind == kind) {
+            let between = family.grid.iter().filter(
+                |effect| matches!(effect.parameter("time"), Some(ParameterValue::Number(time)) if !runs_at(*time)),
+            );
+            for effect in between {
+                let terms = family_terms(machine, family, effect, ground.tests());
+                let Ok(columns) = ground.columns(effect, &terms) else { continue };
+                let (information, _) = stage.project(&columns);
+                for (k, term) in terms.iter().enumerate().take(columns.len()) {
+                    match least.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
+                        Some((_, at, shown)) if information[(k, k)] < *shown => {
+                            (*at, *shown) = (effect, information[(k, k)])
+                        }
+                        Some(_) => {}
+                        None => least.push((term.outlet, effect, information[(k, k)])),
+                    }
+                }
+            }
+        }
+        for (outlet, effect, shown) in least {
+            let smallest = (shown > 1e-12).then(|| (VISIBLE / shown).sqrt());
+            if smallest.is_none_or(|smallest| smallest > notable(kind, false)) {
+                list.push(Blind {
+                    cause: cause_of(machine, effect, &[outlet]),
+                    smallest: smallest.filter(|value| *value < 1e5),
+                    unit: "um",
+                    test: showing_test(machine, kind, effect.place),
+                });
+            }
+        }
+    }
 }
 
 /// Causes of axes that never moved, for which there is no family at all.
@@ -103,7 +173,7 @@ fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
             let covered = families.iter().any(|family| family.kind == *name && family.place == place);
             let Some(kind) = kind(name).filter(|_| !covered) else { continue };
             let outlets = (kind.outlets)(machine, place);
-            let effect = crate::machine::Effect::new(name, place);
+            let effect = Effect::new(name, place);
             let Some(outlet) = outlets.first() else { continue };
             list.push(Blind {
                 cause: cause_of(machine, &effect, &outlets),
@@ -148,7 +218,9 @@ pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
         ) => {
             format!("planar circles with {name} in both directions and at two feeds")
         }
-        ("thermal-growth" | "bar-length", _) => "the first test again at the end, nothing remounted".to_string(),
+        ("thermal-growth" | "bar-length" | "ball-slip" | "pivot-slip", _) => {
+            "the first test again at the end, nothing remounted".to_string()
+        }
         ("trigger-latency", _) => "a sweep with an off-centre ball at two feeds in both directions".to_string(),
         _ => "the first test again in both directions".to_string(),
     }

@@ -132,7 +132,9 @@ fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize
 /// Sum of functions times amplitudes over the rows in which the place's axis moves (all rows for other places).
 fn curve(ground: &Ground, lead: &Candidate, profiles: &[Profile], terms: &[usize], amplitudes: &[f64]) -> Vec<f64> {
     let axis = lead.effect.place.axis();
-    let everywhere = matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length");
+    // a joint that stands still sags as the one that carries it tilts
+    let everywhere =
+        matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");
     let mut curve: Vec<f64> = Vec::new();
     for (test, residual) in ground.residual_mm.iter().enumerate() {
         let moving = axis.is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));

@@ -1,0 +1,122 @@
+//! Which left-out physics turns the thesis's three methods against each other, and that a diagnosis finds it or says it is blind.
+
+#[path = "../examples/thesis_mismatch/causes.rs"]
+mod causes;
+#[path = "../examples/thesis_mismatch/designs.rs"]
+mod designs;
+#[path = "../examples/thesis_mismatch/outcome.rs"]
+mod outcome;
+
+use causes::{CAUSES, LeftOut, seed_of};
+use outcome::{ByMethod, ORIENTATIONS, Outcome, by_method, outcomes, shown};
+
+fn cause(part: &str) -> (LeftOut, u64) {
+    let index = CAUSES.iter().position(|cause| cause.name.contains(part)).unwrap_or_else(|| panic!("no cause {part}"));
+    (CAUSES[index], seed_of(index))
+}
+
+fn methods(part: &str) -> [ByMethod; 4] {
+    let (cause, seed) = cause(part);
+    by_method(&designs::designs().unwrap(), &cause, seed).unwrap()
+}
+
+fn of<'a>(errors: &'a [ByMethod; 4], name: &str) -> &'a ByMethod {
+    &errors[ORIENTATIONS.iter().position(|other| *other == name).unwrap()]
+}
+
+#[test]
+fn with_nothing_left_out_the_methods_agree_and_are_right() {
+    let errors = methods("nothing");
+    for (by, name) in errors.iter().zip(ORIENTATIONS) {
+        println!("{name}: {:?} ± {:?}, {:.2} sigma", by.value, by.sigma, by.in_sigmas());
+        assert!(by.in_sigmas() < 3.0, "{name}");
+        let inserted = designs::INSERTED.iter().find(|(other, _)| *other == name).unwrap().1;
+        // chapter 6 has the longest arms
+        assert!((by.value[2] - inserted).abs() < 4.0 * by.sigma[2], "{name}: {}", by.value[2]);
+    }
+    // what chapters 4 and 5 leave in: EB0A, by definition and without any missing physics
+    let printed = of(&errors, "EB0C").printed;
+    for chapter in 0..2 {
+        assert!((printed[chapter] - printed[2] - 6.62).abs() < 1.5, "{printed:?}");
+    }
+}
+
+#[test]
+fn what_acts_on_one_of_two_circles_turns_the_methods_against_each_other() {
+    // closed form: an axial motion a sin q of the turning axis adds (h/L) a sin q to a bar that sweeps a cone, which the
+    // reduction to its plane of radius R reads as a centre moved by (h/R) a, so a tilt of a/R
+    let axial = methods("EZC");
+    let expected = 3e-3 / 100.0 * fiveaxis::units::ARCSEC_PER_RAD;
+    for name in ["EA0C", "EB0C"] {
+        println!("{name} under axial motion of C: {:?}, closed form {expected:.2}", of(&axial, name).value);
+    }
+    // chapter 4's pivot stands on x: sine is EA0C there; chapter 5's on y, 90° on: EB0C there
+    let (a, b) = (of(&axial, "EA0C"), of(&axial, "EB0C"));
+    assert!(((a.value[0] - a.value[2]).abs() - expected).abs() < 0.5, "{:?}", a.value);
+    assert!(((b.value[1] - b.value[2]).abs() - expected).abs() < 1.0, "{:?}", b.value);
+    assert!(a.in_sigmas() > 10.0 && b.in_sigmas() > 5.0);
+    // the two methods that share their lever arms disagree with each other as well
+    assert!((a.value[0] - a.value[1]).abs() > 5.0);
+    // a wrong seat of the ball: 3.2 µm in z over 111.8 mm, over 550 mm in chapter 6
+    let seat = methods("seats anew");
+    let expected = 3.2e-3 * (1.0 / 111.803 - 1.0 / 550.0) * fiveaxis::units::ARCSEC_PER_RAD;
+    let by = of(&seat, "EB0A");
+    assert!(((by.value[0] - by.value[2]).abs() - expected).abs() < 1.0, "{:?}, {expected}", by.value);
+    for part in ["grows down", "sideways", "EXA", "EYX"] {
+        let errors = methods(part);
+        let worst = errors.iter().map(ByMethod::in_sigmas).fold(0.0, f64::max);
+        assert!(worst > 6.0, "{part}: {worst}");
+    }
+}
+
+#[test]
+fn what_acts_on_both_circles_alike_does_not() {
+    for part in ["own axis tilts", "runs out", "sags", "not square", "pivots off", "calibrated wrongly"] {
+        let errors = methods(part);
+        for (by, name) in errors.iter().zip(ORIENTATIONS) {
+            // no two methods differ by more than four of their standard deviations; with an arcsec of room for those of
+            // five degrees of freedom that come out too small
+            assert!(by.in_sigmas() < 4.0 || by.spread() < 1.0, "{part}, {name}: {:?} ± {:?}", by.value, by.sigma);
+        }
+    }
+    // yet all three are wrong together: squareness of 20″ stands in each
+    let inserted = designs::INSERTED.iter().find(|(name, _)| *name == "EB0C").unwrap().1;
+    let by = methods("not square")[3].clone();
+    for value in by.value {
+        assert!(((value - inserted).abs() - 20.0).abs() < 2.0, "{value}");
+    }
+}
+
+#[test]
+fn axial_motion_gives_the_largest_disagreement_per_size() {
+    let per_unit = |index: usize| {
+        let cause = CAUSES[index];
+        let errors = by_method(&designs::designs().unwrap(), &cause, seed_of(index)).unwrap();
+        errors.iter().map(ByMethod::spread).fold(0.0, f64::max) / cause.size
+    };
+    let lengths = (1..CAUSES.len()).filter(|&index| CAUSES[index].unit == "um");
+    let mut ranked: Vec<(f64, &str)> = lengths.map(|index| (per_unit(index), CAUSES[index].name)).collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    println!("{ranked:#?}");
+    assert!(ranked[..2].iter().all(|(_, name)| name.contains("along its axis")), "{ranked:?}");
+}
+
+#[test]
+fn each_cause_is_found_or_listed_as_out_of_sight_and_found_once_the_design_can_show_it() {
+    let designs = designs::designs().unwrap();
+    for part in ["seats anew", "EZC", "EXA", "EZX"] {
+        let (cause, seed) = cause(part);
+        for (outcome, chapter) in outcomes(&designs, &cause, seed).unwrap().iter().zip([4, 5, 6]) {
+            println!("{}, chapter {chapter}: {outcome:?}", cause.name);
+            assert!(matches!(outcome, Outcome::Found { .. } | Outcome::Blind(_)), "{}, chapter {chapter}", cause.name);
+        }
+        let (session, outcome) = shown(&designs, &cause, seed).unwrap().unwrap();
+        println!("{}, {session}: {outcome:?}", cause.name);
+        assert!(matches!(outcome, Outcome::Found { .. }), "{}, {session}", cause.name);
+    }
+    // growth lies near the limit of two designs (docs/thesis_mismatch.md); the repeat at the end must show it
+    let (growth, seed) = cause("grows down");
+    let (session, outcome) = shown(&designs, &growth, seed).unwrap().unwrap();
+    println!("{}, {session}: {outcome:?}", growth.name);
+    assert!(matches!(outcome, Outcome::Found { .. }), "{session}");
+}
