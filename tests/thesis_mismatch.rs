@@ -57,9 +57,10 @@ fn what_acts_on_one_of_two_circles_turns_the_methods_against_each_other() {
     assert!(a.in_sigmas() > 10.0 && b.in_sigmas() > 5.0);
     // the two methods that share their lever arms disagree with each other as well
     assert!((a.value[0] - a.value[1]).abs() > 5.0);
-    // a wrong seat of the ball: 3.2 µm in z over 111.8 mm, over 550 mm in chapter 6
+    // a wrong seat of the ball: 3.2 µm in z over 111.8 mm, over 550 mm in chapter 6; chapter 4 goes to −x after the first
+    // change, chapter 6 to +x, so the two angles have opposite signs
     let seat = methods("seats anew");
-    let expected = 3.2e-3 * (1.0 / 111.803 - 1.0 / 550.0) * fiveaxis::units::ARCSEC_PER_RAD;
+    let expected = 3.2e-3 * (1.0 / 111.803 + 1.0 / 550.0) * fiveaxis::units::ARCSEC_PER_RAD;
     let by = of(&seat, "EB0A");
     assert!(((by.value[0] - by.value[2]).abs() - expected).abs() < 1.0, "{:?}, {expected}", by.value);
     for part in ["grows down", "sideways", "EXA", "EYX"] {
@@ -102,9 +103,19 @@ fn axial_motion_gives_the_largest_disagreement_per_size() {
 }
 
 #[test]
-fn each_cause_is_found_or_listed_as_out_of_sight_and_found_once_the_design_can_show_it() {
+fn axial_motion_is_listed_as_out_of_sight_and_found_once_the_design_can_show_it() {
+    found_or_listed(&["EZC", "EXA"]);
+}
+
+#[test]
+fn a_seat_and_a_bow_are_found_or_listed_as_out_of_sight_and_found_once_the_design_can_show_them() {
+    found_or_listed(&["seats anew", "EZX"]);
+}
+
+/// In every design found or listed as blind; found in the extension.
+fn found_or_listed(parts: &[&str]) {
     let designs = designs::designs().unwrap();
-    for part in ["seats anew", "EZC", "EXA", "EZX"] {
+    for part in parts {
         let (cause, seed) = cause(part);
         for (outcome, chapter) in outcomes(&designs, &cause, seed).unwrap().iter().zip([4, 5, 6]) {
             println!("{}, chapter {chapter}: {outcome:?}", cause.name);
@@ -114,6 +125,11 @@ fn each_cause_is_found_or_listed_as_out_of_sight_and_found_once_the_design_can_s
         println!("{}, {session}: {outcome:?}", cause.name);
         assert!(matches!(outcome, Outcome::Found { .. }), "{}, {session}", cause.name);
     }
+}
+
+#[test]
+fn growth_is_found_when_the_first_tests_are_run_again_at_the_end() {
+    let designs = designs::designs().unwrap();
     // growth lies near the limit of two designs (docs/thesis_mismatch.md); the repeat at the end must show it
     let (growth, seed) = cause("grows down");
     let (session, outcome) = shown(&designs, &growth, seed).unwrap().unwrap();

@@ -14,10 +14,6 @@ use super::causes::{Extension, LeftOut, Nature};
 
 /// Nominal length of the extended bar, mm.
 pub const EXTENDED_MM: f64 = 150.0;
-/// Lever arms over which the methods turn a difference of two centres into an angle, mm: chapters 4 and 5 both axes,
-/// chapter 6 A and C.
-pub const ARMS_MM: [f64; 3] = [111.803_399, 550.0, 150.0];
-
 /// Location errors of the machine, the same in every design, µm and arcsec: those of `examples/thesis/chapter5`.
 pub const INSERTED: [(&str, f64); 8] = [
     ("EY0A", 34.2),

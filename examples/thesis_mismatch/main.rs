@@ -11,15 +11,43 @@ use std::error::Error;
 
 use fiveaxis::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
-use causes::CAUSES;
-use designs::{ARMS_MM, INSERTED};
-use outcome::{Named, ORIENTATIONS, Outcome, Row};
+use causes::{CAUSES, LeftOut};
+use designs::{Design, INSERTED};
+use outcome::{ByMethod, Named, ORIENTATIONS, Outcome, by_method, outcomes, shown};
+
+/// Lever arms over which the methods turn a difference of two centres into an angle, mm: chapters 4 and 5 both axes,
+/// chapter 6 A and C.
+const ARMS_MM: [f64; 3] = [111.803_399, 550.0, 150.0];
+
+/// One cause in the three designs and in the extension that can show it.
+struct Row {
+    cause: LeftOut,
+    /// In the order of [`ORIENTATIONS`].
+    errors: [ByMethod; 4],
+    /// Chapters 4, 5, 6.
+    outcomes: Vec<Outcome>,
+    /// What the session added, and what came of it.
+    extension: Option<(&'static str, Outcome)>,
+}
+
+impl Row {
+    /// The orientation error on which the methods differ most.
+    fn worst(&self) -> (&'static str, &ByMethod) {
+        let mut worst = 0;
+        for k in 1..ORIENTATIONS.len() {
+            if self.errors[k].spread() > self.errors[worst].spread() {
+                worst = k;
+            }
+        }
+        (ORIENTATIONS[worst], &self.errors[worst])
+    }
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let designs = designs::designs()?;
     let mut rows = Vec::new();
     for (index, cause) in CAUSES.iter().enumerate() {
-        rows.push(outcome::row(&designs, cause, causes::seed_of(index))?);
+        rows.push(row(&designs, cause, causes::seed_of(index))?);
     }
     print_levers();
     print_disagreement(&rows);
@@ -114,4 +142,15 @@ fn words(outcome: &Outcome, unit: &str) -> String {
         Outcome::Clean => "clean".into(),
         Outcome::Neither(_) => "NEITHER".into(),
     }
+}
+
+/// Simulates, estimates and diagnoses one cause.
+fn row(designs: &[Design], cause: &LeftOut, seed: u64) -> Result<Row, Box<dyn Error>> {
+    let errors = by_method(designs, cause, seed)?;
+    Ok(Row {
+        cause: *cause,
+        errors,
+        outcomes: outcomes(designs, cause, seed)?,
+        extension: shown(designs, cause, seed)?,
+    })
 }

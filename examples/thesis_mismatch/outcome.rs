@@ -130,30 +130,6 @@ fn judged(diagnosis: &Diagnosis, cause: &LeftOut) -> Outcome {
     }
 }
 
-/// One cause in the three designs and in the extension that can show it.
-pub struct Row {
-    pub cause: LeftOut,
-    /// In the order of [`ORIENTATIONS`].
-    pub errors: [ByMethod; 4],
-    /// Chapters 4, 5, 6.
-    pub outcomes: Vec<Outcome>,
-    /// What the session added, and what came of it.
-    pub extension: Option<(&'static str, Outcome)>,
-}
-
-impl Row {
-    /// The orientation error on which the methods differ most.
-    pub fn worst(&self) -> (&'static str, &ByMethod) {
-        let mut worst = 0;
-        for k in 1..ORIENTATIONS.len() {
-            if self.errors[k].spread() > self.errors[worst].spread() {
-                worst = k;
-            }
-        }
-        (ORIENTATIONS[worst], &self.errors[worst])
-    }
-}
-
 /// Session of a design with the cause in it; `seed` decides every draw.
 fn session_of(design: &Design, cause: &LeftOut, seed: u64) -> Result<Session, Box<dyn Error>> {
     record(&design.session, cause, seed + u64::from(design.chapter))
@@ -193,15 +169,4 @@ pub fn shown(
     let Some(extension) = cause.extension else { return Ok(None) };
     let (session, words) = extended(designs, extension);
     Ok(Some((words, outcome(&record(&session, cause, seed)?, cause)?)))
-}
-
-/// Simulates, estimates and diagnoses one cause.
-pub fn row(designs: &[Design], cause: &LeftOut, seed: u64) -> Result<Row, Box<dyn Error>> {
-    let errors = by_method(designs, cause, seed)?;
-    Ok(Row {
-        cause: *cause,
-        errors,
-        outcomes: outcomes(designs, cause, seed)?,
-        extension: shown(designs, cause, seed)?,
-    })
 }
