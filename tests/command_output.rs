@@ -100,3 +100,100 @@ fn a_plan_takes_the_meshes_of_its_machine_along() {
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
     assert!(succeeds(folder, &["clearance", "plan/session.yaml"]).contains("a-100-1-ccw"));
 }
+
+/// Standard error of a command that ends with exit code 2.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = fiveaxis(folder, arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// Every file below a folder with its content.
+fn content(folder: &Path) -> std::collections::BTreeMap<std::path::PathBuf, Vec<u8>> {
+    let mut found = std::collections::BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(content(&path));
+        } else {
+            found.insert(path.clone(), std::fs::read(&path).unwrap());
+        }
+    }
+    found
+}
+
+#[test]
+fn plan_leaves_files_alone_that_no_plan_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["session.yaml", "machine.yaml", "nc/own.nc"] {
+        let own = folder.path().join(name.replace(['/', '.'], "-"));
+        std::fs::create_dir_all(own.join(name).parent().unwrap()).unwrap();
+        std::fs::write(own.join(name), "name: mine\n").unwrap();
+        let before = content(&own);
+        let mill = machine("hermle-c600u.yaml");
+        let said = refused(folder.path(), &["plan", &mill, "--method", "chapter5", "--out", own.to_str().unwrap()]);
+        let top = name.split('/').next().unwrap();
+        assert!(said.contains(&own.join(top).display().to_string()) && said.contains("another folder"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert_eq!(content(&own), before);
+    }
+}
+
+#[test]
+fn a_new_plan_replaces_the_programs_of_the_former_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mill = machine("hermle-c600u.yaml");
+    let plan = |method: &str, out: &str| {
+        succeeds(folder, &["plan", &mill, "--method", method, "--out", out]);
+        let files = content(&folder.join(out));
+        let shorter = |(file, text): (std::path::PathBuf, Vec<u8>)| {
+            (file.strip_prefix(folder.join(out)).unwrap().to_path_buf(), text)
+        };
+        files.into_iter().map(shorter).collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let (first, second) = (plan("chapter5", "plan"), plan("chapter6", "alone"));
+    assert!(first.keys().any(|file| !second.contains_key(file)), "the plans share all names");
+    assert_eq!(plan("chapter6", "plan"), second);
+
+    // files that the head does not list stay, and so do files that it lists elsewhere
+    let hand = folder.join("plan/nc/linuxcnc/by-hand.ngc");
+    std::fs::write(&hand, "M2").unwrap();
+    std::fs::write(folder.join("elsewhere.nc"), "M2").unwrap();
+    let session = folder.join("plan/session.yaml");
+    let text = std::fs::read_to_string(&session).unwrap().replacen("\n", "\n# nc/../../elsewhere.nc\n", 1);
+    std::fs::write(&session, text).unwrap();
+    plan("chapter5", "plan");
+    assert!(hand.is_file() && folder.join("elsewhere.nc").is_file());
+
+    // a plan without tests leaves nothing to run
+    std::fs::remove_file(&hand).unwrap();
+    succeeds(folder, &["plan", &mill, "--margin", "500", "--out", "plan"]);
+    let left: Vec<_> = content(&folder.join("plan")).into_keys().collect();
+    assert_eq!(left, [folder.join("plan/setup-sheet.html")]);
+    assert!(!folder.join("plan/nc").exists());
+    plan("chapter5", "plan");
+}
+
+#[test]
+fn programs_stop_spindle_and_coolant_before_the_operator_and_say_their_state() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeeds(folder, &["plan", &machine("hermle-c600u.yaml"), "--method", "chapter5", "--out", "plan"]);
+    let mut seen = 0;
+    for (file, text) in content(&folder.join("plan/nc")) {
+        let text = String::from_utf8(text).unwrap();
+        let at = |word: &str| text.lines().position(|line| line.split(' ').any(|found| found == word));
+        let stop = at("M0").unwrap();
+        assert!(at("M5").is_some_and(|line| line < stop) && at("M9").is_some_and(|line| line < stop), "{text}");
+        assert!(text.contains("positions in "), "{text}");
+        match file.extension().and_then(|ending| ending.to_str()) {
+            Some("ngc") => assert!(text.contains("\nG64 P0.001 "), "{text}"),
+            Some("mpf") => assert!(text.contains("\nG641 ADIS=0.001\n"), "{text}"),
+            Some("h") => assert!(text.contains(" gauge length "), "{text}"),
+            _ => {}
+        }
+        seen += 1;
+    }
+    assert!(seen >= 8 && seen % 4 == 0, "{seen}");
+}

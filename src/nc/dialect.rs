@@ -43,7 +43,7 @@ pub fn program(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> St
     let steps = steps(machine, planned);
     let name = planned.test.name.to_uppercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
     match dialect {
-        Dialect::Heidenhain => heidenhain(&name, &steps, in_machine_coordinates),
+        Dialect::Heidenhain => heidenhain(&name, &steps, in_machine_coordinates, machine.gauge_length_mm),
         _ => iso(&name, &steps, in_machine_coordinates, dialect),
     }
 }
@@ -63,16 +63,14 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
         out.push_str("%\n");
     }
     out.push_str(&comment(name));
-    out.push_str(&comment(if machine_coordinates {
-        "positions in machine coordinates"
-    } else {
-        "positions in work coordinates with zero at the zero of the machine file"
-    }));
+    out.push_str(&comment(coordinates(machine_coordinates)));
     // no tool length, no radius, no tool centre point control: axes move as written
     out.push_str(match dialect {
         Dialect::Sinumerik => "G17 G40 G71 G90 G94\nTRAFOOF\nD0\n",
         _ => "G17 G21 G40 G49 G90 G94\n",
     });
+    // the operator's hands are at the spindle next
+    out.push_str("M5\nM9\n");
     if dialect == Dialect::LinuxCnc {
         out.push_str(&comment("identity kinematics: with xyzac-trt-kins switch by M429 before"));
     }
@@ -88,14 +86,13 @@ fn iso(name: &str, steps: &[Step], machine_coordinates: bool, dialect: Dialect) 
         format!("{axis}{equals}{:.5}", (value * 1e5).round() / 1e5 + 0.0)
     };
     let coupled = steps.iter().any(|step| matches!(step, Step::Move { .. } | Step::Arc { .. }));
-    if coupled {
-        // corners between blocks are not rounded by more than a micrometre, centres are relative
-        out.push_str(match dialect {
-            Dialect::LinuxCnc => "G64 P0.001 G91.1\n",
-            Dialect::Sinumerik => "G641 ADIS=0.001\n",
-            _ => "G64\n",
-        });
-    }
+    // corners between blocks are not rounded by more than a micrometre, centres are relative; whatever ran before
+    out.push_str(match dialect {
+        Dialect::LinuxCnc => "G64 P0.001 G91.1\n",
+        Dialect::Sinumerik => "G641 ADIS=0.001\n",
+        _ if coupled => "G64\n",
+        _ => "",
+    });
     let mut by_time = false;
     for step in steps {
         // each block of coupled axes has its time (G93), every other feed is per minute (G94)
@@ -169,9 +166,30 @@ fn centre_letter(axis: &str) -> &'static str {
     }
 }
 
-fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool) -> String {
+/// Which coordinates a program's positions are in.
+fn coordinates(of_machine: bool) -> &'static str {
+    if of_machine {
+        "positions in machine coordinates"
+    } else {
+        "positions in work coordinates with zero at the zero of the machine file"
+    }
+}
+
+fn heidenhain(name: &str, steps: &[Step], machine_coordinates: bool, gauge_length_mm: Option<f64>) -> String {
     // M129: no tool centre point control; M127: rotary axes go the way that is written, not the shorter one
-    let mut lines = vec![format!("BEGIN PGM {name} MM"), "M129".into(), "M127".into()];
+    // M5, M9: the operator's hands are at the spindle next
+    let mut lines = vec![
+        format!("BEGIN PGM {name} MM"),
+        format!("; {}", coordinates(machine_coordinates)),
+        match gauge_length_mm {
+            Some(length) => format!("; gauge length of the machine file {length:.3} mm, tool length 0"),
+            None => "; no gauge length in the machine file, tool length 0".into(),
+        },
+        "M129".into(),
+        "M127".into(),
+        "M5".into(),
+        "M9".into(),
+    ];
     // M91: this block in machine coordinates
     let after = if machine_coordinates { " M91" } else { "" };
     for step in steps {

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod clearance;
 pub mod diagnose;
+mod former_plan;
 pub mod identify;
 pub mod output;
 pub mod plan;

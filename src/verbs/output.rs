@@ -37,6 +37,7 @@ pub fn remark(text: std::fmt::Arguments) {
 #[derive(Debug, Default)]
 pub struct OutputFolder {
     files: Vec<(PathBuf, Vec<u8>)>,
+    former: Vec<PathBuf>,
 }
 
 impl OutputFolder {
@@ -49,10 +50,15 @@ impl OutputFolder {
         }
     }
 
+    /// Files of an earlier run, relative to the folder: those that are not written again are removed.
+    pub fn replace(&mut self, former: Vec<PathBuf>) {
+        self.former = former;
+    }
+
     /// Writes all files, each under a temporary name first; refuses when a file would replace one of `inputs`.
     pub fn write(&self, folder: &Path, inputs: &[PathBuf]) -> Result<(), Refusal> {
         let inputs: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
-        for (name, _) in &self.files {
+        for name in self.files.iter().map(|(name, _)| name).chain(&self.former) {
             let target = folder.join(name);
             if target.canonicalize().is_ok_and(|target| inputs.contains(&target)) {
                 return Err(format!(
@@ -70,6 +76,10 @@ impl OutputFolder {
                 let _ = fs::remove_file(temporary);
             }
             return Err(refusal);
+        }
+        // before the new ones take their places: old programs never lie beside new ones
+        for former in self.former.iter().filter(|former| self.files.iter().all(|(name, _)| name != *former)) {
+            remove(&folder.join(former), folder)?;
         }
         for (temporary, target) in &staged {
             fs::rename(temporary, target).map_err(|why| format!("{} cannot be written: {why}", target.display()))?;
@@ -91,6 +101,24 @@ impl OutputFolder {
         }
         Ok(())
     }
+}
+
+/// Removes a file, and the folders that it leaves empty below `top`.
+fn remove(file: &Path, top: &Path) -> Result<(), Refusal> {
+    match fs::remove_file(file) {
+        Err(why) if why.kind() != ErrorKind::NotFound => {
+            return Err(format!("{} of an earlier plan cannot be removed: {why}", file.display()).into());
+        }
+        _ => {}
+    }
+    let above = file.ancestors().skip(1).take_while(|above| *above != top);
+    for above in above {
+        // a folder with other files stays
+        if fs::remove_dir(above).is_err() {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Files that a session was read from: none of them may be overwritten.

@@ -19,6 +19,7 @@ use serde_json::{Map, Value, json};
 
 use super::Refusal;
 use super::clearance::touching_note;
+use super::former_plan::{former_files, head};
 use super::output::OutputFolder;
 
 /// Arguments of `plan`.
@@ -94,9 +95,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let (machine, bodies) = load_machine_and_bodies(&arguments.machine)?;
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
     let settings = settings(arguments, &machine)?;
+    let former = match &arguments.out {
+        Some(folder) => former_files(folder, &arguments.machine)?,
+        None => Vec::new(),
+    };
     let plan = plan(&machine, &bodies, &kit, &settings)?;
     if let Some(folder) = &arguments.out {
-        write_files(folder, arguments, &machine, &bodies, &kit, &plan)?;
+        let mut output = planned_files(folder, arguments, &machine, &bodies, &kit, &plan)?;
+        output.replace(former);
+        output.write(folder, std::slice::from_ref(&arguments.machine))?;
     }
     if arguments.json {
         println!("{}", as_json(&plan, &machine));
@@ -112,16 +119,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
 /// Folders of the programs, in the order of [`Dialect`].
 const DIALECT_FOLDERS: [&str; 4] = ["generic", "linuxcnc", "heidenhain", "sinumerik"];
 
-/// Session, setup sheet and programs, whole or not at all.
-fn write_files(
+/// Session, setup sheet and programs; of a plan without tests the sheet alone, which says why.
+fn planned_files(
     folder: &Path,
     arguments: &Arguments,
     machine: &Machine,
     bodies: &Bodies,
     kit: &Kit,
     plan: &Plan,
-) -> Result<(), Refusal> {
+) -> Result<OutputFolder, Refusal> {
     let mut output = OutputFolder::default();
+    output.add("setup-sheet.html", setup_sheet(machine, plan, &pictures(machine, bodies, kit, plan)));
+    if plan.tests.is_empty() {
+        return Ok(output);
+    }
     let machine_text = std::fs::read(&arguments.machine)?;
     output.add("machine.yaml", machine_text);
     let home = arguments.machine.parent().unwrap_or(Path::new(""));
@@ -141,6 +152,7 @@ fn write_files(
     }
     let mut started_at_s = 0.0;
     let mut tests = Vec::new();
+    let mut programs = Vec::new();
     for planned in &plan.tests {
         for test in planned.both_ways() {
             let recording_file = Some(format!("{}.csv", test.name));
@@ -150,7 +162,9 @@ fn write_files(
         for (dialect, ending) in Dialect::ALL.into_iter().filter(|(dialect, _)| dialect.unknown_axis(machine).is_none())
         {
             let folder = DIALECT_FOLDERS[dialect as usize];
-            output.add(format!("nc/{folder}/{}.{ending}", planned.test.name), program(machine, planned, dialect));
+            let name = format!("nc/{folder}/{}.{ending}", planned.test.name);
+            output.add(name.clone(), program(machine, planned, dialect));
+            programs.push(name);
         }
     }
     let session = Session {
@@ -160,11 +174,8 @@ fn write_files(
         spread: Spread::default(),
         tests,
     };
-    if !session.tests.is_empty() {
-        output.add("session.yaml", session_yaml(&session));
-    }
-    output.add("setup-sheet.html", setup_sheet(machine, plan, &pictures(machine, bodies, kit, plan)));
-    output.write(folder, std::slice::from_ref(&arguments.machine))
+    output.add("session.yaml", head(&programs) + &session_yaml(&session));
+    Ok(output)
 }
 
 /// Two views of every test in the middle of its sweep.
