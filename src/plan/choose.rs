@@ -121,6 +121,8 @@ pub(super) struct Desk<'a> {
     pub all: &'a Candidates,
     pub parking: Parking,
     pub scratch: Scratch,
+    /// Time that is to be filled, min; `None`: tests until the goals are reached.
+    pub budget: Option<f64>,
     /// Standard deviations wanted of the wanted errors, mm and rad.
     pub goals: Vec<f64>,
     /// For each wanted error: lengths of reachable setups would fix it if nothing stood in their way.
@@ -146,6 +148,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         false => Unknowns::of(machine, settings.uncertainty),
     };
     let mut desk = Desk {
+        budget: settings.goal.minutes,
         goals: goals(&unknowns, &settings.goal),
         machine,
         bodies,
@@ -167,8 +170,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
     let about = if settings.index_spindle { Some(desk.spindle_direction()?) } else { None };
     let (mut choice, one_pivot) = match (settings.method, settings.pivots) {
         (Some(method), _) => (method_choice(&mut desk, method)?, None),
-        (None, Some(1)) => (desk.one_pivot_choice(), None),
-        (None, _) => desk.free_choice(),
+        (None, _) => desk.searched(),
     };
     if let Some(about) = about {
         desk.repeat_indexed(&mut choice, about);
@@ -179,7 +181,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
 
 impl<'a> Desk<'a> {
     /// As many pivots as pay, or the one pivot from which all that can be had as quickly; and what one pivot reaches.
-    fn free_choice(&mut self) -> (Choice<'a>, Option<OnePivot>) {
+    pub(super) fn free_choice(&mut self) -> (Choice<'a>, Option<OnePivot>) {
         let list: &'a [Candidate] = &self.all.list;
         let mut free = self.greedy(list.iter());
         let mut reached = self.reached(&free);
@@ -202,11 +204,14 @@ impl<'a> Desk<'a> {
         (choice, (from_one.pivots == 1).then_some(one_pivot))
     }
 
-    /// As good and no dearer; with time given, better.
-    fn is_better(&self, one: &Reached, other: &Reached) -> bool {
+    /// As good and no dearer; with time given, more errors determined, or as many and those better.
+    pub(super) fn is_better(&self, one: &Reached, other: &Reached) -> bool {
         let as_good = one.determined >= other.determined && one.worth <= other.worth + SAME_WORTH;
-        match self.settings.goal.minutes {
-            Some(_) => one.worth < other.worth,
+        match self.budget {
+            Some(_) => {
+                let more = one.determined.cmp(&other.determined);
+                more.is_gt() || more.is_eq() && one.worth < other.worth
+            }
             None => as_good && one.minutes <= other.minutes,
         }
     }
@@ -382,7 +387,7 @@ impl<'a> Desk<'a> {
     /// Σ ln max(σ², goal²).
     pub fn worth(&self, variances: &[f64]) -> f64 {
         // with time to spend there is no "good enough"
-        let enough = if self.settings.goal.minutes.is_some() { 0.1 } else { 1.0 };
+        let enough = if self.budget.is_some() { 0.1 } else { 1.0 };
         variances.iter().zip(&self.goals).map(|(variance, goal)| variance.max((enough * goal).powi(2)).ln()).sum()
     }
 }

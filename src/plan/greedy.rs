@@ -57,6 +57,11 @@ pub(super) struct Search<'a> {
 impl<'a> Desk<'a> {
     /// Chooses tests one by one from a list.
     pub(super) fn greedy(&mut self, list: impl Iterator<Item = &'a Candidate>) -> Choice<'a> {
+        self.greedy_from(list, &Choice::default())
+    }
+
+    /// Chooses tests one by one from a list after those of another choice, as far as these fit in the time.
+    pub(super) fn greedy_from(&mut self, list: impl Iterator<Item = &'a Candidate>, base: &Choice<'a>) -> Choice<'a> {
         let mut search = Search {
             entries: list.map(|candidate| self.entry(candidate, None)).collect(),
             knowledge: Knowledge::before_with_loose_setups(&self.unknowns),
@@ -65,11 +70,14 @@ impl<'a> Desk<'a> {
             failures: BTreeMap::new(),
             minutes: 0.0,
         };
-        if self.settings.coupled.circles {
+        for &k in &base.chosen {
+            self.take_again(&mut search, &base.entries[k]);
+        }
+        if self.settings.coupled.circles && base.chosen.is_empty() {
             self.take_circles(&mut search);
         }
         self.extend(&mut search);
-        if self.settings.goal.minutes.is_none() {
+        if self.budget.is_none() {
             let goals = self.goals.clone();
             for _ in 0..TIGHTENINGS {
                 if !self.tighten(&search, &goals) {
@@ -120,7 +128,7 @@ impl<'a> Desk<'a> {
                 continue;
             }
             let cost = self.cost(&search.entries[k], &search.knowledge);
-            if self.settings.goal.minutes.is_some_and(|budget| search.minutes + cost > budget) {
+            if self.budget.is_some_and(|budget| search.minutes + cost > budget) {
                 continue;
             }
             if seen < round {
@@ -165,6 +173,17 @@ impl<'a> Desk<'a> {
                 .filter(|k| !search.dead.contains(k))
                 .map(|k| Bound(gains[k] / self.cost(&search.entries[k], &search.knowledge), k, 0))
                 .collect();
+        }
+    }
+
+    /// Takes a test that was found clear in another search, if it fits in the time left.
+    fn take_again(&self, search: &mut Search<'a>, known: &Entry<'a>) {
+        let place = search.entries.iter().position(|entry| std::ptr::eq(entry.candidate, known.candidate));
+        let cost = self.cost(known, &search.knowledge);
+        let fits = self.budget.is_none_or(|budget| search.minutes + cost <= budget);
+        if let Some(k) = place.filter(|_| fits) {
+            search.entries[k] = self.entry(known.candidate, known.sweep.clone());
+            self.take(search, k);
         }
     }
 

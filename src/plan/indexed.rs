@@ -55,7 +55,7 @@ impl<'a> Desk<'a> {
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
             let Some((rate, cost, k)) = best else { break };
-            let fits = self.settings.goal.minutes.is_none_or(|budget| minutes + cost <= budget);
+            let fits = self.budget.is_none_or(|budget| minutes + cost <= budget);
             if rate < LEAST_GAIN || !fits {
                 break;
             }

@@ -36,6 +36,7 @@ mod planar;
 mod planned;
 mod reach;
 mod run_in;
+mod searches;
 mod solver;
 mod words;
 

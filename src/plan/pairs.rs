@@ -99,7 +99,7 @@ impl<'a> Desk<'a> {
             for &other in &members[place + 1..] {
                 let cost = first_cost + self.cost(&search.entries[other], &with_one);
                 let gain = worth - self.worth(&with_one.variances_with(&search.entries[other].block));
-                let fits = self.settings.goal.minutes.is_none_or(|budget| search.minutes + cost <= budget);
+                let fits = self.budget.is_none_or(|budget| search.minutes + cost <= budget);
                 if fits && gain / cost > LEAST_GAIN {
                     pairs.push((gain / cost, [one, other]));
                 }

@@ -132,7 +132,7 @@ impl<'a> Desk<'a> {
         }
         for k in best.map(|(.., circles)| circles).unwrap_or_default() {
             let cost = self.cost(&search.entries[k], &search.knowledge);
-            if self.settings.goal.minutes.is_none_or(|budget| search.minutes + cost <= budget) {
+            if self.budget.is_none_or(|budget| search.minutes + cost <= budget) {
                 self.take(search, k);
             }
         }
