@@ -72,7 +72,7 @@ const MOST_RIVALS: usize = 4;
 /// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
 const REST_OF_FORM: f64 = 0.6;
 /// Free curves at a place that explain this share beside a named form show that the form is not the right one.
-const FORM_UNKNOWN: f64 = 0.25;
+const FORM_UNKNOWN: f64 = 0.4;
 
 /// Drivers that look alike where one place is concerned.
 fn driver_class(driver: Driver) -> u8 {

@@ -183,8 +183,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let mut told = Told::of(&fine, &families, &search);
     let mut proof = None;
     if !told.findings.is_empty() {
-        let lead = search.found.first().map(|found| &found.chosen);
-        let proved = proof::prove(&grounds, &families, lead, &told.findings, &search.noise_after);
+        let proved = proof::prove(&grounds, &families, &search.found, &told.findings, &search.noise_after);
         let before = search.found.len();
         // what static poses show was accepted by prediction already
         proof = Some(if fine.has_sweeps() { without_unproven(&mut search, &told.findings, proved) } else { proved });

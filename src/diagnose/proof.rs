@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use super::ground::Ground;
 use super::library::Family;
-use super::search::{Candidate, Grounds, floors, search_part};
+use super::search::{Found, Grounds, floors, search_part};
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
 
@@ -23,11 +23,11 @@ const CHUNK_POSES: usize = 40;
 /// Number of folds.
 const FOLDS: usize = 2;
 
-/// Cross-validates findings; `lead` is the effect that the search on all readings took first.
+/// Cross-validates findings; `found` are the effects that the search on all readings took.
 pub fn prove(
     grounds: &Grounds,
     families: &[Family],
-    lead: Option<&Candidate>,
+    found: &[Found],
     findings: &[Finding],
     noise: &[NoiseModel],
 ) -> Proof {
@@ -40,7 +40,7 @@ pub fn prove(
         let test = mask(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
         let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
-        let searched = search_part(&masked, &floors(&masked), families, lead);
+        let searched = search_part(&masked, &floors(&masked), families, found);
         let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
         let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);

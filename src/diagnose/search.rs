@@ -106,10 +106,13 @@ pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search
     model.finished(&ways, start)
 }
 
-/// Searches part of a session once more: from its own best effect, and from the one that led on all of it.
+/// Starts from effects found on all readings, at most.
+const LEADS: usize = 3;
+
+/// Searches part of a session once more: from its own best effect, and from those found on all of it.
 ///
-/// Which of the two stands is for these readings alone to say; the second start only spares the exchange of effects.
-pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], lead: Option<&Candidate>) -> Search {
+/// Which of the starts stands is for these readings alone to say; the further ones only spare the exchange of effects.
+pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], leads: &[Found]) -> Search {
     if !grounds.fine.has_sweeps() {
         return search_poses(grounds.fine, families);
     }
@@ -117,8 +120,10 @@ pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], lead
     let mut model = Model::empty(&ways);
     let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
-    let same = |lead: &&Candidate| model.found.first().is_some_and(|first| first.chosen.family == lead.family);
-    if let Some(lead) = lead.filter(|lead| !same(lead)) {
+    for lead in leads.iter().take(LEADS).map(|found| &found.chosen) {
+        if model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
+            continue;
+        }
         let mut trial = Model::empty(&ways);
         ways.grow(&mut trial, Some(lead.clone()));
         ways.replace(&mut model, trial);
@@ -236,6 +241,8 @@ const POORLY_EXPLAINED: f64 = 1.3;
 const OTHER_STARTS: usize = 4;
 /// Log odds by which another set of effects must be better.
 const BETTER_SET: f64 = 5.0;
+/// The same for a set that begins with a free curve where the present one begins with a named form.
+const BETTER_FREE_SET: f64 = 60.0;
 
 /// A session with all that may be in it.
 struct Ways<'w, 'g, 'a> {
@@ -373,7 +380,11 @@ impl Ways<'_, '_, '_> {
             };
             eprintln!("exchange: {now:.1} {:?} or {other:.1} {:?}", names(model), names(&trial));
         }
-        let is_better = other > now + BETTER_SET;
+        let starts_free =
+            |model: &Model| model.found.first().is_some_and(|first| first.chosen.effect.kind == "unknown");
+        // a free curve before a named form must stand far better, as where one effect is chosen
+        let margin = if starts_free(&trial) && !starts_free(model) { BETTER_FREE_SET } else { BETTER_SET };
+        let is_better = other > now + margin;
         if is_better {
             *model = trial;
         }
