@@ -141,6 +141,8 @@ pub enum DiagnoseError {
 const WIDER_SETUPS: f64 = 2.5;
 /// Residual over noise floor up to which a session counts as explained.
 const EXPLAINED: f64 = 1.15;
+/// Rise of the residual without unproven findings from which they stay, marked as failed.
+const STILL_THERE: f64 = 1.25;
 /// Residual over noise floor from which something is there although no candidate says what.
 const SURELY_MORE: f64 = 1.6;
 
@@ -184,11 +186,22 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let mut proof = None;
     if !told.findings.is_empty() {
         let proved = proof::prove(&grounds, &families, &search.found, &told.findings, &search.noise_after);
-        let before = search.found.len();
         // what static poses show was accepted by prediction already
-        proof = Some(if fine.has_sweeps() { without_unproven(&mut search, &told.findings, proved) } else { proved });
-        if search.found.len() < before {
-            told = Told::of(&fine, &families, &search);
+        if fine.has_sweeps() {
+            let (found, all) = (search.found.clone(), proved.clone());
+            proof = Some(without_unproven(&mut search, &told.findings, proved));
+            if search.found.len() < found.len() {
+                let fewer = Told::of(&fine, &families, &search);
+                if fewer.rms_mm(&fine) > STILL_THERE * told.rms_mm(&fine) {
+                    // too much to be the rest of a form: it stays, marked as not proven
+                    search.found = found;
+                    proof = Some(all);
+                } else {
+                    told = fewer;
+                }
+            }
+        } else {
+            proof = Some(proved);
         }
     }
     let layout = next_test::Layout {
@@ -259,6 +272,13 @@ impl<'g, 'a> Told<'g, 'a> {
         let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
         let findings = finding::findings(fine, families, search, &stage, &columns);
         Told { columns, stage, findings }
+    }
+
+    /// Rms of the residual over the rows that take part, mm.
+    fn rms_mm(&self, ground: &Ground) -> f64 {
+        let left = self.stage.residual_mm(&self.columns);
+        let rows = left.iter().zip(&ground.kept).flat_map(|(left, kept)| left.iter().zip(kept));
+        rms(rows.filter(|(_, kept)| **kept).map(|(value, _)| *value))
     }
 }
 
