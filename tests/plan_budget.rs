@@ -1,22 +1,13 @@
 //! Plans of all shipped machines with a time: no worse than the ordinary plan.
 
-use std::path::{Path, PathBuf};
+mod shipped;
+
+use std::path::Path;
 
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::plan::{Goal, Plan, Settings, plan};
 use rayon::prelude::*;
-
-fn machine_files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .expect("machines")
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|file| file.extension().is_some_and(|extension| extension == "yaml"))
-        .collect();
-    files.sort();
-    assert!(files.len() >= 16);
-    files
-}
+use shipped::machine_files;
 
 fn planned(file: &Path, goal: Goal) -> Plan {
     let (machine, bodies) = load_machine_and_bodies(file).expect("shipped machine");

@@ -1,5 +1,7 @@
 //! Plans of all shipped machines: checked again by brute force, the thesis's methods, forecasts against Monte Carlo.
 
+mod shipped;
+
 use std::path::{Path, PathBuf};
 
 use fiveaxis::bodies::{Bodies, Kit};
@@ -15,17 +17,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-
-fn machine_files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .expect("machines")
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|file| file.extension().is_some_and(|extension| extension == "yaml"))
-        .collect();
-    files.sort();
-    files
-}
+use shipped::machine_files;
 
 fn load(name: &str) -> (Machine, Bodies, Kit) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);

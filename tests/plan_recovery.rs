@@ -2,7 +2,9 @@
 
 mod recorded;
 
-use std::path::{Path, PathBuf};
+mod shipped;
+
+use std::path::Path;
 
 use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Composition;
@@ -17,6 +19,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use recorded::recorded;
+use shipped::machine_files;
 
 fn load(name: &str) -> (Machine, Bodies) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
@@ -159,18 +162,6 @@ fn indexing_the_spindle_takes_its_ball_out_of_the_positions() {
             assert_eq!(seen * UM_PER_MM > 2.0, floor, "{name}: seen {seen}");
         }
     }
-}
-
-/// Shipped machines.
-fn machine_files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .expect("machines")
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|file| file.extension().is_some_and(|extension| extension == "yaml"))
-        .collect();
-    files.sort();
-    files
 }
 
 #[test]

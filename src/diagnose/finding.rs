@@ -238,7 +238,7 @@ fn finding(
     };
     let family = &families[lead.chosen.family];
     let as_judged = |shape: &Candidate| super::size::size_as_judged(ground, shape, &cause);
-    if let Some((mean, sigma)) = over_shapes(ground, without_own, &lead.chosen, family, as_judged) {
+    if let Some((mean, sigma)) = over_shapes(without_own, &lead.chosen, family, as_judged) {
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
     }

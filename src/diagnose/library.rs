@@ -751,6 +751,13 @@ fn finest_step(ground: &Ground, axis: usize) -> f64 {
 
 /// The load on the joint changes its direction to gravity in the session.
 fn turns_against_gravity(ground: &Ground, axis: usize) -> bool {
+    gravity_turns_in(ground, axis, |rows| {
+        [0, rows / 2, rows.saturating_sub(1)].into_iter().filter(|&r| r < rows).collect()
+    })
+}
+
+/// Whether gravity changes its direction in the link that an axis carries, over the rows that `looked_at` picks by their number.
+pub(super) fn gravity_turns_in(ground: &Ground, axis: usize, looked_at: impl Fn(usize) -> Vec<usize>) -> bool {
     let chain = ground.context.chain();
     let geometry = Geometry::nominal(chain);
     let link = chain.carried_by(axis);
@@ -758,7 +765,7 @@ fn turns_against_gravity(ground: &Ground, axis: usize) -> bool {
     let mut first = None;
     (0..ground.tests()).any(|test| {
         let motion = ground.context.motion(test);
-        [0, motion.rows() / 2, motion.rows().saturating_sub(1)].iter().filter(|&&row| row < motion.rows()).any(|&row| {
+        looked_at(motion.rows()).into_iter().any(|row| {
             let seen = geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
             (seen - *first.get_or_insert(seen)).norm() > 0.02
         })

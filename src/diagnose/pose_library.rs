@@ -1,8 +1,7 @@
 //! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in `library`.
 
 use super::ground::Ground;
-use super::library::{Family, directions, list_of, motion, travelled};
-use crate::chain::Geometry;
+use super::library::{Family, directions, gravity_turns_in, list_of, motion, travelled};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 /// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
@@ -95,7 +94,7 @@ fn sags(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let place = Place::Axis(axis);
     let d = directions(machine, axis);
     for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
-        if !gravity_turns_in(ground, beyond) {
+        if !gravity_turns_in(ground, beyond, |rows| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect()) {
             continue;
         }
         let load =
@@ -109,22 +108,6 @@ fn sags(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             list.push(Family { functions: &["x", "y", "z"], ..family });
         }
     }
-}
-
-/// Whether gravity changes its direction in the link that an axis carries.
-fn gravity_turns_in(ground: &Ground, axis: usize) -> bool {
-    let chain = ground.context.chain();
-    let geometry = Geometry::nominal(chain);
-    let link = chain.carried_by(axis);
-    let gravity = ground.context.machine().gravity;
-    let mut first = None;
-    (0..ground.tests()).any(|test| {
-        let motion = ground.context.motion(test);
-        (0..motion.rows()).step_by((motion.rows() / LOOKED_AT).max(1)).any(|row| {
-            let seen = geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
-            (seen - *first.get_or_insert(seen)).norm() > 0.02
-        })
-    })
 }
 
 /// Low orders of a joint's own angle and of its line.

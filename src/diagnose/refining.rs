@@ -157,7 +157,7 @@ fn with_further(stage: &Stage, family: &Family, base: &Candidate, name: &str, va
 }
 
 /// A shape of a family, judged; `cost` is taken off its evidence.
-fn judged(stage: &Stage, family: &Family, index: usize, effect: Effect, cost: f64) -> Option<Candidate> {
+pub fn judged(stage: &Stage, family: &Family, index: usize, effect: Effect, cost: f64) -> Option<Candidate> {
     let terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
     let columns = stage.ground.columns(&effect, &terms).ok()?;
     let judgement = stage.judge(&columns, family.plausible);

@@ -94,16 +94,10 @@ const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
-    if !grounds.fine.has_sweeps() {
-        return search_poses(grounds.fine, families);
-    }
-    let ways = Ways { grounds, families, floors, limits: SWEEPS };
-    let mut model = Model::empty(&ways);
-    let start = Start::of(&ways, &model);
-    ways.grow(&mut model, None);
-    ways.exchange(&mut model);
-    model.weigh(&ways);
-    model.finished(&ways, start)
+    search_then(grounds, floors, families, |ways, model| {
+        ways.exchange(model);
+        model.weigh(ways);
+    })
 }
 
 /// Starts from effects found on all readings, at most.
@@ -113,6 +107,25 @@ const LEADS: usize = 3;
 ///
 /// Which of the starts stands is for these readings alone to say; the further ones only spare the exchange of effects.
 pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], leads: &[Found]) -> Search {
+    search_then(grounds, floors, families, |ways, model| {
+        for lead in leads.iter().take(LEADS).map(|found| &found.chosen) {
+            if model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
+                continue;
+            }
+            let mut trial = Model::empty(ways);
+            ways.grow(&mut trial, Some(lead.clone()));
+            ways.replace(model, trial);
+        }
+    })
+}
+
+/// Grows a set of effects, best first, and lets `revise` look for better ones.
+fn search_then(
+    grounds: &Grounds,
+    floors: &Floors,
+    families: &[Family],
+    revise: impl FnOnce(&Ways, &mut Model),
+) -> Search {
     if !grounds.fine.has_sweeps() {
         return search_poses(grounds.fine, families);
     }
@@ -120,14 +133,7 @@ pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], lead
     let mut model = Model::empty(&ways);
     let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
-    for lead in leads.iter().take(LEADS).map(|found| &found.chosen) {
-        if model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
-            continue;
-        }
-        let mut trial = Model::empty(&ways);
-        ways.grow(&mut trial, Some(lead.clone()));
-        ways.replace(&mut model, trial);
-    }
+    revise(&ways, &mut model);
     model.finished(&ways, start)
 }
 

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::ground::{Ground, Term};
-use super::library::{Family, family_terms};
+use super::ground::Term;
+use super::library::Family;
+use super::refining::judged;
 use super::search::Candidate;
 use super::stage::Stage;
 use crate::machine::{Effect, ParameterValue};
@@ -20,7 +21,6 @@ const WIDTHS: [f64; 5] = [0.7, 0.85, 1.0, 1.2, 1.45];
 ///
 /// `stage` lays out all other effects; `size` tells the size of a shape with its amplitudes.
 pub fn over_shapes<'s>(
-    ground: &Ground,
     stage: impl FnOnce() -> Stage<'s, 's>,
     lead: &Candidate,
     family: &Family,
@@ -31,25 +31,19 @@ pub fn over_shapes<'s>(
         return None;
     }
     let stage = stage();
-    let judged: Vec<(f64, f64)> = shapes
+    let sizes: Vec<(f64, f64)> = shapes
         .into_par_iter()
         .filter_map(|effect| {
-            let terms = family_terms(ground.context.machine(), family, &effect, ground.tests());
-            let columns = ground.columns(&effect, &terms).ok()?;
-            let judgement = stage.judge(&columns, family.plausible);
-            if cancels(&terms, &judgement.amplitudes) {
-                return None;
-            }
-            let log_odds = judgement.log_evidence;
-            let shape = Candidate { family: lead.family, effect, terms, columns, judgement, log_odds };
-            Some((log_odds, size(&shape)))
+            let shape = judged(&stage, family, lead.family, effect, 0.0)?;
+            let counts = !cancels(&shape.terms, &shape.judgement.amplitudes);
+            counts.then(|| (shape.log_odds, size(&shape)))
         })
         .collect();
-    let best = judged.iter().map(|(odds, _)| *odds).fold(f64::NEG_INFINITY, f64::max);
-    let weights: f64 = judged.iter().map(|(odds, _)| (odds - best).exp()).sum();
-    let mean = judged.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
-    let variance = judged.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
-    (!judged.is_empty() && mean.is_finite()).then(|| (mean, variance.sqrt()))
+    let best = sizes.iter().map(|(odds, _)| *odds).fold(f64::NEG_INFINITY, f64::max);
+    let weights: f64 = sizes.iter().map(|(odds, _)| (odds - best).exp()).sum();
+    let mean = sizes.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
+    let variance = sizes.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
+    (!sizes.is_empty() && mean.is_finite()).then(|| (mean, variance.sqrt()))
 }
 
 /// Sum of two nodes below this share of the larger one: nodes that nearly cancel say nothing of the time before the readings.
