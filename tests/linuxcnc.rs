@@ -41,6 +41,11 @@ fn interpreter() -> Option<PathBuf> {
 
 /// Runs a program; `offsets` is the work offset G54, X Y Z A B C.
 fn interpret(rs274: &Path, text: &str, offsets: [f64; 6]) -> Result<Vec<Canonical>, String> {
+    canonical(&listing(rs274, text, offsets)?)
+}
+
+/// The interpreter's own list of what it does.
+fn listing(rs274: &Path, text: &str, offsets: [f64; 6]) -> Result<String, String> {
     let folder = tempfile::tempdir().expect("folder");
     let file = |name: &str, text: &str| {
         let file = folder.path().join(name);
@@ -65,7 +70,7 @@ fn interpret(rs274: &Path, text: &str, offsets: [f64; 6]) -> Result<Vec<Canonica
     if !output.status.success() {
         return Err(format!("{}\n{}", listing, String::from_utf8_lossy(&output.stderr)));
     }
-    canonical(&listing)
+    Ok(listing.into_owned())
 }
 
 fn canonical(listing: &str) -> Result<Vec<Canonical>, String> {
@@ -287,23 +292,29 @@ fn blocks(found: &[Canonical]) -> usize {
     (runs / 2).saturating_sub(2)
 }
 
+/// A feed is the planned one rounded down to 0.001; the interpreter prints four decimals.
+fn rounded_down(found: f64, planned: f64) -> bool {
+    found <= planned + 1e-6 && found > planned - 1e-3 - 1e-6
+}
+
 /// The first move that differs.
 fn difference(found: &[Canonical], wanted: &[Canonical]) -> Option<String> {
     let near = |a: &f64, b: &f64| (a - b).abs() <= ROUNDING;
     let same = |a: &Canonical, b: &Canonical| match (a, b) {
         (Canonical::Traverse(a), Canonical::Traverse(b)) => a.iter().zip(b).all(|(a, b)| near(a, b)),
-        // feeds are written to 0.001 deg/min
+        // feeds are written to 0.001 deg/min, rounded down
         (Canonical::Feed(a, f), Canonical::Feed(b, g)) => {
-            // and times of blocks to 1e-4 a minute, ways to 1e-5 mm of some 0.2 mm
-            let coupled = wanted.iter().filter(|m| matches!(m, Canonical::Feed(..) | Canonical::Arc(..))).count() != 8;
-            let tolerance = if coupled { 5e-4 * g } else { 0.6e-3 };
-            a.iter().zip(b).all(|(a, b)| near(a, b)) && (f - g).abs() < tolerance
+            // and those of blocks by their time to 0.001 a minute, ways to 1e-5 mm of some 0.2 mm
+            let runs = wanted.iter().filter(|m| matches!(m, Canonical::Feed(..) | Canonical::Arc(..))).count();
+            let coupled = runs != 8 || wanted.iter().any(|m| matches!(m, Canonical::Arc(..)));
+            let is_feed = if coupled { (f - g).abs() < 5e-4 * g } else { rounded_down(*f, *g) };
+            a.iter().zip(b).all(|(a, b)| near(a, b)) && is_feed
         }
         (Canonical::Arc(a, c, p, r, f), Canonical::Arc(b, d, q, t, g)) => {
             a.iter().zip(b).all(|(a, b)| near(a, b))
                 && c.iter().zip(d).all(|(c, d)| near(c, d))
                 && (p, r) == (q, t)
-                && (f - g).abs() < 0.6e-3
+                && rounded_down(*f, *g)
         }
         _ => a == b,
     };
@@ -362,6 +373,39 @@ fn machine_coordinates_hold_whatever_the_work_offset() {
             let wanted = planned_moves(&machine, planned, [0.0; 6], blocks(&found));
             assert_eq!(difference(&found, &wanted), None, "{}\n{text}", planned.test.name);
         }
+    }
+}
+
+#[test]
+fn the_path_mode_and_all_others_come_back_but_spindle_and_coolant_stay_off() {
+    let Some(rs274) = interpreter() else { return };
+    let (machine, tests) = load("hermle-c600u.yaml");
+    let modes = |listing: &str, what: &str| -> Vec<String> {
+        listing
+            .lines()
+            .filter_map(|line| line.split_once("N..... "))
+            .filter(|(_, call)| call.contains(what))
+            .map(|(_, call)| call.to_string())
+            .collect()
+    };
+    for planned in &tests {
+        let text = program(&machine, planned, Dialect::LinuxCnc);
+        let listing = listing(&rs274, &format!("G61 G18 G20 G91 G95 M3 S100 M8\n{text}"), [0.0; 6]).expect("read");
+        // the end of the program itself sets plane, distance and feed mode to the control's own
+        let end = listing.rfind("STRAIGHT_TRAVERSE").expect("the way back");
+        let (run, after) = (&listing[..end], &listing[end..]);
+        assert!(
+            modes(run, "SET_MOTION_CONTROL_MODE").last().is_some_and(|mode| mode.contains("CANON_CONTINUOUS, 0.001"))
+        );
+        assert_eq!(modes(after, "SET_MOTION_CONTROL_MODE"), ["SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)"]);
+        assert_eq!(modes(after, "USE_LENGTH_UNITS"), ["USE_LENGTH_UNITS(CANON_UNITS_INCHES)"]);
+        assert_eq!(modes(after, "SELECT_PLANE")[0], "SELECT_PLANE(CANON_PLANE_XZ)");
+        assert!(
+            after.contains("distance mode changed to incremental") && after.contains("units per revolution"),
+            "{after}"
+        );
+        let started = listing.find("STOP_SPINDLE").expect("M5");
+        assert!(!listing[started..].contains("START_SPINDLE") && !listing[started..].contains("FLOOD_ON"), "{listing}");
     }
 }
 

@@ -9,7 +9,7 @@ use fiveaxis::chain::{Chain, Composition, Geometry, LinkId, Pose};
 use fiveaxis::collision::{Instrument, World, parry_shape};
 use fiveaxis::load::{load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
-use fiveaxis::nc::{Step, steps};
+use fiveaxis::nc::{Coordinates, Step, steps};
 use fiveaxis::plan::{Coupled, Method, Plan, PlannedTest, Settings, Uncertainty, plan};
 use fiveaxis::session::{Follow, Motion, Path as TestPath, Session, Spread, Test};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -285,7 +285,7 @@ fn programs_run_the_planned_arc_both_ways_at_the_ball_feed() {
     let (machine, bodies, kit) = load("hermle-c600u.yaml");
     let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
     for planned in &plan.tests {
-        let turns: Vec<(f64, f64)> = steps(&machine, planned)
+        let turns: Vec<(f64, f64)> = steps(&machine, planned, &Coordinates::of(&machine))
             .into_iter()
             .filter_map(|step| match step {
                 Step::Turn { to_deg, feed_deg_per_min, .. } => Some((to_deg, feed_deg_per_min)),

@@ -7,7 +7,7 @@ use fiveaxis::chain::{Chain, Pose};
 use fiveaxis::collision::{Instrument, Leg, Scratch, World, clear_way};
 use fiveaxis::load::{load_machine_and_bodies, machine_from_yaml, standard_kit};
 use fiveaxis::machine::Machine;
-use fiveaxis::nc::{Step, steps};
+use fiveaxis::nc::{Coordinates, Step, steps};
 use fiveaxis::plan::{Coupled, Plan, PlannedTest, Settings, plan};
 use nalgebra::{Matrix3, Vector3};
 
@@ -79,7 +79,7 @@ fn approaches_of_plans_are_clear_end_where_the_run_starts_and_come_back() {
                 assert!((q - wanted).abs() < 1e-12, "{name} {}", test.test.name);
             }
             // the program goes to park, out, and back to park, one axis a block
-            let rapids: Vec<(String, f64)> = steps(&machine, test)
+            let rapids: Vec<(String, f64)> = steps(&machine, test, &Coordinates::of(&machine))
                 .into_iter()
                 .filter_map(|step| match step {
                     Step::Rapid { axis, to } => Some((axis, to)),

@@ -2,6 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+/// Lengths that differ by less are one, mm.
+const SAME_LENGTH_MM: f64 = 1e-9;
+
 /// The bar between its balls.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bar {
@@ -84,7 +87,32 @@ impl Kit {
             lengths.extend(longer);
         }
         lengths.sort_by(f64::total_cmp);
-        lengths.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        lengths.dedup_by(|a, b| (*a - *b).abs() < SAME_LENGTH_MM);
         lengths
+    }
+
+    /// The bar and the fewest extensions that make a length, longest extension last, mm.
+    pub fn parts_mm(&self, length_mm: f64) -> Option<Vec<f64>> {
+        let mut made: Vec<Vec<f64>> = vec![vec![self.bar.length_mm]];
+        let mut extensions = self.bar.extensions_mm.clone();
+        extensions.sort_by(f64::total_cmp);
+        for extension in extensions {
+            let longer: Vec<Vec<f64>> = made.iter().map(|parts| [parts.as_slice(), &[extension]].concat()).collect();
+            made.extend(longer);
+        }
+        made.retain(|parts| (parts.iter().sum::<f64>() - length_mm).abs() < SAME_LENGTH_MM);
+        made.into_iter().min_by_key(Vec::len)
+    }
+
+    /// The longest of the lengths that some of these parts make and a calibrator certifies, the bar (first) always in, mm.
+    pub fn calibrated_mm(&self, parts_mm: &[f64]) -> Option<f64> {
+        let (bar, extensions) = parts_mm.split_first()?;
+        let mut made = vec![*bar];
+        for extension in extensions {
+            let longer: Vec<f64> = made.iter().map(|length| length + extension).collect();
+            made.extend(longer);
+        }
+        let certified = |length: &f64| self.calibrator_mm.iter().any(|other| (other - length).abs() < SAME_LENGTH_MM);
+        made.into_iter().filter(certified).max_by(f64::total_cmp)
     }
 }

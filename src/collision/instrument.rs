@@ -46,6 +46,7 @@ pub struct Instrument<'a> {
     bar_parts: Vec<usize>,
     cup_parts: [usize; 2],
     ball_parts: [usize; 2],
+    spindle_cup_looks: Vector3<f64>,
 }
 
 impl<'a> Placement<'a> {
@@ -207,7 +208,13 @@ impl<'a> Instrument<'a> {
             bar_parts,
             cup_parts: [pivot_cup, spindle_cup],
             ball_parts: [0, 1],
+            spindle_cup_looks: looks,
         })
+    }
+
+    /// Direction in which the cup at the spindle looks, in R with all axes at zero, unit length.
+    pub fn spindle_cup_looks(&self) -> Vector3<f64> {
+        self.spindle_cup_looks
     }
 
     /// The machine with this instrument mounted.

@@ -4,7 +4,7 @@
 //! takes (G93, FT): a feed in mm/min would mean something else on every control when a rotary axis moves along. A block is
 //! so short that its chord keeps the bar's length to [`CHORD_MM`]; rows of the session lie on ends of blocks.
 
-use super::{Step, machine_offsets};
+use super::{Coordinates, Step};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::{PlannedTest, rows_with_run_in};
@@ -18,11 +18,13 @@ const ARC_DEG: f64 = 180.0;
 const FEED_MM_PER_MIN: f64 = 500.0;
 
 /// One direction of a following run from the start of its run-in: rising, or falling.
-pub(super) fn follow(machine: &Machine, planned: &PlannedTest, test: &Test) -> Vec<Step> {
+pub(super) fn follow(machine: &Machine, planned: &PlannedTest, test: &Test, coordinates: &Coordinates) -> Vec<Step> {
     let Some(Path::Sweep { axis, from, to, step, follow }) = &test.path else { return Vec::new() };
     let radius_mm = planned.way_radius_mm.max(1.0);
     let finest_deg = (8.0 * CHORD_MM / radius_mm).sqrt().to_degrees();
-    let step = step / (step / finest_deg).ceil().max(1.0);
+    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
+    let step_ms = step.to_radians() * radius_mm / feed * 60_000.0;
+    let step = step / parts(step_ms, (step / finest_deg).ceil().max(1.0));
     let fine =
         Test { path: Some(Path::Sweep { axis: *axis, from: *from, to: *to, step, follow: *follow }), ..test.clone() };
     let (Some((ends, _)), Some((_, motion))) = (rows(machine, test), rows(machine, &fine)) else { return Vec::new() };
@@ -33,29 +35,38 @@ pub(super) fn follow(machine: &Machine, planned: &PlannedTest, test: &Test) -> V
     let count = motion.rows();
     let chain = Chain::of(machine);
     let (Ok(links), geometry) = (test.links(&chain), Geometry::nominal(&chain)) else { return Vec::new() };
-    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
     let straight = |from: &[f64], to: &[f64]| Step::Move {
-        to: place(machine, to),
+        to: place(machine, coordinates, to),
         minutes: way_mm(&geometry, test, links, from, to) / feed,
     };
     steps.push(straight(first, motion.row(0)));
     steps.extend((1..count).map(|row| Step::Move {
-        to: place(machine, motion.row(row)),
+        to: place(machine, coordinates, motion.row(row)),
         minutes: (time_s[row] - time_s[row - 1]) / 60.0,
     }));
     steps.push(straight(motion.row(count - 1), last));
     steps
 }
 
+/// Into how many blocks a step of the session is cut: as many as the chord asks for or up to twice that, so that a block
+/// takes hardly less than whole milliseconds. That is as fine as `FT` states a time, and it is rounded up.
+fn parts(step_ms: f64, fewest: f64) -> f64 {
+    let slower = |parts: f64| (step_ms / parts).ceil() * parts / step_ms;
+    (0..=fewest as usize)
+        .map(|more| fewest + more as f64)
+        .min_by(|a, b| slower(*a).total_cmp(&slower(*b)))
+        .unwrap_or(fewest)
+}
+
 /// One direction of a circle from the start of its run-in.
-pub(super) fn circle(machine: &Machine, test: &Test) -> Vec<Step> {
+pub(super) fn circle(machine: &Machine, test: &Test, coordinates: &Coordinates) -> Vec<Step> {
     let Some(Path::Circle { plane, radius_mm, from, to, .. }) = &test.path else { return Vec::new() };
     let Some((ends, _)) = rows(machine, test) else { return Vec::new() };
     let [before, start, .., end, after] = ends.as_slice() else { return Vec::new() };
     let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
     let straight = |from: &[f64], to: &[f64]| {
         let way = from.iter().zip(to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-        Step::Move { to: place(machine, to), minutes: way / feed }
+        Step::Move { to: place(machine, coordinates, to), minutes: way / feed }
     };
     let mut steps = vec![straight(before, start)];
     let count = ((to - from).abs() / ARC_DEG).ceil().max(1.0) as usize;
@@ -91,9 +102,9 @@ fn rows(machine: &Machine, test: &Test) -> Option<(Vec<Vec<f64>>, Motion)> {
 }
 
 /// What the control reads, mm or deg, for every axis that can move in a coupled run: all, so that nothing is left to modality.
-fn place(machine: &Machine, row: &[f64]) -> Vec<(String, f64)> {
-    let offsets = machine_offsets(machine).unwrap_or_else(|| vec![0.0; machine.axes.len()]);
-    let shown = |k: usize| (machine.axes[k].name.clone(), machine.axes[k].kind.to_file_unit(row[k]) + offsets[k]);
+fn place(machine: &Machine, coordinates: &Coordinates, row: &[f64]) -> Vec<(String, f64)> {
+    let at = |k: usize| machine.axes[k].kind.to_file_unit(row[k]) + coordinates.offset(k);
+    let shown = |k: usize| (machine.axes[k].name.clone(), at(k));
     let linear = (0..row.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
     let rotary = (0..row.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary);
     linear.chain(rotary).map(shown).collect()

@@ -3,13 +3,18 @@
 //! A program is a list of [`Step`]s, the same for every control; a dialect writes them down. It starts and ends at the
 //! park position and travels one axis at a time, so that every control makes the motion that was checked. Feeds are those
 //! of the moving ball converted to the turning axis, deg/min, which is how all four controls read F in a block that moves
-//! one rotary axis alone; mm/min on circles; the time of each block where linear axes follow. Positions are machine coordinates where `machine_zero` is known for every axis, else work
-//! coordinates with zero at the machine file's zero.
+//! one rotary axis alone; mm/min on circles; the time of each block where linear axes follow. Positions are machine
+//! coordinates where `machine_zero` is known for every axis and the control feeds in them, else work coordinates with zero
+//! at the machine file's zero.
 
 mod coupled;
 mod dialect;
+mod head;
+mod heidenhain;
+mod iso;
 
 pub use dialect::{Dialect, program};
+pub use head::without_machine_zero;
 
 use crate::machine::Machine;
 use crate::plan::PlannedTest;
@@ -39,32 +44,55 @@ const REST_S: f64 = 3.0;
 /// Feed of the approach relative to the capture's.
 const APPROACH: f64 = 2.0;
 
+/// What positions count from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Coordinates {
+    /// Machine coordinates; offsets from the machine file's zero by axis, mm or deg.
+    Machine(Vec<f64>),
+    /// Work coordinates with zero at the machine file's zero.
+    Work,
+}
+
+impl Coordinates {
+    /// Machine coordinates where `machine_zero` is known for every axis.
+    pub fn of(machine: &Machine) -> Coordinates {
+        machine_offsets(machine).map_or(Coordinates::Work, Coordinates::Machine)
+    }
+
+    /// What is added to an axis's position, mm or deg.
+    fn offset(&self, axis: usize) -> f64 {
+        match self {
+            Coordinates::Machine(offsets) => offsets[axis],
+            Coordinates::Work => 0.0,
+        }
+    }
+}
+
 /// Positions offset from the machine file's zero to what the control reads, by axis; `None` in work coordinates.
 pub fn machine_offsets(machine: &Machine) -> Option<Vec<f64>> {
     machine.machine_zero.iter().copied().collect()
 }
 
 /// Steps of one planned test, both directions.
-pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
-    let offsets = machine_offsets(machine).unwrap_or_else(|| vec![0.0; machine.axes.len()]);
+pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates) -> Vec<Step> {
     let test = &planned.test;
     let rapid = |k: usize, q: f64| Step::Rapid {
         axis: machine.axes[k].name.clone(),
-        to: machine.axes[k].kind.to_file_unit(q) + offsets[k],
+        to: machine.axes[k].kind.to_file_unit(q) + coordinates.offset(k),
     };
     let approach = &planned.approach;
     let parked: Vec<String> = approach
         .park_order
         .iter()
         .map(|&k| {
-            let q = machine.axes[k].kind.to_file_unit(approach.park[k]) + offsets[k];
+            let q = machine.axes[k].kind.to_file_unit(approach.park[k]) + coordinates.offset(k);
             format!("{} {q:.3}", machine.axes[k].name)
         })
         .collect();
     let p = test.pivot.at;
     let mut steps = vec![
-        Step::Say(format!("{} bar {} mm", test.name, test.bar_length_mm.unwrap_or(0.0))),
-        Step::Say(format!("pivot on {} ball at {:.3} {:.3} {:.3}", test.pivot.link, p.x, p.y, p.z)),
+        Step::Say(format!("pivot on {} ball {:.3} mm above it", planned.mount, planned.height_mm)),
+        Step::Say(format!("pivot ball at x {:.3} y {:.3} z {:.3} with all axes at zero", p.x, p.y, p.z)),
         Step::Say(format!("bring the axes to park by hand: {}", parked.join(" "))),
         Step::Stop(match test.spindle_ball.indexed_about {
             None => "at park, pivot and spindle cup mounted, bar off".into(),
@@ -79,16 +107,16 @@ pub fn steps(machine: &Machine, planned: &PlannedTest) -> Vec<Step> {
         steps.push(Step::Say(format!("{} capture {first} to {second}", test.name)));
         match &test.path {
             Some(Path::Sweep { axis, follow: Follow::None, .. }) => {
-                steps.extend(sweep(machine, planned, *axis, offsets[*axis], [first, second]));
+                steps.extend(sweep(machine, planned, *axis, coordinates.offset(*axis), [first, second]));
             }
             // the machine stands where the run-in begins, or where the last run-out ended
             Some(Path::Sweep { .. }) => {
                 steps.push(Step::Dwell(REST_S));
-                steps.extend(coupled::follow(machine, planned, test));
+                steps.extend(coupled::follow(machine, planned, test, coordinates));
             }
             Some(Path::Circle { .. }) => {
                 steps.push(Step::Dwell(REST_S));
-                steps.extend(coupled::circle(machine, test));
+                steps.extend(coupled::circle(machine, test, coordinates));
             }
             None => {}
         }

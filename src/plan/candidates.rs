@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::course::Drive;
 use super::following::following;
 use super::planar::circles;
-use super::run_in::RUN_IN;
+use super::run_in::{OFF_LIMIT, RUN_IN};
 use super::solver::{Pull, Solved, Stance, Unreachable};
 use crate::bodies::{Bodies, Kit, Mount, Outline};
 use crate::chain::{Branch, Chain, Geometry, LinkId};
@@ -205,10 +205,12 @@ fn rounded(machine: &Machine, positions: Vec<f64>) -> Vec<f64> {
     positions.into_iter().zip(&machine.axes).map(round).collect()
 }
 
-/// The sweep asked of an axis: all of its range less the run-in at both ends, a full turn at most.
+/// The sweep asked of an axis: all of its range less the run-in and the distance to a limit at both ends, a full turn at most.
 fn sweep_wanted(machine: &Machine, axis: usize, avoid: &Avoid, run_in_rad: f64) -> Option<(f64, f64)> {
-    let (mut low, mut high) =
-        machine.axes[axis].range.unwrap_or((-std::f64::consts::PI * 2.0, std::f64::consts::PI * 2.0));
+    let off_rad = OFF_LIMIT.to_radians();
+    let (mut low, mut high) = machine.axes[axis]
+        .range
+        .map_or((-std::f64::consts::TAU, std::f64::consts::TAU), |(low, high)| (low + off_rad, high - off_rad));
     for &(other, from, to) in avoid.iter().filter(|(other, ..)| *other == axis) {
         debug_assert_eq!(other, axis);
         // the larger part on one side of the region

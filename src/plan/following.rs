@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::candidates::{Avoid, Candidate, Candidates, static_positions};
 use super::course::{Drive, Swing};
 use super::reach::SHORTEST_DEG;
-use super::run_in::RUN_IN;
+use super::run_in::{OFF_LIMIT, RUN_IN};
 use super::solver::{Solved, Stance};
 use crate::chain::{Chain, Geometry, LinkId};
 use crate::machine::{AxisKind, Machine};
@@ -175,8 +175,9 @@ impl Slides {
 
 /// Resolution at which the arc within ranges is looked for, deg.
 const RANGE_STEP_DEG: f64 = 2.0;
-/// Linear axes stay this far inside their ranges, mm: more than they move beyond two neighbours of that resolution.
-const INSIDE_MM: f64 = 0.1;
+/// Linear axes stay this far inside their ranges, mm: off the limit, and what a straight run-in of 4 mm or 4 deg leaves the
+/// circle by, at most 0.14 mm (where both are the same way), which is more than between two neighbours of that resolution.
+const INSIDE_MM: f64 = OFF_LIMIT + 0.15;
 
 /// The longest part of an arc over which, run-in included, the linear axes stay in range and out of avoided regions, rad.
 pub(super) fn arc_within(

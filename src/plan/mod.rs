@@ -17,6 +17,7 @@
 //! | `pairs` | which two tell together what neither tells alone? |
 //! | `one_pivot` | which tests, all from one pivot setup? |
 //! | `planned` | in which order, and what comes out? |
+//! | `mounting` | which parts of the kit make a test's bar and carry its spindle ball? |
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
 //! | `words` | what stays undetermined and why |
 
@@ -29,6 +30,7 @@ mod greedy;
 mod indexed;
 mod information;
 mod method;
+mod mounting;
 mod one_pivot;
 mod out_of_reach;
 mod pairs;
@@ -48,9 +50,10 @@ pub use following::FOLLOWED;
 pub use indexed::IndexError;
 pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 pub use method::{Method, MethodError};
+pub use mounting::{Arm, CupLooks, Mounting};
 pub use out_of_reach::OutOfReach;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearArc, ClearSweep, longest_sweep};
-pub use run_in::{RUN_IN, rows_with_run_in};
+pub use run_in::{OFF_LIMIT, RUN_IN, rows_with_run_in};
 pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;

@@ -7,8 +7,10 @@ use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
 use super::course::Drive;
 use super::information::{Block, Knowledge};
+use super::mounting::Mounting;
 use super::reach::ClearSweep;
 use super::words::{ErrorForecast, forecasts};
+use crate::collision::Instrument;
 use crate::machine::Machine;
 use crate::session::{Follow, Path, Test};
 
@@ -38,6 +40,8 @@ pub struct PlannedTest {
     pub middle: Vec<f64>,
     /// From park to the start of the run-in, without the bar.
     pub approach: Approach,
+    /// Parts of the kit that are mounted.
+    pub mounting: Mounting,
 }
 
 impl PlannedTest {
@@ -166,6 +170,8 @@ impl<'a> Desk<'a> {
                 let site = &self.all.sites[candidate.site];
                 let mut test = self.test(candidate, name, (sweep.from_deg, sweep.to_deg));
                 test.spindle_ball.indexed_about = entry.indexed_about;
+                let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
+                let mounting = Mounting::of(self.bodies, self.kit, &test, &instrument)?;
                 Some(PlannedTest {
                     test,
                     axis: candidate.axis,
@@ -179,6 +185,7 @@ impl<'a> Desk<'a> {
                     mount: self.bodies.mounts[site.mount].name.clone(),
                     height_mm: site.height_mm,
                     approach,
+                    mounting,
                 })
             })
             .collect();

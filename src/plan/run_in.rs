@@ -5,6 +5,8 @@ use crate::session::{Follow, Motion, Path, Test};
 
 /// Run-in and run-out when a test states none, deg or mm.
 pub const RUN_IN: f64 = 4.0;
+/// What plans keep off a software limit, deg or mm: a control stops, or refuses the block, where it comes to stand on it.
+pub const OFF_LIMIT: f64 = 0.1;
 
 /// Rows of axis positions of a test with run-in and run-out, ends clamped to the ranges; a plain sweep has two rows.
 pub fn rows_with_run_in(machine: &Machine, test: &Test, motion: &Motion) -> Vec<Vec<f64>> {

@@ -8,7 +8,7 @@ use fiveaxis::chain::Chain;
 use fiveaxis::collision::{Instrument, Scratch, World};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, mesh_files, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
-use fiveaxis::nc::{Dialect, program};
+use fiveaxis::nc::{Dialect, program, without_machine_zero};
 use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Plan, PlannedTest, Settings, plan};
 use fiveaxis::report::setup_sheet::{Outline, View, setup_sheet};
 use fiveaxis::report::{approach_in_words, session_yaml, what_moves};
@@ -403,6 +403,7 @@ fn as_json(plan: &Plan, machine: &Machine) -> Value {
         "one_pivot": plan.one_pivot.map(|one| json!({ "determined": one.determined, "minutes": round(one.minutes, 2) })),
         "trade_off": curve,
         "considered": plan.considered,
+        "without_machine_zero": without_machine_zero(machine),
     })
 }
 
@@ -493,6 +494,13 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
     if settings.index_spindle && plan.tests.iter().all(|test| test.test.spindle_ball.indexed_about.is_none()) {
         println!(
             "\nNo test is worth running again with the spindle indexed: its ball must be on the tool axis and matter."
+        );
+    }
+    let missing = without_machine_zero(machine);
+    if !missing.is_empty() {
+        println!(
+            "\nmachine_zero is stated for some axes but not for {}: no program uses it, all positions are in work coordinates.",
+            missing.join(" ")
         );
     }
     let rotary = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).count();

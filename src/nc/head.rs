@@ -1,0 +1,69 @@
+//! The head of a program: which coordinates, offsets and lengths it counts on, as lines of plain text. It moves nothing.
+
+use super::{Coordinates, Dialect};
+use crate::machine::{AxisKind, Machine};
+use crate::plan::{CupLooks, PlannedTest};
+
+/// What the operator must know before the first block, one line each.
+pub(super) fn head(
+    machine: &Machine,
+    planned: &PlannedTest,
+    dialect: Dialect,
+    coordinates: &Coordinates,
+) -> Vec<String> {
+    let test = &planned.test;
+    let mut lines = vec![format!("machine {}", machine.name)];
+    let parts: Vec<String> = planned.mounting.bar_parts_mm.iter().map(f64::to_string).collect();
+    lines.push(format!(
+        "ball bar {} mm = {}, {} mm/min at the ball",
+        test.bar_length_mm.unwrap_or(0.0),
+        parts.join(" + "),
+        test.feed_mm_per_min.unwrap_or(0.0)
+    ));
+    lines.push(match &planned.mounting.arm {
+        None => format!("gauge length {:.3} mm from spindle nose to ball, tool length off", planned.mounting.nose_to_ball_mm),
+        Some(arm) => format!(
+            "gauge length {:.3} mm from spindle nose to ball, ball {:.3} mm aside on the fixture, cup looks {}, tool length off",
+            planned.mounting.nose_to_ball_mm,
+            arm.length_mm,
+            match arm.cup {
+                CupLooks::DownTheTool => "down the tool",
+                CupLooks::Outward => "outward",
+            }
+        ),
+    });
+    let zeros = machine.axes.iter().zip(&machine.machine_zero);
+    let stated: Vec<String> = zeros.filter_map(|(axis, zero)| Some(format!("{} {:.4}", axis.name, (*zero)?))).collect();
+    match coordinates {
+        Coordinates::Machine(_) => {
+            lines.push(format!("positions in machine coordinates, machine_zero {}", stated.join(" ")))
+        }
+        Coordinates::Work => {
+            lines.push("positions in work coordinates with zero at the zero of the machine file".into());
+            let missing = without_machine_zero(machine);
+            lines.push(match (stated.is_empty(), missing.is_empty()) {
+                (true, _) => "the machine file states no machine_zero: set the work offset by hand".into(),
+                (_, false) => format!(
+                    "machine_zero is stated for {} but not for {}: it is NOT used",
+                    stated.join(" "),
+                    missing.join(" ")
+                ),
+                (_, true) => format!("work offset that must be active, from machine_zero: {}", stated.join(" ")),
+            });
+        }
+    }
+    if dialect == Dialect::Generic {
+        lines.push("G4 X is a dwell in seconds, change it where the control wants P".into());
+        let axes: Vec<&str> =
+            machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).map(|axis| axis.name.as_str()).collect();
+        lines.push(format!("F of a block with {} alone is deg/min", axes.join(" or ")));
+    }
+    lines
+}
+
+/// Axes without `machine_zero` on a machine where others have one: none of it is used then.
+pub fn without_machine_zero(machine: &Machine) -> Vec<&str> {
+    let missing = machine.axes.iter().zip(&machine.machine_zero).filter(|(_, zero)| zero.is_none());
+    let missing: Vec<&str> = missing.map(|(axis, _)| axis.name.as_str()).collect();
+    if missing.len() == machine.axes.len() { Vec::new() } else { missing }
+}

@@ -1,0 +1,338 @@
+//! NC programs of all dialects, read back by a reader of their own: places, pace of the ball, limits, heads, modes left behind.
+
+mod nc_reader;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use fiveaxis::chain::{Chain, Geometry};
+use fiveaxis::load::{load_machine_and_bodies, standard_kit};
+use fiveaxis::machine::{AxisKind, Machine};
+use fiveaxis::nc::{Dialect, program};
+use fiveaxis::plan::{PlannedTest, Settings, plan};
+use fiveaxis::session::{Follow, Path as TestPath};
+use nalgebra::Vector3;
+use nc_reader::{Act, Pace, Program, read_heidenhain, read_iso};
+
+/// Modes that a Sinumerik stands in before a program, other than the program's own.
+const BEFORE: [(&str, &str); 5] =
+    [("plane", "G18"), ("path", "G60"), ("unit", "G70"), ("distance", "G91"), ("feed", "G95")];
+
+fn planned(name: &str) -> (Machine, Vec<PlannedTest>) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
+    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+    let mut settings = Settings::default();
+    settings.coupled.circles = name.starts_with("hermle");
+    let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan");
+    (machine, plan.tests)
+}
+
+fn read(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> Program {
+    let text = program(machine, planned, dialect);
+    match dialect {
+        Dialect::Heidenhain => read_heidenhain(&text),
+        _ => read_iso(&text, dialect == Dialect::Sinumerik, &BEFORE),
+    }
+}
+
+/// A stretch of motion: places by axis in mm and rad from the machine file's zero, and the time it takes, s.
+struct Stretch {
+    places: Vec<Vec<f64>>,
+    seconds: f64,
+}
+
+/// What a machine does with a program.
+struct Run<'m> {
+    machine: &'m Machine,
+    /// Added to a position of the machine file, mm or deg by axis.
+    offsets: Vec<f64>,
+    here: Vec<f64>,
+}
+
+impl Run<'_> {
+    fn index(&self, name: &str) -> usize {
+        self.machine.axis_index(name).unwrap_or_else(|| panic!("no axis {name}"))
+    }
+
+    fn at(&self, words: &BTreeMap<String, f64>) -> Vec<f64> {
+        let mut to = self.here.clone();
+        for (name, value) in words {
+            let k = self.index(name);
+            to[k] = self.machine.axes[k].kind.from_file_unit(value - self.offsets[k]);
+        }
+        to
+    }
+
+    fn feed(&mut self, to: &BTreeMap<String, f64>, pace: Pace) -> Stretch {
+        let (from, to) = (self.here.clone(), self.at(to));
+        let seconds = match pace {
+            Pace::Seconds(seconds) => seconds,
+            Pace::PerMinute(feed) => {
+                let moved: Vec<usize> = (0..to.len()).filter(|&k| to[k] != from[k]).collect();
+                assert!(moved.len() < 2, "a feed per minute with {} axes", moved.len());
+                let way = |k: &usize| self.machine.axes[*k].kind.to_file_unit((to[*k] - from[*k]).abs());
+                moved.first().map_or(0.0, way) / feed * 60.0
+            }
+        };
+        let on = |part: f64| from.iter().zip(&to).map(|(a, b)| a + (b - a) * part).collect();
+        self.here = to.clone();
+        // a turn is a long way round, a block of several axes a short one
+        let count = if matches!(pace, Pace::PerMinute(_)) { 360 } else { 4 };
+        Stretch { places: (0..=count).map(|k| on(f64::from(k) / f64::from(count))).collect(), seconds }
+    }
+
+    fn arc(
+        &mut self,
+        plane: &str,
+        end: &BTreeMap<String, f64>,
+        centre: &BTreeMap<String, f64>,
+        counter_clockwise: bool,
+        feed: f64,
+    ) -> Stretch {
+        let names = [&plane[..1], &plane[1..]];
+        let [one, other] = names.map(|name| self.index(name));
+        let middle = names.map(|name| centre[name]);
+        let from = (-middle[1]).atan2(-middle[0]);
+        let mut turn = (end[names[1]] - middle[1]).atan2(end[names[0]] - middle[0]) - from;
+        // the sense is seen from the third axis
+        let tau = std::f64::consts::TAU;
+        if counter_clockwise && turn <= 1e-6 {
+            turn += tau;
+        } else if !counter_clockwise && turn >= -1e-6 {
+            turn -= tau;
+        }
+        let radius = middle[0].hypot(middle[1]);
+        let start = self.here.clone();
+        let on = |part: f64| {
+            let (sin, cos) = (from + turn * part).sin_cos();
+            let mut place = start.clone();
+            place[one] += middle[0] + radius * cos;
+            place[other] += middle[1] + radius * sin;
+            place
+        };
+        let count = 180;
+        let places: Vec<Vec<f64>> = (0..=count).map(|k| on(f64::from(k) / f64::from(count))).collect();
+        self.here[one] += end[names[0]];
+        self.here[other] += end[names[1]];
+        Stretch { places, seconds: turn.abs() * radius / feed * 60.0 }
+    }
+}
+
+/// Everything that must hold for one program.
+fn check(machine: &Machine, planned: &PlannedTest, dialect: Dialect, offsets: &[f64], worst_slow: &mut f64) {
+    let said = format!("{dialect:?} {}", planned.test.name);
+    let found = read(machine, planned, dialect);
+    let chain = Chain::of(machine);
+    let geometry = Geometry::nominal(&chain);
+    let links = planned.test.links(&chain).expect("links");
+    let balls = |q: &[f64]| -> (Vector3<f64>, Vector3<f64>) {
+        (
+            geometry.point(links.0, &planned.test.pivot.at, q, None),
+            geometry.point(links.1, &planned.test.spindle_ball.at, q, None),
+        )
+    };
+    let mut run = Run { machine, offsets: offsets.to_vec(), here: vec![f64::NAN; machine.axes.len()] };
+    let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // half of the last of four decimals, mm or deg; after relative arcs three times that
+    let near = 0.51e-4;
+    let parts: Vec<&[Act]> = found.acts.split(|act| *act == Act::Stop).collect();
+    let [before, way, capture, back] = parts[..] else { panic!("{said}: {} stops", parts.len() - 1) };
+    assert!(before.is_empty(), "{said}");
+    let rapids = |run: &mut Run, acts: &[Act]| -> Vec<Vec<f64>> {
+        let mut corners = Vec::new();
+        for act in acts {
+            let Act::Rapid(to) = act else { panic!("{said}: {act:?}") };
+            assert_eq!(to.len(), 1, "one axis at a time");
+            run.here = run.at(to);
+            corners.push(run.here.clone());
+        }
+        corners
+    };
+    let there = rapids(&mut run, way);
+    let corners = planned.approach.corners();
+    let from_park = &there[planned.approach.park.len() - 1..];
+    assert_eq!(from_park.len(), corners.len(), "{said}");
+    assert!(from_park.iter().zip(&corners).all(|(a, b)| off(a, b) < near), "{said}");
+
+    let feed_mm_per_s = planned.test.feed_mm_per_min.expect("planned") / 60.0;
+    let bar = planned.test.bar_length_mm.expect("planned");
+    let mut stretches: Vec<Stretch> = Vec::new();
+    let mut dwells = 0;
+    for act in capture {
+        match act {
+            Act::Dwell(seconds) => {
+                assert_eq!(*seconds, 3.0);
+                dwells += 1;
+            }
+            Act::Feed { to, pace } => stretches.push(run.feed(to, *pace)),
+            Act::Arc { plane, end, centre, counter_clockwise, feed } => {
+                stretches.push(run.arc(plane, end, centre, *counter_clockwise, *feed));
+            }
+            other => panic!("{said}: {other:?}"),
+        }
+    }
+    assert_eq!(dwells, 4, "{said}");
+    // a sweep goes to the start of its run-in once more; there it stands already
+    let is_sweep = matches!(planned.test.path, Some(TestPath::Sweep { follow: Follow::None, .. }));
+    if is_sweep {
+        stretches.retain(|stretch| stretch.seconds > 0.0);
+    }
+    let half = stretches.len() / 2;
+    assert_eq!(stretches.len(), 2 * half, "{said}");
+    for (way, rows) in
+        [(&stretches[..half], planned.run.clone()), (&stretches[half..], planned.run.iter().rev().cloned().collect())]
+    {
+        let last = |stretch: &Stretch| stretch.places[stretch.places.len() - 1].clone();
+        let n = rows.len();
+        let ends = [way[0].places[0].clone(), last(&way[0]), last(&way[way.len() - 2]), last(&way[way.len() - 1])];
+        for (end, row) in ends.iter().zip([&rows[0], &rows[1], &rows[n - 2], &rows[n - 1]]) {
+            assert!(off(end, row) < 3.0 * near, "{said}: {end:?} {row:?}");
+        }
+        // between run-in and run-out the bar keeps its length; nothing is faster than planned
+        for (k, stretch) in way.iter().enumerate() {
+            let captured = k > 0 && k + 1 < way.len();
+            let mut walked = [0.0; 3];
+            for pair in stretch.places.windows(2) {
+                let ((p, s), (p1, s1)) = (balls(&pair[0]), balls(&pair[1]));
+                let linear = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
+                let slides = linear.map(|k| (pair[1][k] - pair[0][k]).powi(2)).sum::<f64>().sqrt();
+                let steps = [(p1 - p).norm(), (s1 - s).norm(), slides];
+                walked.iter_mut().zip(steps).for_each(|(sum, step)| *sum += step);
+                if captured {
+                    // a chord of 0.1 um and half a digit on each of up to five axes
+                    assert!(((p1 - s1).norm() - bar).abs() < 0.45e-3, "{said}: bar {}", (p1 - s1).norm());
+                }
+            }
+            let way_mm = walked.into_iter().fold(0.0, f64::max);
+            let planned_s = way_mm / feed_mm_per_s;
+            // positions are rounded: a short block is longer or shorter by a digit
+            let rounding_s = 2.0 * near * 1.8 * (1.0 + bar / 57.0) / feed_mm_per_s;
+            assert!(
+                stretch.seconds > planned_s * (1.0 - 1e-4) - rounding_s,
+                "{said}: {} s in place of {planned_s}",
+                stretch.seconds
+            );
+            if captured {
+                *worst_slow = worst_slow.max((stretch.seconds - rounding_s) / planned_s - 1.0);
+            }
+            for place in &stretch.places {
+                for (k, (axis, q)) in machine.axes.iter().zip(place).enumerate() {
+                    let (Some((low, high)), false) = (axis.range, rows.iter().all(|row| row[k] == rows[0][k])) else {
+                        continue;
+                    };
+                    let to = |limit: f64| axis.kind.to_file_unit((q - limit).abs());
+                    assert!(to(low).min(to(high)) > 0.1 - near, "{said}: {} at its limit", axis.name);
+                }
+            }
+        }
+    }
+    let back_rapids = rapids(&mut run, &back[..back.len() - 1]);
+    assert_eq!(back.last(), Some(&Act::End), "{said}");
+    assert!(back_rapids.iter().zip(corners.iter().rev().skip(1)).all(|(a, b)| off(a, b) < near), "{said}");
+    assert_eq!(back_rapids.len(), corners.len() - 1);
+}
+
+/// Axes' offsets in a program: machine coordinates on controls that feed in them.
+fn offsets(machine: &Machine, dialect: Dialect) -> Vec<f64> {
+    let all: Option<Vec<f64>> = machine.machine_zero.iter().copied().collect();
+    match (dialect, all) {
+        (Dialect::Generic, _) | (_, None) => vec![0.0; machine.axes.len()],
+        (_, Some(zeros)) => zeros,
+    }
+}
+
+#[test]
+fn programs_read_back_keep_places_bar_and_pace() {
+    let mut counted = [0; 3];
+    for name in ["hermle-c600u.yaml", "fig-1-1-table-head-ca.yaml", "head-head-ab-profiler.yaml"] {
+        let (mut machine, tests) = planned(name);
+        for zeros in [vec![None; 5], vec![Some(312.5), Some(-3.25), Some(-410.0), Some(-0.5), Some(96.125)]] {
+            machine.machine_zero = zeros;
+            for dialect in [Dialect::Generic, Dialect::Heidenhain, Dialect::Sinumerik] {
+                assert_eq!(dialect.unknown_axis(&machine), None);
+                let mut worst_slow = 0.0;
+                for planned in &tests {
+                    check(&machine, planned, dialect, &offsets(&machine, dialect), &mut worst_slow);
+                    counted[match planned.test.path {
+                        Some(TestPath::Circle { .. }) => 2,
+                        _ => usize::from(planned.is_coupled()),
+                    }] += 1;
+                }
+                println!("{name} {dialect:?}: at most {:.2} % slower than planned", worst_slow * 100.0);
+                // whole milliseconds of FT, rounded up; all else has three decimals
+                assert!(worst_slow < if dialect == Dialect::Heidenhain { 0.02 } else { 2e-3 }, "{worst_slow}");
+            }
+        }
+    }
+    println!("{counted:?} sweeps, following runs, circles");
+    assert!(counted.iter().all(|count| *count >= 6), "{counted:?}");
+}
+
+#[test]
+fn no_time_or_feed_is_rounded_to_faster() {
+    let (machine, tests) = planned("hermle-c600u.yaml");
+    let mut planned = tests.iter().find(|test| !test.is_coupled()).expect("a sweep").clone();
+    // 500 mm/min at this lever is 123.45678 deg/min
+    planned.rho_mm = 500f64.to_degrees() / 123.456_78;
+    for dialect in [Dialect::Generic, Dialect::Heidenhain, Dialect::Sinumerik] {
+        let feeds: Vec<f64> = read(&machine, &planned, dialect)
+            .acts
+            .iter()
+            .filter_map(|act| match act {
+                Act::Feed { pace: Pace::PerMinute(feed), .. } => Some(*feed),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(feeds[1], 123.456, "{dialect:?}");
+        assert_eq!(feeds[0], 246.913, "{dialect:?}");
+    }
+}
+
+#[test]
+fn heads_tell_lengths_and_offsets() {
+    let (mut machine, tests) = planned("hermle-c600u.yaml");
+    let planned = &tests[0];
+    let head = |machine: &Machine, dialect| read(machine, planned, dialect).comments.join("\n");
+    let dialects = [Dialect::Generic, Dialect::Heidenhain, Dialect::Sinumerik];
+    for dialect in dialects {
+        let head = head(&machine, dialect);
+        assert!(head.contains("gauge length 110.000 mm"), "{head}");
+        assert!(head.contains("ball bar 100 mm"), "{head}");
+        assert!(head.contains("positions in work coordinates") && head.contains("no machine_zero"), "{head}");
+        assert_eq!(head.contains("G4 X is a dwell in seconds"), dialect == Dialect::Generic, "{head}");
+    }
+    let x = machine.axis_index("X").expect("X");
+    machine.machine_zero[x] = Some(312.5);
+    for dialect in dialects {
+        let found = read(&machine, planned, dialect);
+        let head = found.comments.join("\n");
+        assert!(head.contains("stated for X 312.5000 but not for C A Y Z: it is NOT used"), "{head}");
+        assert!(head.contains("positions in work coordinates") && !found.in_machine_coordinates, "{head}");
+    }
+    machine.machine_zero = vec![Some(0.0), Some(-0.5), Some(-410.0), Some(312.5), Some(96.125)];
+    for dialect in dialects {
+        let found = read(&machine, planned, dialect);
+        let head = found.comments.join("\n");
+        // a G53 block is a rapid one on Fanuc's controls
+        let is_machine = dialect != Dialect::Generic;
+        assert_eq!(found.in_machine_coordinates, is_machine, "{head}");
+        let said = if is_machine { "positions in machine coordinates, machine_zero " } else { "from machine_zero: " };
+        assert!(head.contains(&format!("{said}C 0.0000 A -0.5000 Y -410.0000 X 312.5000 Z 96.1250")), "{head}");
+    }
+}
+
+#[test]
+fn modes_are_left_as_they_were() {
+    let (machine, tests) = planned("hermle-c600u.yaml");
+    for planned in &tests {
+        let after = read(&machine, planned, Dialect::Sinumerik).modes;
+        for (group, word) in BEFORE {
+            assert_eq!(after[group], word, "{} {group}", planned.test.name);
+        }
+        // a control without a word for it stands as after power-on
+        let after = read(&machine, planned, Dialect::Generic).modes;
+        for (group, word) in [("plane", "G17"), ("unit", "G21"), ("distance", "G90"), ("feed", "G94")] {
+            assert_eq!(after[group], word, "{} {group}", planned.test.name);
+        }
+    }
+}
