@@ -140,6 +140,37 @@ fn plan_leaves_files_alone_that_no_plan_wrote() {
 }
 
 #[test]
+fn plan_leaves_sheets_and_meshes_alone_that_no_plan_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mill = std::fs::read_to_string(machine("hermle-c600u.yaml")).unwrap();
+    let lamp = "bodies:\n  - {name: lamp, link: b, mesh: {file: parts/lamp.obj, at: [400, 0, 0]}}\n";
+    std::fs::create_dir(folder.join("parts")).unwrap();
+    let obj = "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+    std::fs::write(folder.join("parts/lamp.obj"), obj).unwrap();
+    std::fs::write(folder.join("mill.yaml"), mill.replacen("bodies:\n", lamp, 1)).unwrap();
+    for (name, own) in [("setup-sheet.html", "<!doctype html><p>mine"), ("parts/lamp.obj", "v 1 1 1\n")] {
+        let out = folder.join(name.replace(['/', '.'], "-"));
+        std::fs::create_dir_all(out.join(name).parent().unwrap()).unwrap();
+        std::fs::write(out.join(name), own).unwrap();
+        let before = content(&out);
+        let said = refused(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", out.to_str().unwrap()]);
+        assert!(said.contains(&out.join(name).display().to_string()) && said.contains("another folder"), "{said}");
+        assert_eq!(content(&out), before);
+    }
+    // its own ones it replaces, also where the mesh has changed since; a copy of the mesh is in nobody's way
+    std::fs::create_dir_all(folder.join("plan/parts")).unwrap();
+    std::fs::write(folder.join("plan/parts/lamp.obj"), obj).unwrap();
+    succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
+    std::fs::write(folder.join("parts/lamp.obj"), obj.replace("40", "50")).unwrap();
+    succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
+    assert_eq!(std::fs::read_to_string(folder.join("plan/parts/lamp.obj")).unwrap(), obj.replace("40", "50"));
+    // a plan without tests leaves a sheet alone, which the next one may replace
+    succeeds(folder, &["plan", "mill.yaml", "--margin", "500", "--out", "none"]);
+    succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "none"]);
+}
+
+#[test]
 fn a_new_plan_replaces_the_programs_of_the_former_one() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

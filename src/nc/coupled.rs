@@ -103,8 +103,7 @@ fn rows(machine: &Machine, test: &Test) -> Option<(Vec<Vec<f64>>, Motion)> {
 
 /// What the control reads, mm or deg, for every axis that can move in a coupled run: all, so that nothing is left to modality.
 fn place(machine: &Machine, coordinates: &Coordinates, row: &[f64]) -> Vec<(String, f64)> {
-    let at = |k: usize| machine.axes[k].kind.to_file_unit(row[k]) + coordinates.offset(k);
-    let shown = |k: usize| (machine.axes[k].name.clone(), at(k));
+    let shown = |k: usize| (machine.axes[k].name.clone(), coordinates.reading(machine, k, row[k]));
     let linear = (0..row.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
     let rotary = (0..row.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary);
     linear.chain(rotary).map(shown).collect()

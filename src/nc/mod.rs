@@ -59,6 +59,11 @@ impl Coordinates {
         machine_offsets(machine).map_or(Coordinates::Work, Coordinates::Machine)
     }
 
+    /// What the control reads at a position held in mm or rad, mm or deg.
+    pub fn reading(&self, machine: &Machine, axis: usize, position: f64) -> f64 {
+        machine.axes[axis].kind.to_file_unit(position) + self.offset(axis)
+    }
+
     /// What is added to an axis's position, mm or deg.
     fn offset(&self, axis: usize) -> f64 {
         match self {
@@ -76,18 +81,13 @@ pub fn machine_offsets(machine: &Machine) -> Option<Vec<f64>> {
 /// Steps of one planned test, both directions.
 pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates) -> Vec<Step> {
     let test = &planned.test;
-    let rapid = |k: usize, q: f64| Step::Rapid {
-        axis: machine.axes[k].name.clone(),
-        to: machine.axes[k].kind.to_file_unit(q) + coordinates.offset(k),
-    };
+    let rapid =
+        |k: usize, q: f64| Step::Rapid { axis: machine.axes[k].name.clone(), to: coordinates.reading(machine, k, q) };
     let approach = &planned.approach;
     let parked: Vec<String> = approach
         .park_order
         .iter()
-        .map(|&k| {
-            let q = machine.axes[k].kind.to_file_unit(approach.park[k]) + coordinates.offset(k);
-            format!("{} {q:.3}", machine.axes[k].name)
-        })
+        .map(|&k| format!("{} {:.3}", machine.axes[k].name, coordinates.reading(machine, k, approach.park[k])))
         .collect();
     let p = test.pivot.at;
     let mut steps = vec![

@@ -148,7 +148,9 @@ impl<'a> Desk<'a> {
             let candidate = entry.candidate;
             let site = rank(candidate.site, &|c| c.site);
             let place = rank(candidate.place, &|c| c.place);
-            (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis)
+            // a run with the spindle indexed comes right after the same run without
+            let same = chosen.iter().position(|&k| std::ptr::eq(entries[k].candidate, candidate));
+            (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis, same, entry.indexed_about)
         });
         let blocks: Vec<&Block> = order.iter().map(|entry| &entry.block).collect();
         let errors = forecasts(self, &blocks);

@@ -7,6 +7,7 @@ mod former_plan;
 pub mod identify;
 pub mod output;
 pub mod plan;
+mod plan_files;
 pub mod progress;
 pub mod report;
 pub mod save;

@@ -1,26 +1,23 @@
 //! `fiveaxis plan`: a test plan for a machine: table, JSON, session file, setup sheet and NC programs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::bodies::{Bodies, Kit};
 use fiveaxis::chain::Chain;
-use fiveaxis::collision::{Instrument, Scratch, World};
-use fiveaxis::load::{load_kit, load_machine_and_bodies, mesh_files, standard_kit};
+use fiveaxis::collision::World;
+use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
-use fiveaxis::nc::{Dialect, program, without_machine_zero};
+use fiveaxis::nc::without_machine_zero;
 use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Plan, PlannedTest, Settings, plan};
-use fiveaxis::report::setup_sheet::{Outline, View, setup_sheet};
-use fiveaxis::report::{approach_in_words, session_yaml, what_moves};
-use fiveaxis::session::{Follow, Path as TestPath, Session, Spread, Test};
+use fiveaxis::report::{approach_in_words, what_moves};
+use fiveaxis::session::{Follow, Path as TestPath};
 use fiveaxis::units::{Measure, parse_quantity};
-use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
 use super::Refusal;
 use super::clearance::touching_note;
-use super::former_plan::{former_files, head};
-use super::output::OutputFolder;
+use super::former_plan::former_files;
+use super::plan_files::{Planned, planned_files};
 
 /// Arguments of `plan`.
 #[derive(Args)]
@@ -101,7 +98,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     };
     let plan = plan(&machine, &bodies, &kit, &settings)?;
     if let Some(folder) = &arguments.out {
-        let mut output = planned_files(folder, arguments, &machine, &bodies, &kit, &plan)?;
+        let planned = Planned { machine: &machine, bodies: &bodies, kit: &kit, settings: &settings, plan: &plan };
+        let mut output = planned_files(folder, &arguments.machine, &planned)?;
         output.replace(former);
         output.write(folder, std::slice::from_ref(&arguments.machine))?;
     }
@@ -114,101 +112,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         println!("\n{note}");
     }
     Ok(())
-}
-
-/// Folders of the programs, in the order of [`Dialect`].
-const DIALECT_FOLDERS: [&str; 4] = ["generic", "linuxcnc", "heidenhain", "sinumerik"];
-
-/// Session, setup sheet and programs; of a plan without tests the sheet alone, which says why.
-fn planned_files(
-    folder: &Path,
-    arguments: &Arguments,
-    machine: &Machine,
-    bodies: &Bodies,
-    kit: &Kit,
-    plan: &Plan,
-) -> Result<OutputFolder, Refusal> {
-    let mut output = OutputFolder::default();
-    output.add("setup-sheet.html", setup_sheet(machine, plan, &pictures(machine, bodies, kit, plan)));
-    if plan.tests.is_empty() {
-        return Ok(output);
-    }
-    let machine_text = std::fs::read(&arguments.machine)?;
-    output.add("machine.yaml", machine_text);
-    let home = arguments.machine.parent().unwrap_or(Path::new(""));
-    for mesh in mesh_files(&arguments.machine)? {
-        // where the session finds it
-        let target = folder.join(&mesh);
-        if !mesh.starts_with("../") {
-            output.add(mesh.clone(), std::fs::read(home.join(&mesh))?);
-        } else if !target.is_file() {
-            eprintln!("{} is not there and not written: the session's machine names it", target.display());
-        }
-    }
-    for (dialect, _) in Dialect::ALL {
-        if let Some(axis) = dialect.unknown_axis(machine) {
-            eprintln!("no {} programs: the control has no axis called {axis}", DIALECT_FOLDERS[dialect as usize]);
-        }
-    }
-    let mut started_at_s = 0.0;
-    let mut tests = Vec::new();
-    let mut programs = Vec::new();
-    for planned in &plan.tests {
-        for test in planned.both_ways() {
-            let recording_file = Some(format!("{}.csv", test.name));
-            tests.push(Test { recording_file, started_at_s, ..test });
-            started_at_s += (planned.minutes * 30.0).ceil();
-        }
-        for (dialect, ending) in Dialect::ALL.into_iter().filter(|(dialect, _)| dialect.unknown_axis(machine).is_none())
-        {
-            let folder = DIALECT_FOLDERS[dialect as usize];
-            let name = format!("nc/{folder}/{}.{ending}", planned.test.name);
-            output.add(name.clone(), program(machine, planned, dialect));
-            programs.push(name);
-        }
-    }
-    let session = Session {
-        name: format!("{}, planned", machine.name),
-        machine_file: "machine.yaml".into(),
-        machine: machine.clone(),
-        spread: Spread::default(),
-        tests,
-    };
-    output.add("session.yaml", head(&programs) + &session_yaml(&session));
-    Ok(output)
-}
-
-/// Two views of every test in the middle of its sweep.
-fn pictures(machine: &Machine, bodies: &Bodies, kit: &Kit, plan: &Plan) -> Vec<[View; 2]> {
-    let chain = Chain::of(machine);
-    let Ok(world) = World::new(&chain, bodies) else { return Vec::new() };
-    let up = -machine.gravity;
-    let right = Vector3::x();
-    let aside = up.cross(&right);
-    plan.tests
-        .iter()
-        .filter_map(|planned| {
-            let instrument = Instrument::of(&world, bodies, kit, &planned.test).ok()?;
-            let scene = instrument.scene(&world);
-            let q = &planned.middle;
-            let mut scratch = Scratch::default();
-            let frames = scene.frames(q, &mut scratch).to_vec();
-            let machine_parts = world.part_count();
-            let middle = frames[frames.len() - 1].translation_mm;
-            Some([right, aside].map(|right| {
-                View {
-                    middle: [middle.dot(&right), middle.dot(&up)],
-                    outlines: (0..scene.parts().len())
-                        .map(|part| Outline {
-                            name: scene.parts()[part].name.clone(),
-                            instrument: part >= machine_parts,
-                            points: scene.outline(part, &frames, &right, &up),
-                        })
-                        .collect(),
-                }
-            }))
-        })
-        .collect()
 }
 
 fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusal> {
