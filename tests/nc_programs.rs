@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Geometry};
+use fiveaxis::collision::Leg;
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
-use fiveaxis::plan::{PlannedTest, Settings, plan};
-use fiveaxis::session::{Follow, Path as TestPath};
+use fiveaxis::plan::{Approach, ClearSweep, Mounting, PlannedTest, Settings, plan};
+use fiveaxis::session::{Ball, CirclePlane, Follow, Path as TestPath, Test};
 use nalgebra::Vector3;
 use nc_reader::{Act, Pace, Program, read_heidenhain, read_iso};
 
@@ -318,6 +319,88 @@ fn heads_tell_lengths_and_offsets() {
         assert_eq!(found.in_machine_coordinates, is_machine, "{head}");
         let said = if is_machine { "positions in machine coordinates, machine_zero " } else { "from machine_zero: " };
         assert!(head.contains(&format!("{said}C 0.0000 A -0.5000 Y -410.0000 X 312.5000 Z 96.1250")), "{head}");
+    }
+}
+
+/// The thesis's short test of A, and a quarter of a circle in XY: programs short enough to be read.
+fn by_hand() -> (Machine, [PlannedTest; 2]) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/hermle-c600u.yaml");
+    let (mut machine, _) = load_machine_and_bodies(&file).expect("shipped machine");
+    let axis = |name: &str| machine.axis_index(name).expect("axis");
+    let [c, a, y, x, z] = ["C", "A", "Y", "X", "Z"].map(axis);
+    assert_eq!([c, a, y, x, z], [0, 1, 2, 3, 4]);
+    machine.machine_zero = vec![Some(0.0), Some(-0.5), Some(-410.0), Some(312.5), Some(96.125)];
+    let ball = |link: &str, at: [f64; 3]| Ball {
+        link: link.into(),
+        at: Vector3::from(at),
+        setup: None,
+        spread_mm: None,
+        indexed_about: None,
+    };
+    let test = |name: &str, path: TestPath, pivot: [f64; 3], positions: [Option<f64>; 5]| Test {
+        name: name.into(),
+        recording_file: None,
+        recording: None,
+        path: Some(path),
+        started_at_s: 0.0,
+        bar_length_mm: Some(100.0),
+        bar_setup: None,
+        bar_error_mm: 0.0,
+        pivot: ball("C", pivot),
+        spindle_ball: ball("Z", [0.0; 3]),
+        positions: positions.to_vec(),
+        feed_mm_per_min: Some(500.0),
+        overshoot: Some(4.0),
+    };
+    let planned = |test: Test, axis: usize, ends: [f64; 2], legs: Vec<Leg>, height_mm: f64| PlannedTest {
+        test,
+        axis,
+        rho_mm: 100.0,
+        h_mm: 0.0,
+        way_radius_mm: 100.0,
+        sweep: ClearSweep {
+            from_deg: ends[0],
+            to_deg: ends[1],
+            clearance_mm: 6.0,
+            pair: ("table".into(), "spindle housing".into()),
+            ends: [None, None],
+        },
+        minutes: 1.0,
+        mount: "table top".into(),
+        height_mm,
+        run: Vec::new(),
+        middle: Vec::new(),
+        approach: Approach { park: vec![0.0, 0.0, 0.0, 0.0, 329.0], park_order: vec![z, c, a, y, x], legs },
+        mounting: Mounting { bar_parts_mm: vec![100.0], calibrator_mm: Some(100.0), nose_to_ball_mm: 110.0, arm: None },
+    };
+    let zero = Some(0.0);
+    let sweep = TestPath::Sweep { axis: a, from: -20.0, to: 70.0, step: 0.5, follow: Follow::None };
+    let short = test("a-short", sweep, [0.0, -100.0, 0.0], [zero, None, zero, zero, zero]);
+    let turned = Leg { axis: a, to: (-24f64).to_radians() };
+    let plane = CirclePlane { first: x, second: y };
+    let circle = TestPath::Circle { plane, radius_mm: 100.0, from: 0.0, to: 90.0, step: 0.5 };
+    let quarter = test("xy-quarter", circle, [0.0, 0.0, 60.0], [zero, zero, None, None, Some(60.0)]);
+    let aside = vec![Leg { axis: x, to: 100.0 }, Leg { axis: y, to: -4.0 }, Leg { axis: z, to: 60.0 }];
+    let tests = [
+        planned(short, a, [-20.0, 70.0], vec![turned, Leg { axis: z, to: 0.0 }], 75.0),
+        planned(quarter, x, [0.0, 90.0], aside, 135.0),
+    ];
+    (machine, tests)
+}
+
+#[test]
+fn short_programs_read_as_written_by_hand() {
+    let (machine, tests) = by_hand();
+    for planned in &tests {
+        for (dialect, ending) in Dialect::ALL {
+            let file = format!("tests/data/nc/{}.{ending}", planned.test.name);
+            let due = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(&file)).expect("reference");
+            let found = program(&machine, planned, dialect);
+            for (number, (found, due)) in found.lines().zip(due.lines()).enumerate() {
+                assert_eq!(found, due, "{file}:{}", number + 1);
+            }
+            assert_eq!(found.lines().count(), due.lines().count(), "{file}");
+        }
     }
 }
 

@@ -14,10 +14,10 @@ pub(super) fn head(
     let test = &planned.test;
     let mut lines = vec![format!("machine {}", machine.name)];
     let parts: Vec<String> = planned.mounting.bar_parts_mm.iter().map(f64::to_string).collect();
+    let parts = if parts.len() > 1 { format!(" = {}", parts.join(" + ")) } else { String::new() };
     lines.push(format!(
-        "ball bar {} mm = {}, {} mm/min at the ball",
+        "ball bar {} mm{parts}, {} mm/min at the ball",
         test.bar_length_mm.unwrap_or(0.0),
-        parts.join(" + "),
         test.feed_mm_per_min.unwrap_or(0.0)
     ));
     lines.push(match &planned.mounting.arm {

@@ -1,0 +1,48 @@
+%
+(A_SHORT)
+(machine Hermle C600U)
+(ball bar 100 mm, 500 mm/min at the ball)
+(gauge length 110.000 mm from spindle nose to ball, tool length off)
+(positions in work coordinates with zero at the zero of the machine file)
+(work offset that must be active, from machine_zero: C 0.0000 A -0.5000 Y -410.0000 X 312.5000 Z 96.1250)
+(G4 X is a dwell in seconds, change it where the control wants P)
+(F of a block with C or A alone is deg/min)
+M5
+M9
+G17 G21 G40 G49 G90 G94
+(pivot on table top ball 75.000 mm above it)
+(pivot ball at x 0.000 y -100.000 z 0.000 with all axes at zero)
+(bring the axes to park by hand: Z 329.000 C 0.000 A 0.000 Y 0.000 X 0.000)
+(at park, pivot and spindle cup mounted, bar off)
+M0
+G0 Z329.0000
+G0 C0.0000
+G0 A0.0000
+G0 Y0.0000
+G0 X0.0000
+G0 A-24.0000
+G0 Z0.0000
+(mount the bar and start the recording)
+M0
+(a-short-ccw capture -20 to 70)
+G1 A-24.0000 F572.957
+G4 X3.0
+G1 A-20.0000 F286.478
+G1 A70.0000 F286.478
+G1 A74.0000 F286.478
+G4 X3.0
+(a-short-cw capture 70 to -20)
+G1 A74.0000 F572.957
+G4 X3.0
+G1 A70.0000 F286.478
+G1 A-20.0000 F286.478
+G1 A-24.0000 F286.478
+G4 X3.0
+(stop the recording and take the bar off)
+M0
+G0 Z329.0000
+G0 A0.0000
+(no word of ISO 6983 tells the modes found: left as here)
+G17 G21 G40 G49 G90 G94
+M30
+%
