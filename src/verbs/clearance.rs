@@ -10,7 +10,7 @@ use fiveaxis::plan::rows_with_run_in;
 use fiveaxis::session::Motion;
 use serde_json::{Map, Value, json};
 
-use super::Refusal;
+use super::{Refusal, solids};
 
 /// Arguments of `clearance`.
 #[derive(Args)]
@@ -37,13 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let folder = arguments.session.parent().map(PathBuf::from).unwrap_or_default();
     let machine_file = folder.join(&session.machine_file);
     let (machine, bodies) = load_machine_and_bodies(&machine_file)?;
-    if bodies.bodies.is_empty() {
-        return Err(format!(
-            "{}: has no bodies; add 'bodies', 'mounts' and 'spindle' as in machines/hermle-c600u.yaml",
-            machine_file.display()
-        )
-        .into());
-    }
+    solids::require(&machine_file, &bodies)?;
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
     let chain = Chain::of(&machine);
     let world = World::new(&chain, &bodies)?;

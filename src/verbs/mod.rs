@@ -12,6 +12,7 @@ pub mod progress;
 pub mod report;
 pub mod save;
 pub mod simulate;
+mod solids;
 pub mod survey;
 
 /// Why a verb stopped: one message for the user, exit code 2.

@@ -14,10 +14,10 @@ use fiveaxis::session::{Follow, Path as TestPath};
 use fiveaxis::units::{Measure, parse_quantity};
 use serde_json::{Map, Value, json};
 
-use super::Refusal;
 use super::clearance::touching_note;
 use super::former_plan::former_files;
 use super::plan_files::{Planned, planned_files};
+use super::{Refusal, solids};
 
 /// Arguments of `plan`.
 #[derive(Args)]
@@ -90,6 +90,7 @@ enum FollowName {
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let (machine, bodies) = load_machine_and_bodies(&arguments.machine)?;
+    solids::require(&arguments.machine, &bodies)?;
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
     let settings = settings(arguments, &machine)?;
     let former = match &arguments.out {

@@ -215,6 +215,38 @@ spindle: {nose: [0, 0, 110]}
 ";
 
 #[test]
+fn machines_that_do_not_say_what_could_be_hit() {
+    let arm = include_str!("../../machines/irb120.urdf");
+    let with = "<link name=\"link_1\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>";
+    let with = changed(arm, "<link name=\"link_1\"/>", with);
+    let urdf = |either: &str| {
+        format!(
+            "irb120.urdf: a robot description cannot say where a pivot stands and a ball is clamped{either}; write its chain as a machine file with bodies, mounts and spindle, as in machines/hermle-c600u.yaml"
+        )
+    };
+    let none = urdf(", and this one has no <collision> bodies either");
+    let session = "name: run\nmachine: irb120.urdf\ntests:\n  - name: a\n    bar_length: 100\n    pivot: {link: workpiece, at: [300, 0, 300]}\n    spindle_ball: {link: tool0, at: [374, 0, 630]}\n    positions: {J1: 0, J2: 0, J3: 0, J4: 0, J5: 0}\n    sweep: {axis: J6, from: -20, to: 20, step: 1}\n";
+    for (text, message) in [(arm, none), (&with, urdf(""))] {
+        let files = [("irb120.urdf", text.as_bytes()), ("session.yaml", session.as_bytes())];
+        check("arm", &files, &["plan", "irb120.urdf"], &message);
+        check("arm", &files, &["clearance", "session.yaml"], &message);
+    }
+    let machine = format!("{MACHINE}{}", changed(WITH_MOUNT, "spindle: {nose: [0, 0, 110]}\n", ""));
+    check(
+        "no spindle",
+        &[("machine.yaml", machine.as_bytes())],
+        &["plan", "machine.yaml"],
+        "machine.yaml: has no 'spindle'; add what is missing as in machines/hermle-c600u.yaml",
+    );
+    check(
+        "nothing",
+        &[("machine.yaml", MACHINE.as_bytes())],
+        &["plan", "machine.yaml", "--json"],
+        "machine.yaml: has no 'bodies', no 'mounts', no 'spindle'; add what is missing as in machines/hermle-c600u.yaml",
+    );
+}
+
+#[test]
 fn mounts_and_kits_that_leave_nothing_to_plan() {
     let machine = format!("{MACHINE}{WITH_MOUNT}");
     let plan = |name, machine: &str, kit: &str, message| {

@@ -89,9 +89,12 @@ fn overview(out: &mut String, sheet: &Sheet) {
         rows.push(("spindle", INDEXING.into()));
     }
     table(out, &rows);
-    if !plan.tests.is_empty() {
-        order(out, sheet);
-        out.push_str(HOW_TO);
+    match plan.tests.is_empty() {
+        true => out.push_str("<p class=\"lead\">No test can be run; the table says why.</p>"),
+        false => {
+            order(out, sheet);
+            out.push_str(HOW_TO);
+        }
     }
     trade_off::trade_off(out, plan, settings);
     determined(out, plan);

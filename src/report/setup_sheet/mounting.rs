@@ -17,8 +17,10 @@ pub(super) fn changes(before: Option<&PlannedTest>, planned: &PlannedTest) -> St
     if !same(&|other| other.test.spindle_ball.at == test.spindle_ball.at && other.mounting.arm == planned.mounting.arm)
     {
         words.push(match &planned.mounting.arm {
-            None => "spindle cup".into(),
-            Some(arm) => format!("fixture {} mm", arm.length_mm),
+            None => format!("spindle cup, ball {:.3} mm from the nose", planned.mounting.nose_to_ball_mm),
+            Some(arm) => {
+                format!("fixture {} mm, ball {:.3} mm from the nose", arm.length_mm, planned.mounting.nose_to_ball_mm)
+            }
         });
     }
     let indexed = |test: &PlannedTest| test.test.spindle_ball.indexed_about.is_some();

@@ -33,6 +33,8 @@ pub struct View {
 const LEAST_HALF_MM: f64 = 190.0;
 /// Room around the instrument and its ways.
 const ROOM: f64 = 1.35;
+/// Height of a machine part's name, half pictures.
+const NAME: f64 = 0.056;
 /// Lengths for the scale bar, mm.
 const SCALES_MM: [f64; 5] = [50.0, 100.0, 200.0, 500.0, 1000.0];
 
@@ -57,6 +59,12 @@ impl Frame {
         Frame { middle: [0, 1].map(|k| 0.5 * (low[k] + high[k])), half: half.max(LEAST_HALF_MM) }
     }
 
+    /// The middle of a text, moved so that all of it is in the picture.
+    fn inside(&self, at: [f64; 2], words: &str, size: f64) -> [f64; 2] {
+        let room = (0.97 * self.half - half_width(words, size)).max(0.0);
+        [at[0].clamp(self.middle[0] - room, self.middle[0] + room), at[1]]
+    }
+
     /// Where the name of an outline stands: in the middle of what is seen of it; `None` for what is hardly seen and for
     /// what fills the picture.
     fn name_at(&self, outline: &Outline) -> Option<[f64; 2]> {
@@ -71,8 +79,13 @@ impl Frame {
         });
         let sizes = ends.map(|(low, high)| (high - low) / self.half);
         let fits = sizes.iter().all(|size| *size > 0.08) && sizes.iter().any(|size| *size < 1.9);
-        fits.then(|| ends.map(|(low, high)| 0.5 * (low + high)))
+        fits.then(|| self.inside(ends.map(|(low, high)| 0.5 * (low + high)), &outline.name, NAME * self.half))
     }
+}
+
+/// About half the width of a text, mm: a letter is half as wide as high.
+fn half_width(words: &str, size: f64) -> f64 {
+    0.25 * size * words.chars().count() as f64
 }
 
 /// One picture; `pair` is what comes closest.
@@ -149,31 +162,40 @@ fn names(out: &mut String, view: &View, frame: &Frame, bar_mm: f64) {
     let size = frame.half * 0.075;
     let [pivot, spindle] = view.balls;
     let bar = [0, 1].map(|k| 0.5 * (pivot[k] + spindle[k]));
-    // away from each other: the upper name above its ball, the lower one below
-    let above = |point: [f64; 2]| [point[0], point[1] + 0.6 * size];
-    let below = |point: [f64; 2]| [point[0], point[1] - 1.3 * size];
-    let is_up = pivot[1] > spindle[1] + 1e-6;
-    let balls = if is_up { [above(pivot), below(spindle)] } else { [below(pivot), above(spindle)] };
-    // beside the bar; seen end-on beside the balls
+    let words = ["pivot ball", "spindle ball", &format!("bar {bar_mm} mm")];
     let along = [spindle[0] - pivot[0], spindle[1] - pivot[1]];
     let steep = along[1].abs() > along[0].abs() || along[0].abs() < size;
-    let (at_bar, anchor) = match steep {
-        true => ([bar[0] + 0.6 * size, bar[1] - 0.35 * size], "start"),
-        false => ([bar[0], bar[1] - 1.2 * size], "middle"),
+    let beside = |sign: f64, words: &str| sign * (half_width(words, size) + 0.5 * size);
+    let at = if steep {
+        // the upper name above its ball, the lower one below, the bar's to the right
+        let (above, below) = (0.6 * size, -1.3 * size);
+        let [of_pivot, of_spindle] = if along[1] < -1e-6 { [above, below] } else { [below, above] };
+        [
+            [pivot[0], pivot[1] + of_pivot],
+            [spindle[0], spindle[1] + of_spindle],
+            [bar[0] + beside(1.0, words[2]), bar[1] - 0.35 * size],
+        ]
+    } else {
+        // outward to the left and right, the bar's below
+        let sign = along[0].signum();
+        [
+            [pivot[0] + beside(-sign, words[0]), pivot[1] + 0.3 * size],
+            [spindle[0] + beside(sign, words[1]), spindle[1] + 0.3 * size],
+            [bar[0], bar[1] - 1.4 * size],
+        ]
     };
-    let mut taken = vec![balls[0], balls[1], at_bar, bar];
+    let at = [0, 1, 2].map(|k| frame.inside(at[k], words[k], size));
+    let mut taken = vec![at[0], at[1], at[2], bar];
     let mut named: Vec<&str> = Vec::new();
     for outline in view.outlines.iter().filter(|outline| !outline.instrument) {
         let Some(at) = frame.name_at(outline).filter(|_| !named.contains(&outline.name.as_str())) else { continue };
         if taken.iter().all(|other| (other[0] - at[0]).abs() > 5.0 * size || (other[1] - at[1]).abs() > 1.3 * size) {
             taken.push(at);
             named.push(&outline.name);
-            text(out, at, size * 0.75, "middle", &outline.name);
+            text(out, at, NAME * frame.half, "middle", &outline.name);
         }
     }
-    text(out, balls[0], size, "middle", "pivot ball");
-    text(out, balls[1], size, "middle", "spindle ball");
-    text(out, at_bar, size, anchor, &format!("bar {bar_mm} mm"));
+    at.into_iter().zip(words).for_each(|(at, words)| text(out, at, size, "middle", words));
 }
 
 /// Arrows of R's directions.

@@ -63,12 +63,21 @@ fn ends(machine: &Machine, planned: &PlannedTest) -> String {
     if sweep.to_deg - sweep.from_deg >= 360.0 {
         return "a full turn".into();
     }
-    let whats = sweep.ends.each_ref().map(|end| match end {
-        Some((one, other)) => format!("{one} – {other}"),
-        None if planned.is_coupled() => "the range of an axis that moves along".into(),
-        None => format!("the range of {}, run-in and {OFF_LIMIT}° kept off", machine.axes[planned.axis].name),
-    });
-    format!("{}°: {}; {}°: {}", sweep.from_deg, whats[0], sweep.to_deg, whats[1])
+    let axis = &machine.axes[planned.axis];
+    let range_deg = axis.range.map(|(low, high)| [low.to_degrees(), high.to_degrees()]);
+    let run_in = planned.test.overshoot.unwrap_or(0.0);
+    let words = |side: usize, deg: f64| match &sweep.ends[side] {
+        Some((one, other)) => format!("{deg}°: {one} – {other}"),
+        // whole degrees
+        None if !planned.is_coupled()
+            && range_deg.is_some_and(|range| (range[side] - deg).abs() < run_in + OFF_LIMIT + 1.0) =>
+        {
+            format!("{deg}°: the range of {}, run-in and {OFF_LIMIT}° kept off", axis.name)
+        }
+        None if planned.is_coupled() => format!("{deg}°: an axis's range or the turn looked for, nothing in the way"),
+        None => format!("{deg}°: the turn looked for, nothing in the way"),
+    };
+    format!("{}; {}", words(0, sweep.from_deg), words(1, sweep.to_deg))
 }
 
 /// From where to where every axis goes in a run of several axes, run-in included.

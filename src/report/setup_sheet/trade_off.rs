@@ -94,8 +94,8 @@ pub(super) fn trade_off(out: &mut String, plan: &Plan, settings: &Settings) {
         let _ = write!(
             out,
             "<text x=\"{}\" y=\"{}\" fill=\"{colour}\">{}</text>",
-            ROOM[0] + 120.0,
-            ROOM[2] + 14.0 + 16.0 * row as f64,
+            ROOM[0] + 8.0,
+            HEIGHT - ROOM[3] - 24.0 + 16.0 * row as f64,
             escaped(name)
         );
     }

@@ -1,0 +1,30 @@
+//! Whether a machine says what could be hit and where an instrument is mounted: without it there is nothing to plan or check.
+
+use std::path::Path;
+
+use fiveaxis::bodies::Bodies;
+
+use super::Refusal;
+
+/// Refuses a machine without bodies, mounts or spindle: a clearance from nothing would be no clearance.
+pub fn require(file: &Path, bodies: &Bodies) -> Result<(), Refusal> {
+    let parts = [
+        ("'bodies'", bodies.bodies.is_empty()),
+        ("'mounts'", bodies.mounts.is_empty()),
+        ("'spindle'", bodies.spindle.is_none()),
+    ];
+    let missing: Vec<&str> = parts.iter().filter(|(_, is_missing)| *is_missing).map(|(name, _)| *name).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let is_urdf = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
+    Err(match is_urdf {
+        true => format!(
+            "{}: a robot description cannot say where a pivot stands and a ball is clamped{}; write its chain as a machine file with bodies, mounts and spindle, as in machines/hermle-c600u.yaml",
+            file.display(),
+            if bodies.bodies.is_empty() { ", and this one has no <collision> bodies either" } else { "" }
+        ),
+        false => format!("{}: has no {}; add what is missing as in machines/hermle-c600u.yaml", file.display(), missing.join(", no ")),
+    }
+    .into())
+}
