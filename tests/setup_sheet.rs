@@ -136,6 +136,11 @@ fn check(plan: &Planned, machine: &Machine, test: &Test, entry: &Value, offsets:
             "{spindle}"
         );
     }
+    let mounting = &entry["mounting"];
+    near(&[mounting["nose_to_ball_mm"].as_f64().expect("mm")], &[from_nose], 1e-6, "nose to ball");
+    assert_eq!(mounting["arm_mm"].is_null(), is_straight);
+    let parts = mounting["bar_parts_mm"].as_array().expect("parts");
+    assert_eq!(parts.iter().filter_map(Value::as_f64).sum::<f64>(), bar);
     // run
     let (from, to) = match test.path.as_ref().expect("path") {
         TestPath::Sweep { from, to, .. } | TestPath::Circle { from, to, .. } => (*from, *to),

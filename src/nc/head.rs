@@ -20,18 +20,21 @@ pub(super) fn head(
         test.bar_length_mm.unwrap_or(0.0),
         test.feed_mm_per_min.unwrap_or(0.0)
     ));
-    lines.push(match &planned.mounting.arm {
-        None => format!("gauge length {:.3} mm from spindle nose to ball, tool length off", planned.mounting.nose_to_ball_mm),
-        Some(arm) => format!(
-            "gauge length {:.3} mm from spindle nose to ball, ball {:.3} mm aside on the fixture, cup looks {}, tool length off",
-            planned.mounting.nose_to_ball_mm,
-            arm.length_mm,
-            match arm.cup {
-                CupLooks::DownTheTool => "down the tool",
-                CupLooks::Outward => "outward",
-            }
-        ),
-    });
+    let mut gauge = format!("gauge length {:.3} mm from spindle nose to ball", planned.mounting.nose_to_ball_mm);
+    if let Some(arm) = &planned.mounting.arm {
+        let looks = match arm.cup {
+            CupLooks::DownTheTool => "down the tool",
+            CupLooks::Outward => "outward",
+        };
+        gauge.push_str(&format!(", ball {:.3} mm aside on the fixture, cup looks {looks}", arm.length_mm));
+    }
+    match dialect {
+        // no word switches it off but a tool call, which may change the tool
+        Dialect::Heidenhain => {
+            lines.extend([gauge, "a tool of length 0 must be active: call it before the cup is mounted".into()])
+        }
+        _ => lines.push(gauge + ", tool length off"),
+    }
     let zeros = machine.axes.iter().zip(&machine.machine_zero);
     let stated: Vec<String> = zeros.filter_map(|(axis, zero)| Some(format!("{} {:.4}", axis.name, (*zero)?))).collect();
     match coordinates {

@@ -250,6 +250,15 @@ fn as_json(plan: &Plan, machine: &Machine) -> Value {
             map.insert("h_mm".into(), json!(round(planned.h_mm, 6)));
             map.insert("mount".into(), json!(planned.mount));
             map.insert("height_mm".into(), json!(planned.height_mm));
+            let mounting = &planned.mounting;
+            let arm_mm = mounting.arm.as_ref().map(|arm| round(arm.length_mm, 6));
+            let mounted = json!({
+                "bar_parts_mm": mounting.bar_parts_mm,
+                "calibrator_mm": mounting.calibrator_mm,
+                "nose_to_ball_mm": round(mounting.nose_to_ball_mm, 6),
+                "arm_mm": arm_mm,
+            });
+            map.insert("mounting".into(), mounted);
             let ended: Vec<Value> = sweep
                 .ends
                 .iter()
