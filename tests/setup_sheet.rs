@@ -154,6 +154,14 @@ fn check(plan: &Planned, machine: &Machine, test: &Test, entry: &Value, offsets:
     for part in entry["nearest"].as_array().expect("pair") {
         assert!(value("least clearance").contains(part.as_str().expect("name")));
     }
+    let ends = value("arc ends at");
+    for end in entry["sweep_ended_by"].as_array().expect("ends").iter().filter(|_| to - from < 360.0) {
+        let end = end.as_str().expect("text");
+        assert!(
+            ends.contains(end) || end == "axis range" && (ends.contains("range") || ends.contains("turn")),
+            "{ends}: {end}"
+        );
+    }
     assert_eq!(value("recordings"), format!("{name}-ccw.csv, {name}-cw.csv"));
     let programs: Vec<&str> = value("program").split(", ").collect();
     assert_eq!(programs.len(), 4);
@@ -312,6 +320,8 @@ fn machine_coordinates_and_other_conditions() {
         assert!(overview.contains(words), "{words}: {overview}");
     }
     assert!(plan.sheet.contains("The control reads (machine coordinates"));
+    let ends = &page(&plan.sheet, "a-150-1").values["arc ends at"];
+    assert!(ends.starts_with("-25°: the range of A, run-in and 0.1° kept off; "), "{ends}");
     // what the sheet says of the start is where the program goes
     let page = page(&plan.sheet, "a-100-1");
     let program = std::fs::read_to_string(plan.folder.path().join("plan/nc/sinumerik/a-100-1.mpf")).expect("program");

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Sheet, escaped};
-use crate::machine::Machine;
+use crate::machine::{AxisKind, Machine};
 use crate::nc::Coordinates;
 use crate::plan::{OFF_LIMIT, PlannedTest};
 
@@ -67,17 +67,21 @@ fn ends(machine: &Machine, planned: &PlannedTest) -> String {
     let range_deg = axis.range.map(|(low, high)| [low.to_degrees(), high.to_degrees()]);
     let run_in = planned.test.overshoot.unwrap_or(0.0);
     let words = |side: usize, deg: f64| match &sweep.ends[side] {
-        Some((one, other)) => format!("{deg}°: {one} – {other}"),
+        Some((one, other)) => format!("{one} – {other}"),
         // whole degrees
-        None if !planned.is_coupled()
+        None if axis.kind == AxisKind::Rotary
             && range_deg.is_some_and(|range| (range[side] - deg).abs() < run_in + OFF_LIMIT + 1.0) =>
         {
-            format!("{deg}°: the range of {}, run-in and {OFF_LIMIT}° kept off", axis.name)
+            format!("the range of {}, run-in and {OFF_LIMIT}° kept off", axis.name)
         }
-        None if planned.is_coupled() => format!("{deg}°: an axis's range or the turn looked for, nothing in the way"),
-        None => format!("{deg}°: the turn looked for, nothing in the way"),
+        None if planned.is_coupled() => "an axis's range or the turn looked for, nothing in the way".into(),
+        None => "the turn looked for, nothing in the way".into(),
     };
-    format!("{}; {}", words(0, sweep.from_deg), words(1, sweep.to_deg))
+    let (from, to) = (sweep.from_deg, sweep.to_deg);
+    match (words(0, from), words(1, to)) {
+        (one, other) if one == other => format!("{from}° and {to}°: {one}"),
+        (one, other) => format!("{from}°: {one}; {to}°: {other}"),
+    }
 }
 
 /// From where to where every axis goes in a run of several axes, run-in included.
