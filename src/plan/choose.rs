@@ -1,6 +1,8 @@
 //! Goals, costs and the desk on which candidates are weighed and checked for collisions as they come up. Which are taken is `greedy`'s and `method`'s.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::rc::Rc;
 
 use super::approach::{Approach, Parking};
 use super::candidates::{Avoid, Candidate, Candidates, Coupled, candidates};
@@ -9,9 +11,10 @@ use super::indexed::{INDEX_MIN, IndexError};
 use super::information::{BLOCK_ROWS, Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
-use super::planned::{OnePivot, Plan};
+use super::planned::Plan;
 use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
 use super::run_in::RUN_IN;
+use super::searches::{Found, RUNGS};
 use super::words::{fitted, visible};
 use crate::bodies::{Bodies, Kit};
 use crate::chain::{Chain, Geometry};
@@ -47,6 +50,8 @@ pub struct Settings {
     /// Share of priors in an error's variance from which more tests are sought for it, 0 to 0.5: at 0.5 a fit calls it
     /// undetermined, and a fit's own noise moves its share by some tenths.
     pub sure_share: f64,
+    /// Multiples of the default goal that are searched for beside the goal asked for; empty: that goal alone.
+    pub rungs: Vec<f64>,
     pub uncertainty: Uncertainty,
     pub feed_mm_per_min: f64,
 }
@@ -63,6 +68,7 @@ impl Default for Settings {
             pivots: None,
             index_spindle: false,
             sure_share: 0.3,
+            rungs: RUNGS.to_vec(),
             uncertainty: Uncertainty::default(),
             feed_mm_per_min: 500.0,
         }
@@ -83,9 +89,10 @@ pub(super) const SAME_WORTH: f64 = 0.02;
 pub(super) const MAX_FAILURES: usize = 1500;
 
 /// A candidate with what is known of it by now.
+#[derive(Clone)]
 pub(super) struct Entry<'c> {
     pub candidate: &'c Candidate,
-    pub block: Block,
+    pub block: Rc<Block>,
     pub sweep: Option<ClearArc>,
     /// Direction of R about which the spindle is indexed by 180° for this run.
     pub indexed_about: Option<usize>,
@@ -96,6 +103,21 @@ pub(super) struct Entry<'c> {
 pub(super) struct Choice<'c> {
     pub entries: Vec<Entry<'c>>,
     pub chosen: Vec<usize>,
+}
+
+impl<'c> Choice<'c> {
+    /// The chosen entries alone.
+    pub fn without_rest(&self) -> Choice<'c> {
+        let entries: Vec<Entry<'c>> = self.chosen.iter().map(|&k| self.entries[k].clone()).collect();
+        Choice { chosen: (0..entries.len()).collect(), entries }
+    }
+}
+
+/// What the whole arc of a candidate tells: the same setup comes up in every search.
+pub(super) struct Told {
+    block: Rc<Block>,
+    /// Variances of the wanted errors with this test alone; empty until asked for.
+    alone: Vec<f64>,
 }
 
 /// What a choice reaches and costs.
@@ -129,6 +151,10 @@ pub(super) struct Desk<'a> {
     pub visible: Vec<bool>,
     /// Arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
     pub arcs: HashMap<*const Candidate, Option<ClearArc>>,
+    /// What whole arcs tell, by the candidate's address in `all`, and the variances that they leave alone: likewise.
+    pub told: RefCell<HashMap<*const Candidate, Told>>,
+    /// All pairs of clear setups are tried where nothing else shows an error.
+    pub tries_all_pairs: bool,
     /// Some runs have the spindle indexed.
     pub is_indexed: bool,
     /// By axis: how often a pair ended or forbade a sweep.
@@ -162,6 +188,8 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         scratch: Scratch::default(),
         visible: Vec::new(),
         arcs: HashMap::new(),
+        told: RefCell::default(),
+        tries_all_pairs: true,
         is_indexed: false,
         forbidden: BTreeMap::new(),
         blocked_ways: BTreeMap::new(),
@@ -181,27 +209,27 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
 
 impl<'a> Desk<'a> {
     /// As many pivots as pay, or the one pivot from which all that can be had as quickly; and what one pivot reaches.
-    pub(super) fn free_choice(&mut self) -> (Choice<'a>, Option<OnePivot>) {
+    pub(super) fn free_choice(&mut self) -> Found<'a> {
         let list: &'a [Candidate] = &self.all.list;
-        let mut free = self.greedy(list.iter());
+        let mut free = self.greedy(list.iter()).without_rest();
         let mut reached = self.reached(&free);
-        if free.chosen.iter().any(|&k| !free.entries[k].candidate.is_plain()) {
+        if free.entries.iter().any(|entry| !entry.candidate.is_plain()) {
             // what pays at first is not always cheapest in the end: linear axes may stand still in all tests
-            let plain = self.greedy(list.iter().filter(|candidate| !candidate.follows()));
+            let plain = self.greedy(list.iter().filter(|candidate| !candidate.follows())).without_rest();
             let from_plain = self.reached(&plain);
             if self.is_better(&from_plain, &reached) {
                 (free, reached) = (plain, from_plain);
             }
         }
         if reached.pivots < 2 {
-            let one = OnePivot { determined: reached.determined, minutes: reached.minutes };
-            return (free, (reached.pivots == 1).then_some(one));
+            return Found { choice: free, one_pivot: None };
         }
-        let one = self.one_pivot_choice();
+        let one = self.one_pivot_choice().without_rest();
         let from_one = self.reached(&one);
-        let one_pivot = OnePivot { determined: from_one.determined, minutes: from_one.minutes };
-        let choice = if self.is_better(&from_one, &reached) { one } else { free };
-        (choice, (from_one.pivots == 1).then_some(one_pivot))
+        if self.is_better(&from_one, &reached) {
+            return Found { choice: one, one_pivot: None };
+        }
+        Found { choice: free, one_pivot: (from_one.pivots == 1).then_some(one) }
     }
 
     /// As good and no dearer; with time given, more errors determined, or as many and those better.
@@ -218,7 +246,7 @@ impl<'a> Desk<'a> {
 
     /// What a choice reaches and costs.
     pub fn reached(&self, choice: &Choice) -> Reached {
-        let blocks: Vec<&Block> = choice.chosen.iter().map(|&k| &choice.entries[k].block).collect();
+        let blocks: Vec<&Block> = choice.chosen.iter().map(|&k| &*choice.entries[k].block).collect();
         let mut knowledge = Knowledge::before_with_loose_setups(&self.unknowns);
         let mut minutes = 0.0;
         for &k in &choice.chosen {
@@ -236,7 +264,7 @@ impl<'a> Desk<'a> {
 }
 
 /// The goal for each wanted error, mm and rad.
-fn goals(unknowns: &Unknowns, goal: &Goal) -> Vec<f64> {
+pub(super) fn goals(unknowns: &Unknowns, goal: &Goal) -> Vec<f64> {
     let of = |component: usize| if component >= 3 { goal.orientation_rad } else { goal.position_mm };
     unknowns.errors[..unknowns.wanted].iter().map(|&(_, component, _)| of(component)).collect()
 }
@@ -257,7 +285,34 @@ pub enum PlanError {
 impl<'a> Desk<'a> {
     /// A candidate's information over its sweep.
     pub fn entry(&self, candidate: &'a Candidate, sweep: Option<ClearArc>) -> Entry<'a> {
-        let (from, to) = match &sweep {
+        let block = match sweep {
+            Some(_) => Rc::new(self.block(candidate, sweep.as_ref())),
+            None => {
+                let mut told = self.told.borrow_mut();
+                let known = told
+                    .entry(candidate)
+                    .or_insert_with(|| Told { block: Rc::new(self.block(candidate, None)), alone: Vec::new() });
+                known.block.clone()
+            }
+        };
+        Entry { candidate, block, sweep, indexed_about: None }
+    }
+
+    /// Variances of the wanted errors if this test were the first, pivots and bars unknown.
+    pub fn variances_alone(&self, entry: &Entry, before: &Knowledge) -> Vec<f64> {
+        let mut told = self.told.borrow_mut();
+        match told.get_mut(&std::ptr::from_ref(entry.candidate)).filter(|_| entry.sweep.is_none()) {
+            Some(known) if known.alone.is_empty() => {
+                known.alone = before.variances_with(&entry.block);
+                known.alone.clone()
+            }
+            Some(known) => known.alone.clone(),
+            None => before.variances_with(&entry.block),
+        }
+    }
+
+    fn block(&self, candidate: &Candidate, sweep: Option<&ClearArc>) -> Block {
+        let (from, to) = match sweep {
             Some(clear) => (clear.from_deg.to_radians(), clear.to_deg.to_radians()),
             None => (candidate.from, candidate.to),
         };
@@ -269,8 +324,7 @@ impl<'a> Desk<'a> {
             .map(|k| candidate.pose(from + (to - from) * (k as f64 + 0.5) / BLOCK_ROWS as f64))
             .collect();
         let (pivot, spindle) = ((site.link, link.as_str(), &site.at), (place.link, &place.at));
-        let block = self.unknowns.block(&self.geometry, pivot, spindle, candidate.bar_mm, &poses, to - from);
-        Entry { candidate, block, sweep, indexed_about: None }
+        self.unknowns.block(&self.geometry, pivot, spindle, candidate.bar_mm, &poses, to - from)
     }
 
     /// The session test of a candidate.

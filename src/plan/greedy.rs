@@ -20,6 +20,9 @@ pub(super) const SEEN: f64 = 5.0;
 /// Most tests of a plan.
 const MAX_TESTS: usize = 24;
 
+/// Gains per minute closer than this are equal: rounding must not choose between setups that mirror each other.
+const SAME_RATE: f64 = 1e-9;
+
 /// Heap order: gain per minute, then the candidate's place in the list so that plans repeat.
 #[derive(PartialEq)]
 struct Bound(f64, usize, usize);
@@ -32,7 +35,8 @@ impl PartialOrd for Bound {
 }
 impl Ord for Bound {
     fn cmp(&self, other: &Bound) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0).then(scatter(other.1).cmp(&scatter(self.1)))
+        let rate = |bound: &Bound| (bound.0 / SAME_RATE).round();
+        rate(self).total_cmp(&rate(other)).then(scatter(other.1).cmp(&scatter(self.1)))
     }
 }
 
@@ -93,7 +97,7 @@ impl<'a> Desk<'a> {
 
     /// Asks for more of errors that tests see but whose sigma rests on how well pivots and bars are known; false: there are none.
     fn tighten(&mut self, search: &Search, goals: &[f64]) -> bool {
-        let blocks: Vec<&Block> = search.chosen.iter().map(|&k| &search.entries[k].block).collect();
+        let blocks: Vec<&Block> = search.chosen.iter().map(|&k| &*search.entries[k].block).collect();
         let seen = search.knowledge.variances();
         let mut tightened = false;
         for (k, Fitted { prior_share, sigma }) in fitted(self, &blocks).into_iter().enumerate() {
@@ -132,13 +136,21 @@ impl<'a> Desk<'a> {
                 continue;
             }
             if seen < round {
-                gains[k] = worth - self.worth(&search.knowledge.variances_with(&search.entries[k].block));
+                let entry = &search.entries[k];
+                gains[k] = worth
+                    - match search.chosen.is_empty() {
+                        true => self.worth(&self.variances_alone(entry, &search.knowledge)),
+                        false => self.worth(&search.knowledge.variances_with(&entry.block)),
+                    };
                 heap.push(Bound(gains[k] / cost, k, round));
                 continue;
             }
             if gains[k] / cost <= LEAST_GAIN {
                 // one test alone brings nothing; two from one pivot may
-                let pair = self.best_pair(search, worth).or_else(|| self.clear_pair(search, worth));
+                let pair = self.best_pair(search, worth).or_else(|| match self.tries_all_pairs {
+                    true => self.clear_pair(search, worth),
+                    false => None,
+                });
                 let Some(pair) = pair.filter(|_| search.chosen.len() + 2 <= MAX_TESTS) else { break };
                 pair.into_iter().for_each(|k| self.take(search, k));
                 worth = self.worth(&search.knowledge.variances());

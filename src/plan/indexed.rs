@@ -4,6 +4,7 @@
 //! along that line the ball stays where it is: no index shows its length.
 
 use std::collections::HashSet;
+use std::rc::Rc;
 
 use super::choose::{Choice, Desk, Entry};
 use super::information::Knowledge;
@@ -64,7 +65,7 @@ impl<'a> Desk<'a> {
             let twin = &choice.entries[k];
             let twin = Entry {
                 candidate: twin.candidate,
-                block: twin.block.indexed(about),
+                block: Rc::new(twin.block.indexed(about)),
                 sweep: twin.sweep.clone(),
                 indexed_about: Some(about),
             };

@@ -6,8 +6,9 @@
 //! the middle of their motion. A test adds rows `δL = H·x + ε`.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen, Vector3};
 
 use crate::chain::{Geometry, Sensitivity};
 use crate::machine::{AxisKind, Component, ErrorName, Machine};
@@ -57,6 +58,13 @@ pub enum Nuisance {
     Stand(Vec<i64>),
     /// What the linear axes go too far or too short about that middle.
     Scale(Vec<i64>),
+}
+
+impl Nuisance {
+    /// A fit takes it as an unknown of its own: pivots and bars.
+    fn is_fitted(&self) -> bool {
+        matches!(self, Nuisance::Pivot(..) | Nuisance::Bar(_))
+    }
 }
 
 /// Rows of one test over a handful of poses.
@@ -207,7 +215,66 @@ impl Unknowns {
         }
         // both directions are run: twice the samples
         let samples = (2.0 * u.samples_per_turn * arc_rad / std::f64::consts::TAU).max(6.0);
-        Block { errors, nuisances, row_variance: u.noise_mm.powi(2) * rows as f64 / samples }
+        let row_variance = u.noise_mm.powi(2) * rows as f64 / samples;
+        let block = Block { errors, nuisances, row_variance };
+        let turned = self.seen_rows(&block);
+        block.with_rows(&turned)
+    }
+
+    /// Orthonormal combinations of a block's rows that carry more than noise: three for a sweep of one axis, where constant,
+    /// cosine and sine are all there is. White noise stays white in them, so they tell what all rows tell.
+    fn seen_rows(&self, block: &Block) -> DMatrix<f64> {
+        let mut products = SMatrix::<f64, BLOCK_ROWS, BLOCK_ROWS>::zeros();
+        let mut add = |column: nalgebra::DVectorView<f64>, variance: f64| {
+            for i in 0..BLOCK_ROWS {
+                for j in 0..=i {
+                    products[(i, j)] += variance * column[i] * column[j];
+                }
+            }
+        };
+        self.prior_variance.iter().enumerate().for_each(|(k, variance)| add(block.errors.column(k), *variance));
+        for (nuisance, columns, variance) in &block.nuisances {
+            let factor = if nuisance.is_fitted() { LOOSE } else { 1.0 };
+            columns.column_iter().for_each(|column| add(column, variance * factor));
+        }
+        products.fill_upper_triangle_with_lower_triangle();
+        let eigen = SymmetricEigen::new(products);
+        let seen: Vec<usize> =
+            (0..BLOCK_ROWS).filter(|&k| eigen.eigenvalues[k] > UNSEEN * block.row_variance).collect();
+        DMatrix::from_fn(seen.len(), BLOCK_ROWS, |row, column| eigen.eigenvectors[(column, seen[row])])
+    }
+}
+
+/// Share of a row's noise variance below which a combination of rows tells nothing.
+const UNSEEN: f64 = 1e-3;
+
+/// Hashes setup quantities: a few integers each, looked up for every candidate of every round.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Mix(u64);
+
+impl Hasher for Mix {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for part in bytes.chunks(8) {
+            self.write_u64(part.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte)));
+        }
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        let mixed = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        // the table takes its bucket from the low bits
+        self.0 = mixed ^ (mixed >> 32);
+    }
+
+    fn write_u8(&mut self, byte: u8) {
+        self.write_u64(u64::from(byte));
+    }
+
+    fn write_usize(&mut self, word: usize) {
+        self.write_u64(word as u64);
     }
 }
 
@@ -224,7 +291,7 @@ pub struct Knowledge {
     priors: Vec<f64>,
     /// Columns of pivots and bars, whose priors count as such in a fit.
     is_fitted_setup: Vec<bool>,
-    place_of: HashMap<Nuisance, usize>,
+    place_of: HashMap<Nuisance, usize, BuildHasherDefault<Mix>>,
     wanted: usize,
     setup_factor: f64,
 }
@@ -235,7 +302,7 @@ impl Knowledge {
         let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&unknowns.prior_variance));
         let priors = unknowns.prior_variance.clone();
         let is_fitted_setup = vec![false; priors.len()];
-        let place_of = HashMap::new();
+        let place_of = HashMap::default();
         Knowledge { covariance, priors, is_fitted_setup, place_of, wanted: unknowns.wanted, setup_factor: 1.0 }
     }
 
@@ -245,10 +312,7 @@ impl Knowledge {
     }
 
     fn prior(&self, nuisance: &Nuisance, variance: f64) -> f64 {
-        match nuisance {
-            Nuisance::Pivot(..) | Nuisance::Bar(_) => variance * self.setup_factor,
-            Nuisance::SpindleBall(_) | Nuisance::Stand(_) | Nuisance::Scale(_) => variance,
-        }
+        if nuisance.is_fitted() { variance * self.setup_factor } else { variance }
     }
 
     /// Variances of the wanted errors, mm² and rad².
@@ -315,7 +379,7 @@ impl Knowledge {
                 for k in old..old + more {
                     self.covariance[(k, k)] = self.prior(nuisance, *variance);
                     self.priors.push(self.prior(nuisance, *variance));
-                    self.is_fitted_setup.push(matches!(nuisance, Nuisance::Pivot(..) | Nuisance::Bar(_)));
+                    self.is_fitted_setup.push(nuisance.is_fitted());
                 }
                 self.place_of.insert(nuisance.clone(), old);
             }
@@ -337,6 +401,12 @@ impl Knowledge {
 }
 
 impl Block {
+    /// Combinations of the rows in place of the rows.
+    fn with_rows(&self, turned: &DMatrix<f64>) -> Block {
+        let nuisances = self.nuisances.iter().map(|(of, columns, variance)| (of.clone(), turned * columns, *variance));
+        Block { errors: turned * &self.errors, nuisances: nuisances.collect(), row_variance: self.row_variance }
+    }
+
     /// Setup quantities that the test uses.
     pub fn uses(&self) -> impl Iterator<Item = &Nuisance> {
         self.nuisances.iter().map(|(nuisance, ..)| nuisance)

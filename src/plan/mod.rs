@@ -16,6 +16,8 @@
 //! | `indexed` | which tests pay when the spindle is indexed by 180°? |
 //! | `pairs` | which two tell together what neither tells alone? |
 //! | `one_pivot` | which tests, all from one pivot setup? |
+//! | `searches` | which goals are searched for, and which choice is kept? |
+//! | `part` | what is the cheapest part of a choice that is as good? |
 //! | `planned` | in which order, and what comes out? |
 //! | `mounting` | which parts of the kit make a test's bar and carry its spindle ball? |
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
@@ -34,6 +36,7 @@ mod mounting;
 mod one_pivot;
 mod out_of_reach;
 mod pairs;
+mod part;
 mod planar;
 mod planned;
 mod reach;

@@ -152,7 +152,7 @@ impl<'a> Desk<'a> {
             let same = chosen.iter().position(|&k| std::ptr::eq(entries[k].candidate, candidate));
             (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis, same, entry.indexed_about)
         });
-        let blocks: Vec<&Block> = order.iter().map(|entry| &entry.block).collect();
+        let blocks: Vec<&Block> = order.iter().map(|entry| &*entry.block).collect();
         let errors = forecasts(self, &blocks);
         let approaches = self.approaches(&order);
         let mut names: HashMap<String, usize> = HashMap::new();

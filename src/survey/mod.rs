@@ -38,7 +38,7 @@ pub fn conditions(kit: &Kit, settings: &Settings, codes: &[StructuralCode]) -> S
     )
 }
 
-/// How the survey plans: sweeps of one axis alone, which any control runs, and tests as long as a fit asks for them.
+/// How the survey plans: sweeps of one axis alone, which any control runs, tests as long as a fit asks for them, and one search.
 pub fn settings() -> Settings {
-    Settings { coupled: Coupled::default(), sure_share: 0.5, ..Settings::default() }
+    Settings { coupled: Coupled::default(), sure_share: 0.5, rungs: Vec::new(), ..Settings::default() }
 }
