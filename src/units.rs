@@ -71,6 +71,12 @@ impl Measure {
     }
 }
 
+/// A number for a message: with exponent where it would be long otherwise.
+pub fn shown(value: f64) -> String {
+    let is_short = value == 0.0 || (1e-5..1e9).contains(&value.abs());
+    if is_short { value.to_string() } else { format!("{value:e}") }
+}
+
 /// Why a quantity was not understood; the text names what is allowed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum QuantityError {

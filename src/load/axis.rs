@@ -10,6 +10,7 @@ use super::document::{Document, Step};
 use super::message::LoadError;
 use super::quantity::{finite, quantity, unit_vector};
 use crate::machine::{Axis, AxisKind, Component, ComponentError, ErrorName};
+use crate::units::shown;
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
@@ -154,7 +155,11 @@ fn axis_range(
     if from >= to {
         return Err(document.refuse(
             place,
-            format!("range [{from}, {to}] is upside down or empty; write the lower end first, as in [-120, 30]"),
+            format!(
+                "range [{}, {}] is upside down or empty; write the lower end first, as in [-120, 30]",
+                shown(from),
+                shown(to)
+            ),
         ));
     }
     Ok((kind.from_file_unit(from), kind.from_file_unit(to)))

@@ -15,6 +15,7 @@ use super::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::machine::Machine;
+use crate::units::shown;
 
 /// Most solids of a machine, the pieces of meshes counted.
 pub(super) const MAX_SOLIDS: usize = 400;
@@ -294,7 +295,9 @@ impl Reader<'_> {
     fn point(&self, place: &[Step], value: &[f64; 3]) -> Result<Vector3<f64>, LoadError> {
         for &component in value {
             if finite(self.document, place, component)?.abs() > MAX_EXTENT_MM {
-                return Err(self.document.refuse(place, format!("{component} mm is beyond {MAX_EXTENT_MM} mm")));
+                return Err(self
+                    .document
+                    .refuse(place, format!("{} mm is beyond {MAX_EXTENT_MM} mm", shown(component))));
             }
         }
         Ok(Vector3::from(*value))

@@ -7,6 +7,7 @@ use super::message::{LoadError, nearest};
 use super::quantity::{finite, quantity};
 use crate::effects::{self, Default, Kind, Parameter, ParameterUnit};
 use crate::machine::{AxisKind, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
+use crate::units::shown;
 
 /// Most effects of a machine.
 const MAX_EFFECTS: usize = 1000;
@@ -139,7 +140,9 @@ impl Entry<'_> {
         let value = finite(self.document, &step, value)?;
         let (from, to) = parameter.bounds;
         if value < from || value > to {
-            return Err(self.refuse(name, format!("{name} = {value} is outside {from} … {to}: {}", parameter.meaning)));
+            return Err(
+                self.refuse(name, format!("{name} = {} is outside {from} … {to}: {}", shown(value), parameter.meaning))
+            );
         }
         Ok(match parameter.unit {
             ParameterUnit::Position => self.axis_kind(place).map_or(value, |kind| kind.from_file_unit(value)),

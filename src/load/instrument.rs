@@ -9,7 +9,7 @@ use super::message::LoadError;
 use super::quantity::{finite, quantity};
 use super::text::{MAX_YAML_BYTES, read_limited};
 use crate::simulate::Instrument;
-use crate::units::Measure;
+use crate::units::{Measure, shown};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,7 +44,7 @@ pub fn load_instrument(file: &Path) -> Result<Instrument, LoadError> {
         if (0.0..=LARGEST_MM).contains(&length_mm) {
             return Ok(length_mm);
         }
-        Err(document.refuse(place, format!("{length_mm} mm is not allowed; 0 to {LARGEST_MM} mm are")))
+        Err(document.refuse(place, format!("{} mm is not allowed; 0 to {LARGEST_MM} mm are", shown(length_mm))))
     };
     let stroke_mm = match raw.stroke {
         None => (f64::NEG_INFINITY, f64::INFINITY),
@@ -54,7 +54,11 @@ pub fn load_instrument(file: &Path) -> Result<Instrument, LoadError> {
             if from >= 0.0 || to <= 0.0 {
                 return Err(document.refuse(
                     &place,
-                    format!("stroke [{from}, {to}] does not hold the bar's length; write for example [-1, 1] (mm)"),
+                    format!(
+                        "stroke [{}, {}] does not hold the bar's length; write for example [-1, 1] (mm)",
+                        shown(from),
+                        shown(to)
+                    ),
                 ));
             }
             (from, to)

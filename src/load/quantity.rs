@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::document::{Document, Step};
 use super::message::LoadError;
-use crate::units::{Measure, parse_quantity};
+use crate::units::{Measure, parse_quantity, shown};
 
 /// How far the squared norm of a normalised vector can be from 1 by rounding.
 const UNIT_TO_ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -45,7 +45,8 @@ pub(super) fn finite(document: &Document, place: &[Step], value: f64) -> Result<
     if value.is_finite() && value.abs() <= LARGEST {
         Ok(value)
     } else {
-        Err(document.refuse(place, format!("'{value}' is not a finite number between -{LARGEST} and {LARGEST}")))
+        Err(document
+            .refuse(place, format!("'{}' is not a finite number between -{LARGEST} and {LARGEST}", shown(value))))
     }
 }
 

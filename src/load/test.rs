@@ -16,7 +16,7 @@ use super::test_path::{CircleFile, SweepFile};
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Ball, Clock, Follow, Path as TestPath, Test};
-use crate::units::Measure;
+use crate::units::{Measure, shown};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -91,7 +91,10 @@ impl TestReader<'_> {
             ("overshoot", raw.overshoot, 0.0, "mm or deg"),
         ] {
             if let Some(value) = value.filter(|value| !(least..=LARGEST).contains(value)) {
-                return Err(refuse(key, format!("{key} {value} is not a number from {least} to {LARGEST} {unit}")));
+                return Err(refuse(
+                    key,
+                    format!("{key} {} is not a number from {least} to {LARGEST} {unit}", shown(value)),
+                ));
             }
         }
         let path = self.path(index, raw)?;

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::course::Drive;
 use super::following::following;
+use super::free_range::{free_parts, sweep_wanted};
 use super::planar::circles;
-use super::run_in::{OFF_LIMIT, RUN_IN};
 use super::solver::{Pull, Solved, Stance, Unreachable};
 use crate::bodies::{Bodies, Kit, Mount, Outline};
 use crate::chain::{Branch, Chain, Geometry, LinkId};
@@ -79,6 +79,8 @@ pub struct Misses {
     /// Smallest amount by which the longest bar was too short, mm.
     pub bar_short_mm: Option<f64>,
     pub singular: usize,
+    /// Setups within all limits with this axis in an avoided region.
+    pub avoided: BTreeMap<usize, usize>,
 }
 
 /// Axis regions kept out of use, mm or rad.
@@ -106,7 +108,7 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
     for &axis in &rotary {
         let mut misses = Misses::default();
         let first = all.list.len();
-        let Some((from, to)) = sweep_wanted(machine, axis, avoid, RUN_IN.to_radians()) else { continue };
+        let Some((from, to)) = sweep_wanted(machine, axis, avoid) else { continue };
         for start in static_positions(machine, &chain, axis, avoid) {
             let stance = Stance::new(machine, &geometry, axis, &start);
             let at_sites: Vec<Vector3<f64>> =
@@ -144,7 +146,11 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
                         let signs: &[f64] = if bar_mm - lever_mm < SAME_LENGTH_MM { &[1.0] } else { &[1.0, -1.0] };
                         for &sign in signs {
                             match stance.solve(pull, carried.1, still.1, lever_mm, (bar_mm, sign)) {
-                                Ok(solved) if allowed(&solved.positions, axis, avoid) => {
+                                Ok(solved) => {
+                                    if let Some(axis) = avoided(&solved.positions, axis, avoid) {
+                                        *misses.avoided.entry(axis).or_default() += 1;
+                                        continue;
+                                    }
                                     let solved = Solved { positions: rounded(machine, solved.positions), ..solved };
                                     all.list.push(Candidate {
                                         axis,
@@ -157,7 +163,6 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
                                         drive: Drive::Turn,
                                     });
                                 }
-                                Ok(_) => {}
                                 Err(Unreachable::Limit { axis, at_mm, beyond_mm }) => {
                                     let least = misses.limits.entry(axis).or_insert((at_mm, beyond_mm));
                                     if beyond_mm < least.1 {
@@ -205,28 +210,11 @@ fn rounded(machine: &Machine, positions: Vec<f64>) -> Vec<f64> {
     positions.into_iter().zip(&machine.axes).map(round).collect()
 }
 
-/// The sweep asked of an axis: all of its range less the run-in and the distance to a limit at both ends, a full turn at most.
-fn sweep_wanted(machine: &Machine, axis: usize, avoid: &Avoid, run_in_rad: f64) -> Option<(f64, f64)> {
-    let off_rad = OFF_LIMIT.to_radians();
-    let (mut low, mut high) = machine.axes[axis]
-        .range
-        .map_or((-std::f64::consts::TAU, std::f64::consts::TAU), |(low, high)| (low + off_rad, high - off_rad));
-    for &(other, from, to) in avoid.iter().filter(|(other, ..)| *other == axis) {
-        debug_assert_eq!(other, axis);
-        // the larger part on one side of the region
-        if from - low > high - to { high = high.min(from) } else { low = low.max(to) }
-    }
-    let (low, high) = (low + run_in_rad, high - run_in_rad);
-    let turn = std::f64::consts::TAU;
-    if high - low >= turn {
-        let middle = ((low + high) * 0.5).clamp(low + 0.5 * turn, high - 0.5 * turn);
-        return Some((middle - 0.5 * turn, middle + 0.5 * turn));
-    }
-    (high > low).then_some((low, high))
-}
-
-fn allowed(positions: &[f64], swept: usize, avoid: &Avoid) -> bool {
-    avoid.iter().all(|&(axis, from, to)| axis == swept || positions[axis] <= from || positions[axis] >= to)
+/// The axis, other than the swept one, that stands in an avoided region.
+fn avoided(positions: &[f64], swept: usize, avoid: &Avoid) -> Option<usize> {
+    let inside =
+        |&&(axis, from, to): &&(usize, f64, f64)| axis != swept && positions[axis] > from && positions[axis] < to;
+    avoid.iter().find(inside).map(|&(axis, ..)| axis)
 }
 
 /// Static positions of a rotary axis that the swept one carries: they change the lever, degrees.
@@ -246,15 +234,13 @@ pub(super) fn static_positions(machine: &Machine, chain: &Chain, axis: usize, av
         if chain.carried_by(other).branch != branch {
             continue;
         }
-        let fits = |q: &f64| {
-            let inside = machine.axes[other].range.is_none_or(|(low, high)| *q >= low && *q <= high);
-            inside && avoid.iter().all(|&(k, from, to)| k != other || *q <= from || *q >= to)
-        };
+        let fits = |q: &f64| free_parts(machine, other, avoid).iter().any(|(low, high)| q >= low && q <= high);
         let carried = chain.carried_by(other).depth > chain.carried_by(axis).depth;
         let degrees: &[f64] = if carried { &CARRIED_DEG } else { &CARRYING_DEG };
-        let places: Vec<f64> = degrees.iter().map(|deg| deg.to_radians()).filter(fits).collect();
+        let mut places: Vec<f64> = degrees.iter().map(|deg| deg.to_radians()).filter(fits).collect();
         if places.is_empty() {
-            continue;
+            // off the usual places: the middle of what is left
+            places = free_parts(machine, other, avoid).iter().map(|(low, high)| 0.5 * (low + high)).collect();
         }
         starts = starts
             .iter()

@@ -131,6 +131,15 @@ pub(super) struct Reached {
     pub pivots: usize,
 }
 
+/// What a choice would take and reach if time were no limit, by wanted error.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Untimed {
+    pub minutes: f64,
+    pub determined: Vec<bool>,
+    /// The goal, given the spindle ball.
+    pub reaches: Vec<bool>,
+}
+
 /// What evaluating candidates needs.
 pub(super) struct Desk<'a> {
     pub machine: &'a Machine,
@@ -153,6 +162,8 @@ pub(super) struct Desk<'a> {
     pub arcs: HashMap<*const Candidate, Option<ClearArc>>,
     /// What whole arcs tell, by the candidate's address in `all`, and the variances that they leave alone: likewise.
     pub told: RefCell<HashMap<*const Candidate, Told>>,
+    /// The choice without a limit on time, where it does not fit in the time allowed.
+    pub untimed: Option<Untimed>,
     /// All pairs of clear setups are tried where nothing else shows an error.
     pub tries_all_pairs: bool,
     /// Some runs have the spindle indexed.
@@ -189,6 +200,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         visible: Vec::new(),
         arcs: HashMap::new(),
         told: RefCell::default(),
+        untimed: None,
         tries_all_pairs: true,
         is_indexed: false,
         forbidden: BTreeMap::new(),

@@ -61,6 +61,11 @@ impl Candidate {
         self.drive == Drive::Turn
     }
 
+    /// True when two linear axes draw a circle.
+    pub fn is_circle(&self) -> bool {
+        matches!(self.drive, Drive::Circle(..))
+    }
+
     /// True when linear axes follow the turning one.
     pub fn follows(&self) -> bool {
         matches!(self.drive, Drive::Follow(..))

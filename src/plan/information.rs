@@ -145,6 +145,11 @@ impl Unknowns {
         }
     }
 
+    /// Spreads and noise that the forecast takes.
+    pub fn uncertainty(&self) -> Uncertainty {
+        self.uncertainty
+    }
+
     /// Prior standard deviation of an error, mm or rad.
     pub fn prior(&self, error: usize) -> f64 {
         self.prior_variance[error].sqrt()

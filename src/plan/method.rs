@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
 use super::reach::ClearArc;
+use super::unfit::{no_lengths, no_pivot_for_all, no_places};
 use crate::machine::AxisKind;
 
 /// A measuring method of the thesis.
@@ -28,10 +29,12 @@ pub struct MethodError {
     pub reason: String,
 }
 
+/// Least distance between the two places of chapter 6, mm.
+pub(super) const APART_MM: f64 = 30.0;
 /// Groups looked at for each axis before the best is taken.
 const GROUPS: usize = 40;
 /// h = 0 within this, mm.
-const LEVEL_MM: f64 = 1e-3;
+pub(super) const LEVEL_MM: f64 = 1e-3;
 
 /// The tests of a method.
 pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<Choice<'a>, MethodError> {
@@ -45,11 +48,14 @@ pub(super) fn method_choice<'a>(desk: &mut Desk<'a>, method: Method) -> Result<C
     };
     let refuse = |reason: String| MethodError { method: name, reason };
     let found = match method {
-        Method::Chapter5 => one_pivot(desk, &axes).ok_or_else(|| {
-            refuse("no single pivot carries both bars clear of collisions for all rotary axes; chapter4 or chapter7 use several".into())
-        })?,
-        Method::Chapter6 => each(desk, &axes, two_places, refuse)?,
-        Method::Chapter4 | Method::Chapter7 => each(desk, &axes, two_lengths, refuse)?,
+        Method::Chapter5 => match one_pivot(desk, &axes) {
+            Some(found) => found,
+            None => return Err(refuse(no_pivot_for_all(desk, &axes))),
+        },
+        Method::Chapter6 => each(desk, &axes, two_places, |desk, axis| refuse(no_places(desk, axis)))?,
+        Method::Chapter4 | Method::Chapter7 => {
+            each(desk, &axes, two_lengths, |desk, axis| refuse(no_lengths(desk, axis)))?
+        }
     };
     let entries: Vec<Entry> = found.into_iter().map(|(candidate, sweep)| desk.entry(candidate, Some(sweep))).collect();
     let chosen = (0..entries.len()).collect();
@@ -62,17 +68,14 @@ fn each<'a>(
     desk: &mut Desk<'a>,
     axes: &[usize],
     tests_of: impl Fn(&mut Desk<'a>, usize) -> Option<Pair<'a>>,
-    refuse: impl Fn(String) -> MethodError,
+    refuse: impl Fn(&Desk<'a>, usize) -> MethodError,
 ) -> Result<Pair<'a>, MethodError> {
     let mut all = Vec::new();
     for &axis in axes {
-        let name = &desk.machine.axes[axis].name;
-        let why = || {
-            refuse(format!(
-                "axis {name} has no such pair of setups that is reachable and clear; plan without --method to see what is possible"
-            ))
-        };
-        all.extend(tests_of(desk, axis).ok_or_else(why)?);
+        match tests_of(desk, axis) {
+            Some(tests) => all.extend(tests),
+            None => return Err(refuse(desk, axis)),
+        }
     }
     Ok(all)
 }
@@ -230,5 +233,5 @@ fn two_places<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
         best
     };
     let (low, high) = (end(true)?, end(false)?);
-    ((high.0.solved.along_mm - low.0.solved.along_mm) > 30.0).then(|| vec![low, high])
+    ((high.0.solved.along_mm - low.0.solved.along_mm) > APART_MM).then(|| vec![low, high])
 }

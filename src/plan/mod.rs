@@ -21,13 +21,19 @@
 //! | `planned` | in which order, and what comes out? |
 //! | `mounting` | which parts of the kit make a test's bar and carry its spindle ball? |
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
+//! | `free_range` | what do avoided regions leave of an axis's range? |
+//! | `untested` | which limit leaves an axis without a test, by how much? |
+//! | `advice` | which option leaves an error out, which would bring it below the goal? |
+//! | `unfit` | why does a method of the thesis not fit a machine? |
 //! | `words` | what stays undetermined and why |
 
+mod advice;
 mod approach;
 mod candidates;
 mod choose;
 mod course;
 mod following;
+mod free_range;
 mod greedy;
 mod indexed;
 mod information;
@@ -43,13 +49,17 @@ mod reach;
 mod run_in;
 mod searches;
 mod solver;
+mod unfit;
+mod untested;
 mod words;
 
+pub use advice::plan_with_advice;
 pub use approach::{Approach, Parking};
 pub use candidates::{Avoid, Candidate, Candidates, Coupled, Misses, PivotSite, SpindlePlace, candidates};
 pub use choose::{Goal, PlanError, Settings, plan};
 pub use course::{Drive, Swing};
 pub use following::FOLLOWED;
+pub use free_range::free_parts;
 pub use indexed::IndexError;
 pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
 pub use method::{Method, MethodError};

@@ -6,7 +6,7 @@ use super::approach::Approach;
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
 use super::course::Drive;
-use super::information::{Block, Knowledge};
+use super::information::Knowledge;
 use super::mounting::Mounting;
 use super::reach::ClearSweep;
 use super::words::{ErrorForecast, forecasts};
@@ -94,6 +94,8 @@ pub struct Plan {
     pub goal_reached: bool,
     /// What tests from one pivot setup alone reach; `None` when a method or a limit on pivots was asked for, or without any test.
     pub one_pivot: Option<OnePivot>,
+    /// What would bring errors below the goal that the linear axes keep above it, in words with the figures.
+    pub advice: Vec<String>,
 }
 
 impl<'a> Desk<'a> {
@@ -152,8 +154,7 @@ impl<'a> Desk<'a> {
             let same = chosen.iter().position(|&k| std::ptr::eq(entries[k].candidate, candidate));
             (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis, same, entry.indexed_about)
         });
-        let blocks: Vec<&Block> = order.iter().map(|entry| &*entry.block).collect();
-        let errors = forecasts(self, &blocks);
+        let errors = forecasts(self, &order);
         let approaches = self.approaches(&order);
         let mut names: HashMap<String, usize> = HashMap::new();
         let tests = order
@@ -206,6 +207,7 @@ impl<'a> Desk<'a> {
             considered: self.all.list.len(),
             goal_reached,
             one_pivot: None,
+            advice: Vec::new(),
         }
     }
 }

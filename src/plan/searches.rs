@@ -5,8 +5,9 @@
 //! looser one finds as well.
 
 use super::candidates::Candidate;
-use super::choose::{Choice, Desk, Goal, Settings, goals};
+use super::choose::{Choice, Desk, Entry, Goal, Settings, Untimed, goals};
 use super::planned::OnePivot;
+use super::words::{ErrorForecast, forecasts};
 
 /// Goals that are searched for as multiples of the default goal, as far as they are no looser than the goal asked for.
 pub(super) const RUNGS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 5.0];
@@ -31,6 +32,16 @@ impl<'a> Desk<'a> {
         let base_minutes = self.reached(&base).minutes;
         self.budget = budget;
         let Some(minutes) = budget else { return (base, one_pivot) };
+        if base_minutes > minutes {
+            let entries: Vec<&Entry> = base.chosen.iter().map(|&k| &base.entries[k]).collect();
+            let errors = forecasts(self, &entries);
+            let reaches = |(error, goal): (&ErrorForecast, &f64)| error.sigma_relative <= goal * 1.001;
+            self.untimed = Some(Untimed {
+                minutes: base_minutes,
+                determined: errors.iter().map(|error| error.determined).collect(),
+                reaches: errors.iter().zip(&self.goals).map(reaches).collect(),
+            });
+        }
         let list: &'a [Candidate] = &self.all.list;
         let mut best = self.greedy_from(list.iter(), &base);
         // more tests can leave a greater share of an error's variance to priors, and time too short for the goal may be

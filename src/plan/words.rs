@@ -1,9 +1,10 @@
 //! What a set of tests determines, how well, and in words what it does not and why. It chooses nothing.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashSet;
 
-use super::choose::{Desk, MAX_FAILURES};
+use super::choose::{Desk, Entry};
 use super::information::{Block, HELD, Knowledge, LOOSE, Nuisance};
+use super::untested::untested;
 use crate::machine::AxisKind;
 
 /// Forecast for one location error.
@@ -21,6 +22,8 @@ pub struct ErrorForecast {
     pub sigma_relative: f64,
     /// Share of the priors in its variance, given the spindle balls: below a half it is determined.
     pub prior_share: f64,
+    /// What the linear axes get wrong keeps it above its goal.
+    pub by_linear_axes: bool,
     /// Why not, or relative to what.
     pub reason: String,
 }
@@ -57,8 +60,9 @@ pub(super) fn fitted(desk: &Desk, blocks: &[&Block]) -> Vec<Fitted> {
 }
 
 /// Forecast of all wanted errors for a set of tests.
-pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
+pub(super) fn forecasts(desk: &Desk, entries: &[&Entry]) -> Vec<ErrorForecast> {
     let unknowns = &desk.unknowns;
+    let blocks: Vec<&Block> = entries.iter().map(|entry| &*entry.block).collect();
     let after = |mut knowledge: Knowledge, change: &dyn Fn(&Block) -> Block| {
         blocks.iter().for_each(|block| knowledge.add(&change(block)));
         knowledge
@@ -66,30 +70,44 @@ pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
     let before = || Knowledge::before(unknowns);
     let is_pivot = |nuisance: &Nuisance| matches!(nuisance, Nuisance::Pivot(..));
     let is_spindle = |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_));
+    let is_given =
+        |nuisance: &Nuisance| matches!(nuisance, Nuisance::SpindleBall(_) | Nuisance::Stand(_) | Nuisance::Scale(_));
     let plain = after(before(), &|block| block.clone());
     let loose_pivot = after(before(), &|block| block.with_prior_scaled(is_pivot, LOOSE));
     let given_spindle = after(before(), &|block| block.with_prior_scaled(is_spindle, HELD));
-    let fitted = fitted(desk, blocks);
+    // with circles the squareness is wanted itself and no floor
+    let square = unknowns.with_exact_linear_axes();
+    let given_square = after(Knowledge::before(&square), &|block| block.with_prior_scaled(is_spindle, HELD));
+    let given_slides = after(Knowledge::before(&square), &|block| block.with_prior_scaled(is_given, HELD));
+    let fitted = fitted(desk, &blocks);
+    let tested: HashSet<usize> =
+        entries.iter().filter(|entry| !entry.candidate.is_circle()).map(|entry| entry.candidate.axis).collect();
     (0..unknowns.wanted)
         .map(|k| {
-            let (axis, component, name) = &unknowns.errors[k];
+            let (_, component, name) = &unknowns.errors[k];
             let sigma = plain.covariance(k, k).sqrt();
             let sigma_relative = given_spindle.covariance(k, k).sqrt();
             let determined = fitted[k].is_determined();
-            // without the pivots' spread nothing would be left of what was known before
-            let by_pivot = plain.covariance(k, k) < HALF * unknowns.prior(k).powi(2);
-            let reason = if determined {
-                if sigma_relative < 0.7 * sigma && desk.is_indexed {
+            let missed = determined && sigma_relative > desk.goals[k] * 1.001;
+            let [by_square, by_slides] = [&given_square, &given_slides]
+                .map(|given| given.covariance(k, k) < LIMITS_BELOW * given_spindle.covariance(k, k));
+            let mut words = Vec::new();
+            if !determined {
+                // without the pivots' spread nothing would be left of what was known before
+                let by_pivot = plain.covariance(k, k) < HALF * unknowns.prior(k).powi(2);
+                words.push(reason(desk, &loose_pivot, k, &tested, by_pivot));
+            }
+            if missed {
+                words.extend(missed_goal(desk, k, by_square, by_slides));
+            }
+            if determined && sigma_relative < 0.7 * sigma {
+                words.push(if desk.is_indexed {
                     "relative to the spindle ball's place along the spindle: no index shows it; measure the gauge length"
                         .to_string()
-                } else if sigma_relative < 0.7 * sigma {
-                    "relative to the spindle ball, whose own placement is the floor of absolute positions".to_string()
                 } else {
-                    String::new()
-                }
-            } else {
-                reason(desk, &loose_pivot, k, *axis, blocks, by_pivot)
-            };
+                    "relative to the spindle ball, whose own placement is the floor of absolute positions".to_string()
+                });
+            }
             ErrorForecast {
                 name: name.to_string(),
                 is_angle: *component >= 3,
@@ -98,10 +116,44 @@ pub(super) fn forecasts(desk: &Desk, blocks: &[&Block]) -> Vec<ErrorForecast> {
                 sigma,
                 sigma_relative,
                 prior_share: fitted[k].prior_share,
-                reason,
+                by_linear_axes: missed && by_slides,
+                reason: words.join("; "),
             }
         })
         .collect()
+}
+
+/// Share of a variance left with a cause taken away below which that cause is named.
+const LIMITS_BELOW: f64 = 0.7;
+
+/// What keeps a determined error above its goal.
+fn missed_goal(desk: &Desk, k: usize, by_square: bool, by_slides: bool) -> Option<String> {
+    let of = &desk.unknowns.uncertainty();
+    if desk.untimed.as_ref().is_some_and(|untimed| untimed.reaches[k]) {
+        return out_of_time(desk);
+    }
+    match (by_square, by_slides) {
+        (true, _) => {
+            Some(format!("above the goal: the linear axes may be {:.0} urad out of square", of.squareness_rad * 1e6))
+        }
+        (false, true) => Some(format!(
+            "above the goal: the linear axes may stand {:.0} um per metre from where they are told to",
+            of.linear_per_mm * 1e6
+        )),
+        (false, false) => {
+            Some("above the goal: what noise and setups leave, and no further test is worth its time".into())
+        }
+    }
+}
+
+/// What the time allowed leaves out, and the time that is needed.
+fn out_of_time(desk: &Desk) -> Option<String> {
+    let (allowed, untimed) = (desk.settings.goal.minutes?, desk.untimed.as_ref()?);
+    Some(format!(
+        "not within {allowed} minutes: the plan that brings it takes {:.1}; write --minutes {:.0} or more",
+        untimed.minutes,
+        untimed.minutes.ceil()
+    ))
 }
 
 /// Setups of each axis that stand for all when it is asked what lengths can show.
@@ -118,81 +170,62 @@ pub(super) fn visible(desk: &Desk) -> Vec<bool> {
     (0..desk.unknowns.wanted).map(|k| knowledge.prior_share(k) < HALF).collect()
 }
 
-fn reason(desk: &Desk, plain: &Knowledge, k: usize, axis: usize, blocks: &[&Block], by_pivot: bool) -> String {
+/// Why an error stays undetermined.
+fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_pivot: bool) -> String {
     let unknowns = &desk.unknowns;
+    let axis = unknowns.errors[k].0;
     let name = &desk.machine.axes[axis].name;
-    if desk.machine.axes[axis].kind == AxisKind::Linear {
-        return format!("no circle or other test that is reachable and clear tells how square {name} is");
-    }
-    if !desk.all.list.iter().any(|candidate| candidate.axis == axis)
-        && let Some(why) = no_test(desk, axis)
+    if desk.untimed.as_ref().is_some_and(|untimed| untimed.determined[k])
+        && let Some(why) = out_of_time(desk)
     {
         return why;
     }
-    let together: Vec<String> = (0..unknowns.wanted)
+    if desk.machine.axes[axis].kind == AxisKind::Linear {
+        return format!("no circle or other test that is reachable and clear tells how square {name} is");
+    }
+    if !tested.contains(&axis)
+        && let Some(why) = untested(desk, axis)
+    {
+        return why;
+    }
+    if let Some(why) = by_method(desk, k) {
+        return why;
+    }
+    let partners: Vec<usize> = (0..unknowns.wanted)
         .filter(|&other| other != k)
         .filter(|&other| {
             let r = plain.covariance(k, other) / (plain.covariance(k, k) * plain.covariance(other, other)).sqrt();
             r.abs() > TOGETHER
         })
-        .map(|other| unknowns.errors[other].2.to_string())
         .collect();
-    if !together.is_empty() && !blocks.is_empty() {
+    if !partners.is_empty() && !tested.is_empty() {
+        let names: Vec<String> = partners.iter().map(|&other| unknowns.errors[other].2.to_string()).collect();
+        let together = format!("only together with {}", names.join(", "));
+        let untested = partners.iter().map(|&other| unknowns.errors[other].0).find_map(|other| {
+            let is_rotary = desk.machine.axes[other].kind == AxisKind::Rotary;
+            if is_rotary && !tested.contains(&other) { untested(desk, other) } else { None }
+        });
         let shared = if by_pivot { " and the pivot's place" } else { "" };
-        return format!(
-            "only together with {}{shared}: what moves both alike changes no ball-bar length",
-            together.join(", ")
-        );
+        return match untested {
+            Some(why) => format!("{together}: {why}"),
+            None => format!("{together}{shared}: what moves both alike changes no ball-bar length"),
+        };
     }
     if by_pivot {
         return "only through how well the pivot's place is known: what moves the whole branch changes no ball-bar length".into();
     }
-    no_test(desk, axis).unwrap_or_else(|| format!("no chosen test of axis {name} sees it at a useful lever"))
+    let rotary = (0..desk.machine.axes.len()).filter(|&k| desk.machine.axes[k].kind == AxisKind::Rotary);
+    let other =
+        rotary.filter(|other| *other != axis && !tested.contains(other)).find_map(|other| untested(desk, other));
+    match (untested(desk, axis), other) {
+        (Some(why), _) => why,
+        (None, Some(why)) => format!("tests of axis {name} alone do not tell it, and {why}"),
+        (None, None) => format!("no chosen test of axis {name} sees it at a useful lever"),
+    }
 }
 
-/// By axis: how often a pair stood in the way.
-type Pairs = BTreeMap<usize, HashMap<(String, String), usize>>;
-
-/// Why no test of an axis exists, if none does.
-fn no_test(desk: &Desk, axis: usize) -> Option<String> {
-    let machine = desk.machine;
-    let name = &machine.axes[axis].name;
-    if desk.bodies.mounts.is_empty() || desk.all.places.is_empty() {
-        return Some("the machine file names no mounting surface or no spindle: add 'mounts' and 'spindle'".into());
-    }
-    let reachable = desk.all.list.iter().filter(|candidate| candidate.axis == axis).count();
-    if reachable > 0 {
-        let nothing = HashMap::new();
-        let of = |pairs: &Pairs| -> HashMap<(String, String), usize> { pairs.get(&axis).unwrap_or(&nothing).clone() };
-        let (sweeps, ways) = (of(&desk.forbidden), of(&desk.blocked_ways));
-        let refused: usize = sweeps.values().chain(ways.values()).sum();
-        if refused == 0 || refused < reachable.min(MAX_FAILURES) / 2 {
-            return None;
-        }
-        let most = |pairs: &HashMap<(String, String), usize>| -> Option<String> {
-            let (pair, count) = pairs.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)))?;
-            Some(format!("most often {} – {} ({count} setups)", pair.0, pair.1))
-        };
-        let margin = desk.settings.margin_mm;
-        let sweeps = most(&sweeps)
-            .map(|most| format!("no setup of axis {name} stays {margin} mm clear over a useful sweep: {most}"));
-        let ways = most(&ways).map(|most| {
-            format!("where the sweep of {name} is clear, no way from a park position to its start is: {most}")
-        });
-        return Some([sweeps, ways].into_iter().flatten().collect::<Vec<_>>().join("; "));
-    }
-    let misses = desk.all.misses.get(&axis)?;
-    if let Some((limit, (at, beyond))) = misses.limits.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
-        return Some(format!(
-            "limits leave no setup of axis {name}: the nearest one needs {} = {at:.1} mm, {beyond:.1} mm beyond its range",
-            machine.axes[*limit].name
-        ));
-    }
-    if let Some(by) = misses.bar_short_mm {
-        return Some(format!("no bar of the kit reaches for axis {name}: the longest is {by:.1} mm too short"));
-    }
-    if misses.tried == 0 {
-        return Some(format!("no mounting surface lets a ball be carried by axis {name} at a lever"));
-    }
-    Some(format!("the linear axes cannot bring the balls onto the line of axis {name}"))
+/// The method asked for, and no property of the machine, leaves an error out that lengths show.
+fn by_method(desk: &Desk, k: usize) -> Option<String> {
+    let by_method = desk.visible[k] && desk.settings.method.is_some();
+    by_method.then(|| "the tests of this --method do not show it; other tests do: plan without --method".into())
 }

@@ -22,7 +22,7 @@ use crate::machine::StructuralCode;
 use crate::plan::{Coupled, Settings};
 
 /// Number of the rules by which topologies are planned and rows written: one more with every change that changes a row.
-const RULES: u32 = 1;
+const RULES: u32 = 2;
 
 /// What must be the same for rows of two files to belong to one survey.
 pub fn conditions(kit: &Kit, settings: &Settings, codes: &[StructuralCode]) -> String {

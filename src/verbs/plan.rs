@@ -8,10 +8,10 @@ use fiveaxis::collision::World;
 use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::without_machine_zero;
-use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Plan, PlannedTest, Settings, plan};
+use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Plan, PlannedTest, Settings, free_parts, plan_with_advice};
 use fiveaxis::report::{approach_in_words, what_moves};
 use fiveaxis::session::{Follow, Path as TestPath};
-use fiveaxis::units::{Measure, parse_quantity};
+use fiveaxis::units::{Measure, parse_quantity, shown};
 use serde_json::{Map, Value, json};
 
 use super::clearance::touching_note;
@@ -28,16 +28,16 @@ pub struct Arguments {
     #[arg(long)]
     kit: Option<PathBuf>,
     /// Uncertainties to reach, positions and orientations, e.g. 4um,4arcsec
-    #[arg(long, value_name = "LENGTH,ANGLE")]
+    #[arg(long, value_name = "LENGTH,ANGLE", allow_hyphen_values = true, conflicts_with = "minutes")]
     sigma: Option<String>,
     /// Best plan in this time
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, conflicts_with = "method")]
     minutes: Option<f64>,
     /// Least clearance of every sweep, mm
-    #[arg(long, default_value_t = 5.0)]
+    #[arg(long, default_value_t = 5.0, allow_negative_numbers = true)]
     margin: f64,
     /// Feed of the moving ball, mm/min
-    #[arg(long, default_value_t = 500.0)]
+    #[arg(long, default_value_t = 500.0, allow_negative_numbers = true)]
     feed: f64,
     /// Axis region kept out of use, e.g. X=-50..80 (repeatable)
     #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         Some(folder) => former_files(folder, &arguments.machine)?,
         None => Vec::new(),
     };
-    let plan = plan(&machine, &bodies, &kit, &settings)?;
+    let plan = plan_with_advice(&machine, &bodies, &kit, &settings)?;
     if let Some(folder) = &arguments.out {
         let planned = Planned { machine: &machine, bodies: &bodies, kit: &kit, settings: &settings, plan: &plan };
         let mut output = planned_files(folder, &arguments.machine, &planned)?;
@@ -121,10 +121,16 @@ fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusa
         let (length, angle) = text
             .split_once(',')
             .ok_or_else(|| format!("--sigma '{text}' has one value; write both, e.g. --sigma 4um,4arcsec"))?;
-        let quantity = |text, measure| {
-            parse_quantity(text, measure)
-                .map_err(|why| format!("--sigma: {why}"))
-                .and_then(|value| if value > 0.0 { Ok(value) } else { Err("--sigma is above zero".to_string()) })
+        let quantity = |text: &str, measure: Measure| {
+            let value = parse_quantity(text, measure).map_err(|why| format!("--sigma: {why}"))?;
+            let output = measure.to_output(value);
+            // no ball bar shows less, no machine is worse
+            match output >= 1e-3 && output <= 1e6 {
+                true => Ok(value),
+                false => {
+                    Err(format!("--sigma {} is not between 0.001 and 1000000 {}", text.trim(), measure.output_unit()))
+                }
+            }
         };
         settings.goal = Goal {
             position_mm: quantity(length, Measure::Length)?,
@@ -132,19 +138,22 @@ fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusa
             minutes: None,
         };
     }
-    for (name, value, least, most) in [
-        ("--minutes", arguments.minutes.unwrap_or(30.0), 1.0, 1e4),
-        ("--margin", arguments.margin, 0.0, 500.0),
-        ("--feed", arguments.feed, 1.0, 20_000.0),
+    for (name, value, least, most, unit) in [
+        ("--minutes", arguments.minutes.unwrap_or(30.0), 1.0, 1e4, "min"),
+        ("--margin", arguments.margin, 0.0, 500.0, "mm"),
+        ("--feed", arguments.feed, 1.0, 20_000.0, "mm/min"),
     ] {
         if !(value >= least && value <= most) {
-            return Err(format!("{name} {value} is not between {least} and {most}").into());
+            return Err(format!("{name} {} is not between {least} and {most} {unit}", shown(value)).into());
         }
     }
     settings.goal.minutes = arguments.minutes;
     settings.margin_mm = arguments.margin;
     settings.feed_mm_per_min = arguments.feed;
     settings.avoid = arguments.avoid.iter().map(|text| avoided(text, machine)).collect::<Result<Avoid, _>>()?;
+    for axis in (0..machine.axes.len()).filter(|&axis| free_parts(machine, axis, &settings.avoid).is_empty()) {
+        return Err(nothing_left(machine, axis).into());
+    }
     let followed = |name: &FollowName| match name {
         FollowName::None => None,
         FollowName::Radial => Some(Follow::Radial),
@@ -167,6 +176,19 @@ fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusa
         MethodName::Chapter7 => Method::Chapter7,
     });
     Ok(settings)
+}
+
+/// Regions that leave an axis no place to stand.
+fn nothing_left(machine: &Machine, axis: usize) -> String {
+    let entry = &machine.axes[axis];
+    let unit = if entry.kind == AxisKind::Linear { " mm" } else { "°" };
+    let in_unit = |q: f64| round(entry.kind.to_file_unit(q), 3);
+    let range = entry.range.map(|(low, high)| format!(", {}…{}{unit}", in_unit(low), in_unit(high)));
+    format!(
+        "--avoid covers the whole range of {}{}: the axis has nowhere to stand; give the region that is worn only",
+        entry.name,
+        range.unwrap_or_default()
+    )
 }
 
 fn avoided(text: &str, machine: &Machine) -> Result<(usize, f64, f64), Refusal> {
@@ -313,6 +335,7 @@ fn as_json(plan: &Plan, machine: &Machine) -> Value {
         "minutes": round(plan.minutes, 2),
         "pivot_setups": plan.pivot_setups,
         "goal_reached": plan.goal_reached,
+        "advice": plan.advice,
         "one_pivot": plan.one_pivot.map(|one| json!({ "determined": one.determined, "minutes": round(one.minutes, 2) })),
         "trade_off": curve,
         "considered": plan.considered,
@@ -403,6 +426,9 @@ fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             Measure::Length.to_output(goal.position_mm),
             Measure::Angle.to_output(goal.orientation_rad)
         );
+    }
+    for advice in &plan.advice {
+        println!("  {advice}");
     }
     if settings.index_spindle && plan.tests.iter().all(|test| test.test.spindle_ball.indexed_about.is_none()) {
         println!(
