@@ -171,3 +171,50 @@ fn options_that_mean_nothing_together_are_refused() {
         assert!(text.contains(says) && text.len() < 600 && run.stdout.is_empty(), "{arguments:?}: {text}");
     }
 }
+
+#[test]
+fn balls_stand_on_slots_only_where_a_mount_has_slots() {
+    let (machine, mut bodies, kit) = load("hermle-c600u.yaml");
+    let offsets = |bodies: &Bodies| -> Vec<f64> {
+        let all = candidates(&machine, bodies, &kit, &Vec::new(), &Coupled::default());
+        let across = |site: &fiveaxis::plan::PivotSite| {
+            let mount = &bodies.mounts[site.mount];
+            (site.at - mount.middle).dot(&mount.normal.cross(&mount.along))
+        };
+        all.sites.iter().map(across).collect()
+    };
+    let off_slot = |offset: &&f64| (**offset / 63.0 - (**offset / 63.0).round()).abs() > 1e-6;
+    assert!(offsets(&bodies).iter().any(|offset| off_slot(&offset)), "without slots balls stand anywhere");
+    bodies.mounts.iter_mut().for_each(|mount| mount.slot_pitch_mm = Some(63.0));
+    let on_slots = offsets(&bodies);
+    assert!(on_slots.iter().any(|offset| offset.abs() > 1.0), "more than the middle slot is used");
+    assert_eq!(on_slots.iter().find(off_slot), None);
+    // and a plan keeps to them
+    let found = plan(&machine, &bodies, &kit, &Settings::default()).expect("plan");
+    assert!(!found.tests.is_empty());
+    for planned in &found.tests {
+        let mount = bodies.mounts.iter().find(|mount| mount.name == planned.mount).expect("mount");
+        let offset = (planned.test.pivot.at - mount.middle).dot(&mount.normal.cross(&mount.along));
+        assert!(!off_slot(&&offset), "{}: {offset}", planned.test.name);
+    }
+}
+
+#[test]
+fn a_calibrator_certifies_the_longest_part_that_it_has() {
+    let mut kit = standard_kit().expect("kit");
+    let certified = |kit: &Kit, length_mm: f64| kit.calibrated_mm(&kit.parts_mm(length_mm).expect("made"));
+    // 50, 100, 150 and 300 mm; 250 is 100 + 150, 450 is 100 + 50 + 300, 300 needs 100 + 50 + 150
+    for (length_mm, of) in [(100.0, 100.0), (150.0, 150.0), (250.0, 100.0), (300.0, 300.0), (450.0, 150.0)] {
+        assert_eq!(certified(&kit, length_mm), Some(of), "{length_mm}");
+    }
+    kit.calibrator_mm = vec![250.0];
+    assert_eq!(certified(&kit, 250.0), Some(250.0));
+    assert_eq!(certified(&kit, 100.0), None);
+    // a plan states it for every test
+    let (machine, bodies, _) = load("hermle-c600u.yaml");
+    let found = plan(&machine, &bodies, &kit, &Settings::default()).expect("plan");
+    for planned in &found.tests {
+        let bar_mm = planned.test.bar_length_mm.expect("planned");
+        assert_eq!(planned.mounting.calibrator_mm, certified(&kit, bar_mm), "{}", planned.test.name);
+    }
+}

@@ -42,6 +42,24 @@ fn difference(printed: &str, shown: &str) -> Option<String> {
 }
 
 #[test]
+fn commands_print_what_the_page_on_plans_shows() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("docs/plan.md")).unwrap();
+    let consoles = blocks(&text, "console");
+    assert!(consoles.len() >= 2);
+    for console in consoles {
+        let (command, shown) = console.split_once('\n').unwrap();
+        let arguments = command.strip_prefix("$ fiveaxis ").expect(command).split_whitespace();
+        let output = Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).current_dir(root).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let printed = String::from_utf8(output.stdout).unwrap();
+        if let Some(difference) = difference(&printed, shown) {
+            panic!("{command}: {difference}\nprinted:\n{printed}");
+        }
+    }
+}
+
+#[test]
 fn commands_print_what_the_readme_shows() {
     let text = readme();
     let scratch = tempfile::tempdir().unwrap();
