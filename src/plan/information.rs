@@ -263,8 +263,10 @@ impl Hasher for Mix {
     }
 
     fn write(&mut self, bytes: &[u8]) {
-        for part in bytes.chunks(8) {
-            self.write_u64(part.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte)));
+        let (words, rest) = bytes.as_chunks::<8>();
+        words.iter().for_each(|word| self.write_u64(u64::from_le_bytes(*word)));
+        if !rest.is_empty() {
+            self.write_u64(rest.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte)));
         }
     }
 
@@ -376,31 +378,47 @@ impl Knowledge {
 
     /// Adds a test.
     pub fn add(&mut self, block: &Block) {
-        for (nuisance, columns, variance) in &block.nuisances {
-            if !self.place_of.contains_key(nuisance) {
-                let old = self.covariance.nrows();
-                let more = columns.ncols();
-                self.covariance = self.covariance.clone().resize(old + more, old + more, 0.0);
-                for k in old..old + more {
-                    self.covariance[(k, k)] = self.prior(nuisance, *variance);
-                    self.priors.push(self.prior(nuisance, *variance));
-                    self.is_fitted_setup.push(nuisance.is_fitted());
-                }
-                self.place_of.insert(nuisance.clone(), old);
-            }
-        }
-        let rows = block.errors.nrows();
-        let mut h = DMatrix::zeros(rows, self.covariance.nrows());
-        h.columns_mut(0, block.errors.ncols()).copy_from(&block.errors);
+        self.make_room(block);
+        // P Hᵀ over the columns that the block touches
+        let errors = block.errors.ncols();
+        let mut ph = self.covariance.columns(0, errors) * block.errors.transpose();
         for (nuisance, columns, _) in &block.nuisances {
             let place = self.place_of[nuisance];
-            h.columns_mut(place, columns.ncols()).copy_from(columns);
+            ph.gemm(1.0, &self.covariance.columns(place, columns.ncols()), &columns.transpose(), 1.0);
         }
-        let ph = &self.covariance * h.transpose();
-        let s = &h * &ph + DMatrix::identity(rows, rows) * block.row_variance;
-        if let Some(factor) = s.cholesky() {
-            let updated = &self.covariance - &ph * factor.solve(&ph.transpose());
-            self.covariance = (&updated + updated.transpose()) * 0.5;
+        let rows = block.errors.nrows();
+        let mut s = DMatrix::identity(rows, rows) * block.row_variance;
+        s.gemm(1.0, &block.errors, &ph.rows(0, errors), 1.0);
+        for (nuisance, columns, _) in &block.nuisances {
+            s.gemm(1.0, columns, &ph.rows(self.place_of[nuisance], columns.ncols()), 1.0);
+        }
+        // P − P Hᵀ (L Lᵀ)⁻¹ H P as a square, so that it stays symmetric
+        let Some(factor) = s.cholesky() else { return };
+        let Some(half) = factor.l_dirty().solve_lower_triangular(&ph.transpose()) else { return };
+        let half = half.transpose();
+        for column in 0..self.covariance.ncols() {
+            let mut target = self.covariance.column_mut(column);
+            half.column_iter().for_each(|half| target.axpy(-half[column], &half, 1.0));
+        }
+    }
+
+    /// Columns for the setup quantities of a block that no test used yet.
+    fn make_room(&mut self, block: &Block) {
+        let old = self.covariance.nrows();
+        let mut size = old;
+        for (nuisance, columns, variance) in &block.nuisances {
+            if self.place_of.contains_key(nuisance) {
+                continue;
+            }
+            let prior = self.prior(nuisance, *variance);
+            self.priors.extend(columns.column_iter().map(|_| prior));
+            self.is_fitted_setup.extend(columns.column_iter().map(|_| nuisance.is_fitted()));
+            self.place_of.insert(nuisance.clone(), size);
+            size += columns.ncols();
+        }
+        if size > old {
+            self.covariance.resize_mut(size, size, 0.0);
+            (old..size).for_each(|k| self.covariance[(k, k)] = self.priors[k]);
         }
     }
 }
