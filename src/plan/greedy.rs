@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BinaryHeap, HashSet};
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry, MAX_FAILURES};
 use super::course::Drive;
-use super::information::{Block, Knowledge};
+use super::information::Block;
+use super::knowledge::Knowledge;
 use super::words::{Fitted, fitted};
 
 /// Gain per minute below which a test is not worth running, when no goal is missed by it.

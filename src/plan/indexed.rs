@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use std::rc::Rc;
 
 use super::choose::{Choice, Desk, Entry};
-use super::information::Knowledge;
+use super::knowledge::Knowledge;
 
 /// Minutes to index the spindle.
 pub(super) const INDEX_MIN: f64 = 1.0;

@@ -11,6 +11,7 @@
 //! | `reach` | how far can the axis sweep before something comes too close? |
 //! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
+//! | `knowledge` | what is known after some tests? |
 //! | `choose` | what is wanted, what does a test cost, is it clear? |
 //! | `greedy` | which tests, one by one? |
 //! | `indexed` | which tests pay when the spindle is indexed by 180°? |
@@ -37,6 +38,7 @@ mod free_range;
 mod greedy;
 mod indexed;
 mod information;
+mod knowledge;
 mod method;
 mod mounting;
 mod one_pivot;
@@ -61,7 +63,8 @@ pub use course::{Drive, Swing};
 pub use following::FOLLOWED;
 pub use free_range::free_parts;
 pub use indexed::IndexError;
-pub use information::{Block, Knowledge, Nuisance, Uncertainty, Unknowns};
+pub use information::{Block, Nuisance, Uncertainty, Unknowns};
+pub use knowledge::Knowledge;
 pub use method::{Method, MethodError};
 pub use mounting::{Arm, CupLooks, Mounting};
 pub use out_of_reach::OutOfReach;

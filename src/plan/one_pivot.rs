@@ -2,7 +2,7 @@
 
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Reached, SAME_WORTH};
-use super::information::Knowledge;
+use super::knowledge::Knowledge;
 
 /// Places that are tried.
 const TRIED: usize = 6;

@@ -4,7 +4,8 @@ use std::cmp::Reverse;
 
 use super::choose::{Choice, Desk, Entry};
 use super::course::Drive;
-use super::information::{Block, Knowledge};
+use super::information::Block;
+use super::knowledge::Knowledge;
 use super::words::fitted;
 
 /// How much worse than the reference an error may be that does not reach the goal.

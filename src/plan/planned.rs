@@ -6,7 +6,7 @@ use super::approach::Approach;
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
 use super::course::Drive;
-use super::information::Knowledge;
+use super::knowledge::Knowledge;
 use super::mounting::Mounting;
 use super::reach::ClearSweep;
 use super::words::{ErrorForecast, forecasts};

@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use super::choose::{Desk, Entry};
-use super::information::{Block, HELD, Knowledge, LOOSE, Nuisance};
+use super::information::{Block, HELD, LOOSE, Nuisance};
+use super::knowledge::Knowledge;
 use super::untested::untested;
 use crate::machine::AxisKind;
 
