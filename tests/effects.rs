@@ -463,6 +463,63 @@ fn growth_ends_in_its_steady_state() {
 }
 
 #[test]
+fn a_part_follows_the_temperature_with_its_lag() {
+    let mut session = sweeps([31, 31]);
+    session.tests[1].started_at_s = 40.0;
+    let z = session.machine.axis_index("Z").unwrap();
+    let lag_s = 7.0;
+    let followed = |lag_s: f64| {
+        let effect = Effect::new("thermal-growth", Place::Axis(z))
+            .with("channel", ParameterValue::Word("temperature_degC".into()))
+            .with("lag", ParameterValue::Number(lag_s));
+        profile(&session, &effect)
+    };
+    // both recordings rise by 0.1 K a second from 20 degrees on, the air falls back in a straight line in between
+    let air = |t: f64| match t {
+        t if t <= 3.0 => 0.1 * t,
+        t if t <= 40.0 => 0.3 - 0.3 * (t - 3.0) / 37.0,
+        t => 0.1 * (t - 40.0),
+    };
+    // the same by small steps in time
+    let step_s = 1e-4;
+    let (mut felt, mut by_steps) = (0.0, Vec::new());
+    for k in 0..=430_000 {
+        if k % 1000 == 0 {
+            by_steps.push(felt);
+        }
+        felt += step_s * (air((k as f64 + 0.5) * step_s) - felt) / lag_s;
+    }
+    let found = followed(lag_s);
+    for row in 0..31 {
+        assert!((found[0][row] - by_steps[row]).abs() < 1e-6, "{row}: {} for {}", found[0][row], by_steps[row]);
+        assert!((found[1][row] - by_steps[400 + row]).abs() < 1e-6, "{row}: {}", found[1][row]);
+    }
+    assert!((followed(0.0)[0][30] - 0.3).abs() < 1e-12);
+}
+
+#[test]
+fn a_joint_tips_with_the_axis_that_drives() {
+    let session = sweeps([121, 121]);
+    let (c, a) = (session.machine.axis_index("C").unwrap(), session.machine.axis_index("A").unwrap());
+    let play = |place: usize| {
+        Effect::new("lateral-play", Place::Axis(place))
+            .with("gap", ParameterValue::Number(0.0))
+            .with("of", ParameterValue::Word("C".into()))
+    };
+    assert_eq!(profile(&session, &play(a)), profile(&session, &play(c)), "C drives wherever it acts");
+    assert!(profile(&session, &play(a))[1].iter().skip(1).all(|value| *value == 1.0));
+    // A stands still: by itself it would not tip
+    let own = Effect::new("lateral-play", Place::Axis(a)).with("gap", ParameterValue::Number(0.0));
+    assert!(profile(&session, &own).iter().flatten().all(|value| *value == 0.0));
+    // travels of a slide that is driven by a rotary axis are degrees of that axis
+    let z = session.machine.axis_index("Z").unwrap();
+    let taken_up = |place: usize, value: f64| {
+        play(place).with("take_up", ParameterValue::Number(value)).with("windup_share", ParameterValue::Number(1.0))
+    };
+    assert_eq!(profile(&session, &taken_up(z, 5.0)), profile(&session, &taken_up(c, 5f64.to_radians())));
+}
+
+#[test]
 fn squareness_is_the_location_error() {
     let session = walk(machines().remove(0));
     let y = session.machine.axis_index("Y").unwrap();

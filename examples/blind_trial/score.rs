@@ -123,7 +123,8 @@ pub fn names(truth: &Value, stated: &Value) -> bool {
             let said = angles(stated);
             angles(truth).iter().any(|a| said.contains(a))
         }
-        "bar-length" => text(truth, "driver") == text(stated, "driver"),
+        // growth with time is growth with a temperature that was not read
+        "bar-length" => (text(truth, "driver") == "constant") == (text(stated, "driver") == "constant"),
         _ if matches!(text(truth, "place"), "pivot" | "spindle-ball" | "recorder") => same_place(truth, stated),
         _ => same_place(truth, stated) && share_component(truth, stated),
     }

@@ -11,15 +11,15 @@ use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blind {
     pub cause: Cause,
-    /// Smallest size with a χ² of 25 beside everything else in the fit, display units; `None`: no size shows.
+    /// Smallest size with a χ² of 50 beside everything else in the fit, display units; `None`: no size shows.
     pub smallest: Option<f64>,
     pub unit: &'static str,
     /// A test that would show it.
     pub test: String,
 }
 
-/// χ² from which a cause counts as visible.
-const VISIBLE: f64 = 25.0;
+/// χ² from which a cause counts as visible: what the search demands, with the cost of shapes.
+const VISIBLE: f64 = 50.0;
 
 /// Sizes above which a machinist would want to know: a cause is listed when the session shows it only beyond.
 fn notable(kind: &str, is_angle: bool) -> f64 {
@@ -56,6 +56,10 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
         .filter(|family| !matches!(family.kind, "unknown" | "pivot-slip" | "ball-slip" | "vibration" | "radius-loss"))
     {
         let effect = &family.grid[family.grid.len() / 2];
+        if effect.parameter("of").is_some() {
+            // what another axis drives shows as little as play of the place's own motion, which is listed
+            continue;
+        }
         let terms = family_terms(machine, family, effect, ground.tests());
         for outlet in &family.outlets {
             // every bar has a calibration of its own, beside the growth of all

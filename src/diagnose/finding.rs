@@ -7,7 +7,7 @@ use super::search::{Candidate, Found, Search};
 use super::shape_spread::over_shapes;
 use super::stage::{Accepted, Stage};
 use crate::effects::{Driver, kind};
-use crate::machine::{Component, Effect, ErrorName, Machine, Outlet, Place, Size};
+use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, Place, Size};
 use crate::units::Measure;
 
 /// A cause that was found, or a rival of one.
@@ -74,6 +74,9 @@ const REST_OF_FORM: f64 = 0.6;
 /// Free curves at a place that explain this share beside a named form show that the form is not the right one.
 const FORM_UNKNOWN: f64 = 0.4;
 
+/// Forms at one place from which on they crowd.
+const CROWD: usize = 3;
+
 /// Drivers that look alike where one place is concerned.
 fn driver_class(driver: Driver) -> u8 {
     match driver {
@@ -123,7 +126,14 @@ pub fn findings(
         .iter()
         .map(|group| finding(ground, families, search, group, &first_column, stage, &covariance, columns))
         .collect();
-    list.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    if list.len() > 1 {
+        // what each adds beside all others: the first one that a search takes seems to explain everything
+        let strength = |finding: &Finding| {
+            let others = (0..columns.len()).filter(|k| !finding.columns.contains(k)).map(|k| columns[k].clone());
+            Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept).misfit
+        };
+        list.sort_by_cached_key(|finding| std::cmp::Reverse(strength(finding).max(0.0).to_bits()));
+    }
     list
 }
 
@@ -212,7 +222,9 @@ fn finding(
         .filter(|&&index| is_free(&search.found[index], families))
         .map(|&index| search.found[index].gain)
         .sum();
-    let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
+    // three forms on top of each other, one of them free, are no form
+    let is_unknown =
+        is_free(lead, families) || free_gain > FORM_UNKNOWN * gain || (free_gain > 0.0 && group.len() >= CROWD);
     let mut cause = cause(machine, &lead.chosen, &effects);
     if is_unknown {
         cause.effect = "unknown".into();
@@ -224,7 +236,13 @@ fn finding(
             }
         }
     }
-    let (probability, rivals) = standing(machine, lead, families);
+    // the part that is surest of its cause speaks for the whole
+    let parts = group.iter().map(|&index| &search.found[index]);
+    let (probability, rivals) = parts
+        .filter(|part| part.chosen.effect.kind == lead.chosen.effect.kind)
+        .map(|part| standing(machine, part, families))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or((1.0, Vec::new()));
     // lost motion told in two shapes is one play
     let parts: Vec<Vec<usize>> = group
         .iter()
@@ -338,15 +356,22 @@ fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
 }
 
 /// ISO name of what an outlet moves.
-fn component_name(machine: &Machine, outlet: &Outlet) -> String {
+pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
     let axis_name = |axis: usize| machine.axes[axis].name.clone();
     match *outlet {
         Outlet::Pivot(k) => format!("pivot-{}", ["x", "y", "z"][k]),
         Outlet::SpindleBall(k) => format!("spindle-ball-{}", ["x", "y", "z"][k]),
         Outlet::Reading => "length".into(),
         Outlet::Lag { axis } | Outlet::Acceleration { axis } | Outlet::Along { axis } => {
-            let own: Component = machine.axes[axis].own_component();
-            ErrorName::motion(own, &axis_name(axis)).to_string()
+            let name = axis_name(axis);
+            // an axis named A, B, C, X, Y or Z has its own motion by its name, wherever it points
+            let named = Component::ALL.into_iter().find(|component| {
+                let rotary = machine.axes[axis].kind == AxisKind::Rotary;
+                let letters = if rotary { ["A", "B", "C"] } else { ["X", "Y", "Z"] };
+                component.is_angle() == rotary && letters[component.direction_index()] == name
+            });
+            let own: Component = named.unwrap_or(machine.axes[axis].own_component());
+            ErrorName::motion(own, &name).to_string()
         }
         Outlet::Delay => "delay".into(),
         Outlet::Motion { axis, component } => ErrorName::motion(component, &axis_name(axis)).to_string(),
@@ -415,7 +440,11 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
     if let Some(time) = number("time") {
         return Some(RangeFound { axis: "time_s".into(), from: time, to: last });
     }
-    let axis = effect.place.axis()?;
+    let driving = match effect.parameter("of") {
+        Some(ParameterValue::Word(name)) => machine.axis_index(name),
+        _ => None,
+    };
+    let axis = driving.or(effect.place.axis())?;
     let entry = &machine.axes[axis];
     let file = |q: f64| entry.kind.to_file_unit(q);
     if let (Some(centre), Some(width)) = (number("centre"), number("width")) {

@@ -1,12 +1,16 @@
 //! A fitted session laid out for the search: residuals, sensitivities and the columns of what has been fitted already.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use super::shapes::Shapes;
+
 use crate::chain::Sensitivity;
-use crate::effects::{Context, EffectError, Profile, gain, kind};
-use crate::identify::{Problem, Quantity};
+use crate::effects::{Context, EffectError, Profile, gain};
+use crate::identify::{Problem, Quantity, add_cross_products};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
 
@@ -22,6 +26,8 @@ pub struct Ground<'a> {
     pub nuisance: Vec<DMatrix<f64>>,
     sensitivities: Vec<Vec<Sensitivity>>,
     gains: HashMap<Outlet, Vec<Vec<f64>>>,
+    /// Functions of effects over the rows of the context, whichever of them take part.
+    shapes: Arc<Shapes>,
 }
 
 impl<'a> Ground<'a> {
@@ -47,7 +53,8 @@ impl<'a> Ground<'a> {
             nuisance.push(columns);
             sensitivities.push(all);
         }
-        Ground { context, problem, residual_mm, kept, nuisance, sensitivities, gains: HashMap::new() }
+        let (gains, shapes) = (HashMap::new(), Arc::default());
+        Ground { context, problem, residual_mm, kept, nuisance, sensitivities, gains, shapes }
     }
 
     /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
@@ -62,6 +69,7 @@ impl<'a> Ground<'a> {
             nuisance: Vec::new(),
             sensitivities: Vec::new(),
             gains: HashMap::new(),
+            shapes: Arc::default(),
         };
         for (test, groups) in groups.iter().enumerate() {
             let kept = &self.kept[test];
@@ -103,6 +111,7 @@ impl<'a> Ground<'a> {
             nuisance: self.nuisance.clone(),
             sensitivities: self.sensitivities.clone(),
             gains: self.gains.clone(),
+            shapes: self.shapes.clone(),
         }
     }
 
@@ -140,19 +149,21 @@ impl<'a> Ground<'a> {
     }
 
     /// Change of the reading per unit of an outlet, by test; empty where the outlet has none.
-    pub fn gains(&self, outlet: &Outlet) -> std::borrow::Cow<'_, [Vec<f64>]> {
+    pub fn gains(&self, outlet: &Outlet) -> Cow<'_, [Vec<f64>]> {
         match self.gains.get(outlet) {
-            Some(gains) => std::borrow::Cow::Borrowed(gains),
-            None => std::borrow::Cow::Owned(self.gain_of(outlet)),
+            Some(gains) => Cow::Borrowed(gains),
+            None => Cow::Owned(self.gain_of(outlet)),
         }
     }
 
     /// First-order columns of an effect's terms, mm per display unit (µm, arcsec, ms, …).
     pub fn columns(&self, effect: &Effect, terms: &[Term]) -> Result<Vec<Column>, EffectError> {
-        let Some(kind) = kind(&effect.kind) else {
-            return Err(EffectError::UnknownKind { found: effect.kind.clone(), known: String::new() });
-        };
-        Ok(self.columns_of(&kind.shape(self.context, effect)?, terms))
+        Ok(self.columns_of(&self.profiles(effect)?, terms))
+    }
+
+    /// Functions of an effect over all rows; tests in which they are zero hold none.
+    pub fn profiles(&self, effect: &Effect) -> Result<Arc<Vec<Profile>>, EffectError> {
+        self.shapes.of(self.context, effect)
     }
 
     /// Columns of terms whose functions are known.
@@ -162,20 +173,58 @@ impl<'a> Ground<'a> {
 
     fn column(&self, profile: &Profile, term: &Term) -> Column {
         let gains = self.gains(&term.outlet);
-        let unit = 1.0 / display(term.measure);
-        let by_test = gains
-            .iter()
-            .zip(profile)
-            .enumerate()
-            .map(|(test, (gain, profile))| {
-                if gain.is_empty() || term.test.is_some_and(|only| only != test) {
-                    return Vec::new();
-                }
-                let column: Vec<f64> = gain.iter().zip(profile).map(|(gain, value)| gain * value * unit).collect();
-                if column.iter().all(|value| value.abs() < 1e-12) { Vec::new() } else { column }
+        let by_test = (0..gains.len())
+            .map(|test| {
+                let mut column = Vec::new();
+                column_in(&gains[test], &profile[test], (term, test), &mut column);
+                column
             })
             .collect();
         Column { by_test }
+    }
+
+    /// Sums of products of the columns of terms with others over the same rows: one row of the result per other.
+    ///
+    /// `others` holds by test which of `count` others have values there, and these one after the other.
+    pub fn products_with(
+        &self,
+        (profiles, terms): (&[Profile], &[Term]),
+        others: &[(Vec<usize>, Vec<f64>)],
+        count: usize,
+    ) -> DMatrix<f64> {
+        let mut sums = DMatrix::zeros(count, terms.len());
+        let gains: Vec<Cow<[Vec<f64>]>> = terms.iter().map(|term| self.gains(&term.outlet)).collect();
+        let (mut block, mut column, mut own) = (Vec::new(), Vec::new(), Vec::new());
+        for (test, (present, values)) in others.iter().enumerate().filter(|(_, (present, _))| !present.is_empty()) {
+            block.clear();
+            own.clear();
+            for (j, term) in terms.iter().enumerate() {
+                column_in(&gains[j][test], &profiles[term.function][test], (term, test), &mut column);
+                if !column.is_empty() {
+                    own.push(j);
+                    block.extend_from_slice(&column);
+                }
+            }
+            let mut products = vec![0.0; present.len() * own.len()];
+            add_cross_products(values, &block, self.residual_mm[test].len(), &mut products);
+            for (row, &k) in products.chunks_exact(own.len().max(1)).zip(present) {
+                row.iter().zip(&own).for_each(|(product, &j)| sums[(k, j)] += product);
+            }
+        }
+        sums
+    }
+}
+
+/// Column of a term in one test; empty where it does nothing.
+fn column_in(gain: &[f64], profile: &[f64], (term, test): (&Term, usize), column: &mut Vec<f64>) {
+    column.clear();
+    if term.test.is_some_and(|only| only != test) {
+        return;
+    }
+    let unit = 1.0 / display(term.measure);
+    column.extend(gain.iter().zip(profile).map(|(gain, value)| gain * value * unit));
+    if column.iter().all(|value| value.abs() < 1e-12) {
+        column.clear();
     }
 }
 

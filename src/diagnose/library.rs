@@ -28,6 +28,8 @@ pub struct Family {
     pub pairs: Vec<(Outlet, &'static str)>,
     /// It changes from row to row: it is judged on all rows, the others on averaged ones.
     pub fast: bool,
+    /// Log odds against it before the readings speak, beside causes that are common.
+    pub rarity: f64,
 }
 
 /// A shape parameter to refine.
@@ -80,6 +82,7 @@ impl Family {
             functions: &[],
             pairs: Vec::new(),
             fast: false,
+            rarity: 0.0,
         }
     }
 
@@ -140,6 +143,9 @@ pub fn families(ground: &Ground) -> Vec<Family> {
             AxisKind::Rotary => rotary(ground, axis, &mut list),
             AxisKind::Linear => linear(ground, axis, &mut list),
         }
+    }
+    if ground.has_sweeps() {
+        tipping(ground, &mut list);
     }
     setup(ground, &mut list);
     if !ground.has_sweeps() {
@@ -274,6 +280,25 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let growing = [d.along, d.tilts[0], d.tilts[1]];
     for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), motion(axis, &growing)] {
         list.push(growth(ground, place, outlets));
+    }
+}
+
+/// Log odds against a joint that tips as another axis reverses.
+const TIPS: f64 = 6.0;
+
+/// Joints that tip to one or the other side as another axis goes one or the other way.
+fn tipping(ground: &Ground, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let axes = 0..machine.axes.len();
+    for (driving, tipped) in axes.clone().flat_map(|driving| axes.clone().map(move |tipped| (driving, tipped))) {
+        if driving == tipped || travelled(ground, driving).is_none() {
+            continue;
+        }
+        let place = Place::Axis(tipped);
+        let effect = number("lateral-play", place, "gap", 0.0)
+            .with("of", ParameterValue::Word(machine.axes[driving].name.clone()));
+        let outlets = motion(tipped, &directions(machine, tipped).tilts);
+        list.push(Family { rarity: TIPS, ..Family::new("lateral-play", place, outlets, 30.0).over(vec![effect]) });
     }
 }
 
@@ -505,7 +530,9 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
         list.push(family);
         for channel in channels(ground) {
             let effect = bar_growth.clone().with("channel", ParameterValue::Word(channel));
-            let mut family = Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]);
+            let mut family = Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+                .over(lagging(&effect, span))
+                .refine(vec![lag_refined(span)]);
             family.functions = &["kelvin"];
             list.push(family);
         }
@@ -527,11 +554,13 @@ fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
     }
     let mut places: Vec<(Place, Outlet)> = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k))).collect();
     places.extend((0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis))));
-    for (place, outlet) in places {
+    let mut places: Vec<(Place, Vec<Outlet>)> = places.into_iter().map(|(place, one)| (place, vec![one])).collect();
+    places.push((Place::SpindleBall, (0..3).map(Outlet::SpindleBall).collect()));
+    for (place, outlets) in places {
         let clocked =
             |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
         let mut family =
-            Family::new("vibration", place, vec![outlet], 10.0).over(lines.iter().map(clocked).collect()).fast();
+            Family::new("vibration", place, outlets, 10.0).over(lines.iter().map(clocked).collect()).fast();
         family.by_test = true;
         list.push(family.refine(vec![Refined {
             name: "frequency",
@@ -671,15 +700,25 @@ fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
     // one node first: two of them may cancel far beyond what the readings see
     let mut grid = [0.1, 0.3, 1.0].map(single).to_vec();
     grid.extend([pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)]);
-    grid.extend(
-        channels(ground)
-            .into_iter()
-            .map(|channel| Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel))),
-    );
+    grid.extend(channels(ground).into_iter().flat_map(|channel| {
+        lagging(&Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel)), span)
+    }));
     Family::new("thermal-growth", place, outlets, 100.0).over(grid).refine(vec![
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.05 * span, element: Some(0) },
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.2 * span, element: Some(1) },
+        lag_refined(span),
     ])
+}
+
+/// Lags of a part behind a temperature channel, as shares of the session.
+const LAGS: [f64; 5] = [0.0, 0.02, 0.06, 0.2, 0.6];
+
+fn lagging(effect: &Effect, span: f64) -> Vec<Effect> {
+    LAGS.iter().map(|share| effect.clone().with("lag", ParameterValue::Number(share * span))).collect()
+}
+
+fn lag_refined(span: f64) -> Refined {
+    Refined { name: "lag", least: 0.0, most: 2.0 * span, step: 0.03 * span, element: None }
 }
 
 /// Free curve over the positions of an axis.

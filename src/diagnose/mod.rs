@@ -10,6 +10,7 @@ mod cells;
 mod finding;
 mod floor;
 mod ground;
+mod irregular;
 mod library;
 mod next_test;
 mod placebo;
@@ -22,9 +23,11 @@ mod refining;
 mod screening;
 mod search;
 mod shape_spread;
+mod shapes;
 mod size;
 mod stage;
 mod thin;
+mod whitened;
 
 pub use as_found::as_found;
 pub use blind::Blind;
@@ -143,6 +146,10 @@ const WIDER_SETUPS: f64 = 2.5;
 const EXPLAINED: f64 = 1.15;
 /// Rise of the residual without unproven findings from which they stay, marked as failed.
 const STILL_THERE: f64 = 1.25;
+/// Residual over noise floor from which it is asked where restless readings come from.
+const RESTLESS: f64 = 1.45;
+/// Rms that stays at the place of a finding, over the finding's own, from which its form is not the right one.
+const NOT_THE_FORM: f64 = 0.5;
 /// Residual over noise floor from which something is there although no candidate says what.
 const SURELY_MORE: f64 = 1.6;
 
@@ -187,21 +194,23 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     if !told.findings.is_empty() {
         let proved = proof::prove(&grounds, &families, &search.found, &told.findings, &search.noise_after);
         // what static poses show was accepted by prediction already
-        if fine.has_sweeps() {
-            let (found, all) = (search.found.clone(), proved.clone());
-            proof = Some(without_unproven(&mut search, &told.findings, proved));
-            if search.found.len() < found.len() {
-                let fewer = Told::of(&fine, &families, &search);
-                if fewer.rms_mm(&fine) > STILL_THERE * told.rms_mm(&fine) {
-                    // too much to be the rest of a form: it stays, marked as not proven
-                    search.found = found;
-                    proof = Some(all);
-                } else {
-                    told = fewer;
+        proof = Some(match fine.has_sweeps() {
+            true => confirm(&fine, &families, &mut search, &mut told, proved),
+            false => proved,
+        });
+        proof = proof.filter(|_| !told.findings.is_empty());
+    }
+    if data_fault.is_none() && fine.has_sweeps() && 1e3 * told.rms_mm(&fine) > RESTLESS * noise_um {
+        let left = told.stage.residual_mm(&told.columns);
+        if let Some(rest) = irregular::irregular(&fine, &left, &floors[0]) {
+            match told.findings.first_mut() {
+                // the form that was found at this place is not the right one
+                Some(first) if first.cause.place == rest.cause.place && rest.rms_um > NOT_THE_FORM * first.rms_um => {
+                    first.cause.effect = "unknown".into();
                 }
+                Some(_) => {}
+                None => told.findings.push(rest),
             }
-        } else {
-            proof = Some(proved);
         }
     }
     let layout = next_test::Layout {
@@ -304,24 +313,42 @@ fn propose(layout: &next_test::Layout, search: &Search, findings: &mut [Finding]
     }
 }
 
-/// Drops further findings that held-out readings do not confirm: what is left of an inexact form may look like physics.
-/// Single events cannot repeat, and the first finding stays with its verdict.
-fn without_unproven(search: &mut Search, findings: &[Finding], mut proof: Proof) -> Proof {
-    let stays: Vec<bool> = findings
-        .iter()
-        .zip(&proof.passed)
-        .enumerate()
-        .map(|(index, (finding, passed))| index == 0 || *passed || finding.single)
-        .collect();
+/// Drops what held-out readings do not confirm, the weakest first, unless too much stays unexplained without it to be
+/// the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
+fn confirm<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    mut proof: Proof,
+) -> Proof {
+    let most_mm = STILL_THERE * told.rms_mm(fine);
+    let mut dropped: Vec<usize> = Vec::new();
+    for (index, finding) in told.findings.iter().enumerate().rev() {
+        if finding.single || proof.passed[index] {
+            continue;
+        }
+        let without: Vec<Accepted> = (0..told.columns.len())
+            .filter(|column| !finding.columns.contains(column) && !dropped.contains(column))
+            .map(|column| told.columns[column].clone())
+            .collect();
+        let left_mm = Stage::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
+        if search::mean_square(fine, &left_mm).sqrt() <= most_mm {
+            dropped.extend(&finding.columns);
+        }
+    }
+    if dropped.is_empty() {
+        return proof;
+    }
+    let mut stays = told.findings.iter().map(|finding| !finding.columns.iter().all(|column| dropped.contains(column)));
+    proof.passed.retain(|_| stays.next().unwrap_or(true));
     let mut column = 0;
     search.found.retain(|found| {
         let first = column;
         column += found.chosen.columns.len();
-        let dropped = findings.iter().zip(&stays).any(|(finding, stays)| !stays && finding.columns.contains(&first));
-        !dropped
+        !dropped.contains(&first)
     });
-    let mut kept = stays.into_iter();
-    proof.passed.retain(|_| kept.next().unwrap_or(true));
+    *told = Told::of(fine, families, search);
     proof
 }
 

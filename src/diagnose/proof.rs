@@ -49,8 +49,11 @@ pub fn prove(
         let gain = rms(held_out(&bare, &test).into_iter()).powi(2) - rms(held_out(&full, &test).into_iter()).powi(2);
         for (index, finding) in findings.iter().enumerate() {
             let machine = grounds.fine.context.machine();
-            // the fewer poses of a fold may favour a stated rival; sweeps name the cause itself again
-            let rivals = finding.rivals.iter().filter(|_| !grounds.fine.has_sweeps());
+            // the fewer readings of a fold may favour a stated rival: of static poses any, of sweeps one of the same kind
+            let rivals = finding
+                .rivals
+                .iter()
+                .filter(|(rival, _)| !grounds.fine.has_sweeps() || rival.effect == finding.cause.effect);
             let mut causes = std::iter::once(&finding.cause).chain(rivals.map(|(cause, _)| cause));
             let again = causes.any(|cause| {
                 searched.found.iter().any(|found| {

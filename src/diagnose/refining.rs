@@ -6,22 +6,19 @@ use super::library::{Family, Refined, family_terms};
 use super::screening::stage_of;
 use super::search::Candidate;
 use super::stage::Stage;
+use super::whitened::LastShape;
 use crate::machine::{Effect, ParameterValue};
 
 /// Refined shapes; their columns are those of all rows.
 pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Candidate>) -> Vec<Candidate> {
     let mut list: Vec<Candidate> = candidates
         .into_par_iter()
-        .map(|candidate| {
+        .filter_map(|candidate| {
             let family = &families[candidate.family];
             let stage = stage_of(stages, family);
             let mut refined = with_overtones(stage, family, refine(stage, family, candidate));
-            if !std::ptr::eq(stage.ground, stages[0].ground)
-                && let Ok(columns) = stages[0].ground.columns(&refined.effect, &refined.terms)
-            {
-                refined.columns = columns;
-            }
-            refined
+            refined.columns = stages[0].ground.columns(&refined.effect, &refined.terms).ok()?;
+            Some(refined)
         })
         .collect();
     list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -40,6 +37,7 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
     let cost = best.judgement.log_evidence - best.log_odds;
     let mut steps: Vec<f64> = family.refined.iter().map(|refined| refined.step).collect();
     let mut moved = false;
+    let mut last = LastShape::default();
     for _ in 0..ROUNDS {
         for (k, refined) in family.refined.iter().enumerate() {
             let Some(now) = parameter(&best.effect, refined) else { continue };
@@ -51,7 +49,7 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
                 }
                 let mut effect = best.effect.clone();
                 set_parameter(&mut effect, refined, value);
-                let trial = judged(stage, family, index, effect, cost);
+                let trial = judged(stage, family, index, effect, cost, &mut last);
                 if let Some(trial) = trial.filter(|trial| trial.log_odds > best.log_odds) {
                     best = trial;
                     improved = true;
@@ -128,7 +126,7 @@ fn tuned(stage: &Stage, family: &Family, mut best: Candidate, name: &str) -> Can
                     }
                     let mut effect = best.effect.clone();
                     effect.set(name, ParameterValue::List(values));
-                    match judged(stage, family, best.family, effect, cost) {
+                    match judged(stage, family, best.family, effect, cost, &mut LastShape::default()) {
                         Some(trial) if trial.log_odds > best.log_odds => best = trial,
                         _ => break,
                     }
@@ -153,16 +151,23 @@ fn with_further(stage: &Stage, family: &Family, base: &Candidate, name: &str, va
     let mut effect = base.effect.clone();
     effect.set(name, ParameterValue::List(values));
     let cost = base.judgement.log_evidence - base.log_odds;
-    judged(stage, family, base.family, effect, cost)
+    judged(stage, family, base.family, effect, cost, &mut LastShape::default())
 }
 
-/// A shape of a family, judged; `cost` is taken off its evidence.
-pub fn judged(stage: &Stage, family: &Family, index: usize, effect: Effect, cost: f64) -> Option<Candidate> {
+/// A shape of a family, judged; `cost` is taken off its evidence. Its columns are not worked out.
+pub fn judged(
+    stage: &Stage,
+    family: &Family,
+    index: usize,
+    effect: Effect,
+    cost: f64,
+    last: &mut LastShape,
+) -> Option<Candidate> {
     let terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
-    let columns = stage.ground.columns(&effect, &terms).ok()?;
-    let judgement = stage.judge(&columns, family.plausible);
+    let profiles = stage.ground.profiles(&effect).ok()?;
+    let judgement = stage.judge_shape((index, &effect), (&profiles, &terms), family.plausible, last);
     let log_odds = judgement.log_evidence - cost;
-    Some(Candidate { family: index, effect, terms, columns, judgement, log_odds })
+    Some(Candidate { family: index, effect, terms, columns: Vec::new(), judgement, log_odds })
 }
 
 /// Next value of a parameter: periods, orders and travels move by ratio, the others by difference.

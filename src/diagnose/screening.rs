@@ -3,10 +3,12 @@
 use rayon::prelude::*;
 
 use super::cells::Cells;
-use super::ground::{Column, Ground, Term};
+use super::ground::{Ground, Term};
 use super::library::{Family, family_terms};
 use super::search::Candidate;
-use super::stage::{Memory, Stage};
+use super::stage::Stage;
+use super::whitened::LastShape;
+use crate::effects::Profile;
 use crate::machine::{Effect, ParameterValue};
 
 /// The stage at which a family is judged: all rows for fast ones.
@@ -28,10 +30,12 @@ pub fn screen(stages: &[Stage; 2], families: &[Family], cells: &Cells) -> Vec<Ca
         .enumerate()
         .filter_map(|(index, family)| {
             let stage = stage_of(stages, family);
-            let mut last = Memory::default();
-            let mut judged = |effect: &Effect, terms: &[Term], columns: Vec<Column>| {
-                let judgement = stage.judge_again(&columns, family.plausible, &mut last);
+            let mut last = LastShape::default();
+            let mut judged = |effect: &Effect, terms: &[Term], profiles: &[Profile]| {
+                let judgement = stage.judge_shape((index, effect), (profiles, terms), family.plausible, &mut last);
                 let log_odds = judgement.log_evidence;
+                // the columns follow when the candidate is refined
+                let columns = Vec::new();
                 Candidate { family: index, effect: effect.clone(), terms: terms.to_vec(), columns, log_odds, judgement }
             };
             let better = |a: &Candidate, b: &Candidate| a.log_odds.total_cmp(&b.log_odds);
@@ -43,18 +47,15 @@ pub fn screen(stages: &[Stage; 2], families: &[Family], cells: &Cells) -> Vec<Ca
                 };
                 let cells = grid.into_iter().filter_map(|effect| {
                     let terms = family_terms(machine, family, effect, stage.ground.tests());
-                    let columns = stage.ground.columns(effect, &terms).ok()?;
-                    Some(judged(effect, &terms, columns))
+                    Some(judged(effect, &terms, &stage.ground.profiles(effect).ok()?))
                 });
                 cells.max_by(better)
             } else {
                 let cells = cells.of_family(index).iter();
-                cells
-                    .map(|cell| judged(cell.effect, &cell.terms, stage.ground.columns_of(&cell.profiles, &cell.terms)))
-                    .max_by(better)
+                cells.map(|cell| judged(cell.effect, &cell.terms, &cell.profiles)).max_by(better)
             };
             let mut best = best?;
-            best.log_odds -= (family.grid.len() as f64).ln();
+            best.log_odds -= (family.grid.len() as f64).ln() + family.rarity;
             Some(best)
         })
         .filter(|candidate| candidate.log_odds > 0.0)

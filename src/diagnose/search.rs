@@ -1,5 +1,7 @@
 //! Which few effects the evidence demands: screen every family, refine the best, compare, accept, repeat. No words, no proof.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::cells::Cells;
@@ -10,7 +12,8 @@ use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
 use super::stage::{Accepted, Judgement, Stage};
-use crate::identify::{NoiseModel, misfit};
+use super::whitened::Whitened;
+use crate::identify::{NoiseModel, Quantity, misfit};
 use crate::machine::Effect;
 
 /// A candidate with its best shape.
@@ -74,6 +77,10 @@ pub struct Grounds<'g, 'a> {
 
 /// When a search stops.
 struct Limits {
+    /// Log odds above which an effect is accepted, and those that a further one at another place needs: what is left of
+    /// an inexact form must not pass for it.
+    accept: f64,
+    accept_further: f64,
     /// Most effects of one session.
     effects: usize,
     /// Share of what was explained before that a further effect elsewhere must explain.
@@ -83,10 +90,11 @@ struct Limits {
 }
 
 /// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
-const SWEEPS: Limits = Limits { effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3 };
+const SWEEPS: Limits =
+    Limits { accept: 14.0, accept_further: 30.0, effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3 };
+/// The same over half of the readings, which show half as much.
+const HALF: Limits = Limits { accept: 8.0, accept_further: 15.0, ..SWEEPS };
 
-/// Log odds above which an effect is accepted.
-const ACCEPT: f64 = 14.0;
 /// Families refined at each stage.
 const REFINED: usize = 12;
 /// A free curve is preferred to a form of the catalogue only when it explains so much more.
@@ -94,8 +102,9 @@ const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
-    search_then(grounds, floors, families, |ways, model| {
+    search_then(grounds, floors, families, SWEEPS, |ways, model| {
         ways.exchange(model);
+        *model = ways.pruned(model.clone());
         model.weigh(ways);
     })
 }
@@ -107,7 +116,7 @@ const LEADS: usize = 3;
 ///
 /// Which of the starts stands is for these readings alone to say; the further ones only spare the exchange of effects.
 pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], leads: &[Found]) -> Search {
-    search_then(grounds, floors, families, |ways, model| {
+    search_then(grounds, floors, families, HALF, |ways, model| {
         for lead in leads.iter().take(LEADS).map(|found| &found.chosen) {
             if model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
                 continue;
@@ -124,12 +133,15 @@ fn search_then(
     grounds: &Grounds,
     floors: &Floors,
     families: &[Family],
+    limits: Limits,
     revise: impl FnOnce(&Ways, &mut Model),
 ) -> Search {
     if !grounds.fine.has_sweeps() {
         return search_poses(grounds.fine, families);
     }
-    let ways = Ways { grounds, families, floors, limits: SWEEPS };
+    let whitened = |ground, floor| Arc::new(Whitened::new(ground, floor, &ground.kept));
+    let whitened = [whitened(grounds.fine, &floors[0]), whitened(grounds.coarse, &floors[1])];
+    let ways = Ways { grounds, families, floors, limits, whitened };
     let mut model = Model::empty(&ways);
     let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
@@ -256,6 +268,8 @@ struct Ways<'w, 'g, 'a> {
     families: &'w [Family],
     floors: &'w Floors,
     limits: Limits,
+    /// All rows and averaged ones under their noise floors.
+    whitened: [Arc<Whitened<'g, 'a>>; 2],
 }
 
 impl Ways<'_, '_, '_> {
@@ -263,13 +277,9 @@ impl Ways<'_, '_, '_> {
     fn grow(&self, model: &mut Model, mut first: Option<Candidate>) {
         while model.found.len() < self.limits.effects {
             let Some(step) = self.next(model, first.take()) else { break };
-            if !is_demanded(
-                &self.limits,
-                &model.found,
-                &step.found.chosen,
-                (step.found.fall_mm2, step.found.log_odds),
-                &self.floors[0],
-            ) {
+            let standing = (step.found.fall_mm2, step.found.log_odds);
+            let demanded = is_demanded(&self.limits, &model.found, &step.found.chosen, standing, &self.floors[0]);
+            if !demanded || is_gauge_wander(self.grounds.fine, &step.found.chosen) {
                 model.best_left = step.found.log_odds;
                 break;
             }
@@ -279,18 +289,15 @@ impl Ways<'_, '_, '_> {
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.
     fn next(&self, model: &Model, given: Option<Candidate>) -> Option<Step> {
-        let (fine, coarse) = (self.grounds.fine, self.grounds.coarse);
+        let fine = self.grounds.fine;
         let families = self.families;
-        let fine_noise = sharper(&self.floors[0], &model.noise);
         let candidates = match given {
             Some(given) => vec![given],
             None => {
-                let stages = [
-                    Stage::new(fine, &fine_noise, &model.columns[0], &fine.kept),
-                    Stage::new(coarse, &self.floors[1], &model.columns[1], &coarse.kept),
-                ];
+                let [fine, coarse] = &self.whitened;
+                let stages = [Stage::on(fine.clone(), &model.columns[0]), Stage::on(coarse.clone(), &model.columns[1])];
                 let mut candidates = screen(&stages, families, self.grounds.cells);
-                candidates.retain(is_sensible);
+                candidates.retain(|candidate| is_sensible(candidate, stages[0].misfit));
                 keep_diverse(&mut candidates, families);
                 refine_all(&stages, families, candidates)
             }
@@ -298,8 +305,8 @@ impl Ways<'_, '_, '_> {
         let best = candidates.first()?;
         // the noise that the best candidate leaves is the one to compare under
         let with_best = joined(&model.columns[0], best);
-        let left = Stage::new(fine, &fine_noise, &with_best, &fine.kept).residual_mm(&with_best);
-        let noise_left = likely_noise(fine, &left, &fine_noise, &self.floors[0]);
+        let left = Stage::on(self.whitened[0].clone(), &with_best).residual_mm(&with_best);
+        let noise_left = likely_noise(fine, &left, &self.floors[0], &self.floors[0]);
         let stage = Stage::new(fine, &noise_left, &model.columns[0], &fine.kept);
         let candidates = compare(&stage, families, candidates);
         let index = choose(&candidates, families, fine);
@@ -377,8 +384,46 @@ impl Ways<'_, '_, '_> {
         }
     }
 
+    /// The model without effects that add too little to what the others explain, whichever was taken first.
+    fn pruned(&self, mut model: Model) -> Model {
+        let fine = self.grounds.fine;
+        let left_mm2 = |columns: &[Accepted]| {
+            let left = Stage::on(self.whitened[0].clone(), columns).residual_mm(columns);
+            mean_square(fine, &left)
+        };
+        let before_mm2 = left_mm2(&[]);
+        while model.found.len() > 1 {
+            let all_mm2 = left_mm2(&model.columns[0]);
+            let mut first = 0;
+            let falls: Vec<(f64, f64)> = model
+                .found
+                .iter()
+                .map(|found| {
+                    let own = first..first + found.chosen.columns.len();
+                    first = own.end;
+                    let others = (0..model.columns[0].len()).filter(|column| !own.contains(column));
+                    let others: Vec<Accepted> = others.map(|column| model.columns[0][column].clone()).collect();
+                    let without_mm2 = left_mm2(&others);
+                    (without_mm2 - all_mm2, before_mm2 - without_mm2)
+                })
+                .collect();
+            let adds_little = (0..falls.len())
+                .filter(|&index| {
+                    let place = model.found[index].chosen.effect.place;
+                    let beside = (0..falls.len()).any(|k| k != index && model.found[k].chosen.effect.place == place);
+                    let (fall_mm2, explained_mm2) = falls[index];
+                    !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
+                })
+                .min_by(|&a, &b| falls[a].0.total_cmp(&falls[b].0));
+            let Some(index) = adds_little else { break };
+            model = model.without(self, index);
+        }
+        model
+    }
+
     /// Takes a trial when it stands better; whether it did.
     fn replace(&self, model: &mut Model, trial: Model) -> bool {
+        let trial = if trial.standing(self) > model.standing(self) { self.pruned(trial) } else { trial };
         let (now, other) = (model.standing(self), trial.standing(self));
         if std::env::var_os("FIVEAXIS_TRACE").is_some() {
             let names = |model: &Model| -> Vec<String> {
@@ -418,8 +463,6 @@ pub fn nothing(ground: &Ground, floor: &[NoiseModel]) -> Search {
     }
 }
 
-/// Log odds that a further effect at another place needs: what is left of an inexact form must not pass for it.
-const ACCEPT_FURTHER: f64 = 30.0;
 /// Share of the mean square that all effects found before explain which a further one at the same place must explain.
 const LEAST_SHARE: f64 = 0.002;
 /// Rms that the first effect must take off the residual, in noise floors.
@@ -436,16 +479,46 @@ fn is_demanded(
     let noise_mm2 = mean_noise_mm2(floor);
     let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
     if found.is_empty() {
-        return log_odds > ACCEPT && in_noise(LEAST_RMS);
+        return log_odds > limits.accept && in_noise(LEAST_RMS);
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
+    log_odds > if same_place { limits.accept } else { limits.accept_further }
+        && adds_enough(limits, same_place, fall_mm2, explained, noise_mm2)
+}
+
+/// Whether an effect takes enough off the mean square beside what the others explain.
+fn adds_enough(limits: &Limits, same_place: bool, fall_mm2: f64, explained_mm2: f64, noise_mm2: f64) -> bool {
     match same_place {
-        true => log_odds > ACCEPT && fall_mm2 > LEAST_SHARE * explained,
+        true => fall_mm2 > LEAST_SHARE * explained_mm2,
         false => {
-            log_odds > ACCEPT_FURTHER && fall_mm2 > limits.share_elsewhere * explained && in_noise(limits.rms_elsewhere)
+            fall_mm2 > limits.share_elsewhere * explained_mm2 && fall_mm2 > limits.rms_elsewhere.powi(2) * noise_mm2
         }
     }
+}
+
+/// Growth of the bar below its own uncertainty: a gauge's zero wanders as far in a session.
+fn is_gauge_wander(ground: &Ground, chosen: &Candidate) -> bool {
+    if chosen.effect.kind != "bar-length" || chosen.effect.parameter("bar").is_some() {
+        return false;
+    }
+    let uncertain_mm = ground
+        .problem
+        .unknowns
+        .iter()
+        .filter(|unknown| matches!(unknown.quantity, Quantity::Bar { .. }))
+        .map(|unknown| unknown.prior_sigma)
+        .fold(0.0, f64::max);
+    let mut ends = (f64::MAX, f64::MIN);
+    for test in 0..ground.tests() {
+        for row in (0..ground.kept[test].len()).filter(|&row| ground.kept[test][row]) {
+            let columns = chosen.columns.iter().zip(&chosen.judgement.amplitudes);
+            let grown: f64 =
+                columns.map(|(column, size)| size * column.by_test[test].get(row).copied().unwrap_or(0.0)).sum();
+            ends = (ends.0.min(grown), ends.1.max(grown));
+        }
+    }
+    ends.1 - ends.0 < uncertain_mm
 }
 
 /// Mean square of the rows that take part, mm².
@@ -492,10 +565,15 @@ pub(super) fn trace(
 const SHORTEST_SHIFT_MS: f64 = 200.0;
 const LONGEST_SHIFT_MS: f64 = 5000.0;
 
+/// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
+const SHIFT_SHARE: f64 = 0.5;
+
 /// Whether a candidate's size is one that it can have.
-fn is_sensible(candidate: &Candidate) -> bool {
+fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
     let shift_ms = candidate.judgement.amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
-    !super::is_shift_of_one_test(&candidate.effect) || (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms)
+    let explains = candidate.judgement.chi2 > SHIFT_SHARE * misfit;
+    !super::is_shift_of_one_test(&candidate.effect)
+        || (explains && (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms))
 }
 
 /// Keeps the best candidates, but not only free curves: as many named ones are refined as free ones.
@@ -546,24 +624,17 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
         .unwrap_or(best)
 }
 
-/// The smaller of floor and present noise: missing physics must not make the screening blind.
-fn sharper(floor: &[NoiseModel], noise: &[NoiseModel]) -> Vec<NoiseModel> {
-    floor
-        .iter()
-        .zip(noise)
-        .map(|(floor, noise)| if noise.rms_mm() < floor.rms_mm() { *noise } else { *floor })
-        .collect()
-}
-
 fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
-    (0..ground.tests())
-        .map(|test| {
-            let kept = &ground.kept[test];
-            let masked: Vec<f64> =
-                residual_mm[test].iter().zip(kept).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
-            misfit(&noise[test], &[masked])
-        })
-        .sum()
+    let mut alike: Vec<(NoiseModel, Vec<Vec<f64>>)> = Vec::new();
+    for test in 0..ground.tests() {
+        let rows = residual_mm[test].iter().zip(&ground.kept[test]);
+        let masked: Vec<f64> = rows.map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
+        match alike.iter_mut().find(|(model, _)| *model == noise[test]) {
+            Some((_, traces)) => traces.push(masked),
+            None => alike.push((noise[test], vec![masked])),
+        }
+    }
+    alike.iter().map(|(noise, traces)| misfit(noise, traces)).sum()
 }
 
 pub(super) fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {

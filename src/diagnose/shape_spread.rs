@@ -7,6 +7,7 @@ use super::library::Family;
 use super::refining::judged;
 use super::search::Candidate;
 use super::stage::Stage;
+use super::whitened::LastShape;
 use crate::machine::{Effect, ParameterValue};
 
 /// Factors by which time constants are varied.
@@ -34,7 +35,7 @@ pub fn over_shapes<'s>(
     let sizes: Vec<(f64, f64)> = shapes
         .into_par_iter()
         .filter_map(|effect| {
-            let shape = judged(&stage, family, lead.family, effect, 0.0)?;
+            let shape = judged(&stage, family, lead.family, effect, 0.0, &mut LastShape::default())?;
             let counts = !cancels(&shape.terms, &shape.judgement.amplitudes);
             counts.then(|| (shape.log_odds, size(&shape)))
         })

@@ -32,7 +32,7 @@ pub fn size_of(
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
     let known: Vec<f64> = (0..count).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
     let value_at = |a: &[f64]| match cause.effect.as_str() {
-        "vibration" => vibration(a, &known),
+        "vibration" => vibration(&lead.terms, a, &known),
         _ => size_function(ground, lead, cause, &main, a),
     };
     let value = value_at(&amplitudes);
@@ -77,9 +77,18 @@ fn main_terms(terms: &[Term]) -> Vec<usize> {
 }
 
 /// Amplitude over tests that have a cosine and a sine each, weighted by how well each is known: some tests hardly show it.
-fn vibration(amplitudes: &[f64], weights: &[f64]) -> f64 {
-    let squares: f64 = amplitudes.iter().zip(weights).map(|(a, weight)| weight * a * a).sum();
-    (2.0 * squares / weights.iter().sum::<f64>()).sqrt()
+/// Directions at right angles add as their squares.
+fn vibration(terms: &[Term], amplitudes: &[f64], weights: &[f64]) -> f64 {
+    // by outlet: weighted squares and weights
+    let mut by_outlet: Vec<(Outlet, f64, f64)> = Vec::new();
+    for ((term, amplitude), weight) in terms.iter().zip(amplitudes).zip(weights) {
+        let square = weight * amplitude * amplitude;
+        match by_outlet.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
+            Some((_, squares, sum)) => (*squares, *sum) = (*squares + square, *sum + weight),
+            None => by_outlet.push((term.outlet, square, *weight)),
+        }
+    }
+    by_outlet.iter().map(|(_, squares, weights)| 2.0 * squares / weights).sum::<f64>().sqrt()
 }
 
 /// The size for given amplitudes (display units).

@@ -3,23 +3,29 @@
 //! With everything whitened, a candidate block B needs only `z = Bᵀ(I−P)y` and `G = Bᵀ(I−P)B`, P the projection on what
 //! has been fitted (with its priors). Its evidence with amplitudes drawn from N(0, τ²) is exact for a linear model.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 use rayon::prelude::*;
 
-use super::ground::{Column, Ground};
-use crate::identify::{NoiseModel, Whitener, add_cross_products, add_products};
+use super::ground::{Column, Ground, Term};
+use super::whitened::{LastShape, Products, Whitened};
+use crate::effects::Profile;
+use crate::identify::{NoiseModel, add_products};
+use crate::machine::Effect;
 
 /// Whitened session with what has been fitted so far.
 pub struct Stage<'g, 'a> {
     pub ground: &'g Ground<'a>,
-    whiteners: Vec<Whitener>,
+    whitened: Arc<Whitened<'g, 'a>>,
     /// By test: whitened columns that it sees, one after the other, the whitened readings last.
     white: Vec<Vec<f64>>,
     /// Places of a test's columns among all.
     seen: Vec<Vec<usize>>,
+    /// By test: which accepted columns act, and these in units of their priors, whitened twice: their products with a
+    /// column are those of both whitened.
+    twice: Vec<(Vec<usize>, Vec<f64>)>,
     factor: Cholesky<f64, Dyn>,
     /// Prior sigma of the accepted columns, display units.
     accepted_prior: Vec<f64>,
@@ -34,20 +40,6 @@ pub struct Stage<'g, 'a> {
 pub struct Accepted {
     pub column: Column,
     pub prior: f64,
-}
-
-/// Products of a block's columns in one test: with each other, and with what the test sees, the readings last.
-#[derive(Debug, Clone)]
-struct TestSums {
-    present: Vec<usize>,
-    gram: Vec<f64>,
-    cross: Vec<f64>,
-}
-
-/// The columns last judged with their products, by test.
-#[derive(Default)]
-pub struct Memory {
-    by_test: Vec<Option<(Vec<Vec<f64>>, TestSums)>>,
 }
 
 /// A candidate's standing.
@@ -73,40 +65,44 @@ impl<'g, 'a> Stage<'g, 'a> {
         accepted: &[Accepted],
         kept: &[Vec<bool>],
     ) -> Stage<'g, 'a> {
+        Stage::on(Arc::new(Whitened::new(ground, noise, kept)), accepted)
+    }
+
+    /// Fits nuisance and accepted columns to a session that has been whitened.
+    pub fn on(whitened: Arc<Whitened<'g, 'a>>, accepted: &[Accepted]) -> Stage<'g, 'a> {
+        let ground = whitened.ground;
         let nuisance = ground.problem.unknowns.len();
         let count = nuisance + accepted.len();
         let parts: Vec<_> = (0..ground.tests())
             .into_par_iter()
             .map(|test| {
-                let whitener = Whitener::new(&noise[test], &kept[test]);
-                let residual = &ground.residual_mm[test];
-                let rows = residual.len();
-                let mut seen = ground.problem.tests[test].columns.clone();
-                seen.extend(
-                    (0..accepted.len()).filter(|&k| !accepted[k].column.by_test[test].is_empty()).map(|k| nuisance + k),
-                );
-                let mut white = Vec::with_capacity((seen.len() + 1) * rows);
-                for &k in &seen {
-                    if k < nuisance {
-                        white.extend(ground.nuisance[test].column(k).iter());
-                    } else {
-                        let Accepted { column: accepted, prior } = &accepted[k - nuisance];
-                        white.extend(accepted.by_test[test].iter().map(|value| value * prior));
-                    }
+                let rows = ground.residual_mm[test].len();
+                let (unknowns, readings) = whitened.columns(test);
+                let present: Vec<usize> =
+                    (0..accepted.len()).filter(|&k| !accepted[k].column.by_test[test].is_empty()).collect();
+                let mut own = Vec::with_capacity(present.len() * rows);
+                for &k in &present {
+                    let Accepted { column, prior } = &accepted[k];
+                    own.extend(column.by_test[test].iter().map(|value| value * prior));
                 }
-                white.extend(residual);
-                whitener.apply_all(&mut white);
+                whitened.whiten(test, &mut own);
+                let mut twice = own.clone();
+                twice.chunks_exact_mut(rows.max(1)).for_each(|column| whitened.whiten_transposed(test, column));
+                let white = [unknowns, &own, readings].concat();
+                let mut seen = ground.problem.tests[test].columns.clone();
+                seen.extend(present.iter().map(|k| nuisance + k));
                 let width = seen.len() + 1;
                 let mut sums = vec![0.0; width * width];
                 add_products(&white, rows, width, &mut sums);
-                (whitener, white, seen, sums)
+                (white, seen, sums, (present, twice))
             })
             .collect();
         let mut normal: DMatrix<f64> = DMatrix::identity(count, count);
         let mut right = DVector::zeros(count);
         let mut total = 0.0;
-        let (mut whiteners, mut all_white, mut all_seen) = (Vec::new(), Vec::new(), Vec::new());
-        for (whitener, white, seen, sums) in parts {
+        let (mut all_white, mut all_seen) = (Vec::new(), Vec::new());
+        let mut all_twice = Vec::new();
+        for (white, seen, sums, twice) in parts {
             let width = seen.len() + 1;
             for (a, &i) in seen.iter().enumerate() {
                 right[i] += sums[seen.len() * width + a];
@@ -115,16 +111,26 @@ impl<'g, 'a> Stage<'g, 'a> {
                 }
             }
             total += sums[width * width - 1];
-            whiteners.push(whitener);
             all_white.push(white);
             all_seen.push(seen);
+            all_twice.push(twice);
         }
         // the unit prior makes the matrix definite; only values that are not finite can spoil it
         let factor = Cholesky::new(normal).unwrap_or_else(|| unit_factor(count));
         let amplitudes = factor.solve(&right);
         let misfit = total - right.dot(&amplitudes);
         let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
-        Stage { ground, whiteners, white: all_white, seen: all_seen, factor, accepted_prior, amplitudes, misfit }
+        Stage {
+            ground,
+            whitened,
+            white: all_white,
+            seen: all_seen,
+            twice: all_twice,
+            factor,
+            accepted_prior,
+            amplitudes,
+            misfit,
+        }
     }
 
     /// Amplitude of an accepted column, display units.
@@ -165,52 +171,24 @@ impl<'g, 'a> Stage<'g, 'a> {
 
     /// Projected `G` and `z` of a block.
     pub fn project(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
-        let tests = (0..self.ground.tests()).map(|test| self.test_sums(test, columns));
-        self.projected(columns.len(), tests.map(|sums| sums.map(Cow::Owned)))
-    }
-
-    /// What one test adds to the products of a block; `None` when the block does nothing there.
-    fn test_sums(&self, test: usize, columns: &[Column]) -> Option<TestSums> {
-        let present: Vec<usize> = (0..columns.len()).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
-        if present.is_empty() {
-            return None;
-        }
-        let rows = self.ground.residual_mm[test].len();
-        let (own, seen) = (present.len(), self.seen[test].len());
-        let mut block = Vec::with_capacity(rows * own);
-        for &j in &present {
-            block.extend_from_slice(&columns[j].by_test[test]);
-        }
-        self.whiteners[test].apply_all(&mut block);
-        let mut sums = TestSums { present, gram: vec![0.0; own * own], cross: vec![0.0; (seen + 1) * own] };
-        add_products(&block, rows, own, &mut sums.gram);
-        add_cross_products(&self.white[test], &block, rows, &mut sums.cross);
-        Some(sums)
-    }
-
-    fn projected<'s>(
-        &self,
-        count: usize,
-        by_test: impl Iterator<Item = Option<Cow<'s, TestSums>>>,
-    ) -> (DMatrix<f64>, DVector<f64>) {
-        let mut gram = DMatrix::zeros(count, count);
-        let mut z = DVector::zeros(count);
-        let mut cross = DMatrix::zeros(self.amplitudes.len(), count);
-        for (seen, sums) in self.seen.iter().zip(by_test) {
-            let Some(sums) = sums else { continue };
-            let own = sums.present.len();
-            for (local, &k) in seen.iter().enumerate() {
-                for (a, &j) in sums.present.iter().enumerate() {
-                    cross[(k, j)] += sums.cross[local * own + a];
-                }
-            }
-            for (a, &j) in sums.present.iter().enumerate() {
-                z[j] += sums.cross[seen.len() * own + a];
-                for (b, &k) in sums.present.iter().enumerate() {
-                    gram[(j, k)] += sums.gram[a.max(b) * own + a.min(b)];
+        let mut with_accepted = DMatrix::zeros(self.accepted_prior.len(), columns.len());
+        for (test, (present, twice)) in self.twice.iter().enumerate().filter(|(_, (present, _))| !present.is_empty()) {
+            let rows = self.ground.residual_mm[test].len().max(1);
+            for (&k, twice) in present.iter().zip(twice.chunks_exact(rows)) {
+                for (j, column) in columns.iter().enumerate() {
+                    with_accepted[(k, j)] += twice.iter().zip(&column.by_test[test]).map(|(a, b)| a * b).sum::<f64>();
                 }
             }
         }
+        self.projected(&self.whitened.products(columns, &mut LastShape::default()), &with_accepted)
+    }
+
+    fn projected(&self, products: &Products, with_accepted: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+        let nuisance = self.ground.problem.unknowns.len();
+        let count = products.z.len();
+        let mut cross = products.cross.clone().resize_vertically(self.amplitudes.len(), 0.0);
+        cross.rows_mut(nuisance, self.accepted_prior.len()).copy_from(with_accepted);
+        let (mut gram, mut z) = (products.gram.clone(), products.z.clone());
         let solved = self.factor.solve(&cross);
         let raw_diagonal: Vec<f64> = (0..count).map(|j| gram[(j, j)]).collect();
         gram -= cross.tr_mul(&solved);
@@ -232,20 +210,17 @@ impl<'g, 'a> Stage<'g, 'a> {
         judge(information, z, plausible)
     }
 
-    /// Judges a block that shares the columns of most tests with the block that `last` remembers.
-    pub fn judge_again(&self, columns: &[Column], plausible: f64, last: &mut Memory) -> Judgement {
-        last.by_test.resize(self.ground.tests(), None);
-        for (test, memory) in last.by_test.iter_mut().enumerate() {
-            let same = |(remembered, _): &(Vec<Vec<f64>>, TestSums)| {
-                columns.iter().zip(remembered).all(|(column, before)| column.by_test[test] == *before)
-            };
-            if !memory.as_ref().is_some_and(same) {
-                let own = || columns.iter().map(|column| column.by_test[test].clone()).collect();
-                *memory = self.test_sums(test, columns).map(|sums| (own(), sums));
-            }
-        }
-        let by_test = last.by_test.iter().map(|memory| memory.as_ref().map(|(_, sums)| Cow::Borrowed(sums)));
-        let (information, z) = self.projected(columns.len(), by_test);
+    /// Judges a shape of the family with this number; what was worked out for it at another stage is used again.
+    pub fn judge_shape(
+        &self,
+        (family, effect): (usize, &Effect),
+        (profiles, terms): (&[Profile], &[Term]),
+        plausible: f64,
+        last: &mut LastShape,
+    ) -> Judgement {
+        let products = self.whitened.products_of((family, effect), (profiles, terms), last);
+        let with_accepted = self.ground.products_with((profiles, terms), &self.twice, self.accepted_prior.len());
+        let (information, z) = self.projected(&products, &with_accepted);
         judge(information, z, plausible)
     }
 
@@ -260,7 +235,7 @@ impl<'g, 'a> Stage<'g, 'a> {
                     let amplitude = self.amplitudes[k];
                     left.iter_mut().zip(column).for_each(|(left, value)| *left -= amplitude * value);
                 }
-                self.whiteners[test].apply_transposed(&mut left);
+                self.whitened.whiten_transposed(test, &mut left);
                 left
             })
             .collect()

@@ -5,7 +5,7 @@
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
 use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function, stated,
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function, stated, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, Place};
@@ -38,6 +38,20 @@ const PARAMETERS: &[Parameter] = &[
         Default::Number(0.0),
         (-1.0, 1.0),
         "flank before the first move of the session: 1 as after a move in the positive sense, 0 midway",
+    ),
+];
+
+/// Play across may also follow another axis.
+const ACROSS_PARAMETERS: &[Parameter] = &[
+    PARAMETERS[0],
+    PARAMETERS[1],
+    PARAMETERS[2],
+    PARAMETERS[3],
+    Parameter::word(
+        "of",
+        &[],
+        Default::Absent,
+        "axis whose motion drives, travels being in its unit; the place when not stated",
     ),
 ];
 
@@ -77,17 +91,27 @@ pub static LINEAR_BACKLASH: Kind = Kind {
 pub static LATERAL_PLAY: Kind = Kind {
     name: "lateral-play",
     driver: Driver::Direction,
-    formula: "E = -h [(1-w) play(q, gap) + w windup(q, take_up)] across the own motion",
+    formula: "E = -h [(1-w) play(q, gap) + w windup(q, take_up)] across the own motion, q of the axis that drives",
     size_meaning: "half width",
-    cause: "play of bearing or guideway, a drive that pushes off centre, tilt on reversal",
+    cause: "play of bearing or guideway, a drive that pushes off centre, a part that tips when another axis reverses",
     remedy: "preload the bearing or gibs, check the drive's alignment",
-    parameters: PARAMETERS,
-    check: no_check,
+    parameters: ACROSS_PARAMETERS,
+    check: driving_axis_exists,
     outlets: |machine, place| across(machine, place),
     measure: plain_measure,
     functions: single_function,
     profiles: |context, effect| lost_motion(&LATERAL_PLAY, context, effect),
 };
+
+/// The axis named by `of` is one of the machine's.
+fn driving_axis_exists(machine: &Machine, effect: &Effect) -> Result<(), String> {
+    match word(effect, "of") {
+        Some(name) if machine.axis_index(name).is_none() => {
+            Err(format!("'of: {name}' names no axis; axes are {}", machine.axis_names().join(" ")))
+        }
+        _ => Ok(()),
+    }
+}
 
 fn own(machine: &Machine, place: Place, kind: AxisKind) -> Vec<Outlet> {
     match place {
@@ -113,11 +137,15 @@ struct LostMotion {
 
 fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(vec![context.profile(|_, _| 0.0)]) };
+    let machine = context.machine();
+    let driving = word(effect, "of").and_then(|name| machine.axis_index(name)).unwrap_or(axis);
+    // travels were read in the unit of the place
+    let travel = |value: f64| machine.axes[driving].kind.from_file_unit(machine.axes[axis].kind.to_file_unit(value));
     let windup_share = kind.number(context, effect, "windup_share");
-    let take_up = kind.number(context, effect, "take_up");
-    let own = Outlet::own(context.machine(), axis);
+    let take_up = travel(kind.number(context, effect, "take_up"));
+    let own = Outlet::own(machine, axis);
     let size = effect.sizes.iter().find(|size| size.outlet == own).map_or(0.0, |size| size.value.abs());
-    let gap = stated(effect, "gap").unwrap_or(2.0 * size * (1.0 - windup_share));
+    let gap = stated(effect, "gap").map(travel).unwrap_or(2.0 * size * (1.0 - windup_share));
     let advance = |state: &mut LostMotion, travel: super::context::Travel| {
         let way = travel.distance;
         if way.abs() <= STANDSTILL {
@@ -129,7 +157,7 @@ fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Pr
     };
     let read = |state: &LostMotion| -((1.0 - windup_share) * state.play + windup_share * state.windup);
     let start = kind.number(context, effect, "start");
-    Ok(vec![context.along(axis, LostMotion { play: start, windup: start }, advance, read)])
+    Ok(vec![context.along(driving, LostMotion { play: start, windup: start }, advance, read)])
 }
 
 /// Commanded moves below this are rounding of the file, mm or rad.

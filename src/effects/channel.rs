@@ -2,11 +2,13 @@
 
 use super::{Context, EffectError, Profile};
 
-/// Temperature minus the first one of the session, K; rows without a reading repeat the one before.
-pub(super) fn warming(context: &Context, effect: &str, channel: &str) -> Result<Profile, EffectError> {
+/// Temperature minus the first one of the session, K, followed with a lag (first order, s); rows without a reading
+/// repeat the one before, gaps are bridged by a straight line, and before the session all stood still.
+pub(super) fn warming(context: &Context, effect: &str, channel: &str, lag_s: f64) -> Result<Profile, EffectError> {
     let mut profile = vec![Vec::new(); context.tests()];
     let mut reference = None;
     let mut last = 0.0;
+    let mut felt = Felt { lag_s, at_s: 0.0, channel: 0.0, value: 0.0 };
     for &test in context.order() {
         let entry = &context.session().tests[test];
         let rows = context.motion(test).rows();
@@ -23,11 +25,38 @@ pub(super) fn warming(context: &Context, effect: &str, channel: &str) -> Result<
         profile[test] = (0..rows)
             .map(|row| {
                 if let Some(value) = values.get(row).copied().filter(|value| value.is_finite()) {
+                    if reference.is_none() {
+                        felt.at_s = context.session_time_s(test, row);
+                    }
                     last = value - *reference.get_or_insert(value);
                 }
-                last
+                felt.follow(context.session_time_s(test, row), last);
+                felt.value
             })
             .collect();
     }
     Ok(profile)
+}
+
+/// A part that follows a channel.
+struct Felt {
+    lag_s: f64,
+    at_s: f64,
+    channel: f64,
+    value: f64,
+}
+
+impl Felt {
+    /// On to a time at which the channel has this value: exact for a channel that runs straight in between.
+    fn follow(&mut self, at_s: f64, channel: f64) {
+        let passed_s = at_s - self.at_s;
+        if self.lag_s <= 0.0 {
+            self.value = channel;
+        } else if passed_s > 0.0 {
+            let slope = (channel - self.channel) / passed_s;
+            let kept = (-passed_s / self.lag_s).exp();
+            self.value = channel - slope * self.lag_s * (1.0 - kept) + (self.value - self.channel) * kept;
+        }
+        (self.at_s, self.channel) = (at_s, channel);
+    }
 }

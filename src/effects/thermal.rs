@@ -2,7 +2,7 @@
 //!
 //! Time: `E = Σ_k s_k (1 − e^(−t/τ_k))`, t session time since `start`, two nodes for a fast and a slow mass. Static poses have
 //! no times: there t may be the number of the pose.
-//! Temperature: `E = s (T − T_first)` from a channel of the recordings.
+//! Temperature: `E = s (T − T_first)` from a channel of the recordings, which the part follows with a `lag`.
 
 use super::channel::warming;
 use super::kind::{
@@ -36,6 +36,14 @@ const CHANNEL: Parameter = Parameter::word(
     "column of the recordings with the temperature, such as temperature_degC; the function is kelvin",
 );
 
+const LAG: Parameter = Parameter::number(
+    "lag",
+    ParameterUnit::Plain,
+    Default::Number(0.0),
+    (0.0, 1e7),
+    "time constant with which the part follows the channel, s",
+);
+
 /// Clock of growth in static poses.
 const POSES: &str = "poses";
 const CLOCK: Parameter = Parameter::word(
@@ -49,11 +57,11 @@ const CLOCK: Parameter = Parameter::word(
 pub static THERMAL_GROWTH: Kind = Kind {
     name: "thermal-growth",
     driver: Driver::Time,
-    formula: "E = sum s_k (1 - e^(-t/tau_k)), or s (T - T_first)",
+    formula: "E = sum s_k (1 - e^(-t/tau_k)), or s (T - T_first), T followed with a lag",
     size_meaning: "growth of a node from cold to steady, or per K",
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
-    parameters: &[TAU, START, CHANNEL, CLOCK],
+    parameters: &[TAU, START, CHANNEL, LAG, CLOCK],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
@@ -76,6 +84,7 @@ pub static BAR_LENGTH: Kind = Kind {
         TAU,
         START,
         CHANNEL,
+        LAG,
         Parameter::number(
             "bar",
             ParameterUnit::Plain,
@@ -134,7 +143,7 @@ fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile
         })
         .collect();
     if let Some(channel) = word(effect, "channel") {
-        profiles.push(warming(context, kind.name, channel)?);
+        profiles.push(warming(context, kind.name, channel, kind.number(context, effect, "lag"))?);
     }
     Ok(profiles)
 }

@@ -154,45 +154,82 @@ impl Whitener {
 
 /// −2 log likelihood of residuals (NaN where there is none) under a noise model, pooled over traces.
 pub fn misfit(noise: &NoiseModel, traces: &[Vec<f64>]) -> f64 {
-    traces.iter().map(|trace| trace_misfit(noise, trace)).sum()
+    Lanes::of(traces).iter().map(|lanes| lanes.misfit(noise)).sum()
 }
 
-fn trace_misfit(noise: &NoiseModel, trace: &[f64]) -> f64 {
-    let rho = noise.ar_rho;
-    let drift_step = noise.drift_mm.powi(2) / trace.len().max(1) as f64;
-    let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
-    let white = noise.white_mm.powi(2);
-    let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, noise.offset_mm.powi(2));
-    let (mut a, mut d) = (0.0, 0.0);
-    let (mut sum, mut product) = (0.0, 1.0f64);
-    for &value in trace {
-        if value.is_finite() {
-            let s = paa + 2.0 * pad + pdd + white;
-            let innovation = value - a - d;
-            let (ga, gd) = (paa + pad, pad + pdd);
-            sum += innovation * innovation / s;
-            // one logarithm for many factors; scaled so that the product stays in range
-            product *= s * LOG_SCALE;
-            if !(1e-200..1e200).contains(&product) {
-                sum += product.ln();
-                product = 1.0;
-            }
-            sum -= LOG_SCALE_LN;
-            let (ka, kd) = (ga / s, gd / s);
-            a += ka * innovation;
-            d += kd * innovation;
-            paa -= ka * ga;
-            pdd -= kd * gd;
-            pad -= ka * gd;
-        }
-        a *= rho;
-        paa = rho * rho * paa + ar_step;
-        pad *= rho;
-        pdd += drift_step;
+/// Traces that are filtered side by side: one alone waits for its own last row.
+const LANES: usize = 8;
+
+/// Some traces row by row, with 1 where there is a reading and 0 where there is none.
+struct Lanes {
+    /// Rows of each trace.
+    rows: [f64; LANES],
+    readings: Vec<([f64; LANES], [f64; LANES])>,
+}
+
+impl Lanes {
+    fn of(traces: &[Vec<f64>]) -> Vec<Lanes> {
+        // traces of similar length share lanes
+        let mut order: Vec<&Vec<f64>> = traces.iter().collect();
+        order.sort_by_key(|trace| std::cmp::Reverse(trace.len()));
+        let lanes = |group: &[&Vec<f64>]| {
+            let longest = group.iter().map(|trace| trace.len()).max().unwrap_or(0);
+            let reading = |lane: usize, row: usize| group.get(lane).and_then(|trace| trace.get(row)).copied();
+            let readings = (0..longest).map(|row| {
+                let values: [Option<f64>; LANES] =
+                    std::array::from_fn(|lane| reading(lane, row).filter(|value| value.is_finite()));
+                (values.map(|value| value.unwrap_or(0.0)), values.map(|value| f64::from(value.is_some())))
+            });
+            let rows = std::array::from_fn(|lane| group.get(lane).map_or(1.0, |trace| trace.len().max(1) as f64));
+            Lanes { rows, readings: readings.collect() }
+        };
+        order.chunks(LANES).map(lanes).collect()
     }
-    sum + product.ln()
+
+    /// −2 log likelihood of all of them.
+    fn misfit(&self, noise: &NoiseModel) -> f64 {
+        pulp::Arch::new().dispatch(|| self.filtered(noise))
+    }
+
+    #[inline(always)]
+    fn filtered(&self, noise: &NoiseModel) -> f64 {
+        let rho = noise.ar_rho;
+        let drift_step = self.rows.map(|rows| noise.drift_mm.powi(2) / rows);
+        let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
+        let white = noise.white_mm.powi(2);
+        let mut paa = [noise.ar_mm.powi(2); LANES];
+        let mut pdd = [noise.offset_mm.powi(2); LANES];
+        let (mut pad, mut a, mut d) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let (mut sum, mut product, mut logs) = ([0.0; LANES], [1.0f64; LANES], 0.0);
+        for group in self.readings.chunks(ROWS_A_LOGARITHM) {
+            for (values, present) in group {
+                for k in 0..LANES {
+                    let s = paa[k] + 2.0 * pad[k] + pdd[k] + white;
+                    let innovation = values[k] - a[k] - d[k];
+                    let (ga, gd) = (paa[k] + pad[k], pad[k] + pdd[k]);
+                    let weight = present[k] / s;
+                    sum[k] += innovation * innovation * weight;
+                    product[k] *= 1.0 + present[k] * (s * LOG_SCALE - 1.0);
+                    let (ka, kd) = (ga * weight, gd * weight);
+                    a[k] = rho * (a[k] + ka * innovation);
+                    d[k] += kd * innovation;
+                    paa[k] = rho * rho * (paa[k] - ka * ga) + ar_step;
+                    pdd[k] += drift_step[k] - kd * gd;
+                    pad[k] = rho * (pad[k] - ka * gd);
+                }
+            }
+            for product in &mut product {
+                logs += product.ln();
+                *product = 1.0;
+            }
+        }
+        let count: f64 = self.readings.iter().flat_map(|(_, present)| present).sum();
+        sum.iter().sum::<f64>() + logs - count * LOG_SCALE_LN
+    }
 }
 
+/// Innovation variances whose product has one logarithm: few enough that the product stays in range.
+const ROWS_A_LOGARITHM: usize = 16;
 /// Brings innovation variances of some 1e-8 mm² near 1.
 const LOG_SCALE: f64 = 1e8;
 const LOG_SCALE_LN: f64 = 18.420_680_743_952_367;
@@ -265,9 +302,10 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
         drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
         offset_mm: start.offset_mm,
     };
+    let lanes = Lanes::of(traces);
     let best = minimise_in_four(pack(&start), 0.5, |x| {
         let noise = unpack(x);
-        misfit(&noise, traces) + absorbed_misfit(&noise, absorbed)
+        lanes.iter().map(|lanes| lanes.misfit(&noise)).sum::<f64>() + absorbed_misfit(&noise, absorbed)
     });
     unpack(&best)
 }

@@ -92,7 +92,12 @@ fn measures(effect: &str, meaning: &str) -> String {
 
 /// One line that says what was found and how large it is.
 pub fn headline(finding: &FindingJson) -> String {
-    let what = what(&finding.effect, &finding.place, &finding.components);
+    let mut what = what(&finding.effect, &finding.place, &finding.components);
+    if let ("lateral-play", Some(range)) = (finding.effect.as_str(), &finding.located.range)
+        && range.axis != finding.place
+    {
+        what = format!("{} tips as {} reverses ({})", finding.place, range.axis, finding.components.join(" "));
+    }
     if finding.driver == "data fault" {
         return what;
     }
@@ -171,7 +176,8 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
     }
     if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
-        words.push(format!("follows {channel}"));
+        let lag = number("lag").filter(|lag| *lag > 0.0).map(|lag| format!(" with a lag of {}", time_words(lag)));
+        words.push(format!("follows {channel}{}", lag.unwrap_or_default()));
     }
     if lead.kind == "arrival-lag" {
         if let Some(ParameterValue::Word(of)) = lead.parameter("of") {

@@ -1,0 +1,140 @@
+//! Where restless readings come from when no form explains them: the place whose motion would make them as loud as they are. No form, no fit.
+//!
+//! An irregular motion s at an outlet adds the variance `(g·s)²` to a reading, g the outlet's gain: which outlet's gains go with the
+//! loudness of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
+
+use super::finding::{Cause, Finding, SizeFound, component_name, unit};
+use super::ground::{Ground, display};
+use crate::effects::Driver;
+use crate::identify::NoiseModel;
+use crate::machine::{Outlet, Place};
+
+/// Neighbouring readings that count as one.
+const ALIKE: f64 = 10.0;
+/// Log odds by which a place must stand above readings that are equally restless everywhere.
+const LOCATED: f64 = 20.0;
+/// Variances that are tried: from a tenth of the noise upwards, by this factor.
+const STEP: f64 = 1.3;
+const STEPS: i32 = 45;
+/// Rivals less probable than this are not named, and at most so many.
+const LEAST_PROBABILITY: f64 = 0.02;
+const MOST_RIVALS: usize = 4;
+
+/// One place with its loudness.
+struct Heard {
+    place: Place,
+    outlet: Outlet,
+    log_likelihood: f64,
+    /// Rms of its motion, library units.
+    rms: f64,
+    readings: f64,
+}
+
+/// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.
+pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
+    let machine = ground.context.machine();
+    let axes = (0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis)));
+    let balls = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k)));
+    let alone = heard(ground, residual_mm, noise, |_, _| 1.0)?;
+    let mut places: Vec<Heard> = axes
+        .chain(balls)
+        .filter_map(|(place, outlet)| {
+            let gains = ground.gains(&outlet);
+            let acts = |test: usize| place.axis().is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));
+            let gain = |test: usize, row: usize| match acts(test) {
+                true => gains[test].get(row).copied().unwrap_or(0.0),
+                false => 0.0,
+            };
+            let (log_likelihood, rms, readings) = heard(ground, residual_mm, noise, gain)?;
+            Some(Heard { place, outlet, log_likelihood, rms, readings })
+        })
+        .collect();
+    places.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
+    let best = places.first().filter(|best| best.log_likelihood > alone.0 + LOCATED)?;
+    let weight = |other: &Heard| (other.log_likelihood - best.log_likelihood).exp();
+    let total: f64 = places.iter().map(weight).sum();
+    let cause = |heard: &Heard| Cause {
+        effect: "unknown".into(),
+        driver: Driver::Time,
+        place: heard.place.name(machine).to_string(),
+        components: vec![component_name(machine, &heard.outlet)],
+    };
+    let mut rivals: Vec<(Cause, f64)> =
+        places.iter().skip(1).map(|other| (cause(other), weight(other) / total)).collect();
+    rivals.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
+    rivals.truncate(MOST_RIVALS);
+    let measure = best.outlet.measure(machine);
+    let value = best.rms * display(measure);
+    let (tests, rms_um) = loudest(ground, residual_mm, best);
+    Some(Finding {
+        cause: cause(best),
+        effects: Vec::new(),
+        size: SizeFound {
+            value,
+            sigma: value / (2.0 * best.readings / ALIKE).sqrt(),
+            unit: unit(measure),
+            meaning: "rms of an irregular motion".into(),
+        },
+        tests,
+        range: None,
+        probability: 1.0 / total,
+        rivals,
+        gain: best.log_likelihood - alone.0,
+        single: false,
+        columns: Vec::new(),
+        next_test: None,
+        rms_um,
+    })
+}
+
+/// Log likelihood of the residuals with a motion of the most likely loudness behind these gains, its rms, and how many readings it reaches.
+fn heard(
+    ground: &Ground,
+    residual_mm: &[Vec<f64>],
+    noise: &[NoiseModel],
+    gain: impl Fn(usize, usize) -> f64,
+) -> Option<(f64, f64, f64)> {
+    // by reading: square of the gain, variance of the noise, square of the residual
+    let mut readings: Vec<(f64, f64, f64)> = Vec::new();
+    for test in 0..ground.tests() {
+        let noise_mm2 = noise[test].rms_mm().powi(2);
+        let rows = (0..residual_mm[test].len()).filter(|&row| ground.kept[test][row]);
+        readings.extend(rows.map(|row| (gain(test, row).powi(2), noise_mm2, residual_mm[test][row].powi(2))));
+    }
+    let reached = readings.iter().filter(|(gain, ..)| *gain > 0.0).count() as f64;
+    let gains: f64 = readings.iter().map(|(gain, ..)| gain).sum::<f64>() / reached;
+    let noise_mm2 = readings.iter().map(|(_, noise, _)| noise).sum::<f64>() / readings.len() as f64;
+    if !(gains > 0.0 && noise_mm2 > 0.0) {
+        return None;
+    }
+    let likelihood = |square: f64| {
+        let sum: f64 = readings
+            .iter()
+            .map(|(gain, noise, residual)| {
+                let variance = noise + gain * square;
+                (variance / noise_mm2).ln() + residual / variance
+            })
+            .sum();
+        -0.5 * sum / ALIKE
+    };
+    (0..STEPS)
+        .map(|step| 0.1 * noise_mm2 / gains * STEP.powi(step))
+        .map(|square| (likelihood(square), square.sqrt(), reached))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Tests that it reaches, loudest first, and the rms of their residuals, µm.
+fn loudest(ground: &Ground, residual_mm: &[Vec<f64>], best: &Heard) -> (Vec<String>, f64) {
+    let gains = ground.gains(&best.outlet);
+    let acts = |test: &usize| best.place.axis().is_none_or(|axis| ground.context.motion(*test).moving.contains(&axis));
+    let mut tests: Vec<(usize, f64)> = (0..ground.tests())
+        .filter(|test| !gains[*test].is_empty() && acts(test))
+        .map(|test| {
+            let kept = residual_mm[test].iter().zip(&ground.kept[test]).filter(|(_, kept)| **kept);
+            (test, 1e3 * crate::identify::rms(kept.map(|(value, _)| *value)))
+        })
+        .collect();
+    tests.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let rms_um = (tests.iter().map(|(_, rms)| rms * rms).sum::<f64>() / tests.len().max(1) as f64).sqrt();
+    (tests.iter().take(12).map(|(test, _)| ground.context.session().tests[*test].name.clone()).collect(), rms_um)
+}

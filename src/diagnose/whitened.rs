@@ -1,0 +1,158 @@
+//! A session under one noise: readings and unknowns whitened once, and the products of shapes that were judged before. It fits nothing.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::ground::{Column, Ground, Term};
+use super::shapes::name;
+use crate::effects::Profile;
+use crate::identify::{NoiseModel, Whitener, add_cross_products, add_products};
+use crate::machine::Effect;
+
+/// Most shapes whose products are kept.
+const MOST_SHAPES: usize = 20_000;
+
+/// Readings and unknowns of a session, whitened.
+pub struct Whitened<'g, 'a> {
+    pub ground: &'g Ground<'a>,
+    whiteners: Vec<Whitener>,
+    /// By test: whitened columns of the unknowns that it sees, one after the other, the whitened readings last.
+    white: Vec<Vec<f64>>,
+    known: Mutex<HashMap<(usize, String), Arc<Products>>>,
+}
+
+/// Products of a block's whitened columns: with each other, with the unknowns and with the readings.
+#[derive(Debug, Clone)]
+pub struct Products {
+    pub gram: DMatrix<f64>,
+    /// Unknowns × columns.
+    pub cross: DMatrix<f64>,
+    pub z: DVector<f64>,
+}
+
+/// Products of a block in one test: with each other, and with what the test sees, the readings last.
+#[derive(Debug, Clone)]
+struct TestProducts {
+    present: Vec<usize>,
+    gram: Vec<f64>,
+    cross: Vec<f64>,
+}
+
+/// The columns last judged with their products, by test: neighbouring shapes share those of most tests.
+#[derive(Default)]
+pub struct LastShape {
+    by_test: Vec<Option<(Vec<Vec<f64>>, TestProducts)>>,
+}
+
+impl<'g, 'a> Whitened<'g, 'a> {
+    /// Whitens the rows `kept` of the ground.
+    pub fn new(ground: &'g Ground<'a>, noise: &[NoiseModel], kept: &[Vec<bool>]) -> Whitened<'g, 'a> {
+        let parts: Vec<_> = (0..ground.tests())
+            .into_par_iter()
+            .map(|test| {
+                let whitener = Whitener::new(&noise[test], &kept[test]);
+                let residual = &ground.residual_mm[test];
+                let seen = &ground.problem.tests[test].columns;
+                let mut white = Vec::with_capacity((seen.len() + 1) * residual.len());
+                seen.iter().for_each(|&k| white.extend(ground.nuisance[test].column(k).iter()));
+                white.extend(residual);
+                whitener.apply_all(&mut white);
+                (whitener, white)
+            })
+            .collect();
+        let (whiteners, white) = parts.into_iter().unzip();
+        Whitened { ground, whiteners, white, known: Mutex::default() }
+    }
+
+    /// Whitened columns of the unknowns that a test sees, and its readings.
+    pub fn columns(&self, test: usize) -> (&[f64], &[f64]) {
+        let readings = self.ground.residual_mm[test].len();
+        self.white[test].split_at(self.white[test].len() - readings)
+    }
+
+    /// Whitens columns of a test that lie one after the other, in place.
+    pub fn whiten(&self, test: usize, columns: &mut [f64]) {
+        self.whiteners[test].apply_all(columns);
+    }
+
+    /// The transpose of the filter, in place.
+    pub fn whiten_transposed(&self, test: usize, column: &mut [f64]) {
+        self.whiteners[test].apply_transposed(column);
+    }
+
+    /// Products of a shape of the family with this number.
+    pub fn products_of(
+        &self,
+        (family, effect): (usize, &Effect),
+        (profiles, terms): (&[Profile], &[Term]),
+        last: &mut LastShape,
+    ) -> Arc<Products> {
+        let key = (family, name(effect));
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(products) = known().get(&key) {
+            return products.clone();
+        }
+        let products = Arc::new(self.products(&self.ground.columns_of(profiles, terms), last));
+        let mut known = known();
+        if known.len() < MOST_SHAPES {
+            known.insert(key, products.clone());
+        }
+        products
+    }
+
+    /// Products of a block.
+    pub fn products(&self, columns: &[Column], last: &mut LastShape) -> Products {
+        let count = columns.len();
+        let mut products = Products {
+            gram: DMatrix::zeros(count, count),
+            cross: DMatrix::zeros(self.ground.problem.unknowns.len(), count),
+            z: DVector::zeros(count),
+        };
+        last.by_test.resize(self.ground.tests(), None);
+        for (test, memory) in last.by_test.iter_mut().enumerate() {
+            let same = |(remembered, _): &(Vec<Vec<f64>>, TestProducts)| {
+                columns.len() == remembered.len()
+                    && columns.iter().zip(remembered).all(|(column, before)| column.by_test[test] == *before)
+            };
+            if !memory.as_ref().is_some_and(same) {
+                let own = || columns.iter().map(|column| column.by_test[test].clone()).collect();
+                *memory = self.test_products(test, columns).map(|sums| (own(), sums));
+            }
+            let Some((_, sums)) = memory else { continue };
+            let own = sums.present.len();
+            let seen = &self.ground.problem.tests[test].columns;
+            for (local, &k) in seen.iter().enumerate() {
+                for (a, &j) in sums.present.iter().enumerate() {
+                    products.cross[(k, j)] += sums.cross[local * own + a];
+                }
+            }
+            for (a, &j) in sums.present.iter().enumerate() {
+                products.z[j] += sums.cross[seen.len() * own + a];
+                for (b, &k) in sums.present.iter().enumerate() {
+                    products.gram[(j, k)] += sums.gram[a.max(b) * own + a.min(b)];
+                }
+            }
+        }
+        products
+    }
+
+    /// What one test adds to the products of a block; `None` when the block does nothing there.
+    fn test_products(&self, test: usize, columns: &[Column]) -> Option<TestProducts> {
+        let present: Vec<usize> = (0..columns.len()).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
+        if present.is_empty() {
+            return None;
+        }
+        let rows = self.ground.residual_mm[test].len();
+        let (own, seen) = (present.len(), self.ground.problem.tests[test].columns.len());
+        let mut block = Vec::with_capacity(rows * own);
+        present.iter().for_each(|&j| block.extend_from_slice(&columns[j].by_test[test]));
+        self.whiteners[test].apply_all(&mut block);
+        let mut sums = TestProducts { present, gram: vec![0.0; own * own], cross: vec![0.0; (seen + 1) * own] };
+        add_products(&block, rows, own, &mut sums.gram);
+        add_cross_products(&self.white[test], &block, rows, &mut sums.cross);
+        Some(sums)
+    }
+}
