@@ -24,14 +24,16 @@ const MOST_RIVALS: usize = 4;
 struct Heard {
     place: Place,
     outlet: Outlet,
-    log_likelihood: f64,
+    /// Over readings that are equally restless everywhere.
+    log_odds: f64,
     /// Rms of its motion, library units.
     rms: f64,
     readings: f64,
 }
 
-/// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.
-pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
+/// Places by how well an irregular motion there accounts for the loudness of the residuals, best first; `None` where
+/// they are equally loud everywhere.
+fn places(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Vec<Heard>> {
     let machine = ground.context.machine();
     let axes = (0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis)));
     let balls = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k)));
@@ -40,18 +42,45 @@ pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]
         .chain(balls)
         .filter_map(|(place, outlet)| {
             let gains = ground.gains(&outlet);
-            let acts = |test: usize| place.axis().is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));
-            let gain = |test: usize, row: usize| match acts(test) {
+            let gain = |test: usize, row: usize| match acts(ground, place, test) {
                 true => gains[test].get(row).copied().unwrap_or(0.0),
                 false => 0.0,
             };
             let (log_likelihood, rms, readings) = heard(ground, residual_mm, noise, gain)?;
-            Some(Heard { place, outlet, log_likelihood, rms, readings })
+            Some(Heard { place, outlet, log_odds: log_likelihood - alone.0, rms, readings })
         })
         .collect();
-    places.sort_by(|a, b| b.log_likelihood.total_cmp(&a.log_likelihood));
-    let best = places.first().filter(|best| best.log_likelihood > alone.0 + LOCATED)?;
-    let weight = |other: &Heard| (other.log_likelihood - best.log_likelihood).exp();
+    places.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    places.first().is_some_and(|best| best.log_odds > LOCATED).then_some(places)
+}
+
+/// Whether a place can move in a test: a slide or joint in motion, a ball always.
+fn acts(ground: &Ground, place: Place, test: usize) -> bool {
+    place.axis().is_none_or(|axis| ground.context.motion(test).moving.contains(&axis))
+}
+
+/// Rms that stays at the place of a finding, over the finding's own, from which its form is not the right one.
+const NOT_THE_FORM: f64 = 0.4;
+
+/// Whether readings stay restless where a finding is: it names the place, but not what happens there.
+///
+/// A slide that sticks and slips also leaves the ball where it should not be while it stands: both places are looked at.
+pub fn stays_restless(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel], finding: &Finding) -> bool {
+    let machine = ground.context.machine();
+    let Some(places) = places(ground, residual_mm, noise) else { return false };
+    places
+        .iter()
+        .take(2)
+        .filter(|heard| heard.place.name(machine) == finding.cause.place)
+        .any(|heard| loudest(ground, residual_mm, heard).1 > NOT_THE_FORM * finding.rms_um)
+}
+
+/// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.
+pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
+    let machine = ground.context.machine();
+    let places = places(ground, residual_mm, noise)?;
+    let best = places.first()?;
+    let weight = |other: &Heard| (other.log_odds - best.log_odds).exp();
     let total: f64 = places.iter().map(weight).sum();
     let cause = |heard: &Heard| Cause {
         effect: "unknown".into(),
@@ -79,7 +108,7 @@ pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]
         range: None,
         probability: 1.0 / total,
         rivals,
-        gain: best.log_likelihood - alone.0,
+        gain: best.log_odds,
         single: false,
         columns: Vec::new(),
         next_test: None,
@@ -126,9 +155,8 @@ fn heard(
 /// Tests that it reaches, loudest first, and the rms of their residuals, µm.
 fn loudest(ground: &Ground, residual_mm: &[Vec<f64>], best: &Heard) -> (Vec<String>, f64) {
     let gains = ground.gains(&best.outlet);
-    let acts = |test: &usize| best.place.axis().is_none_or(|axis| ground.context.motion(*test).moving.contains(&axis));
     let mut tests: Vec<(usize, f64)> = (0..ground.tests())
-        .filter(|test| !gains[*test].is_empty() && acts(test))
+        .filter(|&test| !gains[test].is_empty() && acts(ground, best.place, test))
         .map(|test| {
             let kept = residual_mm[test].iter().zip(&ground.kept[test]).filter(|(_, kept)| **kept);
             (test, 1e3 * crate::identify::rms(kept.map(|(value, _)| *value)))

@@ -148,8 +148,6 @@ const EXPLAINED: f64 = 1.15;
 const STILL_THERE: f64 = 1.25;
 /// Residual over noise floor from which it is asked where restless readings come from.
 const RESTLESS: f64 = 1.45;
-/// Rms that stays at the place of a finding, over the finding's own, from which its form is not the right one.
-const NOT_THE_FORM: f64 = 0.5;
 /// Residual over noise floor from which something is there although no candidate says what.
 const SURELY_MORE: f64 = 1.6;
 
@@ -202,15 +200,12 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     }
     if data_fault.is_none() && fine.has_sweeps() && 1e3 * told.rms_mm(&fine) > RESTLESS * noise_um {
         let left = told.stage.residual_mm(&told.columns);
-        if let Some(rest) = irregular::irregular(&fine, &left, &floors[0]) {
-            match told.findings.first_mut() {
-                // the form that was found at this place is not the right one
-                Some(first) if first.cause.place == rest.cause.place && rest.rms_um > NOT_THE_FORM * first.rms_um => {
-                    first.cause.effect = "unknown".into();
-                }
-                Some(_) => {}
-                None => told.findings.push(rest),
+        match told.findings.first_mut() {
+            Some(first) if irregular::stays_restless(&fine, &left, &floors[0], first) => {
+                first.cause.effect = "unknown".into();
             }
+            Some(_) => {}
+            None => told.findings.extend(irregular::irregular(&fine, &left, &floors[0])),
         }
     }
     let layout = next_test::Layout {

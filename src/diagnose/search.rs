@@ -410,6 +410,12 @@ impl Ways<'_, '_, '_> {
             let adds_little = (0..falls.len())
                 .filter(|&index| {
                     let place = model.found[index].chosen.effect.place;
+                    // a free curve can stand for any form at its place: it is the one to go
+                    let is_free = |k: usize| self.families[model.found[k].chosen.family].kind == "unknown";
+                    let stands_for = |k: usize| is_free(k) && model.found[k].chosen.effect.place == place;
+                    if !is_free(index) && (0..falls.len()).any(|k| k != index && stands_for(k)) {
+                        return false;
+                    }
                     let beside = (0..falls.len()).any(|k| k != index && model.found[k].chosen.effect.place == place);
                     let (fall_mm2, explained_mm2) = falls[index];
                     !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
@@ -466,7 +472,9 @@ pub fn nothing(ground: &Ground, floor: &[NoiseModel]) -> Search {
 /// Share of the mean square that all effects found before explain which a further one at the same place must explain.
 const LEAST_SHARE: f64 = 0.002;
 /// Rms that the first effect must take off the residual, in noise floors.
-const LEAST_RMS: f64 = 0.1;
+const LEAST_RMS: f64 = 0.18;
+/// The same for an event: somewhere in a session noise looks like a jump.
+const LEAST_EVENT_RMS: f64 = 0.25;
 
 /// Whether the evidence demands a candidate beside what was found.
 fn is_demanded(
@@ -479,7 +487,8 @@ fn is_demanded(
     let noise_mm2 = mean_noise_mm2(floor);
     let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
     if found.is_empty() {
-        return log_odds > limits.accept && in_noise(LEAST_RMS);
+        let is_event = chosen.effect.kind.ends_with("-slip");
+        return log_odds > limits.accept && in_noise(if is_event { LEAST_EVENT_RMS } else { LEAST_RMS });
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);

@@ -18,6 +18,9 @@ const NODES: [f64; 3] = [2.0, 3.0, 5.0];
 const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
 const WIDTHS: [f64; 5] = [0.7, 0.85, 1.0, 1.2, 1.45];
 
+/// Log odds by which shapes are no longer near by.
+const FAR_OFF: f64 = 8.0;
+
 /// Mean and standard deviation of a size over the shapes near a candidate's; `None` where its shape has no such freedom.
 ///
 /// `stage` lays out all other effects; `size` tells the size of a shape with its amplitudes.
@@ -40,11 +43,13 @@ pub fn over_shapes<'s>(
             counts.then(|| (shape.log_odds, size(&shape)))
         })
         .collect();
+    let chosen = judged(&stage, family, lead.family, lead.effect.clone(), 0.0, &mut LastShape::default())?;
     let best = sizes.iter().map(|(odds, _)| *odds).fold(f64::NEG_INFINITY, f64::max);
     let weights: f64 = sizes.iter().map(|(odds, _)| (odds - best).exp()).sum();
     let mean = sizes.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
     let variance = sizes.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
-    (!sizes.is_empty() && mean.is_finite()).then(|| (mean, variance.sqrt()))
+    let are_near = best > chosen.log_odds - FAR_OFF;
+    (are_near && mean.is_finite()).then(|| (mean, variance.sqrt()))
 }
 
 /// Sum of two nodes below this share of the larger one: nodes that nearly cancel say nothing of the time before the readings.
