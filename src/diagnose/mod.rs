@@ -43,6 +43,7 @@ pub use proof::Proof;
 pub use search::{Candidate, Found, Grounds, Search, search};
 pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;
+pub use whitened::{LastShape, Whitened};
 
 use self::pose_floor::Poses;
 use crate::chain::Chain;
