@@ -74,9 +74,6 @@ const REST_OF_FORM: f64 = 0.6;
 /// Free curves at a place that explain this share beside a named form show that the form is not the right one.
 const FORM_UNKNOWN: f64 = 0.4;
 
-/// Forms at one place from which on they crowd.
-const CROWD: usize = 3;
-
 /// Drivers that look alike where one place is concerned.
 fn driver_class(driver: Driver) -> u8 {
     match driver {
@@ -222,9 +219,7 @@ fn finding(
         .filter(|&&index| is_free(&search.found[index], families))
         .map(|&index| search.found[index].gain)
         .sum();
-    // three forms on top of each other, one of them free, are no form
-    let is_unknown =
-        is_free(lead, families) || free_gain > FORM_UNKNOWN * gain || (free_gain > 0.0 && group.len() >= CROWD);
+    let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
     if is_unknown {
         cause.effect = "unknown".into();

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::ground::Ground;
-use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, minimise_in_four, rms};
+use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, minimise_in_four, misfit, rms};
 
 /// Half waves of the free curve of a trace.
 const HALF_WAVES: usize = 12;
@@ -84,10 +84,24 @@ pub fn likely_noise(
     let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
     let from =
         (0..residual_mm.len()).find(|&test| ground.context.motion(test).time_s.is_some()).map(|test| start[test]);
-    let sweep = if sweeps.is_empty() { white } else { bounded(fit_noise(&sweeps, &[], from), floor) };
+    let sweep = if sweeps.is_empty() { white } else { likeliest(&sweeps, from, floor) };
     (0..residual_mm.len())
         .map(|test| if ground.context.motion(test).time_s.is_some() { sweep } else { white })
         .collect()
+}
+
+/// Most likely noise of traces within what the floor allows: from where the last one was, and anew where that ends worse
+/// than either began.
+fn likeliest(traces: &[Vec<f64>], from: Option<NoiseModel>, floor: &[NoiseModel]) -> NoiseModel {
+    let mut known: Vec<NoiseModel> = from.into_iter().collect();
+    known.extend(floor.iter().max_by(|a, b| a.ar_mm.total_cmp(&b.ar_mm)));
+    let standing = |noise: NoiseModel| (misfit(&noise, traces), noise);
+    let best = |one: (f64, NoiseModel), other: (f64, NoiseModel)| if other.0 < one.0 { other } else { one };
+    let mut found = standing(bounded(fit_noise(traces, &[], from), floor));
+    if known.iter().any(|noise| standing(*noise).0 < found.0) {
+        found = best(found, standing(bounded(fit_noise(traces, &[], None), floor)));
+    }
+    known.into_iter().map(standing).fold(found, best).1
 }
 
 /// A trace with its free curve.
