@@ -260,8 +260,8 @@ fn programs_read_back_keep_places_bar_and_pace() {
                     }] += 1;
                 }
                 println!("{name} {dialect:?}: at most {:.2} % slower than planned", worst_slow * 100.0);
-                // whole milliseconds of FT, rounded up; all else has three decimals
-                assert!(worst_slow < if dialect == Dialect::Heidenhain { 0.02 } else { 2e-3 }, "{worst_slow}");
+                // whole milliseconds of FT, rounded up, in blocks of 16 ms and more: up to 3 %; all else has three decimals
+                assert!(worst_slow < if dialect == Dialect::Heidenhain { 0.03 } else { 2e-3 }, "{worst_slow}");
             }
         }
     }
@@ -402,6 +402,40 @@ fn short_programs_read_as_written_by_hand() {
             assert_eq!(found.lines().count(), due.lines().count(), "{file}");
         }
     }
+}
+
+#[test]
+fn names_stay_inside_their_comments() {
+    let (mut machine, tests) = planned("fig-1-1-head-head-cb.yaml");
+    let as_planned = program(&machine, &tests[0], Dialect::Generic).lines().count();
+    machine.name = format!("Mill\nG0 Z-100\r\nM3 (run) ; now % {}", "long ".repeat(200));
+    for (dialect, _) in Dialect::ALL {
+        let text = program(&machine, &tests[0], dialect);
+        let lines: Vec<&str> = text.split(['\n', '\r']).collect();
+        let named: Vec<&&str> = lines.iter().filter(|line| line.contains("G0 Z-100")).collect();
+        assert_eq!(named.len(), 1, "{dialect:?}");
+        let is_comment = |line: &str| match dialect {
+            Dialect::Generic | Dialect::LinuxCnc => line.starts_with('(') && line.ends_with(')'),
+            _ => line.contains("; machine Mill"),
+        };
+        assert!(is_comment(named[0]), "{dialect:?}: {}", named[0]);
+        assert!(lines.iter().all(|line| line.len() <= 250), "{dialect:?}");
+    }
+    assert_eq!(program(&machine, &tests[0], Dialect::Generic).lines().count(), as_planned);
+}
+
+#[test]
+fn an_arm_at_the_spindle_is_to_be_locked() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/fig-1-1-head-head-cb.yaml");
+    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+    let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &Settings::default()).expect("plan");
+    let (mut with_arm, mut without) = (0, 0);
+    for planned in &plan.tests {
+        let says = program(&machine, planned, Dialect::Heidenhain).contains("lock it before anything is mounted");
+        assert_eq!(says, planned.mounting.arm.is_some(), "{}", planned.test.name);
+        if says { with_arm += 1 } else { without += 1 }
+    }
+    assert!(with_arm + without > 0);
 }
 
 #[test]

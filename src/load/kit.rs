@@ -115,6 +115,12 @@ fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
     if raw.bar.extensions.len() > MAX_EXTENSIONS {
         return Err(document.refuse(&[Step::Key("bar")], format!("at most {MAX_EXTENSIONS} extensions are allowed")));
     }
+    if !(raw.spindle_reach.is_finite() && (0.0..1e5).contains(&raw.spindle_reach)) {
+        return Err(document.refuse(&[Step::Key("spindle_reach")], "a finite length from 0 mm up, 0 for none"));
+    }
+    if !(0.0..1e5).contains(&raw.pivot_stand.height[1]) {
+        return Err(document.refuse(&[Step::Key("pivot_stand")], "every height is below 100000 mm"));
+    }
     if raw.pivot_stand.height[1] < raw.pivot_stand.height[0] {
         return Err(document.refuse(&[Step::Key("pivot_stand")], "height is lowest first: [45, 220]"));
     }
@@ -161,7 +167,7 @@ fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
             base_height_mm: raw.pivot_stand.base_height,
             height_mm: raw.pivot_stand.height,
         },
-        spindle_reach_mm: raw.spindle_reach.max(0.0),
+        spindle_reach_mm: raw.spindle_reach,
         fixture: raw.fixture.map(|f| Fixture { arms_mm: f.arms, arm_radius_mm: f.arm_radius }),
         calibrator_mm: raw.calibrator,
     })

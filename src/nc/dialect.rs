@@ -66,9 +66,13 @@ pub fn program(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> St
     }
 }
 
-/// Text inside a comment: parentheses would end it.
+/// Longest comment: interpreters refuse lines beyond some 250 characters.
+const LONGEST_COMMENT: usize = 200;
+
+/// Text inside a comment, on one line: parentheses, ends of lines and `%` would end it or the program.
 pub(super) fn plain(text: &str) -> String {
-    text.chars().map(|c| if c.is_ascii() && c != '(' && c != ')' && c != ';' { c } else { ' ' }).collect()
+    let is_plain = |c: char| (c.is_ascii_graphic() || c == ' ') && !"();%".contains(c);
+    text.chars().take(LONGEST_COMMENT).map(|c| if is_plain(c) { c } else { ' ' }).collect()
 }
 
 /// Part of the last digit that is a number's own representation and no rounding.

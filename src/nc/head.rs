@@ -3,6 +3,7 @@
 use super::{Coordinates, Dialect};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::{CupLooks, PlannedTest};
+use crate::session::Path;
 
 /// What the operator must know before the first block, one line each.
 pub(super) fn head(
@@ -34,6 +35,22 @@ pub(super) fn head(
             lines.extend([gauge, "a tool of length 0 must be active: call it before the cup is mounted".into()])
         }
         _ => lines.push(gauge + ", tool length off"),
+    }
+    if planned.mounting.arm.is_some() {
+        lines.push(
+            "the fixture's arm turns with the spindle: orient the spindle and lock it before anything is mounted"
+                .into(),
+        );
+    }
+    if let Some(Path::Sweep { axis, from, to, .. }) = &test.path
+        && machine.axes[*axis].kind == AxisKind::Rotary
+        && (to - from).abs() > 180.0
+    {
+        let name = &machine.axes[*axis].name;
+        let arc_deg = (to - from).abs();
+        lines.push(format!(
+            "{name} turns by {arc_deg:.0} degrees in one block: a control that counts {name} modulo 360 must count on instead"
+        ));
     }
     let zeros = machine.axes.iter().zip(&machine.machine_zero);
     let stated: Vec<String> = zeros.filter_map(|(axis, zero)| Some(format!("{} {:.4}", axis.name, (*zero)?))).collect();

@@ -61,7 +61,7 @@ pub(super) fn program(
 /// Modes in which a program runs.
 fn modes(dialect: Dialect) -> &'static str {
     match dialect {
-        Dialect::Sinumerik => "G17 G40 G71 G90 G94\nTRAFOOF\nD0\n",
+        Dialect::Sinumerik => "G17 G40 G710 G90 G94\nTRAFOOF\nD0\n",
         _ => "G17 G21 G40 G49 G90 G94\n",
     }
 }

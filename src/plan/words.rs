@@ -141,6 +141,10 @@ fn missed_goal(desk: &Desk, k: usize, by_square: bool, by_slides: bool) -> Optio
             "above the goal: the linear axes may stand {:.0} um per metre from where they are told to",
             of.linear_per_mm * 1e6
         )),
+        (false, false) if desk.settings.method.is_some() => Some(
+            "above the goal: what noise and setups leave in the tests of this --method; plan without it for more"
+                .into(),
+        ),
         (false, false) => {
             Some("above the goal: what noise and setups leave, and no further test is worth its time".into())
         }
@@ -221,6 +225,9 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
     match (untested(desk, axis), other) {
         (Some(why), _) => why,
         (None, Some(why)) => format!("tests of axis {name} alone do not tell it, and {why}"),
+        (None, None) if !desk.visible[k] => {
+            "no ball-bar length tells it, whichever setups are chosen: what moves both balls alike changes none".into()
+        }
         (None, None) => format!("no chosen test of axis {name} sees it at a useful lever"),
     }
 }

@@ -12,9 +12,10 @@ use super::plan::round;
 pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
     println!("{} {}", machine.name, machine.code);
     println!(
-        "{} tests in both directions, {} pivot setups, {:.0} minutes; {} reachable setups considered",
+        "{} tests in both directions, {} pivot setup{}, {:.0} minutes; {} reachable setups considered",
         plan.tests.len(),
         plan.pivot_setups,
+        if plan.pivot_setups == 1 { "" } else { "s" },
         plan.minutes,
         plan.considered
     );

@@ -233,7 +233,7 @@ fn group(word: &str) -> &'static str {
     match word {
         "G0" | "G1" | "G2" | "G3" => "motion",
         "G17" | "G18" | "G19" => "plane",
-        "G20" | "G21" | "G70" | "G71" => "unit",
+        "G20" | "G21" | "G70" | "G71" | "G700" | "G710" => "unit",
         "G40" => "radius",
         "G49" => "length",
         "G60" | "G61" | "G64" | "G641" => "path",

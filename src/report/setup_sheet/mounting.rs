@@ -126,7 +126,8 @@ fn spindle_side(sheet: &Sheet, mounting: &Mounting) -> String {
     match &mounting.arm {
         None => format!("cup on a straight stem, ball on the tool axis, {from_nose}"),
         Some(arm) => format!(
-            "flat fixture, arm {} mm towards {} (all axes at zero), cup looks {}; {from_nose}, along the tool axis",
+            "flat fixture, arm {} mm towards {} (all axes at zero), cup looks {}; {from_nose}, along the tool axis; orient and lock the \
+             spindle first, the arm turns with it",
             arm.length_mm,
             direction(&arm.towards),
             match arm.cup {
