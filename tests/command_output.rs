@@ -87,16 +87,22 @@ fn bodies_that_touch_at_zero_are_told_by_plan_and_clearance() {
     assert!(!told(&plain));
 }
 
+const LAMP_OBJ: &str = "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+
+/// Writes `mill.yaml`, a C600U with a lamp whose mesh is `parts/lamp.obj`.
+fn write_mill_with_lamp(folder: &Path) {
+    let mill = std::fs::read_to_string(machine("hermle-c600u.yaml")).unwrap();
+    let lamp = "bodies:\n  - {name: lamp, link: b, mesh: {file: parts/lamp.obj, at: [400, 0, 0]}}\n";
+    std::fs::create_dir(folder.join("parts")).unwrap();
+    std::fs::write(folder.join("parts/lamp.obj"), LAMP_OBJ).unwrap();
+    std::fs::write(folder.join("mill.yaml"), mill.replacen("bodies:\n", lamp, 1)).unwrap();
+}
+
 #[test]
 fn a_plan_takes_the_meshes_of_its_machine_along() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let mill = std::fs::read_to_string(machine("hermle-c600u.yaml")).unwrap();
-    let lamp = "bodies:\n  - {name: lamp, link: b, mesh: {file: parts/lamp.obj, at: [400, 0, 0]}}\n";
-    std::fs::create_dir(folder.join("parts")).unwrap();
-    let obj = "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
-    std::fs::write(folder.join("parts/lamp.obj"), obj).unwrap();
-    std::fs::write(folder.join("mill.yaml"), mill.replacen("bodies:\n", lamp, 1)).unwrap();
+    write_mill_with_lamp(folder);
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
     assert!(succeeds(folder, &["clearance", "plan/session.yaml"]).contains("a-100-1-ccw"));
 }
@@ -143,12 +149,7 @@ fn plan_leaves_files_alone_that_no_plan_wrote() {
 fn plan_leaves_sheets_and_meshes_alone_that_no_plan_wrote() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let mill = std::fs::read_to_string(machine("hermle-c600u.yaml")).unwrap();
-    let lamp = "bodies:\n  - {name: lamp, link: b, mesh: {file: parts/lamp.obj, at: [400, 0, 0]}}\n";
-    std::fs::create_dir(folder.join("parts")).unwrap();
-    let obj = "v 0 0 0\nv 40 0 0\nv 0 40 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
-    std::fs::write(folder.join("parts/lamp.obj"), obj).unwrap();
-    std::fs::write(folder.join("mill.yaml"), mill.replacen("bodies:\n", lamp, 1)).unwrap();
+    write_mill_with_lamp(folder);
     for (name, own) in [("setup-sheet.html", "<!doctype html><p>mine"), ("parts/lamp.obj", "v 1 1 1\n")] {
         let out = folder.join(name.replace(['/', '.'], "-"));
         std::fs::create_dir_all(out.join(name).parent().unwrap()).unwrap();
@@ -160,11 +161,11 @@ fn plan_leaves_sheets_and_meshes_alone_that_no_plan_wrote() {
     }
     // its own ones it replaces, also where the mesh has changed since; a copy of the mesh is in nobody's way
     std::fs::create_dir_all(folder.join("plan/parts")).unwrap();
-    std::fs::write(folder.join("plan/parts/lamp.obj"), obj).unwrap();
+    std::fs::write(folder.join("plan/parts/lamp.obj"), LAMP_OBJ).unwrap();
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
-    std::fs::write(folder.join("parts/lamp.obj"), obj.replace("40", "50")).unwrap();
+    std::fs::write(folder.join("parts/lamp.obj"), LAMP_OBJ.replace("40", "50")).unwrap();
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "plan"]);
-    assert_eq!(std::fs::read_to_string(folder.join("plan/parts/lamp.obj")).unwrap(), obj.replace("40", "50"));
+    assert_eq!(std::fs::read_to_string(folder.join("plan/parts/lamp.obj")).unwrap(), LAMP_OBJ.replace("40", "50"));
     // a plan without tests leaves a sheet alone, which the next one may replace
     succeeds(folder, &["plan", "mill.yaml", "--margin", "500", "--out", "none"]);
     succeeds(folder, &["plan", "mill.yaml", "--method", "chapter5", "--out", "none"]);

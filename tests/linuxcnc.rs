@@ -2,15 +2,17 @@
 //!
 //! `FIVEAXIS_RS274` names the program; else it is looked for on the PATH.
 
+mod planned;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use fiveaxis::chain::{Chain, Geometry};
-use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
-use fiveaxis::plan::{PlannedTest, Settings, plan, rows_with_run_in};
+use fiveaxis::plan::{PlannedTest, rows_with_run_in};
 use fiveaxis::session::{Motion, Path as TestPath, Session, Spread, way_mm};
+use planned::planned;
 
 /// What the interpreter tells the machine to do; positions X Y Z A B C in machine coordinates, mm and deg.
 #[derive(Debug, Clone, PartialEq)]
@@ -324,16 +326,6 @@ fn difference(found: &[Canonical], wanted: &[Canonical]) -> Option<String> {
     (found.len() != wanted.len()).then(|| format!("{} moves in place of {}", found.len(), wanted.len()))
 }
 
-fn load(name: &str) -> (Machine, Vec<PlannedTest>) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
-    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
-    let mut settings = Settings::default();
-    // circles on one machine, the others' plans as they come
-    settings.coupled.circles = name.starts_with("hermle");
-    let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan");
-    (machine, plan.tests)
-}
-
 #[test]
 fn canonical_moves_are_the_planned_ones() {
     let Some(rs274) = interpreter() else { return };
@@ -341,7 +333,7 @@ fn canonical_moves_are_the_planned_ones() {
     for name in
         ["hermle-c600u.yaml", "fig-1-1-table-head-ca.yaml", "head-head-ab-profiler.yaml", "nutating-table-45.yaml"]
     {
-        let (machine, tests) = load(name);
+        let (machine, tests) = planned(name);
         assert_eq!(Dialect::LinuxCnc.unknown_axis(&machine), None);
         for planned in &tests {
             let text = program(&machine, planned, Dialect::LinuxCnc);
@@ -363,7 +355,7 @@ fn canonical_moves_are_the_planned_ones() {
 #[test]
 fn machine_coordinates_hold_whatever_the_work_offset() {
     let Some(rs274) = interpreter() else { return };
-    let (mut machine, tests) = load("hermle-c600u.yaml");
+    let (mut machine, tests) = planned("hermle-c600u.yaml");
     machine.machine_zero = vec![Some(12.5), Some(-3.25), Some(-410.0), Some(-220.5), Some(-96.125)];
     for planned in &tests {
         let text = program(&machine, planned, Dialect::LinuxCnc);
@@ -379,7 +371,7 @@ fn machine_coordinates_hold_whatever_the_work_offset() {
 #[test]
 fn the_path_mode_and_all_others_come_back_but_spindle_and_coolant_stay_off() {
     let Some(rs274) = interpreter() else { return };
-    let (machine, tests) = load("hermle-c600u.yaml");
+    let (machine, tests) = planned("hermle-c600u.yaml");
     let modes = |listing: &str, what: &str| -> Vec<String> {
         listing
             .lines()
@@ -412,7 +404,7 @@ fn the_path_mode_and_all_others_come_back_but_spindle_and_coolant_stay_off() {
 #[test]
 fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
     let Some(rs274) = interpreter() else { return };
-    let (machine, tests) = load("hermle-c600u.yaml");
+    let (machine, tests) = planned("hermle-c600u.yaml");
     let planned = tests.iter().find(|test| !test.is_coupled()).expect("a sweep of one axis");
     let text = program(&machine, planned, Dialect::LinuxCnc);
     let wanted = planned_moves(&machine, planned, [0.0; 6], 0);
@@ -439,7 +431,7 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
 #[test]
 fn blocks_of_a_following_run_keep_the_bar_and_the_speed_of_the_ball() {
     let Some(rs274) = interpreter() else { return };
-    let (machine, tests) = load("hermle-c600u.yaml");
+    let (machine, tests) = planned("hermle-c600u.yaml");
     let chain = Chain::of(&machine);
     let geometry = Geometry::nominal(&chain);
     let coupled =

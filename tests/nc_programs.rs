@@ -1,32 +1,25 @@
 //! NC programs of all dialects, read back by a reader of their own: places, pace of the ball, limits, heads, modes left behind.
 
 mod nc_reader;
+mod planned;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Geometry};
 use fiveaxis::collision::Leg;
-use fiveaxis::load::{load_machine_and_bodies, standard_kit};
+use fiveaxis::load::load_machine_and_bodies;
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
-use fiveaxis::plan::{Approach, ClearSweep, Mounting, PlannedTest, Settings, plan};
+use fiveaxis::plan::{Approach, ClearSweep, Mounting, PlannedTest};
 use fiveaxis::session::{Ball, CirclePlane, Follow, Path as TestPath, Test};
 use nalgebra::Vector3;
 use nc_reader::{Act, Pace, Program, read_heidenhain, read_iso};
+use planned::planned;
 
 /// Modes that a Sinumerik stands in before a program, other than the program's own.
 const BEFORE: [(&str, &str); 5] =
     [("plane", "G18"), ("path", "G60"), ("unit", "G70"), ("distance", "G91"), ("feed", "G95")];
-
-fn planned(name: &str) -> (Machine, Vec<PlannedTest>) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
-    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
-    let mut settings = Settings::default();
-    settings.coupled.circles = name.starts_with("hermle");
-    let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan");
-    (machine, plan.tests)
-}
 
 fn read(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> Program {
     let text = program(machine, planned, dialect);
@@ -426,11 +419,9 @@ fn names_stay_inside_their_comments() {
 
 #[test]
 fn an_arm_at_the_spindle_is_to_be_locked() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/fig-1-1-head-head-cb.yaml");
-    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
-    let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &Settings::default()).expect("plan");
+    let (machine, tests) = planned("fig-1-1-head-head-cb.yaml");
     let (mut with_arm, mut without) = (0, 0);
-    for planned in &plan.tests {
+    for planned in &tests {
         let says = program(&machine, planned, Dialect::Heidenhain).contains("lock it before anything is mounted");
         assert_eq!(says, planned.mounting.arm.is_some(), "{}", planned.test.name);
         if says { with_arm += 1 } else { without += 1 }

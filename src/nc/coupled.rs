@@ -23,13 +23,7 @@ pub(super) fn follow(machine: &Machine, planned: &PlannedTest, test: &Test, coor
     let radius_mm = planned.way_radius_mm.max(1.0);
     let finest_deg = (8.0 * CHORD_MM / radius_mm).sqrt().to_degrees();
     let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
-    // as long as the ball takes on its way, which need not be a circle about the axis
-    let own_ms = rows(machine, test).and_then(|(_, motion)| {
-        let time_s = motion.time_s?;
-        let steps = time_s.len().checked_sub(1).filter(|steps| *steps > 0)?;
-        Some((time_s[steps] - time_s[0]) / steps as f64 * 1e3)
-    });
-    let step_ms = own_ms.unwrap_or(step.to_radians() * radius_mm / feed * 60_000.0);
+    let step_ms = step.to_radians() * radius_mm / feed * 60_000.0;
     let step = step / parts(step_ms, (step / finest_deg).ceil().max(1.0));
     let fine =
         Test { path: Some(Path::Sweep { axis: *axis, from: *from, to: *to, step, follow: *follow }), ..test.clone() };
