@@ -484,3 +484,16 @@ fn the_session_file_of_a_plan_loads_and_is_clear() {
         assert_eq!(run(&bad).status.code(), Some(2));
     }
 }
+
+#[test]
+fn chapter_6_takes_the_two_places_that_tell_most() {
+    let (machine, bodies, kit) = load("table-table-cb-moving-table.yaml");
+    let six = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter6))).expect("fits");
+    let b: Vec<&PlannedTest> = six.tests.iter().filter(|test| machine.axes[test.axis].name == "B").collect();
+    assert_eq!(b.len(), 2);
+    for test in &b {
+        // 160 mm apart, B -15...95 is clear on both; as far apart as the table is wide, 45 deg are left
+        assert!(test.sweep.to_deg - test.sweep.from_deg >= 80.0, "{:?}", test.sweep);
+        assert!(brute_force(&machine, &bodies, &kit, test) > 5.0 - 1e-6);
+    }
+}

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
+use super::knowledge::Knowledge;
 use super::reach::ClearArc;
 use super::unfit::{no_lengths, no_pivot_for_all, no_places};
 use crate::machine::AxisKind;
@@ -205,33 +206,57 @@ fn one_pivot<'a>(desk: &mut Desk<'a>, axes: &[usize]) -> Option<Pair<'a>> {
     best
 }
 
-/// The short bar at h = 0 at two places along the axis, as far apart as possible.
+/// Tests of one place along an axis that are paired with those of other places: the ones that tell most alone.
+const BEST_OF_PLACE: usize = 3;
+
+/// The short bar at h = 0 at two places along the axis: the pair that together tells most of the axis's errors. The spindle
+/// ball stays where it is unless only another stem or arm brings the second place.
 fn two_places<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
     let list: &'a [Candidate] = &desk.all.list;
-    let level: Vec<&Candidate> =
-        list.iter().filter(|c| c.axis == axis && c.is_plain() && c.solved.h_mm.abs() < LEVEL_MM).collect();
-    let bar = level.iter().map(|c| c.bar_mm).fold(f64::MAX, f64::min);
-    let place = level.iter().filter(|c| (c.bar_mm - bar).abs() < 1e-6).map(|c| c.place).min()?;
-    let mut level: Vec<&Candidate> =
-        level.into_iter().filter(|c| (c.bar_mm - bar).abs() < 1e-6 && c.place == place).collect();
-    level.sort_by(|a, b| a.solved.along_mm.total_cmp(&b.solved.along_mm));
-    let mut end = |from_low: bool| {
-        let ordered: Vec<&Candidate> = if from_low { level.clone() } else { level.iter().rev().copied().collect() };
-        let mut best: Option<(&Candidate, ClearArc)> = None;
-        for (looked, candidate) in ordered.into_iter().enumerate() {
-            if best.as_ref().is_some_and(|(other, _)| (other.solved.along_mm - candidate.solved.along_mm).abs() > 1.0)
-                || looked > 4 * GROUPS
-            {
-                break;
-            }
-            if let Some(sweep) = desk.clear(candidate)
-                && best.as_ref().is_none_or(|(_, other)| width(&sweep) > width(other) + 0.5)
-            {
-                best = Some((candidate, sweep));
+    let level = || list.iter().filter(|c| c.axis == axis && c.is_plain() && c.solved.h_mm.abs() < LEVEL_MM);
+    let bar = level().map(|c| c.bar_mm).fold(f64::MAX, f64::min);
+    let short: Vec<&Candidate> = level().filter(|c| (c.bar_mm - bar).abs() < 1e-6).collect();
+    let nearest = short.iter().map(|c| c.place).min()?;
+    let unmoved: Vec<&Candidate> = short.iter().copied().filter(|c| c.place == nearest).collect();
+    most_telling_pair(desk, axis, &unmoved).or_else(|| most_telling_pair(desk, axis, &short))
+}
+
+/// Of clear tests at two places the pair that leaves the least Σ ln σ² of the axis's errors, pivots and bars unknown.
+fn most_telling_pair<'a>(desk: &mut Desk<'a>, axis: usize, level: &[&'a Candidate]) -> Option<Pair<'a>> {
+    let mut by_along: BTreeMap<i64, Vec<&Candidate>> = BTreeMap::new();
+    for candidate in level {
+        by_along.entry((candidate.solved.along_mm * 10.0).round() as i64).or_default().push(candidate);
+    }
+    let before = Knowledge::before_with_loose_setups(&desk.unknowns);
+    let mine: Vec<usize> = (0..desk.unknowns.wanted).filter(|&k| desk.unknowns.errors[k].0 == axis).collect();
+    let unknown = |variances: &[f64]| mine.iter().map(|&k| variances[k].ln()).sum::<f64>();
+    let mut clear: Vec<Entry> = Vec::new();
+    for candidates in by_along.values_mut() {
+        candidates.sort_by(|a, b| a.place.cmp(&b.place).then(travel(desk, a).total_cmp(&travel(desk, b))));
+        let mut here: Vec<(f64, Entry)> = Vec::new();
+        for candidate in candidates.iter().take(GROUPS) {
+            if let Some(sweep) = desk.clear(candidate) {
+                let entry = desk.entry(candidate, Some(sweep));
+                here.push((unknown(&before.variances_with(&entry.block)), entry));
             }
         }
-        best
-    };
-    let (low, high) = (end(true)?, end(false)?);
-    ((high.0.solved.along_mm - low.0.solved.along_mm) > APART_MM).then(|| vec![low, high])
+        here.sort_by(|a, b| a.0.total_cmp(&b.0));
+        clear.extend(here.into_iter().take(BEST_OF_PLACE).map(|(_, entry)| entry));
+    }
+    let mut best: Option<(f64, usize, usize)> = None;
+    for (first, low) in clear.iter().enumerate() {
+        let mut knowledge = before.clone();
+        knowledge.add(&low.block);
+        for (second, high) in clear.iter().enumerate().skip(first + 1) {
+            if high.candidate.solved.along_mm - low.candidate.solved.along_mm <= APART_MM {
+                continue;
+            }
+            let left = unknown(&knowledge.variances_with(&high.block));
+            if best.is_none_or(|(least, ..)| left < least - 1e-9) {
+                best = Some((left, first, second));
+            }
+        }
+    }
+    let (_, low, high) = best?;
+    [low, high].into_iter().map(|k| Some((clear[k].candidate, clear[k].sweep.clone()?))).collect()
 }
