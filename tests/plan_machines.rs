@@ -486,6 +486,33 @@ fn the_session_file_of_a_plan_loads_and_is_clear() {
 }
 
 #[test]
+fn methods_of_the_thesis_fit_axes_at_45_degrees() {
+    for (name, methods) in [
+        ("nutating-head-45.yaml", [Method::Chapter4, Method::Chapter6, Method::Chapter7]),
+        ("nutating-table-45.yaml", [Method::Chapter4, Method::Chapter6, Method::Chapter7]),
+    ] {
+        let (machine, bodies, kit) = load(name);
+        for method in methods {
+            let planned = plan(&machine, &bodies, &kit, &settings(Some(method))).expect(name);
+            assert_eq!(planned.tests.len(), 4, "{name} {method:?}");
+            for test in planned.tests.iter().filter(|test| machine.axes[test.axis].name == "B") {
+                let bar = test.test.bar_length_mm.expect("bar");
+                // the distance of the carried ball from the inclined line, from the machine file alone
+                let axis = &machine.axes[test.axis];
+                let ball = if name.contains("head") { test.test.spindle_ball.at } else { test.test.pivot.at };
+                let rho = (ball - axis.origin).cross(&axis.direction).norm();
+                let at_zero = test.test.positions.iter().enumerate().all(|(k, q)| {
+                    machine.axes[k].kind == AxisKind::Linear || name.contains("head") || q.unwrap_or(0.0) == 0.0
+                });
+                assert!(!at_zero || (rho - test.rho_mm).abs() < 1e-5, "{name} {method:?}: {rho} {}", test.rho_mm);
+                assert!(test.h_mm != 0.0 || (test.rho_mm - bar).abs() < 1e-5, "{name} {method:?}");
+                assert!(brute_force(&machine, &bodies, &kit, test) > 5.0 - 1e-6, "{name} {method:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn chapter_6_takes_the_two_places_that_tell_most() {
     let (machine, bodies, kit) = load("table-table-cb-moving-table.yaml");
     let six = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter6))).expect("fits");

@@ -54,7 +54,12 @@ pub struct Mount {
 impl Mount {
     /// Point of the surface with coordinates (u along `along`, v across), mm.
     pub fn point(&self, u: f64, v: f64) -> Vector3<f64> {
-        self.middle + self.along * u + self.normal.cross(&self.along) * v
+        self.middle + self.along * u + self.across() * v
+    }
+
+    /// Direction in the surface across `along`, unit length.
+    pub fn across(&self) -> Vector3<f64> {
+        self.normal.cross(&self.along)
     }
 
     /// True when the point (u, v) lies on the surface with `edge_mm` to spare on all sides, and on a T-slot if there are any.

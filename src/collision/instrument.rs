@@ -64,7 +64,7 @@ impl<'a> Placement<'a> {
             let from = at - mount.middle;
             let height_mm = from.dot(&mount.normal);
             let u = from.dot(&mount.along);
-            let v = from.dot(&mount.normal.cross(&mount.along));
+            let v = from.dot(&mount.across());
             let free = Mount { slot_pitch_mm: None, ..mount.clone() };
             if height_mm >= lowest - 1e-6 && height_mm <= highest + 1e-6 && free.holds(u, v, 0.0) {
                 return Ok(Placement { mount, height_mm });

@@ -7,9 +7,10 @@ use nalgebra::Vector3;
 use super::course::Drive;
 use super::following::following;
 use super::free_range::{free_parts, sweep_wanted};
+use super::places::{pivot_sites, spindle_places};
 use super::planar::circles;
 use super::solver::{Pull, Solved, Stance, Unreachable};
-use crate::bodies::{Bodies, Kit, Mount, Outline};
+use crate::bodies::{Bodies, Kit};
 use crate::chain::{Branch, Chain, Geometry, LinkId};
 use crate::machine::{Axis, AxisKind, Machine};
 use crate::session::Follow;
@@ -88,22 +89,19 @@ pub type Avoid = Vec<(usize, f64, f64)>;
 
 /// Smallest lever that a carried ball may have, mm: below, nothing of the axis is seen.
 const LEAST_LEVER_MM: f64 = 30.0;
-/// Balls nearer than this to a bar's length from the line count as h = 0, mm.
-const SAME_LENGTH_MM: f64 = 1e-6;
+/// Balls nearer than this to a bar's length from the line count as h = 0, mm: places are stated to the nanometre.
+const SAME_LENGTH_MM: f64 = 5e-6;
 
 /// All reachable setups of a machine.
 pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, coupled: &Coupled) -> Candidates {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
-    let mut all =
-        Candidates { places: spindle_places(machine, &chain, &geometry, bodies, kit), ..Candidates::default() };
+    let mut all = Candidates {
+        sites: pivot_sites(machine, &chain, bodies, kit),
+        places: spindle_places(machine, &chain, bodies, kit),
+        ..Candidates::default()
+    };
     let rotary: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary).collect();
-    for (index, mount) in bodies.mounts.iter().enumerate() {
-        if let Some(link) = chain.link(&mount.link) {
-            let points = sites(machine, &chain, kit, mount, &rotary, link);
-            all.sites.extend(points.into_iter().map(|(at, height_mm)| PivotSite { mount: index, link, at, height_mm }));
-        }
-    }
     let lengths = kit.lengths_mm();
     for &axis in &rotary {
         let mut misses = Misses::default();
@@ -143,9 +141,12 @@ pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, 
                             }
                             continue;
                         }
-                        let signs: &[f64] = if bar_mm - lever_mm < SAME_LENGTH_MM { &[1.0] } else { &[1.0, -1.0] };
-                        for &sign in signs {
-                            match stance.solve(pull, carried.1, still.1, lever_mm, (bar_mm, sign)) {
+                        // the bar has its stroke: what a place is off by is read as a constant
+                        let level = bar_mm - lever_mm < SAME_LENGTH_MM;
+                        let solves: &[(f64, f64)] =
+                            if level { &[(lever_mm, 1.0)] } else { &[(bar_mm, 1.0), (bar_mm, -1.0)] };
+                        for &span in solves {
+                            match stance.solve(pull, carried.1, still.1, lever_mm, span) {
                                 Ok(solved) => {
                                     if let Some(axis) = avoided(&solved.positions, axis, avoid) {
                                         *misses.avoided.entry(axis).or_default() += 1;
@@ -254,145 +255,4 @@ pub(super) fn static_positions(machine: &Machine, chain: &Chain, axis: usize, av
             .collect();
     }
     starts
-}
-
-/// Pivot ball places on a mount with their heights, mm.
-fn sites(
-    machine: &Machine,
-    chain: &Chain,
-    kit: &Kit,
-    mount: &Mount,
-    rotary: &[usize],
-    link: LinkId,
-) -> Vec<(Vector3<f64>, f64)> {
-    let [lowest, highest] = kit.pivot_stand.height_mm;
-    let edge = kit.pivot_stand.base_radius_mm;
-    // level with an axis line that runs along the surface and carries it: h = 0 becomes possible for several axes at once
-    let mut heights: Vec<f64> = rotary
-        .iter()
-        .filter(|&&axis| chain.carries(axis, link) && machine.axes[axis].direction.dot(&mount.normal).abs() < 0.1)
-        .map(|&axis| (machine.axes[axis].origin - mount.middle).dot(&mount.normal))
-        .filter(|height| *height >= lowest && *height <= highest)
-        .collect();
-    heights.extend([lowest.max(60.0).min(highest), (lowest + highest) * 0.5, highest]);
-    heights.sort_by(f64::total_cmp);
-    heights.dedup_by(|a, b| (*a - *b).abs() < 1.0);
-    let mut points: Vec<(f64, f64)> = Vec::new();
-    match mount.outline {
-        Outline::Disc { .. } => {
-            let mut radii: Vec<f64> = kit.lengths_mm();
-            radii.push(0.6 * (mount.extent_mm() - edge));
-            for radius in radii {
-                for eighth in 0..8 {
-                    let (s, c) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
-                    points.push((snap(radius * c), snap(radius * s)));
-                }
-            }
-        }
-        Outline::Rectangle { size_mm } => {
-            let steps = |size: f64| [-0.4, -0.2, 0.0, 0.2, 0.4].map(|part| (part * size).clamp(-400.0, 400.0));
-            for u in steps(size_mm[0]) {
-                for v in steps(size_mm[1]) {
-                    points.push((snap(u), snap(v)));
-                }
-            }
-        }
-    }
-    // a bar's length from an axis that lies along the surface, at either end of what the surface allows (chapter 6)
-    for &axis in rotary.iter().filter(|&&axis| chain.carries(axis, link)) {
-        let Some(way) = (machine.axes[axis].direction - mount.normal * mount.normal.dot(&machine.axes[axis].direction))
-            .try_normalize(0.7)
-        else {
-            continue;
-        };
-        let (a, b) = (way.dot(&mount.along), way.dot(&mount.normal.cross(&mount.along)));
-        let from = machine.axes[axis].origin - mount.middle;
-        let offset = from.dot(&mount.along) * -b + from.dot(&mount.normal.cross(&mount.along)) * a;
-        for length in kit.lengths_mm() {
-            for side in [-1.0, 1.0] {
-                let across = offset + side * length;
-                let room = (mount.extent_mm() - edge).powi(2) - across * across;
-                for end in [-1.0, 0.0, 1.0] {
-                    let t = end * (0.98 * room.max(0.0).sqrt()).min(300.0);
-                    points.push((snap(a * t - b * across), snap(b * t + a * across)));
-                }
-            }
-        }
-    }
-    // where an axis line meets the surface: a ball that stands still there needs no slide to bring it onto the line
-    for &axis in rotary.iter().filter(|&&axis| machine.axes[axis].direction.dot(&mount.normal).abs() > 0.99) {
-        let from = machine.axes[axis].origin - mount.middle;
-        points.push((snap(from.dot(&mount.along)), snap(from.dot(&mount.normal.cross(&mount.along)))));
-    }
-    if let Some(pitch) = mount.slot_pitch_mm {
-        for (_, v) in &mut points {
-            *v = (*v / pitch).round() * pitch;
-        }
-    }
-    points.retain(|&(u, v)| mount.holds(u, v, edge));
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    points.dedup();
-    points
-        .iter()
-        .flat_map(|&(u, v)| heights.iter().map(move |&height| (u, v, height)))
-        .map(|(u, v, height)| {
-            let at = mount.point(u, v) + mount.normal * height;
-            (at.map(|x| (x * 1e6).round() / 1e6 + 0.0), height)
-        })
-        .collect()
-}
-
-/// Places in a surface to the micrometre.
-fn snap(value: f64) -> f64 {
-    (value * 1e3).round() / 1e3 + 0.0
-}
-
-/// Spindle ball on the tool axis and on fixtures, nearest first.
-fn spindle_places(
-    machine: &Machine,
-    chain: &Chain,
-    geometry: &Geometry,
-    bodies: &Bodies,
-    kit: &Kit,
-) -> Vec<SpindlePlace> {
-    let Some(spindle) = &bodies.spindle else { return Vec::new() };
-    let Some(link) = chain.link(&spindle.link) else { return Vec::new() };
-    let base = spindle.ball();
-    let zero = vec![0.0; machine.axes.len()];
-    let heads: Vec<usize> = (0..machine.axes.len())
-        .filter(|&k| machine.axes[k].kind == AxisKind::Rotary && chain.carries(k, link))
-        .collect();
-    // how far the ball must reach out so that it stands a bar's length from a tilting axis
-    let mut reaches = vec![0.0];
-    for &axis in &heads {
-        let stance = Stance::new(machine, geometry, axis, &zero);
-        let (rho, _) = stance.lever(&stance.point((link, &base)));
-        for length in kit.lengths_mm() {
-            let more = length - rho;
-            if more > 1.0 && more <= kit.spindle_reach_mm {
-                reaches.push(snap(more));
-            }
-        }
-    }
-    reaches.push(kit.spindle_reach_mm);
-    reaches.sort_by(f64::total_cmp);
-    reaches.dedup_by(|a, b| (*a - *b).abs() < 1.0);
-    reaches.truncate(4);
-    let mut places = Vec::new();
-    let side = [Vector3::x(), Vector3::y(), Vector3::z()]
-        .iter()
-        .find_map(|axis| (axis - spindle.direction * spindle.direction.dot(axis)).try_normalize(0.5))
-        .unwrap_or_else(Vector3::x);
-    let across = spindle.direction.cross(&side);
-    for &reach in &reaches {
-        let on_axis = base - spindle.direction * reach;
-        places.push(SpindlePlace { link, at: on_axis, aside_mm: 0.0 });
-        let arms = kit.fixture.as_ref().map(|fixture| fixture.arms_mm.as_slice()).unwrap_or_default();
-        for &arm in arms.iter().filter(|_| !heads.is_empty()) {
-            for direction in [side, -side, across, -across] {
-                places.push(SpindlePlace { link, at: on_axis + direction * arm, aside_mm: arm });
-            }
-        }
-    }
-    places
 }

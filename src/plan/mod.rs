@@ -3,6 +3,7 @@
 //! | file | question |
 //! |---|---|
 //! | `solver` | where do the balls and the linear axes go so that one axis can be swept on a bar of a given length? |
+//! | `places` | where on mounts, stem and fixture may the balls be? |
 //! | `candidates` | which places, bars, static positions and sweeps come into question? |
 //! | `out_of_reach` | is there anything to plan with these mounts and this kit? |
 //! | `course` | how do the axes move: one alone, one followed by linear axes, two on a circle? |
@@ -45,6 +46,7 @@ mod one_pivot;
 mod out_of_reach;
 mod pairs;
 mod part;
+mod places;
 mod planar;
 mod planned;
 mod reach;

@@ -102,7 +102,11 @@ fn no_level(desk: &Desk, axis: usize) -> String {
     let slots = desk.bodies.mounts.iter().find_map(|mount| Some((&mount.name, mount.slot_pitch_mm?)));
     let slots =
         slots.map(|(mount, pitch)| format!(", and the slots of mount '{mount}' every {pitch} mm leave none there"));
-    let least = if lever < f64::MAX { format!(" (the shortest is {lever:.1} mm)") } else { String::new() };
+    let least = if lever < f64::MAX {
+        format!(" (the shortest lever of a ball that it carries is {lever:.1} mm)")
+    } else {
+        String::new()
+    };
     format!(
         "no reachable ball stands a bar's length from the line of axis {name}, as the short bar needs{least}: the kit '{}' makes {}{}; add a mount at that distance",
         desk.kit.name,

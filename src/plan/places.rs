@@ -1,0 +1,220 @@
+//! Where the two balls may be mounted: pivots on the mounts, the spindle ball on stem and fixture. Whether a bar fits between them is not asked here.
+
+use nalgebra::Vector3;
+
+use super::candidates::{PivotSite, SpindlePlace};
+use crate::bodies::{Bodies, Kit, Mount, Outline};
+use crate::chain::Chain;
+use crate::machine::{Axis, AxisKind, Machine};
+
+/// |cos| between an axis and the normal of a surface below which the axis lies along the surface.
+const ALONG_SURFACE: f64 = 0.1;
+/// |cos| between them from which the axis stands upright on the surface.
+const UPRIGHT: f64 = 0.99;
+/// sin² of the angle between a way and an axis below which the way does not lead nearer to the axis or away from it.
+const PARALLEL: f64 = 1e-4;
+/// Nearest setups of the stem that are tried for a fixture's arm, or without one.
+const MOST_REACHES: usize = 4;
+
+/// Pivot ball places on all mounts.
+pub(super) fn pivot_sites(machine: &Machine, chain: &Chain, bodies: &Bodies, kit: &Kit) -> Vec<PivotSite> {
+    let mut all = Vec::new();
+    for (index, mount) in bodies.mounts.iter().enumerate() {
+        if let Some(link) = chain.link(&mount.link) {
+            let carrying: Vec<&Axis> =
+                rotary(machine).filter(|&k| chain.carries(k, link)).map(|k| &machine.axes[k]).collect();
+            all.extend(on_mount(kit, mount, &carrying).into_iter().map(|[u, v, height_mm]| {
+                let at = (mount.point(u, v) + mount.normal * height_mm).map(|x| tidy(x, NANOMETRE));
+                PivotSite { mount: index, link, at, height_mm }
+            }));
+        }
+    }
+    all
+}
+
+fn rotary(machine: &Machine) -> impl Iterator<Item = usize> {
+    (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary)
+}
+
+/// Balls on a mount, `carrying` the rotary axes that carry it: along, across and above the surface, mm.
+fn on_mount(kit: &Kit, mount: &Mount, carrying: &[&Axis]) -> Vec<[f64; 3]> {
+    let [lowest, highest] = kit.pivot_stand.height_mm;
+    let edge = kit.pivot_stand.base_radius_mm;
+    let upright = |axis: &Axis| axis.direction.dot(&mount.normal).abs();
+    // level with an axis line that runs along the surface and carries it: h = 0 becomes possible for several axes at once
+    let mut heights: Vec<f64> = carrying
+        .iter()
+        .filter(|axis| upright(axis) < ALONG_SURFACE)
+        .map(|axis| (axis.origin - mount.middle).dot(&mount.normal))
+        .filter(|height| *height >= lowest && *height <= highest)
+        .collect();
+    heights.extend([lowest.max(60.0).min(highest), (lowest + highest) * 0.5, highest]);
+    heights.sort_by(f64::total_cmp);
+    heights.dedup_by(|a, b| (*a - *b).abs() < 1.0);
+    let mut points = spread_over(kit, mount);
+    for axis in carrying.iter().filter(|axis| upright(axis) < ALONG_SURFACE) {
+        points.extend(beside_axis_along(kit, mount, axis));
+    }
+    // where an axis line meets the surface: a ball that stands still there needs no slide to bring it onto the line
+    for axis in carrying.iter().filter(|axis| upright(axis) > UPRIGHT) {
+        let from = axis.origin - mount.middle;
+        points.push([from.dot(&mount.along), from.dot(&mount.across())].map(|x| tidy(x, MICROMETRE)));
+    }
+    let mut balls: Vec<[f64; 3]> =
+        points.iter().flat_map(|&[u, v]| heights.iter().map(move |&height| [u, v, height])).collect();
+    for axis in carrying.iter().filter(|axis| (ALONG_SURFACE..=UPRIGHT).contains(&upright(axis))) {
+        balls.extend(heights.iter().flat_map(|&height| beside_inclined_axis(kit, mount, axis, height)));
+    }
+    if let Some(pitch) = mount.slot_pitch_mm {
+        for [_, v, _] in &mut balls {
+            *v = (*v / pitch).round() * pitch;
+        }
+    }
+    balls.retain(|&[u, v, _]| mount.holds(u, v, edge));
+    balls.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2])));
+    balls.dedup();
+    balls
+}
+
+/// Points all over a surface: bar lengths from its middle on a disc, a grid on a rectangle, mm.
+fn spread_over(kit: &Kit, mount: &Mount) -> Vec<[f64; 2]> {
+    match mount.outline {
+        Outline::Disc { .. } => {
+            let mut radii: Vec<f64> = kit.lengths_mm();
+            radii.push(0.6 * (mount.extent_mm() - kit.pivot_stand.base_radius_mm));
+            let around = |radius: f64| {
+                (0..8).map(move |eighth| {
+                    let (s, c) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
+                    [radius * c, radius * s].map(|x| tidy(x, MICROMETRE))
+                })
+            };
+            radii.into_iter().flat_map(around).collect()
+        }
+        Outline::Rectangle { size_mm } => {
+            let steps = |size: f64| [-0.4, -0.2, 0.0, 0.2, 0.4].map(|part| (part * size).clamp(-400.0, 400.0));
+            let [us, vs] = size_mm.map(steps);
+            us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v].map(|x| tidy(x, MICROMETRE)))).collect()
+        }
+    }
+}
+
+/// A bar's length from an axis that lies along the surface, at either end of what the surface allows (chapter 6), mm.
+fn beside_axis_along(kit: &Kit, mount: &Mount, axis: &Axis) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    let Some(way) = in_surface(mount, axis) else { return points };
+    let (a, b) = (way.dot(&mount.along), way.dot(&mount.across()));
+    let from = axis.origin - mount.middle;
+    let offset = from.dot(&mount.along) * -b + from.dot(&mount.across()) * a;
+    for length in kit.lengths_mm() {
+        for across in [offset - length, offset + length] {
+            for t in ends_of(kit, mount, across) {
+                points.push([a * t - b * across, b * t + a * across].map(|x| tidy(x, MICROMETRE)));
+            }
+        }
+    }
+    points
+}
+
+/// A bar's length from an axis that meets the surface at an angle, balls at one height: the cylinder about the axis cuts their
+/// plane in an ellipse, of which the ends along the axis and, beside the middle and either end of the surface, its flanks are taken.
+fn beside_inclined_axis(kit: &Kit, mount: &Mount, axis: &Axis, height_mm: f64) -> Vec<[f64; 3]> {
+    let mut balls = Vec::new();
+    let Some(way) = in_surface(mount, axis) else { return balls };
+    let flank = mount.normal.cross(&way);
+    let plane = mount.middle + mount.normal * height_mm;
+    let mut push = |from_middle: Vector3<f64>| {
+        let [u, v] = [from_middle.dot(&mount.along), from_middle.dot(&mount.across())].map(|x| tidy(x, NANOMETRE));
+        balls.push([u, v, height_mm]);
+    };
+    for length in kit.lengths_mm() {
+        at_distance(axis, &plane, &way, length).into_iter().for_each(|t| push(way * t));
+        for t in ends_of(kit, mount, 0.0) {
+            at_distance(axis, &(plane + way * t), &flank, length).into_iter().for_each(|s| push(way * t + flank * s));
+        }
+    }
+    balls
+}
+
+/// Direction of an axis within a surface, unless it is nearly upright on it.
+fn in_surface(mount: &Mount, axis: &Axis) -> Option<Vector3<f64>> {
+    (axis.direction - mount.normal * mount.normal.dot(&axis.direction)).try_normalize(0.1)
+}
+
+/// Middle and ends of what a surface has room for, `across_mm` beside its middle, mm.
+fn ends_of(kit: &Kit, mount: &Mount, across_mm: f64) -> [f64; 3] {
+    let room = (mount.extent_mm() - kit.pivot_stand.base_radius_mm).powi(2) - across_mm * across_mm;
+    [-1.0, 0.0, 1.0].map(|end| end * (0.98 * room.max(0.0).sqrt()).min(300.0))
+}
+
+/// How far to go from a point along a way to stand `length_mm` from an axis line: `|w + t·d| = L` with w and d the parts of
+/// point and way across the line, all axes at zero. At most two places.
+fn at_distance(axis: &Axis, from: &Vector3<f64>, way: &Vector3<f64>, length_mm: f64) -> Vec<f64> {
+    let across = |v: Vector3<f64>| v - axis.direction * v.dot(&axis.direction);
+    let (w, d) = (across(from - axis.origin), across(*way));
+    let (a, b, c) = (d.norm_squared(), w.dot(&d), w.norm_squared() - length_mm * length_mm);
+    let under = b * b - a * c;
+    if a < PARALLEL || under < 0.0 {
+        return Vec::new();
+    }
+    [-under.sqrt(), under.sqrt()].map(|root| (root - b) / a).to_vec()
+}
+
+/// Places are stated to the micrometre where anything near will do, finer where a bar's length is to be met.
+const MICROMETRE: f64 = 1e3;
+const NANOMETRE: f64 = 1e6;
+
+/// Rounded to `1/per_mm`, zero without a sign.
+fn tidy(value_mm: f64, per_mm: f64) -> f64 {
+    (value_mm * per_mm).round() / per_mm + 0.0
+}
+
+/// Spindle ball on the tool axis and on fixtures, nearest the nose first.
+pub(super) fn spindle_places(machine: &Machine, chain: &Chain, bodies: &Bodies, kit: &Kit) -> Vec<SpindlePlace> {
+    let Some(spindle) = &bodies.spindle else { return Vec::new() };
+    let Some(link) = chain.link(&spindle.link) else { return Vec::new() };
+    let base = spindle.ball();
+    let heads: Vec<&Axis> = rotary(machine).filter(|&k| chain.carries(k, link)).map(|k| &machine.axes[k]).collect();
+    let side = [Vector3::x(), Vector3::y(), Vector3::z()]
+        .iter()
+        .find_map(|axis| (axis - spindle.direction * spindle.direction.dot(axis)).try_normalize(0.5))
+        .unwrap_or_else(Vector3::x);
+    let across = spindle.direction.cross(&side);
+    let mut asides = vec![(0.0, Vector3::zeros())];
+    let arms = kit.fixture.as_ref().map(|fixture| fixture.arms_mm.as_slice()).unwrap_or_default();
+    for &arm in arms.iter().filter(|_| !heads.is_empty()) {
+        asides.extend([side, -side, across, -across].map(|direction| (arm, direction * arm)));
+    }
+    let down = -spindle.direction;
+    let on_tool = reaches(kit, &heads, &base, &down);
+    let mut places = Vec::new();
+    for (order, (aside_mm, aside)) in asides.into_iter().enumerate() {
+        // an arm along the axis is level where the straight stem is, one aside of it elsewhere
+        let mut lengths = on_tool.clone();
+        lengths.extend(reaches(kit, &heads, &(base + aside), &down));
+        sort_apart(&mut lengths);
+        places.extend(lengths.into_iter().map(|reach| {
+            let at = base + aside + down * reach;
+            (reach, order, SpindlePlace { link, at, aside_mm })
+        }));
+    }
+    places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    places.into_iter().map(|(.., place)| place).collect()
+}
+
+/// How far the stem may bring a ball down the tool, mm: not at all, to a bar's length from a rotary axis that carries it, all of it.
+fn reaches(kit: &Kit, heads: &[&Axis], ball: &Vector3<f64>, down: &Vector3<f64>) -> Vec<f64> {
+    let mut reaches = vec![0.0, kit.spindle_reach_mm];
+    for axis in heads {
+        let level = kit.lengths_mm().into_iter().flat_map(|length| at_distance(axis, ball, down, length));
+        reaches.extend(level.map(|reach| tidy(reach, NANOMETRE)).filter(|&r| r > 1.0 && r <= kit.spindle_reach_mm));
+    }
+    sort_apart(&mut reaches);
+    reaches.truncate(MOST_REACHES);
+    reaches
+}
+
+/// In order, without what is less than a millimetre from the one before.
+fn sort_apart(lengths_mm: &mut Vec<f64>) {
+    lengths_mm.sort_by(f64::total_cmp);
+    lengths_mm.dedup_by(|a, b| (*a - *b).abs() < 1.0);
+}
