@@ -218,3 +218,33 @@ fn a_calibrator_certifies_the_longest_part_that_it_has() {
         assert_eq!(planned.mounting.calibrator_mm, certified(&kit, bar_mm), "{}", planned.test.name);
     }
 }
+
+#[test]
+fn what_no_length_shows_is_blamed_on_no_option() {
+    let (machine, bodies, kit) = load("table-head-ab-blade.yaml");
+    let with = |minutes: Option<f64>, margin_mm: f64| {
+        let goal = Goal { minutes, ..Settings::default().goal };
+        plan_with_advice(&machine, &bodies, &kit, &Settings { goal, margin_mm, ..Settings::default() }).expect("plan")
+    };
+    let plain = with(None, 5.0);
+    let laws: Vec<&str> =
+        plain.errors.iter().filter(|error| !error.determined).map(|error| error.name.as_str()).collect();
+    // Z of the A axis against Z of the head, and X of the whole head
+    assert_eq!(laws, ["EZ0A", "EX0B", "EZ0B"]);
+    for (minutes, margin_mm) in [(None, 5.0), (Some(9.0), 5.0), (Some(20.0), 5.0), (None, 40.0), (Some(20.0), 40.0)] {
+        let found = with(minutes, margin_mm);
+        for error in found.errors.iter().filter(|error| !error.determined) {
+            let is_law = error.reason.contains("changes no ball-bar length") || error.reason.contains("changes none");
+            assert_eq!(
+                is_law,
+                laws.contains(&error.name.as_str()),
+                "{minutes:?} {margin_mm} {}: {}",
+                error.name,
+                error.reason
+            );
+            assert!(!error.reason.contains("useful lever"), "{}", error.reason);
+            let by_time = error.reason.starts_with("not within");
+            assert!(is_law || margin_mm > 5.0 || by_time, "{minutes:?}: {}: {}", error.name, error.reason);
+        }
+    }
+}

@@ -16,7 +16,8 @@ use super::planned::Plan;
 use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
 use super::run_in::RUN_IN;
 use super::searches::{Found, RUNGS};
-use super::words::{fitted, visible};
+use super::sight::{Sight, sights};
+use super::words::fitted;
 use crate::bodies::{Bodies, Kit};
 use crate::chain::{Chain, Geometry};
 use crate::collision::{Instrument, NoWay, Scratch, World};
@@ -139,6 +140,8 @@ pub(super) struct Untimed {
     pub determined: Vec<bool>,
     /// The goal, given the spindle ball.
     pub reaches: Vec<bool>,
+    /// Why it is not determined with all the time that pays.
+    pub reasons: Vec<Option<String>>,
 }
 
 /// What evaluating candidates needs.
@@ -157,8 +160,8 @@ pub(super) struct Desk<'a> {
     pub budget: Option<f64>,
     /// Standard deviations wanted of the wanted errors, mm and rad.
     pub goals: Vec<f64>,
-    /// For each wanted error: lengths of reachable setups would fix it if nothing stood in their way.
-    pub visible: Vec<bool>,
+    /// For each wanted error: what lengths of reachable setups show of it if nothing stands in their way.
+    pub sights: Vec<Sight>,
     /// Arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
     pub arcs: HashMap<*const Candidate, Option<ClearArc>>,
     /// What whole arcs tell, by the candidate's address in `all`, and the variances that they leave alone: likewise.
@@ -198,7 +201,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         all: &all,
         parking: Parking::of(machine, bodies),
         scratch: Scratch::default(),
-        visible: Vec::new(),
+        sights: Vec::new(),
         arcs: HashMap::new(),
         told: RefCell::default(),
         untimed: None,
@@ -207,7 +210,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         forbidden: BTreeMap::new(),
         blocked_ways: BTreeMap::new(),
     };
-    desk.visible = visible(&desk);
+    desk.sights = sights(&desk);
     let about = if settings.index_spindle { Some(desk.spindle_direction()?) } else { None };
     let (mut choice, one_pivot) = match (settings.method, settings.pivots) {
         (Some(method), _) => (method_choice(&mut desk, method)?, None),
@@ -385,6 +388,11 @@ impl<'a> Desk<'a> {
         let found = self.clear_anew(candidate);
         self.arcs.insert(candidate, found.clone());
         found
+    }
+
+    /// True when a candidate was looked at and has a clear sweep with a clear way to it.
+    pub fn is_known_clear(&self, candidate: &Candidate) -> bool {
+        matches!(self.arcs.get(&std::ptr::from_ref(candidate)), Some(Some(_)))
     }
 
     fn clear_anew(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {

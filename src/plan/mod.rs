@@ -27,6 +27,7 @@
 //! | `untested` | which limit leaves an axis without a test, by how much? |
 //! | `advice` | which option leaves an error out, which would bring it below the goal? |
 //! | `unfit` | why does a method of the thesis not fit a machine? |
+//! | `sight` | what can lengths show at all, whatever stands in the way? |
 //! | `words` | what stays undetermined and why |
 
 mod advice;
@@ -52,6 +53,7 @@ mod planned;
 mod reach;
 mod run_in;
 mod searches;
+mod sight;
 mod solver;
 mod unfit;
 mod untested;

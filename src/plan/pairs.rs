@@ -67,7 +67,7 @@ impl<'a> Desk<'a> {
     pub(super) fn clear_pair(&mut self, search: &mut Search<'a>, worth: f64) -> Option<[usize; 2]> {
         let variances = search.knowledge.variances();
         let axes: BTreeSet<usize> = (0..self.unknowns.wanted)
-            .filter(|&k| self.visible[k] && variances[k] > (SEEN * self.goals[k]).powi(2))
+            .filter(|&k| self.sights[k].is_seen && variances[k] > (SEEN * self.goals[k]).powi(2))
             .map(|k| self.unknowns.errors[k].0)
             .collect();
         let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();

@@ -40,6 +40,7 @@ impl<'a> Desk<'a> {
                 minutes: base_minutes,
                 determined: errors.iter().map(|error| error.determined).collect(),
                 reaches: errors.iter().zip(&self.goals).map(reaches).collect(),
+                reasons: errors.iter().map(|error| (!error.determined).then(|| error.reason.clone())).collect(),
             });
         }
         let list: &'a [Candidate] = &self.all.list;

@@ -82,6 +82,9 @@ fn too_narrow(desk: &Desk, axis: usize) -> String {
 /// What forbids the sweeps of reachable setups, or the ways to their starts.
 fn in_the_way(desk: &Desk, axis: usize, reachable: usize) -> Option<String> {
     let name = &desk.machine.axes[axis].name;
+    if desk.all.list.iter().any(|candidate| candidate.axis == axis && desk.is_known_clear(candidate)) {
+        return None;
+    }
     let (sweeps, ways) = (refused(&desk.forbidden, axis), refused(&desk.blocked_ways, axis));
     let count: usize = sweeps.values().chain(ways.values()).sum();
     if count == 0 || count < reachable.min(MAX_FAILURES) / 2 {

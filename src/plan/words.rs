@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use super::choose::{Desk, Entry};
 use super::information::{Block, HELD, LOOSE, Nuisance};
 use super::knowledge::Knowledge;
+use super::sight::{ONLY_BY_PIVOT, no_length_tells, only_together};
 use super::untested::untested;
 use crate::machine::AxisKind;
 
@@ -30,7 +31,7 @@ pub struct ErrorForecast {
 }
 
 /// Share of the priors in the variance from which an error is not determined.
-const HALF: f64 = 0.5;
+pub(super) const HALF: f64 = 0.5;
 /// Correlation from which two errors are named together.
 const TOGETHER: f64 = 0.9;
 
@@ -113,7 +114,7 @@ pub(super) fn forecasts(desk: &Desk, entries: &[&Entry]) -> Vec<ErrorForecast> {
                 name: name.to_string(),
                 is_angle: *component >= 3,
                 determined,
-                visible: determined || desk.visible[k],
+                visible: determined || desk.sights[k].is_seen,
                 sigma,
                 sigma_relative,
                 prior_share: fitted[k].prior_share,
@@ -161,20 +162,6 @@ fn out_of_time(desk: &Desk) -> Option<String> {
     ))
 }
 
-/// Setups of each axis that stand for all when it is asked what lengths can show.
-const SAMPLE: usize = 16;
-
-/// For each wanted error: reachable setups, clear or not, would fix it with pivots and bars unknown.
-pub(super) fn visible(desk: &Desk) -> Vec<bool> {
-    let mut knowledge = Knowledge::before_with_loose_setups(&desk.unknowns.with_exact_linear_axes());
-    for axis in 0..desk.machine.axes.len() {
-        let mine: Vec<_> = desk.all.list.iter().filter(|candidate| candidate.axis == axis).collect();
-        let step = mine.len().div_ceil(SAMPLE).max(1);
-        mine.iter().step_by(step).for_each(|candidate| knowledge.add(&desk.entry(candidate, None).block));
-    }
-    (0..desk.unknowns.wanted).map(|k| knowledge.prior_share(k) < HALF).collect()
-}
-
 /// Why an error stays undetermined.
 fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_pivot: bool) -> String {
     let unknowns = &desk.unknowns;
@@ -185,8 +172,14 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
     {
         return why;
     }
+    if let Some(why) = desk.untimed.as_ref().and_then(|untimed| untimed.reasons[k].clone()) {
+        return why;
+    }
     if desk.machine.axes[axis].kind == AxisKind::Linear {
         return format!("no circle or other test that is reachable and clear tells how square {name} is");
+    }
+    if let Some(why) = no_length_tells(desk, k) {
+        return why;
     }
     if !tested.contains(&axis)
         && let Some(why) = untested(desk, axis)
@@ -205,19 +198,17 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
         .collect();
     if !partners.is_empty() && !tested.is_empty() {
         let names: Vec<String> = partners.iter().map(|&other| unknowns.errors[other].2.to_string()).collect();
-        let together = format!("only together with {}", names.join(", "));
         let untested = partners.iter().map(|&other| unknowns.errors[other].0).find_map(|other| {
             let is_rotary = desk.machine.axes[other].kind == AxisKind::Rotary;
             if is_rotary && !tested.contains(&other) { untested(desk, other) } else { None }
         });
-        let shared = if by_pivot { " and the pivot's place" } else { "" };
         return match untested {
-            Some(why) => format!("{together}: {why}"),
-            None => format!("{together}{shared}: what moves both alike changes no ball-bar length"),
+            Some(why) => format!("only together with {}: {why}", names.join(", ")),
+            None => only_together(&names, by_pivot),
         };
     }
     if by_pivot {
-        return "only through how well the pivot's place is known: what moves the whole branch changes no ball-bar length".into();
+        return ONLY_BY_PIVOT.into();
     }
     let rotary = (0..desk.machine.axes.len()).filter(|&k| desk.machine.axes[k].kind == AxisKind::Rotary);
     let other =
@@ -225,8 +216,8 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
     match (untested(desk, axis), other) {
         (Some(why), _) => why,
         (None, Some(why)) => format!("tests of axis {name} alone do not tell it, and {why}"),
-        (None, None) if !desk.visible[k] => {
-            "no ball-bar length tells it, whichever setups are chosen: what moves both balls alike changes none".into()
+        (None, None) if !tested.contains(&axis) => {
+            format!("no test of axis {name} is chosen: none of its clear setups pays within what the plan may take")
         }
         (None, None) => format!("no chosen test of axis {name} sees it at a useful lever"),
     }
@@ -234,6 +225,6 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
 
 /// The method asked for, and no property of the machine, leaves an error out that lengths show.
 fn by_method(desk: &Desk, k: usize) -> Option<String> {
-    let by_method = desk.visible[k] && desk.settings.method.is_some();
+    let by_method = desk.sights[k].is_seen && desk.settings.method.is_some();
     by_method.then(|| "the tests of this --method do not show it; other tests do: plan without --method".into())
 }
