@@ -6,7 +6,7 @@ use assert_cmd::Command;
 use fiveaxis::bodies::{Bodies, Kit};
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::Machine;
-use fiveaxis::plan::{Coupled, Goal, Method, Plan, Settings, candidates, plan, plan_with_advice};
+use fiveaxis::plan::{Coupled, Goal, Method, Plan, PlannedTest, Settings, candidates, plan, plan_with_advice};
 
 fn load(name: &str) -> (Machine, Bodies, Kit) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
@@ -63,8 +63,50 @@ fn an_avoided_region_is_named_and_kept_out_of() {
         for planned in &found.tests {
             let stays_out = |q: &Vec<f64>| q[region.0] <= region.1 + 1e-9 || q[region.0] >= region.2 - 1e-9;
             assert!(planned.run.iter().all(stays_out), "{}", planned.test.name);
+            assert_stays_out_on_its_ways(planned, region);
         }
     }
+}
+
+/// No leg from park to a run's start and back touches the open region.
+fn assert_stays_out_on_its_ways(planned: &PlannedTest, (axis, from, to): (usize, f64, f64)) {
+    let corners = planned.approach.corners();
+    let off = 1e-5;
+    for way in corners.windows(2).map(|pair| [pair[0][axis], pair[1][axis]]).chain([[corners[0][axis]; 2]]) {
+        let (low, high) = (way[0].min(way[1]), way[0].max(way[1]));
+        assert!(low >= to - off || high <= from + off, "{}: {low}..{high} in {from}..{to}", planned.test.name);
+    }
+}
+
+#[test]
+fn park_positions_and_ways_keep_out_of_avoided_regions_too() {
+    let (machine, bodies, kit) = load("hermle-c600u.yaml");
+    let index = |name: &str| machine.axis_index(name).expect(name);
+    let deg = f64::to_radians;
+    // where the machine would park (Z 329, Y 0, A 0), and a strip that every test can be on either side of
+    let regions = [
+        ("Z", 300.0, 330.0),
+        ("Y", -10.0, 10.0),
+        ("A", deg(-1.0), deg(1.0)),
+        ("C", deg(-20.0), deg(20.0)),
+        ("X", -60.0, -20.0),
+    ];
+    let mut across = 0;
+    for (name, from, to) in regions {
+        let region = (index(name), from, to);
+        let settings = Settings { avoid: vec![region], ..Settings::default() };
+        let found = plan(&machine, &bodies, &kit, &settings).expect("plan");
+        assert!(!found.tests.is_empty(), "{name}");
+        found.tests.iter().for_each(|planned| assert_stays_out_on_its_ways(planned, region));
+        // the one thing left is the operator's: from one park position to another, and then the plan says so
+        let is_below = |planned: &PlannedTest| planned.approach.park[region.0] < 0.5 * (from + to);
+        let below = found.tests.iter().filter(|planned| is_below(planned)).count();
+        let is_across = below > 0 && below < found.tests.len();
+        let said = found.advice.iter().any(|line| line.starts_with(&format!("{name} goes through ")));
+        assert_eq!(said, is_across, "{name}: {:?}", found.advice);
+        across += usize::from(is_across);
+    }
+    assert!(across > 0, "no plan stands on both sides of a region: choose another one to see the words");
 }
 
 #[test]

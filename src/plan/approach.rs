@@ -3,6 +3,8 @@
 //! Cups, balls and stand are mounted on the way, the bar is not: it is put on at the start of the run-in. Setups are
 //! changed at the park position, so that every program starts and ends there and tests may run in any order.
 
+use super::candidates::Avoid;
+use super::free_range::free_parts;
 use crate::bodies::Bodies;
 use crate::chain::{Branch, Chain, Geometry};
 use crate::collision::{Aside, Leg, NoWay, Scene, Scratch, clear_way};
@@ -50,6 +52,7 @@ pub struct Parking {
     parks: Vec<Vec<f64>>,
     park_order: Vec<usize>,
     asides: Vec<Aside>,
+    avoid: Avoid,
 }
 
 /// Travel aside of an axis without range, mm.
@@ -58,8 +61,9 @@ const FREE_TRAVEL_MM: f64 = 300.0;
 const OFF_LIMIT_MM: f64 = 1.0;
 
 impl Parking {
-    /// Park positions of a machine: spindle and table apart, other axes at zero or in the middle.
-    pub fn of(machine: &Machine, bodies: &Bodies) -> Parking {
+    /// Park positions of a machine: spindle and table apart, other axes at zero or in the middle, all outside avoided regions
+    /// and on either side of them.
+    pub fn of(machine: &Machine, bodies: &Bodies, avoid: &Avoid) -> Parking {
         let chain = Chain::of(machine);
         let linear: Vec<usize> =
             (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
@@ -101,7 +105,17 @@ impl Parking {
         }
         let rotary = (0..machine.axes.len()).filter(|k| !linear.contains(k));
         let park_order = away.into_iter().chain(rotary).chain(others.iter().copied()).collect();
-        Parking { parks, park_order, asides }
+        let parks = parks.iter().flat_map(|park| outside(machine, avoid, &all_axes(park)));
+        let mut parks: Vec<Vec<f64>> = parks.map(|park| park.into_iter().map(|(_, q)| q).collect()).collect();
+        drop_repeated(&mut parks);
+        let mut asides: Vec<Aside> = asides.iter().flat_map(|aside| outside(machine, avoid, aside)).collect();
+        drop_repeated(&mut asides);
+        Parking { parks, park_order, asides, avoid: avoid.clone() }
+    }
+
+    /// No axis has to go through an avoided region on the way from a park position to a start.
+    pub fn serves(&self, park: usize, start: &[f64]) -> bool {
+        self.parks[park].iter().zip(start).enumerate().all(|(axis, (&q, &start))| is_free(&self.avoid, axis, q, start))
     }
 
     /// Number of park positions.
@@ -119,9 +133,77 @@ impl Parking {
         scratch: &mut Scratch,
     ) -> Result<Approach, NoWay> {
         let park = &self.parks[park];
-        let legs = clear_way(scene, park, start, &self.asides, margin_mm, scratch)?;
+        let is_free_way = |aside: &&Aside| aside.iter().all(|&(axis, q)| is_free(&self.avoid, axis, q, start[axis]));
+        let asides: Vec<Aside> = self.asides.iter().filter(is_free_way).cloned().collect();
+        let legs = clear_way(scene, park, start, &asides, margin_mm, scratch)?;
         Ok(Approach { park: park.clone(), park_order: self.park_order.clone(), legs })
     }
+}
+
+/// Positions closer than this to an avoided region's end are outside, mm or rad: programs state tens of nanometres.
+const AT_END: f64 = 1e-5;
+
+/// An axis may go from one position to another without a part of the way in an avoided region.
+fn is_free(avoid: &Avoid, axis: usize, one: f64, other: f64) -> bool {
+    let (low, high) = (one.min(other), one.max(other));
+    avoid.iter().all(|&(of, from, to)| of != axis || low >= to - AT_END || high <= from + AT_END)
+}
+
+fn all_axes(positions: &[f64]) -> Vec<(usize, f64)> {
+    positions.iter().copied().enumerate().collect()
+}
+
+/// Axis positions moved out of avoided regions, into every free part of each axis's range, the nearest first.
+fn outside(machine: &Machine, avoid: &Avoid, positions: &[(usize, f64)]) -> Vec<Vec<(usize, f64)>> {
+    let mut all = vec![positions.to_vec()];
+    for (place, &(axis, q)) in positions.iter().enumerate() {
+        if avoid.iter().all(|(other, ..)| *other != axis) {
+            continue;
+        }
+        let mut free: Vec<f64> =
+            free_parts(machine, axis, avoid).iter().map(|&(low, high)| q.clamp(low, high)).collect();
+        free.sort_by(|a, b| (a - q).abs().total_cmp(&(b - q).abs()));
+        all = free
+            .iter()
+            .flat_map(|&q| {
+                all.iter().cloned().map(move |mut positions| {
+                    positions[place].1 = q;
+                    positions
+                })
+            })
+            .collect();
+    }
+    all
+}
+
+/// Keeps the first of equals, in order.
+fn drop_repeated<T: PartialEq>(list: &mut Vec<T>) {
+    let mut kept: Vec<T> = Vec::new();
+    for item in list.drain(..) {
+        if !kept.contains(&item) {
+            kept.push(item);
+        }
+    }
+    *list = kept;
+}
+
+/// Avoided regions that lie between the park positions of some tests and those of others, in words.
+pub(super) fn crossings(machine: &Machine, avoid: &Avoid, parked: &[(&str, &Approach)]) -> Vec<String> {
+    let between = |&(axis, from, to): &(usize, f64, f64)| {
+        let (below, above): (Vec<_>, Vec<_>) = parked.iter().partition(|(_, way)| way.park[axis] <= from + AT_END);
+        let names = |tests: &[&(&str, &Approach)]| tests.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+        (!below.is_empty() && !above.is_empty()).then(|| {
+            let entry = &machine.axes[axis];
+            let [from, to] = [from, to].map(|q| (entry.kind.to_file_unit(q) * 1e3).round() / 1e3 + 0.0);
+            format!(
+                "{name} goes through {from}..{to}, which --avoid keeps out of use, between the park position of {} and that of {}: with the bar off, nothing is read there",
+                names(&below.iter().collect::<Vec<_>>()),
+                names(&above.iter().collect::<Vec<_>>()),
+                name = entry.name
+            )
+        })
+    };
+    avoid.iter().filter_map(between).collect()
 }
 
 /// Direction from the table into the spindle in the bed frame.

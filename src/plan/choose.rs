@@ -199,7 +199,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         world: &world,
         unknowns,
         all: &all,
-        parking: Parking::of(machine, bodies),
+        parking: Parking::of(machine, bodies, &settings.avoid),
         scratch: Scratch::default(),
         sights: Vec::new(),
         arcs: HashMap::new(),
@@ -366,7 +366,7 @@ impl<'a> Desk<'a> {
         }
     }
 
-    /// The way from a park position to the start of a sweep's run-in.
+    /// The way from a park position to the start of a sweep's run-in; `None` when an avoided region lies between.
     pub fn approach(
         &mut self,
         candidate: &Candidate,
@@ -377,7 +377,11 @@ impl<'a> Desk<'a> {
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
         let scene = instrument.scene_without_bar(self.world);
         let (rows, _) = candidate.rows(self.machine, sweep.from_deg, sweep.to_deg);
-        Some(self.parking.approach(park, &scene, rows.first()?, self.settings.margin_mm, &mut self.scratch))
+        let start = rows.first()?;
+        if !self.parking.serves(park, start) {
+            return None;
+        }
+        Some(self.parking.approach(park, &scene, start, self.settings.margin_mm, &mut self.scratch))
     }
 
     /// The longest clear sweep of a candidate to whose start there is a clear way; remembers what stood in the way.
@@ -424,12 +428,13 @@ impl<'a> Desk<'a> {
     fn no_way(&mut self, candidate: &Candidate, sweep: &ClearArc) -> Option<(String, String)> {
         let mut first = None;
         for park in 0..self.parking.count() {
-            match self.approach(candidate, sweep, park)? {
-                Ok(_) => return None,
-                Err(no_way) => first = first.or(Some(no_way.hit.pair)),
+            match self.approach(candidate, sweep, park) {
+                Some(Ok(_)) => return None,
+                Some(Err(no_way)) => first = first.or(Some(no_way.hit.pair)),
+                None => {}
             }
         }
-        first
+        first.or_else(|| Some(("every park position".into(), "region kept out of use".into())))
     }
 
     /// Minutes that a test adds to what is mounted already.

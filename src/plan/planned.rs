@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::approach::Approach;
+use super::approach::{Approach, crossings};
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
 use super::course::Drive;
@@ -94,7 +94,8 @@ pub struct Plan {
     pub goal_reached: bool,
     /// What tests from one pivot setup alone reach; `None` when a method or a limit on pivots was asked for, or without any test.
     pub one_pivot: Option<OnePivot>,
-    /// What would bring errors below the goal that the linear axes keep above it, in words with the figures.
+    /// Avoided regions that lie between park positions; what would bring errors below the goal that the linear axes keep above
+    /// it, in words with the figures.
     pub advice: Vec<String>,
 }
 
@@ -157,7 +158,7 @@ impl<'a> Desk<'a> {
         let errors = forecasts(self, &order);
         let approaches = self.approaches(&order);
         let mut names: HashMap<String, usize> = HashMap::new();
-        let tests = order
+        let tests: Vec<PlannedTest> = order
             .iter()
             .zip(approaches)
             .filter_map(|(entry, approach)| {
@@ -198,6 +199,8 @@ impl<'a> Desk<'a> {
             let goal = if error.is_angle { goal.orientation_rad } else { goal.position_mm };
             error.determined && (error.sigma <= goal * 1.001 || error.sigma_relative <= goal * 1.001)
         });
+        let parked: Vec<_> = tests.iter().map(|test| (test.test.name.as_str(), &test.approach)).collect();
+        let advice = crossings(self.machine, &self.settings.avoid, &parked);
         Plan {
             tests,
             errors,
@@ -207,7 +210,7 @@ impl<'a> Desk<'a> {
             considered: self.all.list.len(),
             goal_reached,
             one_pivot: None,
-            advice: Vec::new(),
+            advice,
         }
     }
 }
