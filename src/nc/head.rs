@@ -72,6 +72,17 @@ pub(super) fn head(
             });
         }
     }
+    match dialect {
+        Dialect::Generic => {
+            lines.push("G69 ends turned coordinates: take it out where the control has no such word".into());
+        }
+        Dialect::LinuxCnc => {
+            lines.push("the work offset must not be turned: no word ends that, G10 L2 P0 R0 sets it so".into());
+        }
+        Dialect::Heidenhain | Dialect::Sinumerik => {
+            lines.push("turned coordinates are switched off; a basic rotation of the offset must be zero".into());
+        }
+    }
     if dialect == Dialect::Generic {
         lines.push("G4 X is a dwell in seconds, change it where the control wants P".into());
         let axes: Vec<&str> =

@@ -13,6 +13,8 @@ pub(super) fn program(name: &str, head: &[String], steps: &[Step], in_machine_co
     // M5, M9: the operator's hands are at the spindle next. A control starts programs with the first two by itself, and no
     // other mode is changed, so that nothing is to be restored at the end
     lines.extend(["M129", "M127", "M5", "M9"].map(String::from));
+    // a tilted plane or a rotation that an earlier program left would turn what is written here; nothing moves
+    lines.extend(["PLANE RESET STAY", "CYCL DEF 10.0 ROTATION", "CYCL DEF 10.1 ROT+0"].map(String::from));
     // M91: this block in machine coordinates
     let after = if in_machine_coordinates { " M91" } else { "" };
     let decimals = Dialect::Heidenhain.decimals();

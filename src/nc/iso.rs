@@ -36,7 +36,8 @@ pub(super) fn program(
     // the operator's hands are at the spindle next; off before modes are saved, so that they come back off
     out.push_str("M5\nM9\n");
     out.push_str(&save(dialect));
-    // no tool length, no radius, no tool centre point control: axes move as written
+    // no turned coordinates, no tool length, no radius, no tool centre point control: axes move as written
+    out.push_str(straight(dialect));
     out.push_str(modes(dialect));
     if dialect == Dialect::LinuxCnc {
         out.push_str(&comment("identity kinematics: with xyzac-trt-kins switch by M429 before"));
@@ -56,6 +57,17 @@ pub(super) fn program(
         out.push_str("%\n");
     }
     out
+}
+
+/// What switches turned and shifted coordinates off that an earlier program left; before the plane, which Fanuc's controls do
+/// not take while coordinates are turned. Sinumerik: `TRANS` alone drops all that a program shifted, turned, mirrored or
+/// scaled, the others what follows tool and workpiece. LinuxCNC turns the work offset itself (`G10 L2 R`): no word ends that.
+fn straight(dialect: Dialect) -> &'static str {
+    match dialect {
+        Dialect::Generic => "G69\n",
+        Dialect::Sinumerik => "TRANS\nTOROTOF\nPAROTOF\n",
+        _ => "",
+    }
 }
 
 /// Modes in which a program runs.

@@ -1,6 +1,6 @@
 //! Reads programs back into motions, word by word and for itself: no code of the writers. What it does not know is an error.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One thing that a program makes the machine do. Positions as written, by axis name.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +49,7 @@ pub fn read_iso(text: &str, sinumerik: bool, modes: &[(&'static str, &str)]) -> 
     let mut program =
         Program { modes: modes.iter().map(|(group, word)| (*group, word.to_string())).collect(), ..Program::default() };
     let mut saved: BTreeMap<String, String> = BTreeMap::new();
+    let mut straightened: BTreeSet<String> = BTreeSet::new();
     let mut machine_blocks = [0, 0];
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && *line != "%") {
         if let Some(comment) = comment(line, sinumerik) {
@@ -62,6 +63,10 @@ pub fn read_iso(text: &str, sinumerik: bool, modes: &[(&'static str, &str)]) -> 
         if sinumerik && ["TRAFOOF", "D0"].contains(&line) {
             continue;
         }
+        if sinumerik && ["TRANS", "TOROTOF", "PAROTOF"].contains(&line) {
+            straightened.insert(line.to_string());
+            continue;
+        }
         let words: Vec<(String, f64)> = line.split(' ').filter(|word| *word != "SUPA").map(word).collect();
         let in_machine = line.ends_with(" SUPA") || words.contains(&("G".into(), 53.0));
         let mut axes = BTreeMap::new();
@@ -73,6 +78,11 @@ pub fn read_iso(text: &str, sinumerik: bool, modes: &[(&'static str, &str)]) -> 
                 ("G", 53.0) => {}
                 ("G", code) => {
                     let word = format!("G{code}");
+                    if word == "G69" {
+                        straightened.insert(word.clone());
+                    }
+                    // controls of Fanuc's kind take no plane while coordinates are turned
+                    assert!(group(&word) != "plane" || sinumerik || straightened.contains("G69"), "{line}");
                     program.modes.insert(group(&word), word);
                 }
                 ("M", 0.0) => program.acts.push(Act::Stop),
@@ -99,6 +109,8 @@ pub fn read_iso(text: &str, sinumerik: bool, modes: &[(&'static str, &str)]) -> 
         if axes.is_empty() {
             continue;
         }
+        // what an earlier program left turned is off before anything moves
+        assert_eq!(straightened.len(), if sinumerik { 3 } else { 1 }, "{line}");
         let mode = |group: &str| program.modes.get(group).map_or("", String::as_str);
         let act = match mode("motion") {
             "G0" => Act::Rapid(axes),
@@ -140,6 +152,7 @@ pub fn read_iso(text: &str, sinumerik: bool, modes: &[(&'static str, &str)]) -> 
 pub fn read_heidenhain(text: &str) -> Program {
     let mut program = Program::default();
     let mut centre = BTreeMap::new();
+    let mut straightened = 0;
     let mut machine_blocks = [0, 0];
     for (index, line) in text.lines().enumerate() {
         let (number, line) = line.split_once(' ').expect("a number before each block");
@@ -161,6 +174,11 @@ pub fn read_heidenhain(text: &str) -> Program {
             "END" => program.acts.push(Act::End),
             "STOP" => program.acts.push(Act::Stop),
             "M129" | "M127" | "M5" | "M9" => {}
+            "PLANE" | "CYCL"
+                if ["PLANE RESET STAY", "CYCL DEF 10.0 ROTATION", "CYCL DEF 10.1 ROT+0"].contains(&line) =>
+            {
+                straightened += 1;
+            }
             "CYCL" if words[2] == "9.0" => {}
             "CYCL" => program.acts.push(Act::Dwell(words[4].parse().expect("seconds"))),
             "CC" => {
@@ -177,6 +195,7 @@ pub fn read_heidenhain(text: &str) -> Program {
                 program.acts.push(Act::Arc { plane: axes, end, centre, counter_clockwise, feed });
             }
             "L" => {
+                assert_eq!(straightened, 3, "{line}");
                 machine_blocks[usize::from(words.contains(&"M91"))] += 1;
                 let words: Vec<&str> = words[1..].iter().copied().filter(|word| *word != "M91").collect();
                 let (feed, words) = words.split_last().expect("words");
@@ -235,6 +254,7 @@ fn group(word: &str) -> &'static str {
         "G17" | "G18" | "G19" => "plane",
         "G20" | "G21" | "G70" | "G71" | "G700" | "G710" => "unit",
         "G40" => "radius",
+        "G68" | "G69" => "turn",
         "G49" => "length",
         "G60" | "G61" | "G64" | "G641" => "path",
         "G90" | "G91" => "distance",

@@ -5,10 +5,12 @@
 (gauge length 110.000 mm from spindle nose to ball, tool length off)
 (positions in work coordinates with zero at the zero of the machine file)
 (work offset that must be active, from machine_zero: C 0.0000 A -0.5000 Y -410.0000 X 312.5000 Z 96.1250)
+(G69 ends turned coordinates: take it out where the control has no such word)
 (G4 X is a dwell in seconds, change it where the control wants P)
 (F of a block with C or A alone is deg/min)
 M5
 M9
+G69
 G17 G21 G40 G49 G90 G94
 (pivot on table top ball 75.000 mm above it)
 (pivot ball at x 0.000 y -100.000 z 0.000 with all axes at zero)
