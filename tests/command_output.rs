@@ -229,3 +229,36 @@ fn programs_stop_spindle_and_coolant_before_the_operator_and_say_their_state() {
     }
     assert!(seen >= 8 && seen % 4 == 0, "{seen}");
 }
+
+#[test]
+fn clearance_tells_where_a_limit_cuts_a_run_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mill = machine("hermle-c600u.yaml");
+    succeeds(folder, &["plan", &mill, "--method", "chapter5", "--out", "plan"]);
+    let said = |text: &str| text.lines().filter(|line| line.contains("the limit of")).map(String::from).collect();
+    let cut = |overshoot: &str| -> (Vec<String>, Vec<serde_json::Value>) {
+        let session = std::fs::read_to_string(folder.join("plan/session.yaml")).unwrap();
+        let longer = session.replace("overshoot: 4", &format!("overshoot: {overshoot}"));
+        std::fs::write(folder.join("plan/longer.yaml"), longer).unwrap();
+        let text = succeeds(folder, &["clearance", "plan/longer.yaml"]);
+        let json = succeeds(folder, &["clearance", "plan/longer.yaml", "--json"]);
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let tests = json["tests"].as_array().unwrap().iter();
+        (said(&text), tests.flat_map(|test| test["run_in_cut"].as_array().unwrap().clone()).collect())
+    };
+    assert_eq!(cut("4"), (vec![], vec![]));
+    // the tilt runs -30...110 deg: 40 deg before and after a sweep of about -20...70 deg are less than it has left at the start
+    let (lines, cuts) = cut("40");
+    assert_eq!(lines.len(), cuts.len());
+    assert!(!cuts.is_empty());
+    let tilt = fiveaxis::load::load_machine(&std::path::PathBuf::from(&mill)).unwrap();
+    let (low, high) = tilt.axes[tilt.axis_index("A").unwrap()].range.unwrap();
+    for (cut, line) in cuts.iter().zip(&lines) {
+        assert_eq!(cut["axis"], "A");
+        let [wanted, limit] = ["wanted", "limit"].map(|key| cut[key].as_f64().unwrap());
+        let nearest = if wanted < 0.0 { low.to_degrees() } else { high.to_degrees() };
+        assert!((limit - nearest).abs() < 1e-3 && wanted.abs() > limit.abs(), "{cut}");
+        assert!(line.contains(&format!("at A {limit:?}")) && line.contains(&format!("not at {wanted:?}")), "{line}");
+    }
+}

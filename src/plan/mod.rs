@@ -9,6 +9,7 @@
 //! | `course` | how do the axes move: one alone, one followed by linear axes, two on a circle? |
 //! | `following` | where can linear axes follow a rotary axis, the bar keeping its direction in the turning frame? |
 //! | `planar` | where can two linear axes draw a circle? |
+//! | `run_in` | how far does a run go beyond its arc, and what do ranges cut from that? |
 //! | `reach` | how far can the axis sweep before something comes too close? |
 //! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
@@ -74,6 +75,6 @@ pub use mounting::{Arm, CupLooks, Mounting};
 pub use out_of_reach::OutOfReach;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearArc, ClearSweep, longest_sweep};
-pub use run_in::{OFF_LIMIT, RUN_IN, rows_with_run_in};
+pub use run_in::{CutRunIn, OFF_LIMIT, RUN_IN, RunEnd, cut_run_ins, rows_with_run_in};
 pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;

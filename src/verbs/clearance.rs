@@ -6,7 +6,8 @@ use clap::Args;
 use fiveaxis::chain::Chain;
 use fiveaxis::collision::{Instrument, Scratch, World, sweep_clearance};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, load_session, standard_kit};
-use fiveaxis::plan::rows_with_run_in;
+use fiveaxis::machine::Machine;
+use fiveaxis::plan::{CutRunIn, RunEnd, cut_run_ins, rows_with_run_in};
 use fiveaxis::session::Motion;
 use serde_json::{Map, Value, json};
 
@@ -59,6 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             "clearance_mm": (least.mm * 1e3).round() / 1e3,
             "pair": [least.pair.0, least.pair.1],
             "positions": positions,
+            "run_in_cut": cut_run_ins(&machine, test, &motion).iter().map(|cut| cut_json(&machine, cut)).collect::<Vec<_>>(),
         }));
     }
     if arguments.json {
@@ -82,11 +84,31 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             text(&test["pair"][1]),
             pose.join(" ")
         );
+        for cut in test["run_in_cut"].as_array().into_iter().flatten() {
+            let what = if cut["end"] == "start" { "run-in begins" } else { "run-out ends" };
+            println!(
+                "  {what} at {axis} {}, the limit of {axis}, and not at {}: the sweep is checked as far as that",
+                cut["limit"],
+                cut["wanted"],
+                axis = text(&cut["axis"])
+            );
+        }
     }
     if let Some(note) = touching_note(&world) {
         println!("{note}");
     }
     Ok(())
+}
+
+/// A cut run-in, positions in mm or deg.
+fn cut_json(machine: &Machine, cut: &CutRunIn) -> Value {
+    let axis = &machine.axes[cut.axis];
+    let [wanted, limit] = [cut.wanted, cut.limit].map(|q| (axis.kind.to_file_unit(q) * 1e4).round() / 1e4 + 0.0);
+    let end = match cut.end {
+        RunEnd::Start => "start",
+        RunEnd::End => "end",
+    };
+    json!({ "end": end, "axis": axis.name, "wanted": wanted, "limit": limit })
 }
 
 /// What is left out because it touches with all axes at zero: by design, or a body in the wrong place.
