@@ -524,3 +524,16 @@ fn chapter_6_takes_the_two_places_that_tell_most() {
         assert!(brute_force(&machine, &bodies, &kit, test) > 5.0 - 1e-6);
     }
 }
+
+#[test]
+fn chapter_7_finds_the_lowest_stand_beside_a_head() {
+    let (machine, bodies, kit) = load("table-head-ab-blade.yaml");
+    // with the pivot of B's long bar 60 mm above the angle plate Y would have to be 5.8 mm beyond its limit
+    for method in [Method::Chapter4, Method::Chapter7] {
+        let planned = plan(&machine, &bodies, &kit, &settings(Some(method))).expect("fits");
+        assert_eq!(planned.tests.len(), 4);
+        for test in &planned.tests {
+            assert!(brute_force(&machine, &bodies, &kit, test) > 5.0 - 1e-6, "{}", test.test.name);
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use assert_cmd::Command;
-use fiveaxis::bodies::{Bodies, Kit};
+use fiveaxis::bodies::{Bodies, Kit, Mount};
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::Machine;
 use fiveaxis::plan::{Coupled, Goal, Method, Plan, PlannedTest, Settings, candidates, plan, plan_with_advice};
@@ -289,4 +289,18 @@ fn what_no_length_shows_is_blamed_on_no_option() {
             assert!(is_law || margin_mm > 5.0 || by_time, "{minutes:?}: {}: {}", error.name, error.reason);
         }
     }
+}
+
+#[test]
+fn a_surface_listed_twice_is_one() {
+    let (machine, mut bodies, kit) = load("hermle-c600u.yaml");
+    let once = candidates(&machine, &bodies, &kit, &Vec::new(), &Coupled::default());
+    let mount = bodies.mounts[0].clone();
+    bodies.mounts.extend((0..300).map(|k| Mount { name: format!("table top {k}"), ..mount.clone() }));
+    let many = candidates(&machine, &bodies, &kit, &Vec::new(), &Coupled::default());
+    assert_eq!((many.sites.len(), many.list.len()), (once.sites.len(), once.list.len()));
+    // one of another height is another one
+    bodies.mounts.push(Mount { middle: mount.middle + mount.normal * 5.0, ..mount });
+    let other = candidates(&machine, &bodies, &kit, &Vec::new(), &Coupled::default());
+    assert!(other.sites.len() > once.sites.len());
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::course::Drive;
 use super::following::following;
 use super::free_range::{free_parts, sweep_wanted};
-use super::places::{pivot_sites, spindle_places};
+use super::places::{Offer, pivot_sites, spindle_places};
 use super::planar::circles;
 use super::solver::{Pull, Solved, Stance, Unreachable};
 use crate::bodies::{Bodies, Kit};
@@ -94,11 +94,23 @@ const SAME_LENGTH_MM: f64 = 5e-6;
 
 /// All reachable setups of a machine.
 pub fn candidates(machine: &Machine, bodies: &Bodies, kit: &Kit, avoid: &Avoid, coupled: &Coupled) -> Candidates {
+    candidates_at(machine, bodies, kit, avoid, coupled, Offer::Spread)
+}
+
+/// The same from the places offered.
+pub(super) fn candidates_at(
+    machine: &Machine,
+    bodies: &Bodies,
+    kit: &Kit,
+    avoid: &Avoid,
+    coupled: &Coupled,
+    offer: Offer,
+) -> Candidates {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
     let mut all = Candidates {
-        sites: pivot_sites(machine, &chain, bodies, kit),
-        places: spindle_places(machine, &chain, bodies, kit),
+        sites: pivot_sites(machine, &chain, bodies, kit, offer),
+        places: spindle_places(machine, &chain, bodies, kit, offer),
         ..Candidates::default()
     };
     let rotary: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary).collect();

@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
 
 use super::approach::{Approach, Parking};
-use super::candidates::{Avoid, Candidate, Candidates, Coupled, candidates};
+use super::candidates::{Avoid, Candidate, Candidates, Coupled, candidates_at};
 use super::following::FOLLOWED;
 use super::indexed::{INDEX_MIN, IndexError};
 use super::information::{BLOCK_ROWS, Block, Nuisance, Uncertainty, Unknowns};
 use super::knowledge::Knowledge;
 use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
+use super::places::Offer;
 use super::planned::Plan;
 use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
 use super::run_in::RUN_IN;
@@ -182,7 +183,8 @@ pub(super) struct Desk<'a> {
 pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) -> Result<Plan, PlanError> {
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
-    let all = candidates(machine, bodies, kit, &settings.avoid, &settings.coupled);
+    let offer = if settings.method.is_some() { Offer::Level } else { Offer::Spread };
+    let all = candidates_at(machine, bodies, kit, &settings.avoid, &settings.coupled, offer);
     out_of_reach::refuse(machine, bodies, kit, &all)?;
     let unknowns = match settings.coupled.circles {
         true => Unknowns::with_squareness(machine, settings.uncertainty),

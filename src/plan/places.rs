@@ -16,14 +16,36 @@ const PARALLEL: f64 = 1e-4;
 /// Nearest setups of the stem that are tried for a fixture's arm, or without one.
 const MOST_REACHES: usize = 4;
 
+/// Which places are offered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Offer {
+    /// Spread over what the kit allows: a free choice finds what tells most among them.
+    Spread,
+    /// Those, every arm a bar's length from each axis at any inclination and the lowest stand beside heads too: methods of the
+    /// thesis ask for the shortest bar across the axis, and for the next longer one from there.
+    Level,
+}
+
 /// Pivot ball places on all mounts.
-pub(super) fn pivot_sites(machine: &Machine, chain: &Chain, bodies: &Bodies, kit: &Kit) -> Vec<PivotSite> {
+pub(super) fn pivot_sites(
+    machine: &Machine,
+    chain: &Chain,
+    bodies: &Bodies,
+    kit: &Kit,
+    offer: Offer,
+) -> Vec<PivotSite> {
+    let all_rotary: Vec<&Axis> = rotary(machine).map(|k| &machine.axes[k]).collect();
     let mut all = Vec::new();
     for (index, mount) in bodies.mounts.iter().enumerate() {
+        let is_same = |other: &Mount| Mount { name: mount.name.clone(), ..other.clone() } == *mount;
+        if bodies.mounts[..index].iter().any(is_same) {
+            // a surface listed twice offers nothing new
+            continue;
+        }
         if let Some(link) = chain.link(&mount.link) {
             let carrying: Vec<&Axis> =
                 rotary(machine).filter(|&k| chain.carries(k, link)).map(|k| &machine.axes[k]).collect();
-            all.extend(on_mount(kit, mount, &carrying).into_iter().map(|[u, v, height_mm]| {
+            all.extend(on_mount(kit, mount, (&all_rotary, &carrying), offer).into_iter().map(|[u, v, height_mm]| {
                 let at = (mount.point(u, v) + mount.normal * height_mm).map(|x| tidy(x, NANOMETRE));
                 PivotSite { mount: index, link, at, height_mm }
             }));
@@ -36,8 +58,8 @@ fn rotary(machine: &Machine) -> impl Iterator<Item = usize> {
     (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary)
 }
 
-/// Balls on a mount, `carrying` the rotary axes that carry it: along, across and above the surface, mm.
-fn on_mount(kit: &Kit, mount: &Mount, carrying: &[&Axis]) -> Vec<[f64; 3]> {
+/// Balls on a mount, given all rotary axes and those that carry it: along, across and above the surface, mm.
+fn on_mount(kit: &Kit, mount: &Mount, (all, carrying): (&[&Axis], &[&Axis]), offer: Offer) -> Vec<[f64; 3]> {
     let [lowest, highest] = kit.pivot_stand.height_mm;
     let edge = kit.pivot_stand.base_radius_mm;
     let upright = |axis: &Axis| axis.direction.dot(&mount.normal).abs();
@@ -49,6 +71,10 @@ fn on_mount(kit: &Kit, mount: &Mount, carrying: &[&Axis]) -> Vec<[f64; 3]> {
         .filter(|height| *height >= lowest && *height <= highest)
         .collect();
     heights.extend([lowest.max(60.0).min(highest), (lowest + highest) * 0.5, highest]);
+    if carrying.is_empty() && offer == Offer::Level {
+        // beside a head every millimetre of its slides counts
+        heights.push(lowest);
+    }
     heights.sort_by(f64::total_cmp);
     heights.dedup_by(|a, b| (*a - *b).abs() < 1.0);
     let mut points = spread_over(kit, mount);
@@ -56,7 +82,7 @@ fn on_mount(kit: &Kit, mount: &Mount, carrying: &[&Axis]) -> Vec<[f64; 3]> {
         points.extend(beside_axis_along(kit, mount, axis));
     }
     // where an axis line meets the surface: a ball that stands still there needs no slide to bring it onto the line
-    for axis in carrying.iter().filter(|axis| upright(axis) > UPRIGHT) {
+    for axis in all.iter().filter(|axis| upright(axis) > UPRIGHT) {
         let from = axis.origin - mount.middle;
         points.push([from.dot(&mount.along), from.dot(&mount.across())].map(|x| tidy(x, MICROMETRE)));
     }
@@ -149,14 +175,18 @@ fn ends_of(kit: &Kit, mount: &Mount, across_mm: f64) -> [f64; 3] {
 /// How far to go from a point along a way to stand `length_mm` from an axis line: `|w + t·d| = L` with w and d the parts of
 /// point and way across the line, all axes at zero. At most two places.
 fn at_distance(axis: &Axis, from: &Vector3<f64>, way: &Vector3<f64>, length_mm: f64) -> Vec<f64> {
-    let across = |v: Vector3<f64>| v - axis.direction * v.dot(&axis.direction);
-    let (w, d) = (across(from - axis.origin), across(*way));
+    let (w, d) = (across(axis, &(from - axis.origin)), across(axis, way));
     let (a, b, c) = (d.norm_squared(), w.dot(&d), w.norm_squared() - length_mm * length_mm);
     let under = b * b - a * c;
     if a < PARALLEL || under < 0.0 {
         return Vec::new();
     }
     [-under.sqrt(), under.sqrt()].map(|root| (root - b) / a).to_vec()
+}
+
+/// The part of a vector across an axis.
+fn across(axis: &Axis, vector: &Vector3<f64>) -> Vector3<f64> {
+    vector - axis.direction * vector.dot(&axis.direction)
 }
 
 /// Places are stated to the micrometre where anything near will do, finer where a bar's length is to be met.
@@ -169,7 +199,13 @@ fn tidy(value_mm: f64, per_mm: f64) -> f64 {
 }
 
 /// Spindle ball on the tool axis and on fixtures, nearest the nose first.
-pub(super) fn spindle_places(machine: &Machine, chain: &Chain, bodies: &Bodies, kit: &Kit) -> Vec<SpindlePlace> {
+pub(super) fn spindle_places(
+    machine: &Machine,
+    chain: &Chain,
+    bodies: &Bodies,
+    kit: &Kit,
+    offer: Offer,
+) -> Vec<SpindlePlace> {
     let Some(spindle) = &bodies.spindle else { return Vec::new() };
     let Some(link) = chain.link(&spindle.link) else { return Vec::new() };
     let base = spindle.ball();
@@ -190,8 +226,10 @@ pub(super) fn spindle_places(machine: &Machine, chain: &Chain, bodies: &Bodies, 
     for (order, (aside_mm, aside)) in asides.into_iter().enumerate() {
         // an arm along the axis is level where the straight stem is, one aside of it elsewhere
         let mut lengths = on_tool.clone();
-        lengths.extend(reaches(kit, &heads, &(base + aside), &down));
-        sort_apart(&mut lengths);
+        if offer == Offer::Level {
+            lengths.extend(reaches(kit, &heads, &(base + aside), &down));
+            sort_apart(&mut lengths);
+        }
         places.extend(lengths.into_iter().map(|reach| {
             let at = base + aside + down * reach;
             (reach, order, SpindlePlace { link, at, aside_mm })
@@ -205,7 +243,13 @@ pub(super) fn spindle_places(machine: &Machine, chain: &Chain, bodies: &Bodies, 
 fn reaches(kit: &Kit, heads: &[&Axis], ball: &Vector3<f64>, down: &Vector3<f64>) -> Vec<f64> {
     let mut reaches = vec![0.0, kit.spindle_reach_mm];
     for axis in heads {
-        let level = kit.lengths_mm().into_iter().flat_map(|length| at_distance(axis, ball, down, length));
+        let beside_mm = across(axis, &(ball - axis.origin)).norm();
+        let is_along = across(axis, down).norm_squared() < PARALLEL;
+        let level = kit.lengths_mm().into_iter().flat_map(|length| match is_along {
+            // an axis along the tool is as far whatever the stem: other heights
+            true => vec![length - beside_mm],
+            false => at_distance(axis, ball, down, length),
+        });
         reaches.extend(level.map(|reach| tidy(reach, NANOMETRE)).filter(|&r| r > 1.0 && r <= kit.spindle_reach_mm));
     }
     sort_apart(&mut reaches);
