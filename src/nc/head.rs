@@ -80,7 +80,7 @@ pub(super) fn head(
             lines.push("the work offset must not be turned: no word ends that, G10 L2 P0 R0 sets it so".into());
         }
         Dialect::Heidenhain | Dialect::Sinumerik => {
-            lines.push("turned coordinates are switched off; a basic rotation of the offset must be zero".into());
+            lines.push("turned coordinates are switched off, a basic rotation of the offset must be zero".into());
         }
     }
     if dialect == Dialect::Generic {

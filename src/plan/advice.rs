@@ -21,6 +21,11 @@ pub fn plan_with_advice(machine: &Machine, bodies: &Bodies, kit: &Kit, settings:
         if found.errors.iter().all(|error| error.determined) {
             break;
         }
+        // pivots and margin leave the reach as it is: what no reachable length shows stays unseen without them
+        let widens_reach = relaxed.avoid != settings.avoid || relaxed.coupled != settings.coupled;
+        if !widens_reach && found.errors.iter().all(|error| error.determined || !error.visible) {
+            continue;
+        }
         let Ok(free) = plan(machine, bodies, kit, &relaxed) else { continue };
         for (error, other) in found.errors.iter_mut().zip(&free.errors) {
             if !error.determined && other.determined && !error.reason.starts_with(LEFT_OUT) {

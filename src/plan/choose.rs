@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::hash::BuildHasherDefault;
 use std::rc::Rc;
 
 use super::approach::{Approach, Parking};
@@ -9,7 +10,7 @@ use super::candidates::{Avoid, Candidate, Candidates, Coupled, candidates_at};
 use super::following::FOLLOWED;
 use super::indexed::{INDEX_MIN, IndexError};
 use super::information::{BLOCK_ROWS, Block, Nuisance, Uncertainty, Unknowns};
-use super::knowledge::Knowledge;
+use super::knowledge::{Knowledge, Mix};
 use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
 use super::places::Offer;
@@ -145,6 +146,9 @@ pub(super) struct Untimed {
     pub reasons: Vec<Option<String>>,
 }
 
+/// Something known of candidates, by their address in `all`.
+type ByCandidate<T> = HashMap<*const Candidate, T, BuildHasherDefault<Mix>>;
+
 /// What evaluating candidates needs.
 pub(super) struct Desk<'a> {
     pub machine: &'a Machine,
@@ -164,9 +168,11 @@ pub(super) struct Desk<'a> {
     /// For each wanted error: what lengths of reachable setups show of it if nothing stands in their way.
     pub sights: Vec<Sight>,
     /// Arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
-    pub arcs: HashMap<*const Candidate, Option<ClearArc>>,
+    pub arcs: ByCandidate<Option<ClearArc>>,
     /// What whole arcs tell, by the candidate's address in `all`, and the variances that they leave alone: likewise.
-    pub told: RefCell<HashMap<*const Candidate, Told>>,
+    pub told: RefCell<ByCandidate<Told>>,
+    /// Variances of the wanted errors that all setups of a pivot place would leave, by place: every goal ranks by them.
+    pub promises: RefCell<BTreeMap<usize, Vec<f64>>>,
     /// The choice without a limit on time, where it does not fit in the time allowed.
     pub untimed: Option<Untimed>,
     /// All pairs of clear setups are tried where nothing else shows an error.
@@ -204,8 +210,9 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         parking: Parking::of(machine, bodies, &settings.avoid),
         scratch: Scratch::default(),
         sights: Vec::new(),
-        arcs: HashMap::new(),
+        arcs: ByCandidate::default(),
         told: RefCell::default(),
+        promises: RefCell::default(),
         untimed: None,
         tries_all_pairs: true,
         is_indexed: false,

@@ -3,7 +3,7 @@
 //! Gains of earlier rounds are upper bounds (information only shrinks as more is known, and a shortened sweep only loses),
 //! so most candidates are never looked at again. Gain is the fall of Σ ln max(σᵢ², goalᵢ²) over the wanted errors.
 
-use std::collections::{BTreeMap, BinaryHeap, HashSet};
+use std::collections::{BTreeMap, BinaryHeap};
 
 use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry, MAX_FAILURES};
@@ -52,8 +52,8 @@ pub(super) struct Search<'a> {
     pub knowledge: Knowledge,
     /// Indices of the entries taken, in order.
     pub chosen: Vec<usize>,
-    /// Entries taken or not clear.
-    pub dead: HashSet<usize>,
+    /// By entry: taken or not clear.
+    pub dead: Vec<bool>,
     /// By axis: setups that proved not clear.
     pub failures: BTreeMap<usize, usize>,
     pub minutes: f64,
@@ -67,11 +67,12 @@ impl<'a> Desk<'a> {
 
     /// Chooses tests one by one from a list after those of another choice, as far as these fit in the time.
     pub(super) fn greedy_from(&mut self, list: impl Iterator<Item = &'a Candidate>, base: &Choice<'a>) -> Choice<'a> {
+        let entries: Vec<Entry<'a>> = list.map(|candidate| self.entry(candidate, None)).collect();
         let mut search = Search {
-            entries: list.map(|candidate| self.entry(candidate, None)).collect(),
+            dead: vec![false; entries.len()],
+            entries,
             knowledge: Knowledge::before_with_loose_setups(&self.unknowns),
             chosen: Vec::new(),
-            dead: HashSet::new(),
             failures: BTreeMap::new(),
             minutes: 0.0,
         };
@@ -114,8 +115,10 @@ impl<'a> Desk<'a> {
     pub fn may_mount(&self, search: &Search, k: usize) -> bool {
         let site = search.entries[k].candidate.site;
         self.settings.pivots.is_none_or(|most| {
-            let mounted: HashSet<usize> = search.chosen.iter().map(|&k| search.entries[k].candidate.site).collect();
-            mounted.contains(&site) || mounted.len() < most
+            let site_of = |place: usize| search.entries[search.chosen[place]].candidate.site;
+            let places = 0..search.chosen.len();
+            let is_first = |place: &usize| (0..*place).all(|before| site_of(before) != site_of(*place));
+            places.clone().any(|place| site_of(place) == site) || places.filter(is_first).count() < most
         })
     }
 
@@ -123,13 +126,13 @@ impl<'a> Desk<'a> {
     fn extend(&mut self, search: &mut Search<'a>) {
         let count = search.entries.len();
         let mut gains = vec![f64::MAX; count];
-        let alive = |dead: &HashSet<usize>| -> BinaryHeap<Bound> {
-            (0..count).filter(|k| !dead.contains(k)).map(|k| Bound(f64::MAX, k, 0)).collect()
+        let alive = |dead: &[bool]| -> BinaryHeap<Bound> {
+            (0..count).filter(|k| !dead[*k]).map(|k| Bound(f64::MAX, k, 0)).collect()
         };
         let mut heap = alive(&search.dead);
         let (mut round, mut worth) = (1, self.worth(&search.knowledge.variances()));
         while let Some(Bound(_, k, seen)) = heap.pop() {
-            if search.dead.contains(&k) || search.chosen.len() >= MAX_TESTS || !self.may_mount(search, k) {
+            if search.dead[k] || search.chosen.len() >= MAX_TESTS || !self.may_mount(search, k) {
                 continue;
             }
             let cost = self.cost(&search.entries[k], &search.knowledge);
@@ -163,7 +166,7 @@ impl<'a> Desk<'a> {
             if search.entries[k].sweep.is_none() {
                 let candidate = search.entries[k].candidate;
                 if search.failures.get(&candidate.axis).is_some_and(|&count| count >= MAX_FAILURES) {
-                    search.dead.insert(k);
+                    search.dead[k] = true;
                     continue;
                 }
                 match self.clear(candidate) {
@@ -172,7 +175,7 @@ impl<'a> Desk<'a> {
                         heap.push(Bound(f64::MAX, k, 0));
                     }
                     None => {
-                        search.dead.insert(k);
+                        search.dead[k] = true;
                         *search.failures.entry(candidate.axis).or_default() += 1;
                     }
                 }
@@ -183,7 +186,7 @@ impl<'a> Desk<'a> {
             round += 1;
             // gains only fall, but costs fall too when a setup is mounted: bounds anew
             heap = (0..count)
-                .filter(|k| !search.dead.contains(k))
+                .filter(|k| !search.dead[*k])
                 .map(|k| Bound(gains[k] / self.cost(&search.entries[k], &search.knowledge), k, 0))
                 .collect();
         }
@@ -204,7 +207,7 @@ impl<'a> Desk<'a> {
         search.minutes += self.cost(&search.entries[k], &search.knowledge);
         search.knowledge.add(&search.entries[k].block);
         search.chosen.push(k);
-        search.dead.insert(k);
+        search.dead[k] = true;
     }
 
     /// Drops tests without which the wanted errors are as good, dearest first.

@@ -17,7 +17,7 @@ impl<'a> Desk<'a> {
         list.iter().for_each(|candidate| by_site[candidate.site].push(candidate));
         let mut ranked: Vec<(f64, usize)> = (0..by_site.len())
             .filter(|&site| !by_site[site].is_empty())
-            .map(|site| (self.promise(&by_site[site]), site))
+            .map(|site| (self.promise(site, &by_site[site]), site))
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut best: Option<(Reached, Choice<'a>)> = None;
@@ -37,14 +37,18 @@ impl<'a> Desk<'a> {
     }
 
     /// What a place's setups would tell if all were clear: Σ ln max(σ², goal²), smaller is better.
-    fn promise(&self, candidates: &[&'a Candidate]) -> f64 {
-        let mut knowledge = Knowledge::before_with_loose_setups(&self.unknowns);
-        let axes: std::collections::BTreeSet<usize> = candidates.iter().map(|candidate| candidate.axis).collect();
-        for axis in axes {
-            let mine: Vec<_> = candidates.iter().filter(|candidate| candidate.axis == axis).collect();
-            let step = mine.len().div_ceil(RANKED_BY / 2).max(1);
-            mine.iter().step_by(step).for_each(|candidate| knowledge.add(&self.entry(candidate, None).block));
-        }
-        self.worth(&knowledge.variances())
+    fn promise(&self, site: usize, candidates: &[&'a Candidate]) -> f64 {
+        let mut known = self.promises.borrow_mut();
+        let variances = known.entry(site).or_insert_with(|| {
+            let mut knowledge = Knowledge::before_with_loose_setups(&self.unknowns);
+            let axes: std::collections::BTreeSet<usize> = candidates.iter().map(|candidate| candidate.axis).collect();
+            for axis in axes {
+                let mine: Vec<_> = candidates.iter().filter(|candidate| candidate.axis == axis).collect();
+                let step = mine.len().div_ceil(RANKED_BY / 2).max(1);
+                mine.iter().step_by(step).for_each(|candidate| knowledge.add(&self.entry(candidate, None).block));
+            }
+            knowledge.variances()
+        });
+        self.worth(variances)
     }
 }

@@ -16,7 +16,7 @@ impl<'a> Desk<'a> {
     /// The pair of clear tests from one pivot and one spindle ball with the greatest gain per minute, if any has one.
     pub(super) fn best_pair(&mut self, search: &mut Search<'a>, worth: f64) -> Option<[usize; 2]> {
         let usable: Vec<bool> =
-            (0..search.entries.len()).map(|k| !search.dead.contains(&k) && self.may_mount(search, k)).collect();
+            (0..search.entries.len()).map(|k| !search.dead[k] && self.may_mount(search, k)).collect();
         let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
         for (k, entry) in search.entries.iter().enumerate().filter(|(k, _)| usable[*k]) {
             let c = entry.candidate;
@@ -73,7 +73,7 @@ impl<'a> Desk<'a> {
         let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
         for k in 0..search.entries.len() {
             let candidate = search.entries[k].candidate;
-            if !axes.contains(&candidate.axis) || search.dead.contains(&k) || !self.may_mount(search, k) {
+            if !axes.contains(&candidate.axis) || search.dead[k] || !self.may_mount(search, k) {
                 continue;
             }
             if !self.is_clear(search, k) {

@@ -143,14 +143,14 @@ impl<'a> Desk<'a> {
         if search.entries[k].sweep.is_some() {
             return true;
         }
-        if search.dead.contains(&k) {
+        if search.dead[k] {
             return false;
         }
         let candidate = search.entries[k].candidate;
         match self.clear(candidate) {
             Some(sweep) => search.entries[k] = self.entry(candidate, Some(sweep)),
             None => {
-                search.dead.insert(k);
+                search.dead[k] = true;
             }
         }
         search.entries[k].sweep.is_some()

@@ -4,7 +4,7 @@
 3 ; gauge length 110.000 mm from spindle nose to ball
 4 ; a tool of length 0 must be active: call it before the cup is mounted
 5 ; positions in machine coordinates, machine_zero C 0.0000 A -0.5000 Y -410.0000 X 312.5000 Z 96.1250
-6 ; turned coordinates are switched off; a basic rotation of the offset must be zero
+6 ; turned coordinates are switched off, a basic rotation of the offset must be zero
 7 M129
 8 M127
 9 M5
