@@ -1,9 +1,10 @@
 //! Which option of a plan keeps errors from being told, and which would bring them below the goal: found by planning without or with it.
 
 use super::candidates::Coupled;
-use super::choose::{PlanError, Settings, plan};
+use super::choose::{PlanError, plan};
 use super::following::FOLLOWED;
 use super::planned::Plan;
+use super::settings::Settings;
 use crate::bodies::{Bodies, Kit};
 use crate::machine::Machine;
 use crate::units::Measure;

@@ -84,11 +84,31 @@ pub struct Misses {
     pub avoided: BTreeMap<usize, usize>,
 }
 
+impl Misses {
+    /// The longest bar was too short by so much.
+    fn note_short(&mut self, by_mm: f64) {
+        self.bar_short_mm = Some(self.bar_short_mm.map_or(by_mm, |least| least.min(by_mm)));
+    }
+
+    fn note(&mut self, unreachable: &Unreachable) {
+        match *unreachable {
+            Unreachable::Limit { axis, at_mm, beyond_mm } => {
+                let least = self.limits.entry(axis).or_insert((at_mm, beyond_mm));
+                if beyond_mm < least.1 {
+                    *least = (at_mm, beyond_mm);
+                }
+            }
+            Unreachable::Singular => self.singular += 1,
+            Unreachable::BarShort { .. } => {}
+        }
+    }
+}
+
 /// Axis regions kept out of use, mm or rad.
 pub type Avoid = Vec<(usize, f64, f64)>;
 
 /// Smallest lever that a carried ball may have, mm: below, nothing of the axis is seen.
-const LEAST_LEVER_MM: f64 = 30.0;
+pub(super) const LEAST_LEVER_MM: f64 = 30.0;
 /// Balls nearer than this to a bar's length from the line count as h = 0, mm: places are stated to the nanometre.
 const SAME_LENGTH_MM: f64 = 5e-6;
 
@@ -116,81 +136,13 @@ pub(super) fn candidates_at(
     let rotary: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary).collect();
     let lengths = kit.lengths_mm();
     for &axis in &rotary {
-        let mut misses = Misses::default();
-        let first = all.list.len();
         let Some((from, to)) = sweep_wanted(machine, axis, avoid) else { continue };
-        for start in static_positions(machine, &chain, axis, avoid) {
-            let stance = Stance::new(machine, &geometry, axis, &start);
-            let at_sites: Vec<Vector3<f64>> =
-                all.sites.iter().map(|site| stance.point((site.link, &site.at))).collect();
-            let mut pulls: HashMap<(LinkId, LinkId), Pull> = HashMap::new();
-            for (place_index, place) in all.places.iter().enumerate() {
-                let on_tool = chain.carries(axis, place.link);
-                if !on_tool && place.aside_mm > 0.0 {
-                    // a fixture brings nothing when the axis does not carry it
-                    continue;
-                }
-                let at_place = stance.point((place.link, &place.at));
-                for (site_index, site) in all.sites.iter().enumerate() {
-                    let carries_pivot = chain.carries(axis, site.link);
-                    // a pivot that stands still may stand anywhere: every third place is enough
-                    if carries_pivot == on_tool || (on_tool && site_index % 3 != place_index % 3) {
-                        continue;
-                    }
-                    let (pivot, spindle) = ((site.link, &at_sites[site_index]), (place.link, &at_place));
-                    let (carried, still) = if on_tool { (spindle, pivot) } else { (pivot, spindle) };
-                    let pull =
-                        pulls.entry((carried.0, still.0)).or_insert_with(|| stance.pull(&chain, carried.0, still.0));
-                    let (rho, _) = stance.lever(carried.1);
-                    let chosen: &[f64] = if pull.changes_lever { &lengths } else { &[] };
-                    let levers = [rho].into_iter().filter(|&rho| rho >= LEAST_LEVER_MM).chain(chosen.iter().copied());
-                    for (lever_mm, &bar_mm) in levers.flat_map(|lever| lengths.iter().map(move |bar| (lever, bar))) {
-                        misses.tried += 1;
-                        if bar_mm < lever_mm - SAME_LENGTH_MM {
-                            let by = lever_mm - bar_mm;
-                            if bar_mm == lengths[lengths.len() - 1] {
-                                misses.bar_short_mm = Some(misses.bar_short_mm.map_or(by, |least: f64| least.min(by)));
-                            }
-                            continue;
-                        }
-                        // the bar has its stroke: what a place is off by is read as a constant
-                        let level = bar_mm - lever_mm < SAME_LENGTH_MM;
-                        let solves: &[(f64, f64)] =
-                            if level { &[(lever_mm, 1.0)] } else { &[(bar_mm, 1.0), (bar_mm, -1.0)] };
-                        for &span in solves {
-                            match stance.solve(pull, carried.1, still.1, lever_mm, span) {
-                                Ok(solved) => {
-                                    if let Some(axis) = avoided(&solved.positions, axis, avoid) {
-                                        *misses.avoided.entry(axis).or_default() += 1;
-                                        continue;
-                                    }
-                                    let solved = Solved { positions: rounded(machine, solved.positions), ..solved };
-                                    all.list.push(Candidate {
-                                        axis,
-                                        site: site_index,
-                                        place: place_index,
-                                        bar_mm,
-                                        solved,
-                                        from,
-                                        to,
-                                        drive: Drive::Turn,
-                                    });
-                                }
-                                Err(Unreachable::Limit { axis, at_mm, beyond_mm }) => {
-                                    let least = misses.limits.entry(axis).or_insert((at_mm, beyond_mm));
-                                    if beyond_mm < least.1 {
-                                        *least = (at_mm, beyond_mm);
-                                    }
-                                }
-                                Err(Unreachable::Singular) => misses.singular += 1,
-                                Err(Unreachable::BarShort { .. }) => {}
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        thin_out(&mut all.list, axis, first, chain.carried_by(axis).branch);
+        let (mine, misses) = turning(machine, &geometry, &all, &lengths, (axis, from, to), avoid);
+        let most = match chain.carried_by(axis).branch {
+            Branch::Workpiece => MOST_SETUPS_OF_TABLES,
+            Branch::Tool => MOST_SETUPS_OF_HEADS,
+        };
+        all.list.extend(thinned(mine, most));
         all.misses.insert(axis, misses);
         let more = following(machine, &geometry, &all, &lengths, (axis, from, to), avoid, &coupled.follow);
         all.list.extend(more);
@@ -201,20 +153,101 @@ pub(super) fn candidates_at(
     all
 }
 
-/// Keeps every n-th pivot place of an axis when there are more setups than needed: whole places, so that their bars stay together.
-fn thin_out(list: &mut Vec<Candidate>, axis: usize, first: usize, branch: Branch) {
-    let most = match branch {
-        Branch::Workpiece => MOST_SETUPS_OF_TABLES,
-        Branch::Tool => MOST_SETUPS_OF_HEADS,
-    };
-    let stride = (list.len() - first).div_ceil(most);
+/// Setups in which one axis turns alone, and what kept others from being reachable.
+fn turning(
+    machine: &Machine,
+    geometry: &Geometry,
+    all: &Candidates,
+    lengths_mm: &[f64],
+    (axis, from, to): (usize, f64, f64),
+    avoid: &Avoid,
+) -> (Vec<Candidate>, Misses) {
+    let chain = geometry.chain();
+    let longest_mm = lengths_mm.last().copied().unwrap_or(0.0);
+    let pairings = pairings(all, chain, axis);
+    let (mut list, mut misses) = (Vec::new(), Misses::default());
+    for start in static_positions(machine, chain, axis, avoid) {
+        let stance = Stance::new(machine, geometry, axis, &start);
+        let at_sites: Vec<Vector3<f64>> = all.sites.iter().map(|site| stance.point((site.link, &site.at))).collect();
+        let at_places: Vec<Vector3<f64>> =
+            all.places.iter().map(|place| stance.point((place.link, &place.at))).collect();
+        let mut pulls: HashMap<(LinkId, LinkId), Pull> = HashMap::new();
+        for &Pairing { place, site, on_tool } in &pairings {
+            let (pivot, spindle) =
+                ((all.sites[site].link, &at_sites[site]), (all.places[place].link, &at_places[place]));
+            let (carried, still) = if on_tool { (spindle, pivot) } else { (pivot, spindle) };
+            let pull = pulls.entry((carried.0, still.0)).or_insert_with(|| stance.pull(chain, carried.0, still.0));
+            let (rho, _) = stance.lever(carried.1);
+            let chosen: &[f64] = if pull.changes_lever { lengths_mm } else { &[] };
+            let levers = [rho].into_iter().filter(|&rho| rho >= LEAST_LEVER_MM).chain(chosen.iter().copied());
+            for (lever_mm, &bar_mm) in levers.flat_map(|lever| lengths_mm.iter().map(move |bar| (lever, bar))) {
+                misses.tried += 1;
+                if bar_mm < lever_mm - SAME_LENGTH_MM {
+                    if bar_mm == longest_mm {
+                        misses.note_short(lever_mm - bar_mm);
+                    }
+                    continue;
+                }
+                // the bar has its stroke: what a place is off by is read as a constant
+                let is_level = bar_mm - lever_mm < SAME_LENGTH_MM;
+                let spans: &[(f64, f64)] = if is_level { &[(lever_mm, 1.0)] } else { &[(bar_mm, 1.0), (bar_mm, -1.0)] };
+                for &span in spans {
+                    match stance.solve(pull, carried.1, still.1, lever_mm, span) {
+                        Ok(solved) => {
+                            if let Some(axis) = avoided(&solved.positions, axis, avoid) {
+                                *misses.avoided.entry(axis).or_default() += 1;
+                                continue;
+                            }
+                            let solved = Solved { positions: rounded(machine, solved.positions), ..solved };
+                            list.push(Candidate { axis, site, place, bar_mm, solved, from, to, drive: Drive::Turn });
+                        }
+                        Err(unreachable) => misses.note(&unreachable),
+                    }
+                }
+            }
+        }
+    }
+    (list, misses)
+}
+
+/// A spindle ball and a pivot of which the swept axis carries one, by index.
+pub(super) struct Pairing {
+    pub place: usize,
+    pub site: usize,
+    /// The axis carries the spindle ball.
+    pub on_tool: bool,
+}
+
+/// Balls that may be paired for the sweep of an axis.
+pub(super) fn pairings(all: &Candidates, chain: &Chain, axis: usize) -> Vec<Pairing> {
+    let mut list = Vec::new();
+    for (place_index, place) in all.places.iter().enumerate() {
+        let on_tool = chain.carries(axis, place.link);
+        if !on_tool && place.aside_mm > 0.0 {
+            // a fixture brings nothing when the axis does not carry it
+            continue;
+        }
+        for (site_index, site) in all.sites.iter().enumerate() {
+            // a pivot that stands still may stand anywhere: every third place is enough
+            if chain.carries(axis, site.link) != on_tool && (!on_tool || site_index % 3 == place_index % 3) {
+                list.push(Pairing { place: place_index, site: site_index, on_tool });
+            }
+        }
+    }
+    list
+}
+
+/// Every n-th pivot place when there are more setups than needed: whole places, so that their bars stay together.
+pub(super) fn thinned(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
+    let stride = list.len().div_ceil(most);
     if stride > 1 {
-        let mut sites: Vec<usize> = list[first..].iter().map(|candidate| candidate.site).collect();
+        let mut sites: Vec<usize> = list.iter().map(|candidate| candidate.site).collect();
         sites.sort_unstable();
         sites.dedup();
         let kept: Vec<usize> = sites.into_iter().step_by(stride).collect();
-        list.retain(|candidate| candidate.axis != axis || kept.binary_search(&candidate.site).is_ok());
+        list.retain(|candidate| kept.binary_search(&candidate.site).is_ok());
     }
+    list
 }
 
 /// Positions of linear axes as programs state them, to 10 nm, so that zero is zero.

@@ -1,83 +1,29 @@
-//! Goals, costs and the desk on which candidates are weighed and checked for collisions as they come up. Which are taken is `greedy`'s and `method`'s.
+//! The desk on which candidates are weighed: what each tells, what it costs, which of two choices is better. Which are taken is `greedy`'s and `method`'s.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::BuildHasherDefault;
 use std::rc::Rc;
 
-use super::approach::{Approach, Parking};
-use super::candidates::{Avoid, Candidate, Candidates, Coupled, candidates_at};
-use super::following::FOLLOWED;
+use super::approach::Parking;
+use super::candidates::{Candidate, Candidates, candidates_at};
 use super::indexed::{INDEX_MIN, IndexError};
-use super::information::{BLOCK_ROWS, Block, Nuisance, Uncertainty, Unknowns};
+use super::information::{BLOCK_ROWS, Block, Nuisance, Unknowns};
 use super::knowledge::{Knowledge, Mix};
-use super::method::{Method, MethodError, method_choice};
+use super::method::{MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
 use super::places::Offer;
 use super::planned::Plan;
-use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
+use super::reach::ClearArc;
 use super::run_in::RUN_IN;
-use super::searches::{Found, RUNGS};
+use super::searches::Found;
+use super::settings::{Goal, Settings};
 use super::sight::{Sight, sights};
 use super::words::fitted;
 use crate::bodies::{Bodies, Kit};
 use crate::chain::{Chain, Geometry};
-use crate::collision::{Instrument, NoWay, Scratch, World};
+use crate::collision::{Scratch, World};
 use crate::machine::Machine;
-use crate::session::{Ball, Test};
-
-/// What a plan is to reach.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Goal {
-    /// Standard deviation wanted of positions, mm.
-    pub position_mm: f64,
-    /// Standard deviation wanted of orientations, rad.
-    pub orientation_rad: f64,
-    /// Time allowed, min.
-    pub minutes: Option<f64>,
-}
-
-/// Settings of a plan.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    pub goal: Goal,
-    /// Least clearance of every sweep, mm.
-    pub margin_mm: f64,
-    pub avoid: Avoid,
-    /// Following axes and circles; with circles the squareness of the linear axes is wanted too.
-    pub coupled: Coupled,
-    pub method: Option<Method>,
-    /// Most pivot setups of a plan without a method; `None`: as many as pay.
-    pub pivots: Option<usize>,
-    /// Run tests again with the spindle indexed by 180° where that lowers the wanted errors' uncertainty.
-    pub index_spindle: bool,
-    /// Share of priors in an error's variance from which more tests are sought for it, 0 to 0.5: at 0.5 a fit calls it
-    /// undetermined, and a fit's own noise moves its share by some tenths.
-    pub sure_share: f64,
-    /// Multiples of the default goal that are searched for beside the goal asked for; empty: that goal alone.
-    pub rungs: Vec<f64>,
-    pub uncertainty: Uncertainty,
-    pub feed_mm_per_min: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Settings {
-        let arcsec = std::f64::consts::PI / (180.0 * 3600.0);
-        Settings {
-            goal: Goal { position_mm: 4e-3, orientation_rad: 4.0 * arcsec, minutes: None },
-            margin_mm: 5.0,
-            avoid: Vec::new(),
-            coupled: Coupled { follow: FOLLOWED.to_vec(), circles: false },
-            method: None,
-            pivots: None,
-            index_spindle: false,
-            sure_share: 0.3,
-            rungs: RUNGS.to_vec(),
-            uncertainty: Uncertainty::default(),
-            feed_mm_per_min: 500.0,
-        }
-    }
-}
 
 /// Minutes to mount and align a pivot.
 const PIVOT_MIN: f64 = 8.0;
@@ -350,100 +296,6 @@ impl<'a> Desk<'a> {
             .collect();
         let (pivot, spindle) = ((site.link, link.as_str(), &site.at), (place.link, &place.at));
         self.unknowns.block(&self.geometry, pivot, spindle, candidate.bar_mm, &poses, to - from)
-    }
-
-    /// The session test of a candidate.
-    pub fn test(&self, candidate: &Candidate, name: String, (from, to): (f64, f64)) -> Test {
-        let site = &self.all.sites[candidate.site];
-        let place = &self.all.places[candidate.place];
-        let ball = |link: &str, at| Ball { link: link.into(), at, setup: None, spread_mm: None, indexed_about: None };
-        let spindle_link = self.bodies.spindle.as_ref().map_or("t", |spindle| spindle.link.as_str());
-        Test {
-            name,
-            recording_file: None,
-            recording: None,
-            path: Some(candidate.path(from, to)),
-            started_at_s: 0.0,
-            bar_length_mm: Some(candidate.bar_mm),
-            bar_setup: None,
-            bar_error_mm: 0.0,
-            pivot: ball(&self.bodies.mounts[site.mount].link, site.at),
-            spindle_ball: ball(spindle_link, place.at),
-            positions: candidate.standing(self.machine),
-            feed_mm_per_min: Some(self.settings.feed_mm_per_min),
-            overshoot: Some(RUN_IN),
-        }
-    }
-
-    /// The way from a park position to the start of a sweep's run-in; `None` when an avoided region lies between.
-    pub fn approach(
-        &mut self,
-        candidate: &Candidate,
-        sweep: &ClearArc,
-        park: usize,
-    ) -> Option<Result<Approach, NoWay>> {
-        let test = self.test(candidate, String::new(), (sweep.from_deg, sweep.to_deg));
-        let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
-        let scene = instrument.scene_without_bar(self.world);
-        let (rows, _) = candidate.rows(self.machine, sweep.from_deg, sweep.to_deg);
-        let start = rows.first()?;
-        if !self.parking.serves(park, start) {
-            return None;
-        }
-        Some(self.parking.approach(park, &scene, start, self.settings.margin_mm, &mut self.scratch))
-    }
-
-    /// The longest clear sweep of a candidate to whose start there is a clear way; remembers what stood in the way.
-    pub fn clear(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {
-        if let Some(known) = self.arcs.get(&std::ptr::from_ref(candidate)) {
-            return known.clone();
-        }
-        let found = self.clear_anew(candidate);
-        self.arcs.insert(candidate, found.clone());
-        found
-    }
-
-    /// True when a candidate was looked at and has a clear sweep with a clear way to it.
-    pub fn is_known_clear(&self, candidate: &Candidate) -> bool {
-        matches!(self.arcs.get(&std::ptr::from_ref(candidate)), Some(Some(_)))
-    }
-
-    fn clear_anew(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {
-        let arc = (candidate.from.to_degrees(), candidate.to.to_degrees());
-        let test = self.test(candidate, String::new(), arc);
-        let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
-        let scene = instrument.scene(self.world);
-        let found = longest_sweep(&scene, self.machine, candidate, self.settings.margin_mm, &mut self.scratch);
-        let (pairs, pair) = match found {
-            Ok(sweep) => match self.no_way(candidate, &sweep) {
-                None => return Some(sweep),
-                Some(pair) => (&mut self.blocked_ways, pair),
-            },
-            Err(pair) => (&mut self.forbidden, pair),
-        };
-        *pairs.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
-        None
-    }
-
-    /// A clear arc of a candidate with its least clearance.
-    pub fn measured(&mut self, candidate: &Candidate, arc: &ClearArc) -> Option<ClearSweep> {
-        let test = self.test(candidate, String::new(), (arc.from_deg, arc.to_deg));
-        let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
-        let (rows, _) = candidate.rows(self.machine, arc.from_deg, arc.to_deg);
-        Some(measured(&instrument.scene(self.world), arc, &rows, &mut self.scratch))
-    }
-
-    /// What stands in every way from every park position to the start of a sweep; `None` when one is clear.
-    fn no_way(&mut self, candidate: &Candidate, sweep: &ClearArc) -> Option<(String, String)> {
-        let mut first = None;
-        for park in 0..self.parking.count() {
-            match self.approach(candidate, sweep, park) {
-                Some(Ok(_)) => return None,
-                Some(Err(no_way)) => first = first.or(Some(no_way.hit.pair)),
-                None => {}
-            }
-        }
-        first.or_else(|| Some(("every park position".into(), "region kept out of use".into())))
     }
 
     /// Minutes that a test adds to what is mounted already.

@@ -27,6 +27,11 @@ pub struct Swing {
 }
 
 impl Swing {
+    /// No motion of that many axes.
+    pub fn none(axes: usize) -> Swing {
+        Swing { cos: vec![0.0; axes], sin: vec![0.0; axes] }
+    }
+
     /// Position of an axis relative to the middle, mm.
     pub fn at(&self, axis: usize, angle_rad: f64) -> f64 {
         self.cos[axis] * angle_rad.cos() + self.sin[axis] * angle_rad.sin()

@@ -7,6 +7,7 @@
 //! | `candidates` | which places, bars, static positions and sweeps come into question? |
 //! | `out_of_reach` | is there anything to plan with these mounts and this kit? |
 //! | `course` | how do the axes move: one alone, one followed by linear axes, two on a circle? |
+//! | `slides` | can linear axes bring a ball anywhere, and over which arc do they stay where they may? |
 //! | `following` | where can linear axes follow a rotary axis, the bar keeping its direction in the turning frame? |
 //! | `planar` | where can two linear axes draw a circle? |
 //! | `run_in` | how far does a run go beyond its arc, and what do ranges cut from that? |
@@ -14,7 +15,9 @@
 //! | `approach` | where does the machine park and how does it get from there to the start of a run? |
 //! | `information` | what does a test tell about the wanted errors, given setup spreads and linear-axis uncertainty? |
 //! | `knowledge` | what is known after some tests? |
-//! | `choose` | what is wanted, what does a test cost, is it clear? |
+//! | `settings` | what is a plan asked for? |
+//! | `choose` | what lies on the desk, what does a test tell and cost, which of two choices is better? |
+//! | `clearing` | is a setup clear, and is there a clear way to it? |
 //! | `greedy` | which tests, one by one? |
 //! | `indexed` | which tests pay when the spindle is indexed by 180°? |
 //! | `pairs` | which two tell together what neither tells alone? |
@@ -35,6 +38,7 @@ mod advice;
 mod approach;
 mod candidates;
 mod choose;
+mod clearing;
 mod course;
 mod following;
 mod free_range;
@@ -54,7 +58,9 @@ mod planned;
 mod reach;
 mod run_in;
 mod searches;
+mod settings;
 mod sight;
+mod slides;
 mod solver;
 mod unfit;
 mod untested;
@@ -63,7 +69,7 @@ mod words;
 pub use advice::plan_with_advice;
 pub use approach::{Approach, Parking};
 pub use candidates::{Avoid, Candidate, Candidates, Coupled, Misses, PivotSite, SpindlePlace, candidates};
-pub use choose::{Goal, PlanError, Settings, plan};
+pub use choose::{PlanError, plan};
 pub use course::{Drive, Swing};
 pub use following::FOLLOWED;
 pub use free_range::free_parts;
@@ -76,5 +82,6 @@ pub use out_of_reach::OutOfReach;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearArc, ClearSweep, longest_sweep};
 pub use run_in::{CutRunIn, OFF_LIMIT, RUN_IN, RunEnd, cut_run_ins, rows_with_run_in};
+pub use settings::{Goal, Settings};
 pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::candidates::{Avoid, Candidate, Candidates, static_positions};
 use super::choose::Desk;
 use super::course::{Drive, Swing};
-use super::following::{Slides, arc_within};
 use super::greedy::Search;
+use super::slides::{Slides, arc_within};
 use super::solver::{Solved, Stance};
 use crate::bodies::Bodies;
 use crate::chain::Geometry;
@@ -51,7 +51,7 @@ pub(super) fn circles(
                 let positions = slides.moved(&start, &(pivot - ball));
                 let normal = stance.turned(site.link, &bodies.mounts[site.mount].normal);
                 for &bar_mm in lengths_mm.iter().take(BARS) {
-                    let mut swing = Swing { cos: vec![0.0; start.len()], sin: vec![0.0; start.len()] };
+                    let mut swing = Swing::none(start.len());
                     swing.cos[first] = bar_mm;
                     swing.sin[second] = bar_mm;
                     // a pivot cup opens to one side: the turn is taken about that side

@@ -5,8 +5,9 @@
 //! looser one finds as well.
 
 use super::candidates::Candidate;
-use super::choose::{Choice, Desk, Entry, Goal, Settings, Untimed, goals};
+use super::choose::{Choice, Desk, Entry, Untimed, goals};
 use super::planned::OnePivot;
+use super::settings::{Goal, Settings};
 use super::words::{ErrorForecast, forecasts};
 
 /// Goals that are searched for as multiples of the default goal, as far as they are no looser than the goal asked for.
