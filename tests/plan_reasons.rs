@@ -293,6 +293,11 @@ fn a_surface_listed_twice_is_one() {
     bodies.mounts.extend((0..300).map(|k| Mount { name: format!("table top {k}"), ..mount.clone() }));
     let many = candidates(&machine, &bodies, &kit, &Vec::new(), &Coupled::default());
     assert_eq!((many.sites.len(), many.list.len()), (once.sites.len(), once.list.len()));
+    // and a plan is made from them: none is refused for having no place of its own
+    let settings = Settings { method: Some(Method::Chapter5), ..Settings::default() };
+    let tests = |bodies: &Bodies| plan(&machine, bodies, &kit, &settings).expect("plan").tests;
+    let [first, other] = [&load("hermle-c600u.yaml").1, &bodies].map(tests);
+    assert!(!first.is_empty() && first == other);
     // one of another height is another one
     bodies.mounts.push(Mount { middle: mount.middle + mount.normal * 5.0, ..mount });
     let other = candidates(&machine, &bodies, &kit, &Vec::new(), &Coupled::default());

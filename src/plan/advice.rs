@@ -1,7 +1,7 @@
 //! Which option of a plan keeps errors from being told, and which would bring them below the goal: found by planning without or with it.
 
 use super::candidates::Coupled;
-use super::choose::{PlanError, plan};
+use super::choose::{PlanError, plan, seen};
 use super::following::FOLLOWED;
 use super::planned::Plan;
 use super::settings::Settings;
@@ -22,9 +22,13 @@ pub fn plan_with_advice(machine: &Machine, bodies: &Bodies, kit: &Kit, settings:
         if found.errors.iter().all(|error| error.determined) {
             break;
         }
-        // pivots and margin leave the reach as it is: what no reachable length shows stays unseen without them
+        // what lengths of reachable setups do not show with the option taken away either is not left out by it
         let widens_reach = relaxed.avoid != settings.avoid || relaxed.coupled != settings.coupled;
-        if !widens_reach && found.errors.iter().all(|error| error.determined || !error.visible) {
+        let is_seen = match widens_reach {
+            true => seen(machine, bodies, kit, &relaxed).unwrap_or_default(),
+            false => found.errors.iter().map(|error| error.visible).collect(),
+        };
+        if found.errors.iter().zip(is_seen).all(|(error, is_seen)| error.determined || !is_seen) {
             continue;
         }
         let Ok(free) = plan(machine, bodies, kit, &relaxed) else { continue };

@@ -133,6 +133,33 @@ pub(super) struct Desk<'a> {
 
 /// Plans the tests of a machine; `Err` when a method does not fit the machine.
 pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) -> Result<Plan, PlanError> {
+    at_desk(machine, bodies, kit, settings, |mut desk| {
+        let about = if settings.index_spindle { Some(desk.spindle_direction()?) } else { None };
+        let (mut choice, one_pivot) = match (settings.method, settings.pivots) {
+            (Some(method), _) => (method_choice(&mut desk, method)?, None),
+            (None, _) => desk.searched(),
+        };
+        if let Some(about) = about {
+            desk.repeat_indexed(&mut choice, about);
+            desk.is_indexed = choice.entries.iter().any(|entry| entry.indexed_about.is_some());
+        }
+        Ok(Plan { one_pivot, ..desk.finish(choice) })
+    })
+}
+
+/// For each wanted error: lengths of setups within reach show it. Nothing is chosen, so it takes a part of a plan's time.
+pub(super) fn seen(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) -> Result<Vec<bool>, PlanError> {
+    at_desk(machine, bodies, kit, settings, |desk| Ok(desk.sights.iter().map(|sight| sight.is_seen).collect()))
+}
+
+/// Lays out what a plan is made from.
+fn at_desk<T>(
+    machine: &Machine,
+    bodies: &Bodies,
+    kit: &Kit,
+    settings: &Settings,
+    work: impl for<'a> FnOnce(Desk<'a>) -> Result<T, PlanError>,
+) -> Result<T, PlanError> {
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
     let offer = if settings.method.is_some() { Offer::Level } else { Offer::Spread };
@@ -166,16 +193,7 @@ pub fn plan(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settings) 
         blocked_ways: BTreeMap::new(),
     };
     desk.sights = sights(&desk);
-    let about = if settings.index_spindle { Some(desk.spindle_direction()?) } else { None };
-    let (mut choice, one_pivot) = match (settings.method, settings.pivots) {
-        (Some(method), _) => (method_choice(&mut desk, method)?, None),
-        (None, _) => desk.searched(),
-    };
-    if let Some(about) = about {
-        desk.repeat_indexed(&mut choice, about);
-        desk.is_indexed = choice.entries.iter().any(|entry| entry.indexed_about.is_some());
-    }
-    Ok(Plan { one_pivot, ..desk.finish(choice) })
+    work(desk)
 }
 
 impl<'a> Desk<'a> {

@@ -1,6 +1,7 @@
 //! What no position of the axes can mend: a mount without room or beyond all reach, a kit whose longest bar is too short. Limits of axes are verdicts, not refusals.
 
 use super::candidates::Candidates;
+use super::places::distinct_mounts;
 use crate::bodies::{Bodies, Kit, Mount};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
@@ -24,7 +25,7 @@ pub enum OutOfReach {
 
 /// Refuses what leaves nothing to plan whatever the axes do.
 pub(super) fn refuse(machine: &Machine, bodies: &Bodies, kit: &Kit, all: &Candidates) -> Result<(), OutOfReach> {
-    for (index, mount) in bodies.mounts.iter().enumerate() {
+    for (index, mount) in distinct_mounts(bodies) {
         if all.sites.iter().all(|site| site.mount != index) {
             let base_mm = 2.0 * kit.pivot_stand.base_radius_mm;
             return Err(OutOfReach::NoRoom { mount: mount.name.clone(), kit: kit.name.clone(), base_mm });

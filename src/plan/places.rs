@@ -36,12 +36,7 @@ pub(super) fn pivot_sites(
 ) -> Vec<PivotSite> {
     let all_rotary: Vec<&Axis> = rotary(machine).map(|k| &machine.axes[k]).collect();
     let mut all = Vec::new();
-    for (index, mount) in bodies.mounts.iter().enumerate() {
-        let is_same = |other: &Mount| Mount { name: mount.name.clone(), ..other.clone() } == *mount;
-        if bodies.mounts[..index].iter().any(is_same) {
-            // a surface listed twice offers nothing new
-            continue;
-        }
+    for (index, mount) in distinct_mounts(bodies) {
         if let Some(link) = chain.link(&mount.link) {
             let carrying: Vec<&Axis> =
                 rotary(machine).filter(|&k| chain.carries(k, link)).map(|k| &machine.axes[k]).collect();
@@ -52,6 +47,15 @@ pub(super) fn pivot_sites(
         }
     }
     all
+}
+
+/// Mounts with their indices; a surface listed twice, under whatever name, offers nothing new and counts once.
+pub(super) fn distinct_mounts(bodies: &Bodies) -> impl Iterator<Item = (usize, &Mount)> {
+    let is_new = |(index, mount): &(usize, &Mount)| {
+        let is_same = |other: &Mount| Mount { name: mount.name.clone(), ..other.clone() } == **mount;
+        !bodies.mounts[..*index].iter().any(is_same)
+    };
+    bodies.mounts.iter().enumerate().filter(is_new)
 }
 
 fn rotary(machine: &Machine) -> impl Iterator<Item = usize> {
