@@ -8,6 +8,7 @@ mod as_found;
 mod blind;
 mod cells;
 mod finding;
+mod fitted;
 mod floor;
 mod ground;
 mod irregular;
@@ -397,7 +398,7 @@ fn moved(problem: &Problem, fit: &identify::Fit, stage: &Stage) -> Vec<Moved> {
             name: unknown.label.clone(),
             measure: unknown.measure,
             before: fit.estimates[k].value,
-            after: fit.estimates[k].value + stage.amplitudes[k] * unknown.prior_sigma,
+            after: fit.estimates[k].value + stage.nuisance(k) * unknown.prior_sigma,
             sigma: covariance[(k, k)].sqrt() * unknown.prior_sigma,
             determined: fit.estimates[k].determined,
         })

@@ -11,12 +11,22 @@ use crate::machine::{Effect, ParameterValue};
 
 /// Refined shapes; their columns are those of all rows.
 pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let mut list: Vec<Candidate> = candidates
+    let list: Vec<Candidate> = candidates
+        .into_par_iter()
+        .map(|candidate| {
+            let family = &families[candidate.family];
+            refine(stage_of(stages, family), family, candidate)
+        })
+        .collect();
+    // overtones and sidebands are a part of what the first period explains
+    let leading = list.iter().map(|candidate| candidate.judgement.chi2).fold(0.0, f64::max);
+    let mut list: Vec<Candidate> = list
         .into_par_iter()
         .filter_map(|candidate| {
             let family = &families[candidate.family];
+            let may_lead = OVERTONES_ADD * candidate.judgement.chi2 > leading;
             let stage = stage_of(stages, family);
-            let mut refined = with_overtones(stage, family, refine(stage, family, candidate));
+            let mut refined = if may_lead { with_overtones(stage, family, candidate) } else { candidate };
             refined.columns = stages[0].ground.columns(&refined.effect, &refined.terms).ok()?;
             Some(refined)
         })
@@ -68,6 +78,8 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
     best
 }
 
+/// With overtones a cyclic error explains at most so many times what its first period does.
+const OVERTONES_ADD: f64 = 2.0;
 /// Fall of the weighted squares from which the overtones of a cyclic error are looked for.
 const WORTH_OVERTONES: f64 = 100.0;
 /// Log odds that each of them must add.

@@ -5,14 +5,15 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use rayon::prelude::*;
 
+use super::fitted::Fitted;
 use super::ground::{Column, Ground, Term};
 use super::whitened::{LastShape, Products, Whitened};
 use crate::effects::Profile;
-use crate::identify::{NoiseModel, add_products};
+use crate::identify::{NoiseModel, add_cross_products, add_products};
 use crate::machine::Effect;
 
 /// Whitened session with what has been fitted so far.
@@ -26,11 +27,10 @@ pub struct Stage<'g, 'a> {
     /// By test: which accepted columns act, and these in units of their priors, whitened twice: their products with a
     /// column are those of both whitened.
     twice: Vec<(Vec<usize>, Vec<f64>)>,
-    factor: Cholesky<f64, Dyn>,
+    /// What was fitted.
+    fitted: Fitted,
     /// Prior sigma of the accepted columns, display units.
     accepted_prior: Vec<f64>,
-    /// The fitted amplitudes: nuisance first, then accepted effects, all in units of their priors.
-    pub amplitudes: DVector<f64>,
     /// Weighted sum of squares left after the fit.
     pub misfit: f64,
 }
@@ -53,8 +53,6 @@ pub struct Judgement {
     pub amplitudes: Vec<f64>,
     /// Prior sigma of the amplitudes that has the most evidence, display units.
     pub tau: f64,
-    /// Projected information per column: amplitude a of column j alone has χ² = a²·G_jj.
-    pub information: DMatrix<f64>,
 }
 
 impl<'g, 'a> Stage<'g, 'a> {
@@ -97,50 +95,35 @@ impl<'g, 'a> Stage<'g, 'a> {
                 (white, seen, sums, (present, twice))
             })
             .collect();
-        let mut normal: DMatrix<f64> = DMatrix::identity(count, count);
-        let mut right = DVector::zeros(count);
-        let mut total = 0.0;
-        let (mut all_white, mut all_seen) = (Vec::new(), Vec::new());
-        let mut all_twice = Vec::new();
+        let (mut all_white, mut all_seen, mut all_twice, mut all_sums) = (vec![], vec![], vec![], vec![]);
         for (white, seen, sums, twice) in parts {
-            let width = seen.len() + 1;
-            for (a, &i) in seen.iter().enumerate() {
-                right[i] += sums[seen.len() * width + a];
-                for (b, &j) in seen.iter().enumerate() {
-                    normal[(i, j)] += sums[a.max(b) * width + a.min(b)];
-                }
-            }
-            total += sums[width * width - 1];
             all_white.push(white);
+            all_sums.push(sums);
             all_seen.push(seen);
             all_twice.push(twice);
         }
-        // the unit prior makes the matrix definite; only values that are not finite can spoil it
-        let factor = Cholesky::new(normal).unwrap_or_else(|| unit_factor(count));
-        let amplitudes = factor.solve(&right);
-        let misfit = total - right.dot(&amplitudes);
+        let total: f64 = all_sums.iter().filter_map(|sums| sums.last()).sum();
+        let is_local = |k: usize| accepted[k].column.by_test.iter().filter(|column| !column.is_empty()).count() == 1;
+        let local: Vec<bool> = (0..count).map(|i| i >= nuisance && is_local(i - nuisance)).collect();
+        let fitted = Fitted::new(&local, &all_seen, &all_sums);
+        let misfit = total - fitted.explained;
         let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
-        Stage {
-            ground,
-            whitened,
-            white: all_white,
-            seen: all_seen,
-            twice: all_twice,
-            factor,
-            accepted_prior,
-            amplitudes,
-            misfit,
-        }
+        Stage { ground, whitened, white: all_white, seen: all_seen, twice: all_twice, fitted, accepted_prior, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
     pub fn accepted(&self, index: usize) -> f64 {
-        self.amplitudes[self.ground.problem.unknowns.len() + index] * self.accepted_prior[index]
+        self.fitted.amplitudes[self.ground.problem.unknowns.len() + index] * self.accepted_prior[index]
+    }
+
+    /// Change of an unknown of the fit, in units of its prior.
+    pub fn nuisance(&self, index: usize) -> f64 {
+        self.fitted.amplitudes[index]
     }
 
     /// Covariance of all fitted amplitudes: nuisance in units of the priors, accepted in display units.
     pub fn covariance(&self) -> DMatrix<f64> {
-        let mut covariance = self.factor.inverse();
+        let mut covariance = self.fitted.covariance();
         let nuisance = self.ground.problem.unknowns.len();
         for (k, prior) in self.accepted_prior.iter().enumerate() {
             covariance.row_mut(nuisance + k).scale_mut(*prior);
@@ -152,7 +135,7 @@ impl<'g, 'a> Stage<'g, 'a> {
     /// Residuals left by nuisance and accepted columns, mm; NaN where there is no reading.
     pub fn residual_mm(&self, accepted: &[Accepted]) -> Vec<Vec<f64>> {
         let nuisance = self.ground.problem.unknowns.len();
-        let fitted = self.amplitudes.rows(0, nuisance);
+        let fitted = self.fitted.amplitudes.rows(0, nuisance);
         (0..self.ground.tests())
             .map(|test| {
                 let model = &self.ground.nuisance[test] * fitted;
@@ -171,43 +154,35 @@ impl<'g, 'a> Stage<'g, 'a> {
 
     /// Projected `G` and `z` of a block.
     pub fn project(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
+        let products = self.whitened.products(columns, &mut LastShape::default());
+        self.fitted.projected(&products, &self.with_accepted(columns))
+    }
+
+    /// Products of the accepted columns with others.
+    fn with_accepted(&self, columns: &[Column]) -> DMatrix<f64> {
         let mut with_accepted = DMatrix::zeros(self.accepted_prior.len(), columns.len());
         for (test, (present, twice)) in self.twice.iter().enumerate().filter(|(_, (present, _))| !present.is_empty()) {
             let rows = self.ground.residual_mm[test].len().max(1);
-            for (&k, twice) in present.iter().zip(twice.chunks_exact(rows)) {
-                for (j, column) in columns.iter().enumerate() {
-                    with_accepted[(k, j)] += twice.iter().zip(&column.by_test[test]).map(|(a, b)| a * b).sum::<f64>();
-                }
+            let own: Vec<usize> = (0..columns.len()).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
+            let block: Vec<f64> = own.iter().flat_map(|&j| columns[j].by_test[test].iter().copied()).collect();
+            let mut sums = vec![0.0; present.len() * own.len()];
+            add_cross_products(twice, &block, rows, &mut sums);
+            for (row, &k) in sums.chunks_exact(own.len().max(1)).zip(present) {
+                row.iter().zip(&own).for_each(|(sum, &j)| with_accepted[(k, j)] += sum);
             }
         }
-        self.projected(&self.whitened.products(columns, &mut LastShape::default()), &with_accepted)
-    }
-
-    fn projected(&self, products: &Products, with_accepted: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
-        let nuisance = self.ground.problem.unknowns.len();
-        let count = products.z.len();
-        let mut cross = products.cross.clone().resize_vertically(self.amplitudes.len(), 0.0);
-        cross.rows_mut(nuisance, self.accepted_prior.len()).copy_from(with_accepted);
-        let (mut gram, mut z) = (products.gram.clone(), products.z.clone());
-        let solved = self.factor.solve(&cross);
-        let raw_diagonal: Vec<f64> = (0..count).map(|j| gram[(j, j)]).collect();
-        gram -= cross.tr_mul(&solved);
-        z -= cross.tr_mul(&self.amplitudes);
-        for j in 0..count {
-            // what rounding leaves of a column that the fit explains wholly is nothing
-            if gram[(j, j)] < 1e-9 * raw_diagonal[j] {
-                gram.row_mut(j).fill(0.0);
-                gram.column_mut(j).fill(0.0);
-                z[j] = 0.0;
-            }
-        }
-        (gram, z)
+        with_accepted
     }
 
     /// Judges a block whose amplitudes are plausible up to `plausible` display units.
     pub fn judge(&self, columns: &[Column], plausible: f64) -> Judgement {
-        let (information, z) = self.project(columns);
-        judge(information, z, plausible)
+        let products = self.whitened.products(columns, &mut LastShape::default());
+        let mut homes = Vec::with_capacity(columns.len());
+        for column in columns {
+            let mut present = (0..column.by_test.len()).filter(|&test| !column.by_test[test].is_empty());
+            homes.push(present.next().filter(|_| present.next().is_none()));
+        }
+        self.judge_products(&products, &self.with_accepted(columns), &homes, plausible)
     }
 
     /// Judges a shape of the family with this number; what was worked out for it at another stage is used again.
@@ -220,8 +195,28 @@ impl<'g, 'a> Stage<'g, 'a> {
     ) -> Judgement {
         let products = self.whitened.products_of((family, effect), (profiles, terms), last);
         let with_accepted = self.ground.products_with((profiles, terms), &self.twice, self.accepted_prior.len());
-        let (information, z) = self.projected(&products, &with_accepted);
-        judge(information, z, plausible)
+        let homes: Vec<Option<usize>> = terms.iter().map(|term| term.test).collect();
+        self.judge_products(&products, &with_accepted, &homes, plausible)
+    }
+
+    /// Judges a block by its products; `homes` are the tests in which its columns act, where that is one each.
+    fn judge_products(
+        &self,
+        products: &Products,
+        with_accepted: &DMatrix<f64>,
+        homes: &[Option<usize>],
+        plausible: f64,
+    ) -> Judgement {
+        let homes: Option<Vec<usize>> = homes.iter().copied().collect();
+        match homes {
+            Some(homes) if homes.len() > MOST_TOGETHER => {
+                self.fitted.judge_by_test(products, with_accepted, &homes, plausible)
+            }
+            _ => {
+                let (information, z) = self.fitted.projected(products, with_accepted);
+                judge(information, z, plausible)
+            }
+        }
     }
 
     /// What is left of the data, whitened twice: its product with a column is the column's score.
@@ -232,7 +227,7 @@ impl<'g, 'a> Stage<'g, 'a> {
                 let (base, readings) = self.white[test].split_at(self.seen[test].len() * rows);
                 let mut left = readings.to_vec();
                 for (column, &k) in base.chunks_exact(rows.max(1)).zip(&self.seen[test]) {
-                    let amplitude = self.amplitudes[k];
+                    let amplitude = self.fitted.amplitudes[k];
                     left.iter_mut().zip(column).for_each(|(left, value)| *left -= amplitude * value);
                 }
                 self.whitened.whiten_transposed(test, &mut left);
@@ -242,13 +237,17 @@ impl<'g, 'a> Stage<'g, 'a> {
     }
 }
 
-/// Factor of the unit matrix.
-fn unit_factor(count: usize) -> Cholesky<f64, Dyn> {
-    Cholesky::pack_dirty(DMatrix::identity(count, count))
-}
+/// Columns of single tests from which on a block is judged test by test.
+const MOST_TOGETHER: usize = 12;
 
 /// Amplitude priors that are tried, display units: the one with the largest evidence counts.
 const AMPLITUDE_PRIORS: [f64; 9] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
+
+/// The amplitude prior with the most evidence.
+pub(super) fn likeliest_prior(plausible: f64, evidence: impl Fn(f64) -> f64) -> f64 {
+    let tried = AMPLITUDE_PRIORS.into_iter().filter(|tau| *tau <= plausible).map(|tau| (tau, evidence(tau)));
+    tried.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(AMPLITUDE_PRIORS[0], |(tau, _)| tau)
+}
 
 /// Evidence of a block from its projected information and score, amplitudes being plausible up to `plausible`.
 pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judgement {
@@ -263,11 +262,7 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judg
             })
             .sum()
     };
-    let tau = AMPLITUDE_PRIORS
-        .into_iter()
-        .filter(|tau| *tau <= plausible)
-        .max_by(|a, b| evidence(*a).total_cmp(&evidence(*b)))
-        .unwrap_or(AMPLITUDE_PRIORS[0]);
+    let tau = likeliest_prior(plausible, evidence);
     let mut amplitudes = DVector::zeros(count);
     let mut chi2 = 0.0;
     for k in 0..count {
@@ -279,5 +274,5 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judg
     }
     // one nat for having chosen τ from the data
     let log_evidence = evidence(tau) - 1.0;
-    Judgement { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect(), information }
+    Judgement { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
 }
