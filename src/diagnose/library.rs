@@ -64,6 +64,12 @@ impl Family {
             },
             // without a second feed lost motion is the likelier one
             ("servo-lag", _) => 1,
+            // an axis that moves is the likelier source than a ball that moves just along it, or than an axis at rest
+            ("vibration", _) => match self.place.axis() {
+                Some(axis) if (0..ground.tests()).any(|test| ground.context.motion(test).moving.contains(&axis)) => 0,
+                Some(_) => 2,
+                None => 1,
+            },
             // in an arm the weight of its links is the likelier cause of what turns once with a joint
             ("cyclic-error", _) if !ground.has_sweeps() => 1,
             _ => 0,

@@ -1,5 +1,6 @@
 //! Which few effects the evidence demands: screen every family, refine the best, compare, accept, repeat. No words, no proof.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -14,7 +15,7 @@ use super::screening::screen;
 use super::stage::{Accepted, Judgement, Stage};
 use super::whitened::Whitened;
 use crate::identify::{NoiseModel, Quantity, misfit};
-use crate::machine::Effect;
+use crate::machine::{Effect, Outlet};
 
 /// A candidate with its best shape.
 #[derive(Debug, Clone)]
@@ -622,6 +623,7 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
         }
         _ => 0,
     };
+    let best = along_one_direction(candidates, best).unwrap_or(best);
     // a free curve over an axis that only follows another one says the same as one over that axis
     let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE };
     let near = |candidate: &Candidate| {
@@ -631,6 +633,24 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
         .filter(|&k| k == best || near(&candidates[k]))
         .min_by_key(|&k| (families[candidates[k].family].customary_rank(ground), k != best))
         .unwrap_or(best)
+}
+
+/// Share of what a vibration in all directions explains with which one direction alone is the likelier cause: a phase that
+/// wanders is no other direction.
+const ONE_DIRECTION: f64 = 0.93;
+
+/// A vibration in one direction that explains nearly what the best candidate, one in all directions, does.
+fn along_one_direction(candidates: &[Candidate], best: usize) -> Option<usize> {
+    let directions =
+        |candidate: &Candidate| candidate.terms.iter().map(|term| term.outlet).collect::<HashSet<Outlet>>().len();
+    let is_vibration = |candidate: &Candidate| candidate.effect.kind == "vibration";
+    if !is_vibration(&candidates[best]) || directions(&candidates[best]) < 2 {
+        return None;
+    }
+    let enough = ONE_DIRECTION * candidates[best].judgement.chi2;
+    (0..candidates.len()).find(|&k| {
+        is_vibration(&candidates[k]) && directions(&candidates[k]) == 1 && candidates[k].judgement.chi2 > enough
+    })
 }
 
 fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {

@@ -10,13 +10,13 @@ use super::stage::Stage;
 use super::whitened::LastShape;
 use crate::machine::{Effect, ParameterValue};
 
-/// Factors by which time constants are varied.
-const SLOWER: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0];
+/// Time constants of growth that are tried, as shares of the session.
+const SLOW: [f64; 9] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0, 2.0];
 /// Ratios of the slow to the fast node of a growth.
 const NODES: [f64; 3] = [2.0, 3.0, 5.0];
 /// Shifts of a bump's centre, as shares of its width, and factors of its width.
 const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
-const WIDTHS: [f64; 5] = [0.7, 0.85, 1.0, 1.2, 1.45];
+const WIDTHS: [f64; 9] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.45, 2.0, 3.0, 5.0];
 
 /// Log odds by which shapes are no longer near by.
 const FAR_OFF: f64 = 8.0;
@@ -30,11 +30,16 @@ pub fn over_shapes<'s>(
     family: &Family,
     size: impl Fn(&Candidate) -> f64 + Sync,
 ) -> Option<(f64, f64)> {
-    let shapes = near_shapes(&lead.effect);
-    if shapes.is_empty() {
+    if ["tau", "channel", "width"].iter().all(|name| lead.effect.parameter(name).is_none()) {
         return None;
     }
     let stage = stage();
+    let tests = 0..stage.ground.tests();
+    let length_s = tests.map(|test| stage.ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    let shapes = near_shapes(&lead.effect, length_s);
+    if shapes.is_empty() {
+        return None;
+    }
     let sizes: Vec<(f64, f64)> = shapes
         .into_par_iter()
         .filter_map(|effect| {
@@ -64,17 +69,23 @@ fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
     })
 }
 
-/// Shapes beside that of an effect, itself among them.
-fn near_shapes(effect: &Effect) -> Vec<Effect> {
+/// Shapes beside that of an effect, itself among them, in a session of a length.
+fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
     let number = |name: &str| match effect.parameter(name) {
         Some(ParameterValue::Number(value)) => Some(*value),
         _ => None,
     };
-    if let Some(ParameterValue::List(tau)) = effect.parameter("tau") {
-        let with = |values: Vec<f64>| effect.clone().with("tau", ParameterValue::List(values));
+    // poses have no times
+    let timed = effect.parameter("clock").is_none();
+    if timed && (effect.parameter("tau").is_some() || effect.parameter("channel").is_some()) {
         let mut list = vec![effect.clone()];
-        for factor in SLOWER {
-            let first = factor * tau[0];
+        if effect.parameter("channel").is_some() {
+            let lags = std::iter::once(0.0).chain(SLOW).map(|share| share * length_s);
+            list.extend(lags.map(|lag| effect.clone().with("lag", ParameterValue::Number(lag))));
+            return list;
+        }
+        let with = |values: Vec<f64>| effect.clone().with("tau", ParameterValue::List(values));
+        for first in SLOW.map(|share| share * length_s) {
             list.push(with(vec![first]));
             if effect.kind == "thermal-growth" {
                 list.extend(NODES.map(|ratio| with(vec![first, ratio * first])));

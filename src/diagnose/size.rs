@@ -1,13 +1,16 @@
 //! The one number by which a finding is known: half width, height, amplitude, growth; with its uncertainty. It fits nothing.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 
 use super::finding::{Cause, SizeFound, unit};
 use super::ground::{Ground, Term};
 use super::search::Candidate;
 use super::stage::Stage;
-use crate::effects::{Profile, kind};
-use crate::machine::Outlet;
+use crate::effects::kind;
+use crate::machine::{Effect, Outlet, ParameterValue};
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
@@ -30,50 +33,102 @@ pub fn size_of(
     // terms in the unit of the finding: lengths if it has any
     let main: Vec<usize> = main_terms(&lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
-    let known: Vec<f64> = (0..count).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
+    let precision: Vec<f64> = (0..count).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
+    let curves = Curves::of(ground, lead, &main);
     let value_at = |a: &[f64]| match cause.effect.as_str() {
-        "vibration" => vibration(&lead.terms, a, &known),
-        _ => size_function(ground, lead, cause, &main, a),
+        "vibration" => vibration(&lead.terms, a, &precision),
+        _ => size_function(lead, cause, &main, &curves, a),
     };
     let value = value_at(&amplitudes);
-    // first-order propagation of the amplitudes' covariance
+    let (value, sigma) = match cause.effect.as_str() {
+        // many amplitudes of equal rank, none of them hidden
+        "vibration" | "unknown" => (value, first_order(&value_at, &amplitudes, &sub)),
+        _ => {
+            // orders that placement takes up are left as they were fitted
+            let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
+            drawn(&value_at, &amplitudes, &sub, &held).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)))
+        }
+    };
+    let sigma = sigma.hypot(form_sigma(&cause.effect) * value);
+    let meaning = match cause.effect.as_str() {
+        _ if grows(&lead.effect) => "peak to peak over the session",
+        name => kind(name).map_or("largest", |kind| kind.size_meaning),
+    };
+    let meaning = meaning.to_string();
+    SizeFound { value, sigma, unit: unit(measure), meaning }
+}
+
+/// First-order propagation of the amplitudes' covariance.
+fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance: &DMatrix<f64>) -> f64 {
     let gradient = DVector::from_iterator(
         amplitudes.len(),
         (0..amplitudes.len()).map(|k| {
-            let step = sub[(k, k)].sqrt().max(1e-6);
-            let mut up = amplitudes.clone();
+            let step = covariance[(k, k)].sqrt().max(1e-6);
+            let mut up = amplitudes.to_vec();
             up[k] += step;
-            let mut down = amplitudes.clone();
+            let mut down = amplitudes.to_vec();
             down[k] -= step;
             (value_at(&up) - value_at(&down)) / (2.0 * step)
         }),
     );
-    let sigma = (gradient.transpose() * &sub * &gradient)[(0, 0)].max(0.0).sqrt();
-    // directions that the recordings do not show count with what they may hide
-    let hidden = if cause.effect.ends_with("-slip") { sub.trace() / (2.0 * value.max(1e-9)) } else { 0.0 };
-    let sigma = sigma.hypot(hidden);
-    // a form is never exact: three per cent of the size stands for that
-    let sigma = sigma.hypot(FORM_SIGMA * value);
-    let meaning = kind(&cause.effect).map_or("largest", |kind| kind.size_meaning).to_string();
-    SizeFound { value, sigma, unit: unit(measure), meaning }
+    (gradient.transpose() * covariance * &gradient)[(0, 0)].max(0.0).sqrt()
+}
+
+/// Draws of the amplitudes.
+const DRAWS: usize = 120;
+
+/// Mean and standard deviation of a size over what the amplitudes may be: motions that the recordings hide count with
+/// what they may add. `None` where the covariance is not one.
+fn drawn(
+    value_at: &impl Fn(&[f64]) -> f64,
+    amplitudes: &[f64],
+    covariance: &DMatrix<f64>,
+    held: &[bool],
+) -> Option<(f64, f64)> {
+    let count = amplitudes.len();
+    let eigen = SymmetricEigen::new(covariance.clone());
+    let spread = DVector::from_iterator(count, eigen.eigenvalues.iter().map(|value| value.max(0.0).sqrt()));
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let sizes: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let drawn =
+                DVector::from_iterator(count, (0..count).map(|k| spread[k] * rng.sample::<f64, _>(StandardNormal)));
+            let off = &eigen.eigenvectors * drawn;
+            let amplitudes: Vec<f64> = (0..count).map(|k| amplitudes[k] + if held[k] { 0.0 } else { off[k] }).collect();
+            value_at(&amplitudes)
+        })
+        .collect();
+    let mean = sizes.iter().sum::<f64>() / DRAWS as f64;
+    let variance = sizes.iter().map(|size| (size - mean).powi(2)).sum::<f64>() / DRAWS as f64;
+    mean.is_finite().then_some((mean, variance.sqrt()))
+}
+
+/// Whether a term turns once with its axis: pivots, balls and location errors take most of it up.
+fn is_once_per_turn(effect: &Effect, term: &Term) -> bool {
+    match effect.parameter("orders") {
+        Some(ParameterValue::List(orders)) => orders.get(term.function / 2).is_some_and(|order| *order < 1.5),
+        _ => false,
+    }
 }
 
 /// Size of a candidate with the amplitudes that it was judged with.
 pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> f64 {
     let main = main_terms(&candidate.terms);
-    size_function(ground, candidate, cause, &main, &candidate.judgement.amplitudes)
+    let curves = Curves::of(ground, candidate, &main);
+    size_function(candidate, cause, &main, &curves, &candidate.judgement.amplitudes)
 }
 
-/// Uncertainty of a size from the form of its effect, as a share.
-const FORM_SIGMA: f64 = 0.03;
+/// Uncertainty of a size from the form of its effect, as a share: a form is never exact, and the peak of a spike lies
+/// between two readings.
+fn form_sigma(effect: &str) -> f64 {
+    if effect == "reversal-spike" { 0.12 } else { 0.03 }
+}
 
 /// Terms that carry the size: lengths where there are any, else all.
 fn main_terms(terms: &[Term]) -> Vec<usize> {
-    let lengths: Vec<usize> = (0..terms.len()).filter(|&k| terms[k].measure == Measure::Length).collect();
-    if lengths.is_empty() || terms.iter().all(|term| term.measure == Measure::Length) {
-        return (0..terms.len()).collect();
-    }
-    lengths
+    let is_length = |term: &Term| matches!(term.measure, Measure::Length | Measure::LengthPerKelvin);
+    let lengths: Vec<usize> = (0..terms.len()).filter(|&k| is_length(&terms[k])).collect();
+    if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
 }
 
 /// Amplitude over tests that have a cosine and a sine each, weighted by how well each is known: some tests hardly show it.
@@ -82,80 +137,100 @@ fn vibration(terms: &[Term], amplitudes: &[f64], weights: &[f64]) -> f64 {
     // by outlet: weighted squares and weights
     let mut by_outlet: Vec<(Outlet, f64, f64)> = Vec::new();
     for ((term, amplitude), weight) in terms.iter().zip(amplitudes).zip(weights) {
-        let square = weight * amplitude * amplitude;
+        // noise alone has a square as well
+        let square = weight * amplitude * amplitude - 1.0;
         match by_outlet.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
             Some((_, squares, sum)) => (*squares, *sum) = (*squares + square, *sum + weight),
             None => by_outlet.push((term.outlet, square, *weight)),
         }
     }
-    by_outlet.iter().map(|(_, squares, weights)| 2.0 * squares / weights).sum::<f64>().sqrt()
+    by_outlet.iter().map(|(_, squares, weights)| (2.0 * squares / weights).max(0.0)).sum::<f64>().sqrt()
+}
+
+/// Whether an effect goes on with time or temperature.
+fn grows(effect: &Effect) -> bool {
+    ["tau", "channel"].iter().any(|parameter| effect.parameter(parameter).is_some())
 }
 
 /// The size for given amplitudes (display units).
-fn size_function(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize], amplitudes: &[f64]) -> f64 {
+fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curves, amplitudes: &[f64]) -> f64 {
     match cause.effect.as_str() {
         "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
-            largest_curve(ground, lead, cause, main, amplitudes)
+            curves.largest(cause, amplitudes)
         }
         // the first period is the effect, the others are its form
         "cyclic-error" => {
             let first = main.iter().filter(|&&k| lead.terms[k].function < 2);
             first.map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()
         }
-        "gravity-sag" | "arrival-lag" => largest_curve(ground, lead, cause, main, amplitudes),
-        "bar-length" if lead.effect.parameter("tau").is_some() => largest_curve(ground, lead, cause, main, amplitudes),
+        "gravity-sag" | "arrival-lag" => curves.largest(cause, amplitudes),
+        "bar-length" if grows(&lead.effect) => curves.largest(cause, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }
 }
 
-/// Largest value, or range, of the curves that the outlets follow over the session.
-fn largest_curve(ground: &Ground, lead: &Candidate, cause: &Cause, main: &[usize], amplitudes: &[f64]) -> f64 {
-    let Some(kind) = kind(&lead.effect.kind) else { return 0.0 };
-    let Ok(profiles) = kind.shape(ground.context, &lead.effect) else { return 0.0 };
-    let mut outlets: Vec<Outlet> = Vec::new();
-    for &k in main {
-        if !outlets.contains(&lead.terms[k].outlet) {
-            outlets.push(lead.terms[k].outlet);
-        }
-    }
-    let curves = outlets.iter().map(|outlet| {
-        let terms: Vec<usize> = main.iter().copied().filter(|&k| lead.terms[k].outlet == *outlet).collect();
-        curve(ground, lead, &profiles, &terms, amplitudes)
-    });
-    let size = |curve: Vec<f64>| -> f64 {
-        let (low, high) =
-            curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
-        if low > high {
-            return 0.0;
-        }
-        match cause.effect.as_str() {
-            // growth counts from the session's beginning, where it is zero by form
-            "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
-            "rotary-error-motion" | "unknown" => 0.5 * (high - low),
-            _ => high.abs().max(low.abs()),
-        }
-    };
-    curves.map(size).fold(0.0, f64::max)
+/// Functions of the terms over the rows in which the place's axis moves (all rows for other places), by outlet.
+struct Curves {
+    by_outlet: Vec<Vec<(usize, Vec<f64>)>>,
 }
 
-/// Sum of functions times amplitudes over the rows in which the place's axis moves (all rows for other places).
-fn curve(ground: &Ground, lead: &Candidate, profiles: &[Profile], terms: &[usize], amplitudes: &[f64]) -> Vec<f64> {
-    let axis = lead.effect.place.axis();
-    // a joint that stands still sags as the one that carries it tilts
-    let everywhere =
-        matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");
-    let mut curve: Vec<f64> = Vec::new();
-    for (test, residual) in ground.residual_mm.iter().enumerate() {
-        let moving = axis.is_none_or(|axis| ground.context.motion(test).moving.contains(&axis));
-        if !(moving || everywhere) {
-            continue;
+impl Curves {
+    fn of(ground: &Ground, lead: &Candidate, main: &[usize]) -> Curves {
+        // bars that grow in proportion to their lengths: the size is the longest one's
+        let effect = match lead.effect.parameter("growing") {
+            Some(_) => &lead.effect.clone().with("growing", ParameterValue::Word("alike".into())),
+            None => &lead.effect,
+        };
+        let Ok(profiles) = ground.profiles(effect) else { return Curves { by_outlet: Vec::new() } };
+        let axis = lead.effect.place.axis();
+        // a joint that stands still sags as the one that carries it tilts
+        let everywhere =
+            matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");
+        let counts =
+            |test: &usize| everywhere || axis.is_none_or(|axis| ground.context.motion(*test).moving.contains(&axis));
+        let tests: Vec<usize> = (0..ground.tests()).filter(counts).collect();
+        let function = |k: usize| -> Vec<f64> {
+            let mut rows = Vec::new();
+            for &test in &tests {
+                let profile = &profiles[lead.terms[k].function][test];
+                let count = ground.residual_mm[test].len();
+                if profile.is_empty() { rows.resize(rows.len() + count, 0.0) } else { rows.extend_from_slice(profile) }
+            }
+            rows
+        };
+        let mut outlets: Vec<Outlet> = Vec::new();
+        let mut by_outlet: Vec<Vec<(usize, Vec<f64>)>> = Vec::new();
+        for &k in main {
+            let outlet = lead.terms[k].outlet;
+            let place = outlets.iter().position(|other| *other == outlet).unwrap_or_else(|| {
+                outlets.push(outlet);
+                by_outlet.push(Vec::new());
+                outlets.len() - 1
+            });
+            by_outlet[place].push((k, function(k)));
         }
-        let start = curve.len();
-        curve.resize(start + residual.len(), 0.0);
-        for &k in terms {
-            let profile = &profiles[lead.terms[k].function][test];
-            curve[start..].iter_mut().zip(profile).for_each(|(sum, value)| *sum += amplitudes[k] * value);
-        }
+        Curves { by_outlet }
     }
-    curve
+
+    /// Largest value, or range, of the curves that the outlets follow over the session.
+    fn largest(&self, cause: &Cause, amplitudes: &[f64]) -> f64 {
+        let size = |terms: &Vec<(usize, Vec<f64>)>| -> f64 {
+            let mut curve = vec![0.0; terms.first().map_or(0, |(_, rows)| rows.len())];
+            for (k, rows) in terms {
+                curve.iter_mut().zip(rows).for_each(|(sum, value)| *sum += amplitudes[*k] * value);
+            }
+            let (low, high) =
+                curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+            if low > high {
+                return 0.0;
+            }
+            match cause.effect.as_str() {
+                // growth counts from the session's beginning, where it is zero by form
+                "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
+                "rotary-error-motion" | "unknown" => 0.5 * (high - low),
+                _ => high.abs().max(low.abs()),
+            }
+        };
+        self.by_outlet.iter().map(size).fold(0.0, f64::max)
+    }
 }

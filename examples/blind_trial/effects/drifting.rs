@@ -39,8 +39,10 @@ impl Growth {
 
 impl Law for Growth {
     fn disturb(&self, plan: &Plan, size: f64, rows: &mut Rows) {
-        let end_s = plan.end_s();
-        let course: Vec<f64> = (0..=400).map(|k| self.raw(plan, end_s * f64::from(k) / 400.0)).collect();
+        // the air before the first reading is known to nobody
+        let from_s = if self.by_temperature { first_reading_s(plan) } else { 0.0 };
+        let span_s = plan.end_s() - from_s;
+        let course: Vec<f64> = (0..=400).map(|k| self.raw(plan, from_s + span_s * f64::from(k) / 400.0)).collect();
         let low = course.iter().copied().fold(f64::INFINITY, f64::min);
         let high = course.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let start = course[0];
@@ -56,6 +58,10 @@ impl Law for Growth {
             }
         }
     }
+}
+
+fn first_reading_s(plan: &Plan) -> f64 {
+    plan.tests.iter().map(|test| test.started_at_s).fold(f64::INFINITY, f64::min)
 }
 
 fn weather(rng: &mut Draw) -> Temperature {
@@ -212,12 +218,14 @@ struct BarLaw {
 impl Law for BarLaw {
     fn disturb(&self, plan: &Plan, size: f64, rows: &mut Rows) {
         let longest = plan.bars.iter().map(|b| b.nominal_mm).fold(1.0, f64::max);
-        let end_s = plan.end_s();
+        let first_s = first_reading_s(plan);
+        let (from_s, end_s) = (if self.by_temperature { first_s } else { 0.0 }, plan.end_s());
         let course = |t: f64| match (&plan.temperature, self.by_temperature) {
-            (Some(w), true) => w.at(t) - w.at(0.0),
+            (Some(w), true) => w.at(t) - w.at(first_s),
             _ => 1.0 - (-t / self.tau_s).exp(),
         };
-        let peak = (0..=200).map(|k| course(end_s * f64::from(k) / 200.0).abs()).fold(1e-9, f64::max);
+        let at = |k: i32| from_s + (end_s - from_s) * f64::from(k) / 200.0;
+        let peak = (0..=200).map(|k| course(at(k)).abs()).fold(1e-9, f64::max);
         for (test, list) in plan.tests.iter().zip(rows.iter_mut()) {
             for (row, d) in list.iter_mut().enumerate() {
                 let t = test.started_at_s + row as f64 * test.step_s;
