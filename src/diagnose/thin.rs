@@ -7,6 +7,9 @@ use crate::session::{Clock, Recording, Session};
 /// Rows of a trace that slow effects need.
 const ROWS: usize = 150;
 
+/// Rows of a trace that show a wrong sign, name or unit.
+const FEW_ROWS: usize = 60;
+
 /// The session with rows averaged in odd groups, and the groups by test; static poses and short traces stay as they are.
 pub fn thin(session: &Session, kept: &[Vec<bool>]) -> (Session, Vec<Vec<Range<usize>>>) {
     let mut thinned = session.clone();
@@ -35,7 +38,7 @@ pub fn few_rows(session: &Session) -> Session {
     let mut few = session.clone();
     for recording in few.tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
         let Clock::TimeS(time) = &recording.clock else { continue };
-        let size = odd(time.len() / ROWS);
+        let size = odd(time.len() / FEW_ROWS);
         let rows: Vec<usize> = (size / 2..time.len()).step_by(size).collect();
         let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
         recording.clock = Clock::TimeS(pick(time));

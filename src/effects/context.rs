@@ -112,7 +112,19 @@ impl<'a> Context<'a> {
 
     /// A profile from the position (mm or rad, as commanded) of one axis.
     pub fn position_profile(&self, axis: usize, value: impl Fn(f64) -> f64) -> Profile {
-        self.profile(|test, row| value(self.motions[test].row(row)[axis]))
+        let in_test = |motion: &Motion| {
+            // an axis at rest keeps its value
+            let (mut at, mut there) = (f64::NAN, f64::NAN);
+            let of_row = |row| {
+                let q = motion.row(row)[axis];
+                if q != at {
+                    (at, there) = (q, value(q));
+                }
+                there
+            };
+            (0..motion.rows()).map(of_row).collect()
+        };
+        self.motions.iter().map(in_test).collect()
     }
 
     /// Speed of an axis (mm/s or rad/s, as commanded); zero without times.
