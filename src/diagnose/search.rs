@@ -1,5 +1,6 @@
 //! Which few effects the evidence demands: screen every family, refine the best, compare, accept, repeat. No words, no proof.
 
+use std::cell::Cell;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -88,13 +89,15 @@ struct Limits {
     share_elsewhere: f64,
     /// Rms that a further effect elsewhere must take off the residual, in noise floors.
     rms_elsewhere: f64,
+    /// Steps after which no other set of effects is tried: readings that no form fits would go on for minutes.
+    steps: usize,
 }
 
 /// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
 const SWEEPS: Limits =
-    Limits { accept: 14.0, accept_further: 30.0, effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3 };
+    Limits { accept: 14.0, accept_further: 30.0, effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3, steps: 26 };
 /// The same over half of the readings, which show half as much.
-const HALF: Limits = Limits { accept: 8.0, accept_further: 15.0, ..SWEEPS };
+const HALF: Limits = Limits { accept: 8.0, accept_further: 15.0, steps: 10, ..SWEEPS };
 
 /// Families refined at each stage.
 const REFINED: usize = 12;
@@ -119,7 +122,7 @@ const LEADS: usize = 3;
 pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], leads: &[Found]) -> Search {
     search_then(grounds, floors, families, HALF, |ways, model| {
         for lead in leads.iter().take(LEADS).map(|found| &found.chosen) {
-            if model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
+            if !ways.goes_on() || model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
                 continue;
             }
             let mut trial = Model::empty(ways);
@@ -142,7 +145,7 @@ fn search_then(
     }
     let whitened = |ground, floor| Arc::new(Whitened::new(ground, floor, &ground.kept));
     let whitened = [whitened(grounds.fine, &floors[0]), whitened(grounds.coarse, &floors[1])];
-    let ways = Ways { grounds, families, floors, limits, whitened };
+    let ways = Ways { grounds, families, floors, limits, whitened, steps: Cell::new(0) };
     let mut model = Model::empty(&ways);
     let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
@@ -271,9 +274,16 @@ struct Ways<'w, 'g, 'a> {
     limits: Limits,
     /// All rows and averaged ones under their noise floors.
     whitened: [Arc<Whitened<'g, 'a>>; 2],
+    /// Steps made so far.
+    steps: Cell<usize>,
 }
 
 impl Ways<'_, '_, '_> {
+    /// Whether other sets of effects may still be tried.
+    fn goes_on(&self) -> bool {
+        self.steps.get() < self.limits.steps
+    }
+
     /// Adds effects as long as the evidence demands one; the first one may be given.
     fn grow(&self, model: &mut Model, mut first: Option<Candidate>) {
         while model.found.len() < self.limits.effects {
@@ -290,6 +300,7 @@ impl Ways<'_, '_, '_> {
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.
     fn next(&self, model: &Model, given: Option<Candidate>) -> Option<Step> {
+        self.steps.set(self.steps.get() + 1);
         let fine = self.grounds.fine;
         let families = self.families;
         let candidates = match given {
@@ -339,7 +350,12 @@ impl Ways<'_, '_, '_> {
         }
         for index in (0..model.found.len()).rev() {
             // a model that was replaced may be shorter
-            if index >= model.found.len() || (model.found.len() == 1 && !model.found[0].rivals.is_empty()) {
+            if index >= model.found.len() {
+                continue;
+            }
+            // an effect that was given has no rivals yet
+            let has_rivals = !model.found[index].rivals.is_empty();
+            if has_rivals && (model.found.len() == 1 || !self.goes_on()) {
                 continue;
             }
             // a free curve at the place of an effect found before it is the rest of that one's form
@@ -375,7 +391,7 @@ impl Ways<'_, '_, '_> {
         let rivals: Vec<Candidate> = model.found[0].rivals.iter().map(|(rival, _)| rival.clone()).collect();
         for rival in rivals {
             let kind = &rival.effect.kind;
-            if tried.len() > OTHER_STARTS || tried.contains(kind) || kind == "unknown" {
+            if !self.goes_on() || tried.len() > OTHER_STARTS || tried.contains(kind) || kind == "unknown" {
                 continue;
             }
             tried.push(kind.clone());
