@@ -63,7 +63,7 @@ pub struct RangeFound {
     pub to: f64,
 }
 
-/// Log odds per log likelihood explained by which a rival's lag is softened: forms of the catalogue are never exact.
+/// Log odds per log odds of the chosen cause by which a rival's lag is softened: forms of the catalogue are never exact.
 const SOFTENING: f64 = 0.01;
 /// Rivals less probable than this are not named.
 const LEAST_PROBABILITY: f64 = 0.02;
@@ -377,7 +377,7 @@ pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
 /// Probability of the lead among its rivals, and the rivals worth naming.
 fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
-    let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_gain);
+    let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0));
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
     for (rival, odds) in &lead.rivals {

@@ -137,7 +137,7 @@ impl<'g, 'a> State<'g, 'a> {
             rivals,
             log_odds,
             gain,
-            ranked_gain: gain,
+            ranked_odds: gain,
             beside_gain: gain,
             fall_mm2: square_before - square_after,
         });

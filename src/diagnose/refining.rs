@@ -26,7 +26,11 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
             let family = &families[candidate.family];
             let may_lead = OVERTONES_ADD * candidate.judgement.chi2 > leading;
             let stage = stage_of(stages, family);
-            let mut refined = if may_lead { with_overtones(stage, family, candidate) } else { candidate };
+            let mut refined = match candidate.effect.kind.as_str() {
+                "cyclic-error" if may_lead => with_overtones(stage, family, candidate),
+                "vibration" if may_lead => with_wander(stage, family, candidate),
+                _ => candidate,
+            };
             refined.columns = stages[0].ground.columns(&refined.effect, &refined.terms).ok()?;
             Some(refined)
         })
@@ -89,7 +93,7 @@ const BEATS: [f64; 8] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0];
 
 /// A cyclic error with its second harmonic and a sideband, as far as the readings ask for them.
 fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
-    if best.effect.kind != "cyclic-error" || best.judgement.chi2 < WORTH_OVERTONES {
+    if best.judgement.chi2 < WORTH_OVERTONES {
         return best;
     }
     let rotary = best.effect.parameter("orders").is_some();
@@ -111,6 +115,28 @@ fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candid
         }
     }
     if list_length(&best.effect, name) > 1 { tuned(stage, family, best, name) } else { best }
+}
+
+/// Highest degree of the wander of a vibration along one direction, and along several.
+const MOST_WANDER: [i32; 2] = [3, 2];
+
+/// A vibration whose amplitude and phase change in the course of a recording, as far as the readings ask for it.
+fn with_wander(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
+    if best.judgement.chi2 < WORTH_OVERTONES {
+        return best;
+    }
+    let cost = best.judgement.log_evidence - best.log_odds;
+    for degree in 1..=MOST_WANDER[usize::from(family.outlets.len() > 1)] {
+        let effect = best.effect.clone().with("wander", ParameterValue::Number(f64::from(degree)));
+        let trial = judged(stage, family, best.family, effect, cost, &mut LastShape::default());
+        match trial {
+            Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
+            // a phase that turns shows in the second degree, not always in the first
+            _ if degree == 1 => {}
+            _ => break,
+        }
+    }
+    best
 }
 
 /// First step of tuning, as a ratio, and its halvings: a sideband that was missing has pulled the first period.

@@ -16,7 +16,7 @@ use super::screening::screen;
 use super::stage::{Accepted, Judgement, Stage};
 use super::whitened::Whitened;
 use crate::identify::{NoiseModel, Quantity, misfit};
-use crate::machine::{Effect, Outlet};
+use crate::machine::Effect;
 
 /// A candidate with its best shape.
 #[derive(Debug, Clone)]
@@ -47,8 +47,8 @@ pub struct Found {
     pub log_odds: f64,
     /// The gain alone.
     pub gain: f64,
-    /// The gain at the step that ranked the rivals: beside other effects less is left to explain.
-    pub ranked_gain: f64,
+    /// Log odds of the chosen candidate at the step that ranked the rivals, on the scale of theirs.
+    pub ranked_odds: f64,
     /// The gain beside all other effects of the model: how far they can stand for it.
     pub beside_gain: f64,
     /// Fall of the mean square residual, mm².
@@ -337,7 +337,7 @@ impl Ways<'_, '_, '_> {
             (rival, odds)
         });
         let found =
-            Found { rivals: rivals.collect(), chosen, log_odds, gain, ranked_gain: gain, beside_gain: gain, fall_mm2 };
+            Found { rivals: rivals.collect(), chosen, log_odds, gain, ranked_odds: lead, beside_gain: gain, fall_mm2 };
         Some(Step { found, residual_mm, noise })
     }
 
@@ -369,8 +369,10 @@ impl Ways<'_, '_, '_> {
             let Some(step) = self.next(&trial, None) else { continue };
             let old = model.found[index].chosen.family;
             let mut rivals = step.found.rivals.clone();
-            let ranked_gain = step.found.gain;
-            if step.found.chosen.family != old {
+            let ranked_odds = step.found.ranked_odds;
+            // beside the same motion in fewer directions, one in more is a rival and no other set
+            let is_simpler = simpler(&[step.found.chosen.clone(), model.found[index].chosen.clone()], 0).is_some();
+            if step.found.chosen.family != old && !is_simpler {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);
                 self.grow(&mut trial, None);
@@ -381,7 +383,7 @@ impl Ways<'_, '_, '_> {
             // beside the others the rivals are fewer than when it was taken
             rivals.retain(|(rival, _)| rival.family != old);
             model.found[index].rivals = rivals;
-            model.found[index].ranked_gain = ranked_gain;
+            model.found[index].ranked_odds = ranked_odds;
         }
     }
 
@@ -626,6 +628,8 @@ fn compare(stage: &Stage, families: &[Family], mut candidates: Vec<Candidate>) -
 
 /// Log odds within which candidates count as equal, so that the customary name decides.
 const TIE: f64 = 3.0;
+/// The same as a share of the best one's log odds: forms are never exact.
+const TIE_SHARE: f64 = 0.002;
 const FREE_TIE: f64 = 10.0;
 
 /// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
@@ -639,9 +643,10 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
         }
         _ => 0,
     };
-    let best = along_one_direction(candidates, best).unwrap_or(best);
+    let best = simpler(candidates, best).unwrap_or(best);
     // a free curve over an axis that only follows another one says the same as one over that axis
-    let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE };
+    let share = TIE_SHARE * candidates[best].log_odds.max(0.0);
+    let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE.max(share) };
     let near = |candidate: &Candidate| {
         candidates[best].log_odds - candidate.log_odds < tie && is_free(candidate) == is_free(&candidates[best])
     };
@@ -654,19 +659,27 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
 /// Share of what a vibration in all directions explains with which one direction alone is the likelier cause: a phase that
 /// wanders is no other direction.
 const ONE_DIRECTION: f64 = 0.93;
+/// The same for error motions: what lies between the orders is no other motion.
+const FEWER_MOTIONS: f64 = 0.99;
 
-/// A vibration in one direction that explains nearly what the best candidate, one in all directions, does.
-fn along_one_direction(candidates: &[Candidate], best: usize) -> Option<usize> {
-    let directions =
-        |candidate: &Candidate| candidate.terms.iter().map(|term| term.outlet).collect::<HashSet<Outlet>>().len();
-    let is_vibration = |candidate: &Candidate| candidate.effect.kind == "vibration";
-    if !is_vibration(&candidates[best]) || directions(&candidates[best]) < 2 {
-        return None;
-    }
-    let enough = ONE_DIRECTION * candidates[best].judgement.chi2;
-    (0..candidates.len()).find(|&k| {
-        is_vibration(&candidates[k]) && directions(&candidates[k]) == 1 && candidates[k].judgement.chi2 > enough
+/// A candidate of the best one's kind that explains nearly as much in half as many directions or fewer.
+fn simpler(candidates: &[Candidate], best: usize) -> Option<usize> {
+    let Candidate { effect, terms, judgement, .. } = &candidates[best];
+    let share = match effect.kind.as_str() {
+        "vibration" => ONE_DIRECTION,
+        "rotary-error-motion" => FEWER_MOTIONS,
+        _ => return None,
+    };
+    candidates.iter().position(|other| {
+        other.effect.kind == effect.kind
+            && (other.effect.place == effect.place || effect.kind == "vibration")
+            && 2 * directions(&other.terms) <= directions(terms)
+            && other.judgement.chi2 > share * judgement.chi2
     })
+}
+
+fn directions(terms: &[Term]) -> usize {
+    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len()
 }
 
 fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {

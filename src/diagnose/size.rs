@@ -46,7 +46,11 @@ pub fn size_of(
         _ => {
             // orders that placement takes up are left as they were fitted
             let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
-            drawn(&value_at, &amplitudes, &sub, &held).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)))
+            // a jump may be any number of times longer along a direction that the recordings hide
+            let hidden_from =
+                if cause.effect.ends_with("-slip") { HIDDEN * lead.judgement.tau.max(1.0) } else { f64::MAX };
+            drawn(&value_at, &amplitudes, &sub, &held, hidden_from)
+                .unwrap_or((value, first_order(&value_at, &amplitudes, &sub)))
         }
     };
     let sigma = sigma.hypot(form_sigma(&cause.effect) * value);
@@ -74,6 +78,9 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
     (gradient.transpose() * covariance * &gradient)[(0, 0)].max(0.0).sqrt()
 }
 
+/// Share of the prior that a direction keeps when it is hidden, and the factor by which it may then be longer.
+const HIDDEN: f64 = 0.6;
+const WIDENED: f64 = 3.0;
 /// Draws of the amplitudes.
 const DRAWS: usize = 120;
 
@@ -84,10 +91,12 @@ fn drawn(
     amplitudes: &[f64],
     covariance: &DMatrix<f64>,
     held: &[bool],
+    hidden_from: f64,
 ) -> Option<(f64, f64)> {
     let count = amplitudes.len();
     let eigen = SymmetricEigen::new(covariance.clone());
-    let spread = DVector::from_iterator(count, eigen.eigenvalues.iter().map(|value| value.max(0.0).sqrt()));
+    let widened = |spread: f64| if spread > hidden_from { WIDENED * spread } else { spread };
+    let spread = DVector::from_iterator(count, eigen.eigenvalues.iter().map(|value| widened(value.max(0.0).sqrt())));
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let sizes: Vec<f64> = (0..DRAWS)
         .map(|_| {
@@ -118,10 +127,14 @@ pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> 
     size_function(candidate, cause, &main, &curves, &candidate.judgement.amplitudes)
 }
 
-/// Uncertainty of a size from the form of its effect, as a share: a form is never exact, and the peak of a spike lies
+/// Uncertainty of a size from the form of its effect, as a share: a form is never exact, a vibration breathes, and the peak of a spike lies
 /// between two readings.
 fn form_sigma(effect: &str) -> f64 {
-    if effect == "reversal-spike" { 0.12 } else { 0.03 }
+    match effect {
+        "reversal-spike" => 0.12,
+        "vibration" => 0.06,
+        _ => 0.03,
+    }
 }
 
 /// Terms that carry the size: lengths where there are any, else all.
@@ -132,19 +145,24 @@ fn main_terms(terms: &[Term]) -> Vec<usize> {
 }
 
 /// Amplitude over tests that have a cosine and a sine each, weighted by how well each is known: some tests hardly show it.
-/// Directions at right angles add as their squares.
+/// Directions at right angles, and the degrees in which an amplitude wanders, add as their squares.
 fn vibration(terms: &[Term], amplitudes: &[f64], weights: &[f64]) -> f64 {
-    // by outlet: weighted squares and weights
-    let mut by_outlet: Vec<(Outlet, f64, f64)> = Vec::new();
+    // by outlet and degree: weighted squares and weights
+    let mut parts: Vec<((Outlet, usize), f64, f64)> = Vec::new();
     for ((term, amplitude), weight) in terms.iter().zip(amplitudes).zip(weights) {
         // noise alone has a square as well
         let square = weight * amplitude * amplitude - 1.0;
-        match by_outlet.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
+        let key = (term.outlet, term.function / 2);
+        match parts.iter_mut().find(|(part, ..)| *part == key) {
             Some((_, squares, sum)) => (*squares, *sum) = (*squares + square, *sum + weight),
-            None => by_outlet.push((term.outlet, square, *weight)),
+            None => parts.push((key, square, *weight)),
         }
     }
-    by_outlet.iter().map(|(_, squares, weights)| (2.0 * squares / weights).max(0.0)).sum::<f64>().sqrt()
+    // mean square of a Legendre polynomial
+    let share = |degree: usize| 1.0 / (2 * degree + 1) as f64;
+    let squares =
+        parts.iter().map(|((_, degree), squares, weights)| share(*degree) * (2.0 * squares / weights).max(0.0));
+    squares.sum::<f64>().sqrt()
 }
 
 /// Whether an effect goes on with time or temperature.
