@@ -1,16 +1,18 @@
-//! Parts of the diagnosis by the library: shapes judged from memory stand as if judged anew; irregular motion is located.
+//! Parts of the diagnosis by the library: shapes judged from memory and blocks judged test by test stand as if judged anew
+//! and whole; irregular motion is located.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use fiveaxis::chain::{Chain, Composition};
-use fiveaxis::diagnose::{Accepted, Ground, LastShape, Stage, Whitened, diagnose, families, terms};
+use fiveaxis::diagnose::{Accepted, Column, Ground, LastShape, Stage, Term, Whitened, diagnose, families, terms};
 use fiveaxis::effects::Context;
 use fiveaxis::identify::{self, FreePrior, NoiseModel, Options, Problem};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
 use fiveaxis::session::{Session, Setups};
 use fiveaxis::simulate::simulate;
+use nalgebra::DMatrix;
 
 /// Numbers that look random and are the same everywhere (Lehmer's generator).
 struct Draws(u64);
@@ -74,8 +76,8 @@ fn an_irregular_motion_is_located_and_has_no_form() {
     assert!((finding.size.value / expected - 1.0).abs() < 0.15, "{} for {expected}", finding.size.value);
 }
 
-#[test]
-fn shapes_judged_from_memory_stand_as_judged_anew() {
+/// Works with the circles fitted and laid out for a search, and the noise of every test.
+fn with_ground(work: impl FnOnce(&Session, &Ground, &[NoiseModel])) {
     let session = circles(Vec::new());
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(&session);
@@ -86,24 +88,97 @@ fn shapes_judged_from_memory_stand_as_judged_anew() {
     let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
     let kept: Vec<Vec<bool>> = fit.tests.iter().map(|test| test.kept.clone()).collect();
     let context = Context::of(&session, &chain).expect("context");
-    let ground = Ground::new(&context, &problem, &values, kept.clone());
+    let ground = Ground::new(&context, &problem, &values, kept);
     let noise = NoiseModel { white_mm: 2e-4, ar_mm: 1e-4, ar_rho: 0.9, drift_mm: 5e-5, offset_mm: 5e-5 };
     let noise = vec![noise; ground.tests()];
-    let families = families(&ground);
+    work(&session, &ground, &noise);
+}
+
+/// Columns of a vibration along X and Z with amplitudes of its own in every test.
+fn vibration(session: &Session, ground: &Ground, frequency: f64) -> Vec<Column> {
+    let effect = Effect::new("vibration", Place::SpindleBall)
+        .with("frequency", ParameterValue::Number(frequency))
+        .with("wander", ParameterValue::Number(1.0))
+        .with("clock", ParameterValue::Word("test".into()));
+    let plain = terms(&session.machine, &effect, &[Outlet::SpindleBall(0), Outlet::SpindleBall(2)]);
+    let all = (0..ground.tests()).flat_map(|test| plain.iter().map(move |term| Term { test: Some(test), ..*term }));
+    ground.columns(&effect, &all.collect::<Vec<_>>()).expect("columns")
+}
+
+fn squareness(session: &Session, ground: &Ground) -> Vec<Column> {
     let x = session.machine.axis_index("X").expect("X");
-    let squareness = Effect::new("squareness", Place::Axis(x));
+    let effect = Effect::new("squareness", Place::Axis(x));
     let outlet = Outlet::Location { axis: x, component: Component::EC };
-    let accepted: Vec<Accepted> = ground
-        .columns(&squareness, &terms(&session.machine, &squareness, &[outlet]))
-        .expect("columns")
-        .into_iter()
-        .map(|column| Accepted { column, prior: 10.0 })
-        .collect();
+    ground.columns(&effect, &terms(&session.machine, &effect, &[outlet])).expect("columns")
+}
+
+#[test]
+fn columns_of_single_tests_are_fitted_in_any_order() {
+    with_ground(|session, ground, noise| {
+        let prior = 3.0;
+        let accepted = |blocks: &[&Vec<Column>]| -> Vec<Accepted> {
+            blocks.iter().flat_map(|b| b.iter()).map(|column| Accepted { column: column.clone(), prior }).collect()
+        };
+        let stage = |blocks: &[&Vec<Column>]| Stage::new(ground, noise, &accepted(blocks), &ground.kept);
+        // what a block takes off the weighted squares beside others: zᵀ (G + 1/prior²)⁻¹ z
+        let takes = |beside: &[&Vec<Column>], block: &Vec<Column>| {
+            let (gram, z) = stage(beside).project(block);
+            let with_prior = &gram + DMatrix::identity(gram.nrows(), gram.nrows()) / (prior * prior);
+            z.dot(&with_prior.cholesky().expect("definite").solve(&z))
+        };
+        let (shared, one, other) =
+            (squareness(session, ground), vibration(session, ground, 2.0), vibration(session, ground, 7.0));
+        let whole = stage(&[&shared, &one, &other]).misfit;
+        for [a, b, c] in [[&shared, &one, &other], [&one, &shared, &other], [&other, &one, &shared]] {
+            let by_steps = stage(&[]).misfit - takes(&[], a) - takes(&[a], b) - takes(&[a, b], c);
+            assert!((by_steps / whole - 1.0).abs() < 1e-9, "{by_steps} for {whole}");
+        }
+    });
+}
+
+#[test]
+fn a_block_judged_test_by_test_has_the_evidence_of_the_whole() {
+    with_ground(|session, ground, noise| {
+        let beside = vibration(session, ground, 7.0);
+        let accepted: Vec<Accepted> = squareness(session, ground)
+            .into_iter()
+            .chain(beside)
+            .map(|column| Accepted { column, prior: 3.0 })
+            .collect();
+        let stage = Stage::new(ground, noise, &accepted, &ground.kept);
+        let block = vibration(session, ground, 2.0);
+        let judged = stage.judge(&block, 30.0);
+        let (gram, z) = stage.project(&block);
+        let count = gram.nrows();
+        let factor = (&gram + DMatrix::identity(count, count) / judged.tau.powi(2)).cholesky().expect("definite");
+        let amplitudes = factor.solve(&z);
+        let square = z.dot(&amplitudes);
+        let log_ratio = factor.ln_determinant() + 2.0 * count as f64 * judged.tau.ln();
+        // one nat stands for the choice of the prior
+        let evidence = 0.5 * (square - log_ratio) - 1.0;
+        assert!((judged.log_evidence - evidence).abs() < 1e-6, "{} for {evidence}", judged.log_evidence);
+        assert!((judged.chi2 / square - 1.0).abs() < 1e-9, "{} for {square}", judged.chi2);
+        for (one, other) in judged.amplitudes.iter().zip(amplitudes.iter()) {
+            assert!((one - other).abs() < 1e-9, "{one} for {other}");
+        }
+    });
+}
+
+#[test]
+fn shapes_judged_from_memory_stand_as_judged_anew() {
+    with_ground(judged_from_memory);
+}
+
+fn judged_from_memory(session: &Session, ground: &Ground, noise: &[NoiseModel]) {
+    let kept = ground.kept.clone();
+    let families = families(ground);
+    let accepted: Vec<Accepted> =
+        squareness(session, ground).into_iter().map(|column| Accepted { column, prior: 10.0 }).collect();
     assert!(!accepted.is_empty());
     // the first stage fills the memory, the second one takes from it beside another model
-    let whitened = Arc::new(Whitened::new(&ground, &noise, &kept));
+    let whitened = Arc::new(Whitened::new(ground, noise, &kept));
     let stages = [Stage::on(whitened.clone(), &[]), Stage::on(whitened, &accepted)];
-    let anew = [Stage::new(&ground, &noise, &[], &kept), Stage::new(&ground, &noise, &accepted, &kept)];
+    let anew = [Stage::new(ground, noise, &[], &kept), Stage::new(ground, noise, &accepted, &kept)];
     let mut judged = 0;
     for (index, family) in families.iter().enumerate().filter(|(_, family)| !family.by_test) {
         let effect = &family.grid[family.grid.len() / 2];

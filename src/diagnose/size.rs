@@ -80,7 +80,7 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
 
 /// Share of the prior that a direction keeps when it is hidden, and the factor by which it may then be longer.
 const HIDDEN: f64 = 0.6;
-const WIDENED: f64 = 3.0;
+const WIDENED: f64 = 2.5;
 /// Draws of the amplitudes.
 const DRAWS: usize = 120;
 
