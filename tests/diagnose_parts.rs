@@ -165,6 +165,32 @@ fn a_block_judged_test_by_test_has_the_evidence_of_the_whole() {
 }
 
 #[test]
+fn a_vibration_that_wanders_follows_legendre_polynomials_over_each_recording() {
+    with_ground(|session, ground, _| {
+        let effect = Effect::new("vibration", Place::SpindleBall)
+            .with("frequency", ParameterValue::Number(3.0))
+            .with("wander", ParameterValue::Number(3.0))
+            .with("clock", ParameterValue::Word("test".into()));
+        let profiles = ground.profiles(&effect).expect("profiles");
+        assert_eq!(profiles.len(), 8);
+        for test in 0..ground.tests() {
+            let time = ground.context.motion(test).time_s.as_ref().expect("times");
+            let (first, last) = (time[0], time[time.len() - 1]);
+            for (row, t) in time.iter().enumerate() {
+                let u = 2.0 * (t - first) / (last - first) - 1.0;
+                let wave = (std::f64::consts::TAU * 3.0 * (t - first)).cos();
+                let legendre = [1.0, u, 0.5 * (3.0 * u * u - 1.0), 0.5 * (5.0 * u.powi(3) - 3.0 * u)];
+                for (degree, expected) in legendre.iter().enumerate() {
+                    let found = profiles[2 * degree][test][row];
+                    let name = &session.tests[test].name;
+                    assert!((found - wave * expected).abs() < 1e-9, "{name} row {row} degree {degree}: {found}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
 fn shapes_judged_from_memory_stand_as_judged_anew() {
     with_ground(judged_from_memory);
 }

@@ -611,11 +611,22 @@ fn spectral_lines(ground: &Ground) -> Vec<f64> {
     order.sort_by(|&a, &b| prominence(b).total_cmp(&prominence(a)));
     let mut chosen: Vec<usize> = Vec::new();
     for k in order {
-        if chosen.len() < PEAKS && chosen.iter().all(|&other| other.abs_diff(k) > 3) {
+        let is_fast = traces.iter().all(|(time, _)| cycles(time, frequency(k)) > LEAST_CYCLES);
+        if is_fast && chosen.len() < PEAKS && chosen.iter().all(|&other| other.abs_diff(k) > 3) {
             chosen.push(k);
         }
     }
     chosen.into_iter().map(frequency).collect()
+}
+
+/// Cycles that a trace must show of a vibration: drift and gravity are no vibration near a multiple of its sampling rate.
+const LEAST_CYCLES: f64 = 4.0;
+
+/// Cycles of a frequency that a trace shows as it is sampled.
+fn cycles(time: &[f64], frequency: f64) -> f64 {
+    let length = time[time.len() - 1] - time[0];
+    let rate = (time.len() - 1) as f64 / length;
+    (frequency - rate * (frequency / rate).round()).abs() * length
 }
 
 /// Times and trend-free residuals of a trace; `None` for static poses and very short traces.

@@ -33,10 +33,11 @@ pub fn size_of(
     // terms in the unit of the finding: lengths if it has any
     let main: Vec<usize> = main_terms(&lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
-    let precision: Vec<f64> = (0..count).map(|k| 1.0 / sub[(k, k)].max(f64::MIN_POSITIVE)).collect();
+    let prior = lead.judgement.tau.max(1.0);
+    let variances: Vec<f64> = (0..count).map(|k| sub[(k, k)]).collect();
     let curves = Curves::of(ground, lead, &main);
     let value_at = |a: &[f64]| match cause.effect.as_str() {
-        "vibration" => vibration(&lead.terms, a, &precision),
+        "vibration" => vibration(&lead.terms, a, &variances, prior),
         _ => size_function(lead, cause, &main, &curves, a),
     };
     let value = value_at(&amplitudes);
@@ -47,9 +48,8 @@ pub fn size_of(
             // orders that placement takes up are left as they were fitted
             let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
             // a jump may be any number of times longer along a direction that the recordings hide
-            let hidden_from =
-                if cause.effect.ends_with("-slip") { HIDDEN * lead.judgement.tau.max(1.0) } else { f64::MAX };
-            drawn(&value_at, &amplitudes, &sub, &held, hidden_from)
+            let longer = if cause.effect.ends_with("-slip") { WIDENED } else { WIDER };
+            drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer))
                 .unwrap_or((value, first_order(&value_at, &amplitudes, &sub)))
         }
     };
@@ -78,9 +78,10 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
     (gradient.transpose() * covariance * &gradient)[(0, 0)].max(0.0).sqrt()
 }
 
-/// Share of the prior that a direction keeps when it is hidden, and the factor by which it may then be longer.
+/// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump, and a motion, may then be larger.
 const HIDDEN: f64 = 0.6;
 const WIDENED: f64 = 2.5;
+const WIDER: f64 = 1.5;
 /// Draws of the amplitudes.
 const DRAWS: usize = 120;
 
@@ -91,12 +92,17 @@ fn drawn(
     amplitudes: &[f64],
     covariance: &DMatrix<f64>,
     held: &[bool],
-    hidden_from: f64,
+    (hidden_from, longer): (f64, f64),
 ) -> Option<(f64, f64)> {
     let count = amplitudes.len();
     let eigen = SymmetricEigen::new(covariance.clone());
-    let widened = |spread: f64| if spread > hidden_from { WIDENED * spread } else { spread };
-    let spread = DVector::from_iterator(count, eigen.eigenvalues.iter().map(|value| widened(value.max(0.0).sqrt())));
+    let spread: Vec<f64> = eigen.eigenvalues.iter().map(|value| value.max(0.0).sqrt()).collect();
+    // what is hidden is as large as what is seen
+    let along = eigen.eigenvectors.tr_mul(&DVector::from_column_slice(amplitudes));
+    let seen: Vec<f64> = (0..count).filter(|&k| spread[k] <= hidden_from).map(|k| along[k].powi(2)).collect();
+    let typical = (seen.iter().sum::<f64>() / seen.len().max(1) as f64).sqrt();
+    let spread: Vec<f64> =
+        spread.into_iter().map(|own| if own > hidden_from { longer * own.min(typical) } else { own }).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let sizes: Vec<f64> = (0..DRAWS)
         .map(|_| {
@@ -144,18 +150,27 @@ fn main_terms(terms: &[Term]) -> Vec<usize> {
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
 }
 
+/// Share of an amplitude that the readings must tell.
+const LEAST_KNOWN: f64 = 0.3;
+
 /// Amplitude over tests that have a cosine and a sine each, weighted by how well each is known: some tests hardly show it.
 /// Directions at right angles, and the degrees in which an amplitude wanders, add as their squares.
-fn vibration(terms: &[Term], amplitudes: &[f64], weights: &[f64]) -> f64 {
+fn vibration(terms: &[Term], amplitudes: &[f64], variances: &[f64], prior: f64) -> f64 {
     // by outlet and degree: weighted squares and weights
     let mut parts: Vec<((Outlet, usize), f64, f64)> = Vec::new();
-    for ((term, amplitude), weight) in terms.iter().zip(amplitudes).zip(weights) {
-        // noise alone has a square as well
-        let square = weight * amplitude * amplitude - 1.0;
+    for ((term, amplitude), variance) in terms.iter().zip(amplitudes).zip(variances) {
+        // share that the readings have in an amplitude, the prior the rest
+        let known = 1.0 - variance / (prior * prior);
+        if known < LEAST_KNOWN {
+            continue;
+        }
+        // without the prior's pull; noise alone has a square as well
+        let weight = known / variance.max(f64::MIN_POSITIVE);
+        let square = weight * (amplitude / known).powi(2) - 1.0;
         let key = (term.outlet, term.function / 2);
         match parts.iter_mut().find(|(part, ..)| *part == key) {
             Some((_, squares, sum)) => (*squares, *sum) = (*squares + square, *sum + weight),
-            None => parts.push((key, square, *weight)),
+            None => parts.push((key, square, weight)),
         }
     }
     // mean square of a Legendre polynomial
