@@ -486,10 +486,23 @@ fn the_session_file_of_a_plan_loads_and_is_clear() {
 }
 
 #[test]
+fn one_pivot_stands_a_bar_length_from_lines_that_do_not_meet() {
+    let (machine, bodies, kit) = load("table-table-cb-moving-table.yaml");
+    let planned = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("plan");
+    assert_eq!((planned.tests.len(), planned.pivot_setups), (4, 1));
+    // all axes at zero: the distance of the one pivot ball from both lines, from the machine file alone
+    let pivot = Vector3::from(planned.tests[0].test.pivot.at);
+    for axis in machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary) {
+        let lever = (pivot - axis.origin).cross(&axis.direction).norm();
+        assert!((lever - 100.0).abs() < 1e-5, "{} {lever}", axis.name);
+    }
+}
+
+#[test]
 fn methods_of_the_thesis_fit_axes_at_45_degrees() {
     for (name, methods) in [
-        ("nutating-head-45.yaml", [Method::Chapter4, Method::Chapter6, Method::Chapter7]),
-        ("nutating-table-45.yaml", [Method::Chapter4, Method::Chapter6, Method::Chapter7]),
+        ("nutating-head-45.yaml", [Method::Chapter4, Method::Chapter5, Method::Chapter6, Method::Chapter7]),
+        ("nutating-table-45.yaml", [Method::Chapter4, Method::Chapter5, Method::Chapter6, Method::Chapter7]),
     ] {
         let (machine, bodies, kit) = load(name);
         for method in methods {

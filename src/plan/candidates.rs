@@ -137,12 +137,13 @@ pub(super) fn candidates_at(
     let lengths = kit.lengths_mm();
     for &axis in &rotary {
         let Some((from, to)) = sweep_wanted(machine, axis, avoid) else { continue };
-        let (mine, misses) = turning(machine, &geometry, &all, &lengths, (axis, from, to), avoid);
+        let (mine, misses) = turning(machine, &geometry, &all, &lengths, (axis, from, to), avoid, offer);
         let most = match chain.carried_by(axis).branch {
             Branch::Workpiece => MOST_SETUPS_OF_TABLES,
             Branch::Tool => MOST_SETUPS_OF_HEADS,
         };
-        all.list.extend(thinned(mine, most));
+        // what is left out for one axis may be what serves all
+        all.list.extend(if offer == Offer::Common { mine } else { thinned(mine, most) });
         all.misses.insert(axis, misses);
         let more = following(machine, &geometry, &all, &lengths, (axis, from, to), avoid, &coupled.follow);
         all.list.extend(more);
@@ -161,12 +162,17 @@ fn turning(
     lengths_mm: &[f64],
     (axis, from, to): (usize, f64, f64),
     avoid: &Avoid,
+    offer: Offer,
 ) -> (Vec<Candidate>, Misses) {
     let chain = geometry.chain();
     let longest_mm = lengths_mm.last().copied().unwrap_or(0.0);
-    let pairings = pairings(all, chain, axis);
+    let pairings = pairings(all, chain, axis, offer);
     let (mut list, mut misses) = (Vec::new(), Misses::default());
-    for start in static_positions(machine, chain, axis, avoid) {
+    let mut starts = static_positions(machine, chain, axis, avoid);
+    if offer == Offer::Common {
+        starts.truncate(1);
+    }
+    for start in starts {
         let stance = Stance::new(machine, geometry, axis, &start);
         let at_sites: Vec<Vector3<f64>> = all.sites.iter().map(|site| stance.point((site.link, &site.at))).collect();
         let at_places: Vec<Vector3<f64>> =
@@ -219,17 +225,18 @@ pub(super) struct Pairing {
 }
 
 /// Balls that may be paired for the sweep of an axis.
-pub(super) fn pairings(all: &Candidates, chain: &Chain, axis: usize) -> Vec<Pairing> {
+pub(super) fn pairings(all: &Candidates, chain: &Chain, axis: usize, offer: Offer) -> Vec<Pairing> {
     let mut list = Vec::new();
     for (place_index, place) in all.places.iter().enumerate() {
         let on_tool = chain.carries(axis, place.link);
-        if !on_tool && place.aside_mm > 0.0 {
+        if !on_tool && place.aside_mm > 0.0 && offer != Offer::Common {
             // a fixture brings nothing when the axis does not carry it
             continue;
         }
         for (site_index, site) in all.sites.iter().enumerate() {
             // a pivot that stands still may stand anywhere: every third place is enough
-            if chain.carries(axis, site.link) != on_tool && (!on_tool || site_index % 3 == place_index % 3) {
+            let is_taken = !on_tool || offer == Offer::Common || site_index % 3 == place_index % 3;
+            if chain.carries(axis, site.link) != on_tool && is_taken {
                 list.push(Pairing { place: place_index, site: site_index, on_tool });
             }
         }

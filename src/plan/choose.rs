@@ -10,7 +10,7 @@ use super::candidates::{Candidate, Candidates, candidates_at};
 use super::indexed::{INDEX_MIN, IndexError};
 use super::information::{BLOCK_ROWS, Block, Nuisance, Unknowns};
 use super::knowledge::{Knowledge, Mix};
-use super::method::{MethodError, method_choice};
+use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
 use super::places::Offer;
 use super::planned::Plan;
@@ -162,7 +162,11 @@ fn at_desk<T>(
 ) -> Result<T, PlanError> {
     let chain = Chain::of(machine);
     let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
-    let offer = if settings.method.is_some() { Offer::Level } else { Offer::Spread };
+    let offer = match settings.method {
+        None => Offer::Spread,
+        Some(Method::Chapter5) => Offer::Common,
+        Some(_) => Offer::Level,
+    };
     let all = candidates_at(machine, bodies, kit, &settings.avoid, &settings.coupled, offer);
     out_of_reach::refuse(machine, bodies, kit, &all)?;
     let unknowns = match settings.coupled.circles {

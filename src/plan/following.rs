@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::candidates::{Avoid, Candidate, Candidates, LEAST_LEVER_MM, Pairing, pairings, static_positions, thinned};
 use super::course::{Drive, Swing};
+use super::places::Offer;
 use super::slides::{Slides, arc_within};
 use super::solver::{Solved, Stance};
 use crate::chain::{Geometry, LinkId};
@@ -32,7 +33,7 @@ pub(super) fn following(
     if kinds.is_empty() {
         return list;
     }
-    let mut pairings = pairings(all, chain, axis);
+    let mut pairings = pairings(all, chain, axis, Offer::Spread);
     pairings.retain(|pairing| all.places[pairing.place].aside_mm == 0.0);
     for start in static_positions(machine, chain, axis, avoid) {
         // the circle through three places is the whole motion: a quarter turn apart

@@ -13,8 +13,15 @@ const ALONG_SURFACE: f64 = 0.1;
 const UPRIGHT: f64 = 0.99;
 /// sin² of the angle between a way and an axis below which the way does not lead nearer to the axis or away from it.
 const PARALLEL: f64 = 1e-4;
+/// Square of what a point may lie off a cylinder that a way touches, as a share of its radius'.
+const TOUCHING: f64 = 1e-14;
 /// Nearest setups of the stem that are tried for a fixture's arm, or without one.
 const MOST_REACHES: usize = 4;
+
+/// Lines nearer to each other than this meet, mm.
+const MEETING_MM: f64 = 1e-3;
+/// Points of a circle about an axis that are tried.
+const AROUND: i32 = 24;
 
 /// Which places are offered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +31,15 @@ pub(super) enum Offer {
     /// Those, every arm a bar's length from each axis at any inclination and the lowest stand beside heads too: methods of the
     /// thesis ask for the shortest bar across the axis, and for the next longer one from there.
     Level,
+    /// The same, and every pivot with every spindle ball: one pivot and one ball are to serve all axes.
+    Common,
+}
+
+impl Offer {
+    /// The places that methods of the thesis ask for are among them.
+    fn is_for_methods(self) -> bool {
+        self != Offer::Spread
+    }
 }
 
 /// Pivot ball places on all mounts.
@@ -75,7 +91,7 @@ fn on_mount(kit: &Kit, mount: &Mount, (all, carrying): (&[&Axis], &[&Axis]), off
         .filter(|height| *height >= lowest && *height <= highest)
         .collect();
     heights.extend([lowest.max(60.0).min(highest), (lowest + highest) * 0.5, highest]);
-    if carrying.is_empty() && offer == Offer::Level {
+    if carrying.is_empty() && offer.is_for_methods() {
         // beside a head every millimetre of its slides counts
         heights.push(lowest);
     }
@@ -94,6 +110,15 @@ fn on_mount(kit: &Kit, mount: &Mount, (all, carrying): (&[&Axis], &[&Axis]), off
         points.iter().flat_map(|&[u, v]| heights.iter().map(move |&height| [u, v, height])).collect();
     for axis in carrying.iter().filter(|axis| (ALONG_SURFACE..=UPRIGHT).contains(&upright(axis))) {
         balls.extend(heights.iter().flat_map(|&height| beside_inclined_axis(kit, mount, axis, height)));
+    }
+    if offer == Offer::Common {
+        for axis in carrying.iter().filter(|axis| upright(axis) > UPRIGHT) {
+            // beside lines that cross along the surface a level place serves both
+            let is_served = |other: &&&Axis| upright(other) < ALONG_SURFACE && apart_mm(axis, other) < MEETING_MM;
+            for other in carrying.iter().filter(|other| upright(other) <= UPRIGHT).filter(|other| !is_served(other)) {
+                balls.extend(beside_both(kit, mount, (axis, other), (lowest, highest)));
+            }
+        }
     }
     if let Some(pitch) = mount.slot_pitch_mm {
         for [_, v, _] in &mut balls {
@@ -165,6 +190,38 @@ fn beside_inclined_axis(kit: &Kit, mount: &Mount, axis: &Axis, height_mm: f64) -
     balls
 }
 
+/// A bar's length from an upright axis and from another one alike: points of the circle about the first, each at the heights
+/// at which the second is as far away, mm.
+fn beside_both(
+    kit: &Kit,
+    mount: &Mount,
+    (upright, other): (&Axis, &Axis),
+    (lowest, highest): (f64, f64),
+) -> Vec<[f64; 3]> {
+    let from = upright.origin - mount.middle;
+    let centre = mount.along * from.dot(&mount.along) + mount.across() * from.dot(&mount.across());
+    let mut balls = Vec::new();
+    for length in kit.lengths_mm() {
+        for step in 0..AROUND {
+            let (s, c) = (std::f64::consts::TAU * f64::from(step) / f64::from(AROUND)).sin_cos();
+            let foot = centre + (mount.along * c + mount.across() * s) * length;
+            for height in at_distance(other, &(mount.middle + foot), &mount.normal, length) {
+                if (lowest..=highest).contains(&height) {
+                    let [u, v] = [foot.dot(&mount.along), foot.dot(&mount.across())].map(|x| tidy(x, NANOMETRE));
+                    balls.push([u, v, tidy(height, NANOMETRE)]);
+                }
+            }
+        }
+    }
+    balls
+}
+
+/// Distance of two axis lines that are not parallel, mm.
+fn apart_mm(one: &Axis, other: &Axis) -> f64 {
+    let across = one.direction.cross(&other.direction);
+    across.try_normalize(PARALLEL).map_or(f64::MAX, |across| (other.origin - one.origin).dot(&across).abs())
+}
+
 /// Direction of an axis within a surface, unless it is nearly upright on it.
 fn in_surface(mount: &Mount, axis: &Axis) -> Option<Vector3<f64>> {
     (axis.direction - mount.normal * mount.normal.dot(&axis.direction)).try_normalize(0.1)
@@ -182,8 +239,13 @@ fn at_distance(axis: &Axis, from: &Vector3<f64>, way: &Vector3<f64>, length_mm: 
     let (w, d) = (across(axis, &(from - axis.origin)), across(axis, way));
     let (a, b, c) = (d.norm_squared(), w.dot(&d), w.norm_squared() - length_mm * length_mm);
     let under = b * b - a * c;
-    if a < PARALLEL || under < 0.0 {
+    // rounding must not lose the one point at which a way touches the cylinder
+    let touches = under.abs() < TOUCHING * a * length_mm * length_mm;
+    if a < PARALLEL || under < 0.0 && !touches {
         return Vec::new();
+    }
+    if touches {
+        return vec![-b / a];
     }
     [-under.sqrt(), under.sqrt()].map(|root| (root - b) / a).to_vec()
 }
@@ -230,7 +292,7 @@ pub(super) fn spindle_places(
     for (order, (aside_mm, aside)) in asides.into_iter().enumerate() {
         // an arm along the axis is level where the straight stem is, one aside of it elsewhere
         let mut lengths = on_tool.clone();
-        if offer == Offer::Level {
+        if offer.is_for_methods() {
             lengths.extend(reaches(kit, &heads, &(base + aside), &down));
             sort_apart(&mut lengths);
         }

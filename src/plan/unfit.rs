@@ -30,13 +30,16 @@ pub(super) fn no_pivot_for_all(desk: &Desk, axes: &[usize]) -> String {
     if common.is_empty() {
         let names: Vec<&str> = axes.iter().map(|&axis| desk.machine.axes[axis].name.as_str()).collect();
         return format!(
-            "no pair of pivot and spindle ball stands a bar's length from the lines of {} alike; chapter4 and chapter7 use several pivots",
+            "none of the {} pivot places tried, with {} places of the spindle ball, stands a bar's length from the lines of {} alike; add a mount or a stand that does, or use chapter4 or chapter7 with several pivots",
+            desk.all.sites.len(),
+            desk.all.places.len(),
             names.join(" and ")
         );
     }
     let ways: String = axes.iter().map(|&axis| pairs(desk, axis)).collect();
     format!(
-        "no single pivot carries both bars for all rotary axes clear by {} mm, the others at zero{ways}; chapter4 and chapter7 use several pivots",
+        "none of the {} pivot places tried carries both bars for all rotary axes clear by {} mm, the others at zero{ways}; chapter4 and chapter7 use several pivots",
+        desk.all.sites.len(),
         desk.settings.margin_mm
     )
 }
@@ -99,16 +102,17 @@ fn no_level(desk: &Desk, axis: usize) -> String {
         return why;
     }
     let lever = plain(desk, axis).map(|candidate| candidate.solved.rho_mm).fold(f64::MAX, f64::min);
+    let most = plain(desk, axis).map(|candidate| candidate.solved.rho_mm).fold(0.0, f64::max);
     let slots = desk.bodies.mounts.iter().find_map(|mount| Some((&mount.name, mount.slot_pitch_mm?)));
     let slots =
         slots.map(|(mount, pitch)| format!(", and the slots of mount '{mount}' every {pitch} mm leave none there"));
     let least = if lever < f64::MAX {
-        format!(" (the shortest lever of a ball that it carries is {lever:.1} mm)")
+        format!(" (levers of the places tried: {lever:.1} to {most:.1} mm)")
     } else {
         String::new()
     };
     format!(
-        "no reachable ball stands a bar's length from the line of axis {name}, as the short bar needs{least}: the kit '{}' makes {}{}; add a mount at that distance",
+        "no place tried brings a ball a bar's length from the line of axis {name}, as the short bar needs{least}: the kit '{}' makes {}{}; add a mount at that distance, or try the free plan",
         desk.kit.name,
         kit_lengths(desk),
         slots.unwrap_or_default()
