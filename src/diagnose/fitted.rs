@@ -121,10 +121,8 @@ impl Fitted {
 
     /// Projected `G` and `z` of a block; `with_accepted` are its products with the columns behind the unknowns.
     pub fn projected(&self, products: &Products, with_accepted: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
-        let (mut gram, mut z) = (products.gram.clone(), products.z.clone());
+        let (mut gram, mut z) = (products.gram.clone(), self.score(products, with_accepted));
         let mut cross = self.shared_rows(products, with_accepted);
-        z -= products.cross.tr_mul(&self.amplitudes.rows(0, products.cross.nrows()));
-        z -= with_accepted.tr_mul(&self.amplitudes.rows(products.cross.nrows(), with_accepted.nrows()));
         let raw_diagonal: Vec<f64> = (0..z.len()).map(|j| gram[(j, j)]).collect();
         for (local, seen) in self.local.iter().zip(&self.seen) {
             let Some(local) = local else { continue };
@@ -147,6 +145,15 @@ impl Fitted {
             }
         }
         (gram, z)
+    }
+
+    /// Products of a block with what the fit leaves of the readings.
+    fn score(&self, products: &Products, with_accepted: &DMatrix<f64>) -> DVector<f64> {
+        let (unknowns, accepted) = (products.cross.nrows(), with_accepted.nrows());
+        let mut z = products.z.clone();
+        z -= products.cross.tr_mul(&self.amplitudes.rows(0, unknowns));
+        z -= with_accepted.tr_mul(&self.amplitudes.rows(unknowns, accepted));
+        z
     }
 
     /// Products of a block with the shared columns.
@@ -172,10 +179,7 @@ impl Fitted {
         plausible: f64,
     ) -> Judgement {
         let count = homes.len();
-        let unknowns = products.cross.nrows();
-        let mut z = products.z.clone();
-        z -= products.cross.tr_mul(&self.amplitudes.rows(0, unknowns));
-        z -= with_accepted.tr_mul(&self.amplitudes.rows(unknowns, with_accepted.nrows()));
+        let z = self.score(products, with_accepted);
         let cross = self.shared_rows(products, with_accepted);
         let blocks: Vec<Block> = (0..self.seen.len())
             .filter_map(|test| {

@@ -170,6 +170,7 @@ fn turning(
     let (mut list, mut misses) = (Vec::new(), Misses::default());
     let mut starts = static_positions(machine, chain, axis, avoid);
     if offer == Offer::Common {
+        // the first one has the other rotary axes at zero
         starts.truncate(1);
     }
     for start in starts {
