@@ -39,7 +39,9 @@ pub struct Score {
     /// Claims at 0.99 or above: made and right.
     pub claims: (usize, usize),
     pub size: Option<SizeCheck>,
+    /// Over the noise floor that the answer states, and over the true noise.
     pub heldout_over_noise: Option<f64>,
+    pub heldout_over_true_noise: Option<f64>,
     pub seconds: f64,
 }
 
@@ -197,6 +199,8 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
         let excess = |x: f64| (x * x - noise * noise).max(0.0).sqrt();
         s.halved = after <= 0.5 * before || excess(after) <= 0.5 * excess(before);
         s.heldout_over_noise = (noise > 0.0).then_some(after / noise);
+        let true_noise = truth["noise_rms_um"].as_f64().filter(|noise| *noise > 0.0);
+        s.heldout_over_true_noise = true_noise.map(|noise| after / noise);
     }
     s
 }

@@ -52,7 +52,9 @@ pub fn print(scores: &[Score]) {
     let strong = pick(&|s| s.size.is_some() && s.visible >= 3.5);
     line("size within 10 % where strong", &strong, |s| s.size.as_ref().is_some_and(|z| z.within_tenth), "95 %");
     let heldout = pick(&|s| s.heldout_over_noise.is_some());
-    line("held-out residual ≤ 1.1 × noise", &heldout, |s| s.heldout_over_noise.is_some_and(|r| r <= 1.1), "–");
+    line("held-out residual ≤ 1.1 × stated noise", &heldout, |s| s.heldout_over_noise.is_some_and(|r| r <= 1.1), "–");
+    let near = |s: &Score| s.heldout_over_true_noise.is_some_and(|r| r <= 1.1);
+    line("held-out residual ≤ 1.1 × true noise", &heldout, near, "–");
     line("sessions without an answer", &all, |s| s.failed.is_some(), "none");
     times(scores);
     let off = |s: &&Score| s.size.as_ref().is_some_and(|z| !z.within_3_sigma || (s.visible >= 3.5 && !z.within_tenth));

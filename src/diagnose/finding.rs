@@ -245,6 +245,17 @@ fn finding(
         .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
         .collect();
     let mut size = super::size::size_of(ground, &lead.chosen, &cause, stage, covariance, &parts);
+    // a vibration that wanders between neighbouring frequencies has the power of all of them
+    for &index in group.iter().skip(1).filter(|_| cause.effect == "vibration") {
+        let other = &search.found[index].chosen;
+        if other.effect.kind == cause.effect {
+            let own = (first_column[index]..first_column[index] + other.columns.len()).collect();
+            let other = super::size::size_of(ground, other, &cause, stage, covariance, &[own]);
+            let value = size.value.hypot(other.value);
+            size.sigma = (size.value * size.sigma).hypot(other.value * other.sigma) / value.max(f64::MIN_POSITIVE);
+            size.value = value;
+        }
+    }
     let without_own = || {
         let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
         Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept)
@@ -255,6 +266,7 @@ fn finding(
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
     }
+    size.sigma = size.sigma.hypot(over_rivals(ground, lead, &rivals, size.value));
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
     let range = range(ground, lead);
     Finding {
@@ -271,6 +283,23 @@ fn finding(
         next_test: None,
         rms_um,
     }
+}
+
+/// Standard deviation of a size over named rivals that are the same effect in other components.
+fn over_rivals(ground: &Ground, lead: &Found, rivals: &[(Cause, f64)], value: f64) -> f64 {
+    let machine = ground.context.machine();
+    let own = &lead.chosen.effect;
+    let same = rivals.iter().filter(|(rival, _)| rival.effect == own.kind && rival.place == own.place.name(machine));
+    let squares = same.filter_map(|(rival, probability)| {
+        let (candidate, _) = lead.rivals.iter().find(|(candidate, _)| cause(machine, candidate, &[]) == *rival)?;
+        let is_length = |candidate: &Candidate| candidate.terms.iter().any(|term| term.measure == Measure::Length);
+        if is_length(candidate) != is_length(&lead.chosen) {
+            return None;
+        }
+        let size = super::size::size_as_judged(ground, candidate, rival);
+        Some(probability * (size - value).powi(2))
+    });
+    squares.sum::<f64>().sqrt()
 }
 
 /// Another shape of the lead's lost motion: their half widths add.

@@ -28,6 +28,7 @@ mod shapes;
 mod size;
 mod stage;
 mod thin;
+mod transfer;
 mod whitened;
 
 pub use as_found::as_found;
@@ -44,6 +45,7 @@ pub use proof::Proof;
 pub use search::{Candidate, Found, Grounds, Search, search};
 pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;
+pub use transfer::Transfer;
 pub use whitened::{LastShape, Whitened};
 
 use self::pose_floor::Poses;
@@ -88,6 +90,8 @@ pub struct Diagnosis {
     pub proof: Option<Proof>,
     /// By finding: its gain with the sense of motion drawn at random; `None` where motion does not drive it.
     pub placebos: Vec<Option<Placebo>>,
+    /// By finding: how well setups left out in turn follow what the others predict.
+    pub transfers: Vec<Option<Transfer>>,
     pub blind_to: Vec<Blind>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
@@ -184,8 +188,11 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let strain = preflight::strain(&problem, &values, WIDER_SETUPS);
     let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
     let nothing = || search::nothing(&fine, &floors[0]);
-    let mut search = if data_fault.is_some() { nothing() } else { search(&grounds, &floors, &families) };
-    let data_fault = data_fault.or_else(|| shift_of_one_test(&search));
+    let is_certain = data_fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
+    let mut search = if is_certain { nothing() } else { search(&grounds, &floors, &families) };
+    let data_fault = data_fault
+        .filter(|fault| is_certain || !explains_a_shift(&fine, &search, noise_um, fault))
+        .or_else(|| shift_of_one_test(&search));
     if data_fault.is_some() {
         search = nothing();
     }
@@ -200,14 +207,18 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         });
         proof = proof.filter(|_| !told.findings.is_empty());
     }
-    if data_fault.is_none() && fine.has_sweeps() && 1e3 * told.rms_mm(&fine) > RESTLESS * noise_um {
+    let left_um = 1e3 * told.rms_mm(&fine);
+    if data_fault.is_none() && fine.has_sweeps() && left_um > RESTLESS * noise_um {
         let left = told.stage.residual_mm(&told.columns);
         match told.findings.first_mut() {
             Some(first) if irregular::stays_restless(&fine, &left, &floors[0], first) => {
                 first.cause.effect = "unknown".into();
             }
             Some(_) => {}
-            None => told.findings.extend(irregular::irregular(&fine, &left, &floors[0])),
+            None if left_um > SURELY_MORE * noise_um => {
+                told.findings.extend(irregular::irregular(&fine, &left, &floors[0]));
+            }
+            None => {}
         }
     }
     let layout = next_test::Layout {
@@ -218,8 +229,19 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         noise: &floors[1],
     };
     propose(&layout, &search, &mut told.findings);
+    // a fast effect in every recording counted as noise as long as it was not known
+    let noise_um = match told.findings.is_empty() {
+        true => noise_um,
+        false => {
+            let left = told.stage.residual_mm(&told.columns);
+            noise_um.min(1e3 * floor::mean_noise_mm2(&floor::noise_floor(&fine, &left)).sqrt())
+        }
+    };
+    // a reading in a session also has the wander of the gauge's zero from test to test
+    let noise_um = if fine.has_sweeps() { floor::WITH_OFFSETS * noise_um } else { noise_um };
     let Told { columns, stage, findings } = told;
     let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
+    let transfers = transfer::transfers(&fine, &setups, &findings, &columns, &search.noise_after);
     let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
     let after = stage.residual_mm(&columns);
     let tests: Vec<TestBeforeAfter> = fit
@@ -254,6 +276,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         data_fault,
         proof,
         placebos,
+        transfers,
         blind_to,
         rms_before_um,
         rms_after_um,
@@ -354,6 +377,20 @@ fn is_shift_of_one_test(effect: &Effect) -> bool {
     effect.kind == "trigger-latency" && effect.tests.is_some()
 }
 
+/// Whether one effect explains what looks like the shift of a single test, and more than that test shows it. Two effects may
+/// be a slip there and back, which is a shift.
+fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
+    let is_one = search.found.len() == 1;
+    let is_seen = |test: usize| search.found[0].chosen.columns.iter().any(|column| !column.by_test[test].is_empty());
+    let name = |test: usize| &fine.context.session().tests[test].name;
+    if !is_one || !(0..fine.tests()).any(|test| is_seen(test) && !fault.tests.contains(name(test))) {
+        return false;
+    }
+    let is_physics = search.found.iter().all(|found| !is_shift_of_one_test(&found.chosen.effect));
+    let left_um = 1e3 * search::mean_square(fine, &search.residual_mm).sqrt();
+    is_physics && left_um < STILL_THERE * noise_um
+}
+
 /// The shift of a single test that a search found.
 fn shift_of_one_test(search: &Search) -> Option<DataFault> {
     let found = search.found.iter().find(|found| is_shift_of_one_test(&found.chosen.effect))?;
@@ -415,6 +452,7 @@ impl Diagnosis {
             findings: Vec::new(),
             proof: None,
             placebos: Vec::new(),
+            transfers: Vec::new(),
             left: None,
             blind_to: Vec::new(),
             rms_before_um: fault.before_um,

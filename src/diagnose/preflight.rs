@@ -457,6 +457,11 @@ fn shift_in_words(seconds: f64, names: &[String]) -> String {
 }
 
 impl DataFault {
+    /// Whether lengths and positions of some tests only would be apart.
+    pub fn is_shift_of_single_tests(&self) -> bool {
+        self.effect == TIME_SHIFT && !self.tests.is_empty()
+    }
+
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
     pub fn time_shift(seconds: f64, tests: Vec<String>, before_um: f64, after_um: f64) -> DataFault {
         DataFault {

@@ -47,8 +47,10 @@ pub fn size_of(
         _ => {
             // orders that placement takes up are left as they were fitted
             let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
-            // a jump may be any number of times longer along a direction that the recordings hide
-            let longer = if cause.effect.ends_with("-slip") { WIDENED } else { WIDER };
+            // a jump may be any number of times longer along a direction that the recordings hide; placement takes up
+            // most of a sag
+            let hides = cause.effect.ends_with("-slip") || cause.effect == "gravity-sag";
+            let longer = if hides { WIDENED } else { WIDER };
             drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer))
                 .unwrap_or((value, first_order(&value_at, &amplitudes, &sub)))
         }
@@ -78,7 +80,8 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
     (gradient.transpose() * covariance * &gradient)[(0, 0)].max(0.0).sqrt()
 }
 
-/// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump, and a motion, may then be larger.
+/// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump or a sag, and another motion,
+/// may then be larger.
 const HIDDEN: f64 = 0.6;
 const WIDENED: f64 = 2.5;
 const WIDER: f64 = 1.5;
@@ -188,6 +191,12 @@ fn grows(effect: &Effect) -> bool {
 /// The size for given amplitudes (display units).
 fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curves, amplitudes: &[f64]) -> f64 {
     match cause.effect.as_str() {
+        // a height of 1 at the centre, whether or not a test stood there
+        "straightness" if is_bump(lead, main) => curves
+            .by_outlet
+            .iter()
+            .map(|terms| terms.iter().map(|(k, _)| amplitudes[*k].abs()).sum())
+            .fold(0.0, f64::max),
         "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
             curves.largest(cause, amplitudes)
         }
@@ -200,6 +209,11 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curve
         "bar-length" if grows(&lead.effect) => curves.largest(cause, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }
+}
+
+/// Whether the main terms are the height of one bump.
+fn is_bump(lead: &Candidate, main: &[usize]) -> bool {
+    lead.effect.parameter("width").is_some() && main.iter().all(|&k| lead.terms[k].measure == Measure::Length)
 }
 
 /// Functions of the terms over the rows in which the place's axis moves (all rows for other places), by outlet.
@@ -215,7 +229,12 @@ impl Curves {
             None => &lead.effect,
         };
         let Ok(profiles) = ground.profiles(effect) else { return Curves { by_outlet: Vec::new() } };
-        let axis = lead.effect.place.axis();
+        // one axis may move as another one drives it
+        let driving = match lead.effect.parameter("of") {
+            Some(ParameterValue::Word(name)) => ground.context.machine().axis_index(name),
+            _ => None,
+        };
+        let axis = driving.or(lead.effect.place.axis());
         // a joint that stands still sags as the one that carries it tilts
         let everywhere =
             matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");

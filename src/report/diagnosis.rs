@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, Placebo};
+use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, Placebo, Transfer};
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -30,6 +30,8 @@ pub struct FindingJson {
     pub cross_validated: Option<&'static str>,
     /// Null where motion does not drive it or too few runs show it.
     pub placebo: Option<PlaceboJson>,
+    /// Null where fewer than two setups show it, or nothing of it carries over.
+    pub other_setups: Option<OtherSetupsJson>,
     pub cannot_tell_from: Vec<RivalJson>,
     pub next_test: Option<NextTestJson>,
 }
@@ -40,6 +42,14 @@ pub struct PlaceboJson {
     pub mean: f64,
     pub largest: f64,
     pub draws: usize,
+}
+
+/// How the readings of setups left out in turn follow what the others predict: the slope is 1 for a cause at the right place.
+#[derive(Debug, Clone, Serialize)]
+pub struct OtherSetupsJson {
+    pub slope: f64,
+    pub sigma: f64,
+    pub setups: usize,
 }
 
 /// Size with its unit.
@@ -200,6 +210,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         probability: 0.99,
         cross_validated: None,
         placebo: None,
+        other_setups: None,
         cannot_tell_from: Vec::new(),
         next_test: None,
     }
@@ -238,6 +249,7 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
         probability: finding.probability,
         cross_validated: cross_validated(diagnosis, index, finding),
         placebo: diagnosis.placebos.get(index).copied().flatten().map(placebo_json),
+        other_setups: diagnosis.transfers.get(index).copied().flatten().map(other_setups_json),
         cannot_tell_from: finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)).collect(),
         next_test: finding
             .next_test
@@ -249,6 +261,10 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
 fn placebo_json(placebo: Placebo) -> PlaceboJson {
     let share = |gain: f64| gain / placebo.gain.max(f64::MIN_POSITIVE);
     PlaceboJson { mean: share(placebo.mean), largest: share(placebo.largest), draws: placebo.draws }
+}
+
+fn other_setups_json(transfer: Transfer) -> OtherSetupsJson {
+    OtherSetupsJson { slope: transfer.slope, sigma: transfer.sigma, setups: transfer.setups }
 }
 
 fn rival_json(cause: &Cause, probability: f64) -> RivalJson {

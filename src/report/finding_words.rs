@@ -259,6 +259,12 @@ pub fn certainty_words(finding: &FindingJson) -> String {
         Some(_) => "; happened once, so no repeat can confirm it",
         None => "",
     });
+    if let Some(other) = &finding.other_setups {
+        words.push_str(&format!(
+            "; {} setups, left out in turn, show {:.2} ± {:.2} of what the others predict",
+            other.setups, other.slope, other.sigma
+        ));
+    }
     if let Some(placebo) = &finding.placebo {
         words.push_str(&format!(
             "; with the sense of motion drawn at random {:.0} % of its gain remain, {:.0} % at most",
