@@ -7,8 +7,11 @@ use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_no
 
 /// Half waves of the free curve of a trace.
 const HALF_WAVES: usize = 12;
-/// Traces used at most: the quieter ones, in which no fast effect acts.
+/// Traces used at most.
 const MOST_TRACES: usize = 14;
+/// Share of the traces in which no fast effect acts, as long as none is known, and when all are.
+const QUIETER: f64 = 0.5;
+const MOST: f64 = 0.75;
 /// Shortest trace from which noise is learnt.
 const SHORTEST: usize = 60;
 /// Drift of a trace that the free curves hide, as a share of the rest of the noise.
@@ -16,11 +19,23 @@ const DRIFT_SHARE: f64 = 0.7;
 /// Offset of a whole trace that they hide as well: the gauge's zero wanders from test to test.
 const OFFSET_SHARE: f64 = 0.4;
 /// Noise of a reading among all of a session over that within its trace: √((1 + 0.7²/2 + 0.4²) / (1 + 0.7²/2)).
-pub const WITH_OFFSETS: f64 = 1.062;
+const WITH_OFFSETS: f64 = 1.062;
 
 /// Noise floor of every test. Static poses have no order in time from which it could be told from missing physics:
 /// for them it is the white noise of the residual itself.
 pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
+    noise_of(ground, residual_mm, QUIETER)
+}
+
+/// Noise of a reading in a session whose effects are in the residual no more, mm: of all traces but those in which
+/// something else may act, with the wander of the gauge's zero from test to test.
+pub fn noise_left_mm(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
+    let noise = noise_of(ground, residual_mm, MOST);
+    WITH_OFFSETS * mean_noise_mm2(&noise).sqrt()
+}
+
+/// Noise of every test from a share of the traces, the quieter ones.
+fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], share: f64) -> Vec<NoiseModel> {
     let kept = |test: usize| -> Vec<f64> {
         residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
     };
@@ -38,8 +53,11 @@ pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel>
         })
         .collect();
     traces.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let use_count = (traces.len().div_ceil(2)).clamp(2.min(traces.len()), MOST_TRACES);
-    let chosen: Vec<&Trace> = traces[..use_count].iter().map(|(_, trace)| trace).collect();
+    let quiet = ((share * traces.len() as f64).ceil() as usize).clamp(2.min(traces.len()), traces.len());
+    let chosen: Vec<&Trace> = match share > QUIETER {
+        true => (0..quiet.min(MOST_TRACES)).map(|k| &traces[k * quiet / quiet.min(MOST_TRACES)].1).collect(),
+        false => traces[..quiet.min(MOST_TRACES)].iter().map(|(_, trace)| trace).collect(),
+    };
     let mut noise = fit(&chosen);
     noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
     noise.offset_mm = OFFSET_SHARE * noise.rms_mm();

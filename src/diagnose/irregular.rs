@@ -4,6 +4,7 @@
 //! loudness of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
 
 use super::finding::{Cause, Finding, SizeFound, component_name, unit};
+use super::floor::mean_noise_mm2;
 use super::ground::{Ground, display};
 use crate::effects::Driver;
 use crate::identify::NoiseModel;
@@ -59,7 +60,7 @@ fn acts(ground: &Ground, place: Place, test: usize) -> bool {
     place.axis().is_none_or(|axis| ground.context.motion(test).moving.contains(&axis))
 }
 
-/// Rms that stays at the place of a finding, over the finding's own, from which its form is not the right one.
+/// Rms beyond noise that stays at the place of a finding, over the finding's own, from which its form is not the right one.
 const NOT_THE_FORM: f64 = 0.4;
 
 /// Whether readings stay restless where a finding is: it names the place, but not what happens there.
@@ -68,11 +69,11 @@ const NOT_THE_FORM: f64 = 0.4;
 pub fn stays_restless(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel], finding: &Finding) -> bool {
     let machine = ground.context.machine();
     let Some(places) = places(ground, residual_mm, noise) else { return false };
-    places
-        .iter()
-        .take(2)
-        .filter(|heard| heard.place.name(machine) == finding.cause.place)
-        .any(|heard| loudest(ground, residual_mm, heard).1 > NOT_THE_FORM * finding.rms_um)
+    places.iter().take(2).filter(|heard| heard.place.name(machine) == finding.cause.place).any(|heard| {
+        let noise_um = 1e3 * mean_noise_mm2(noise).sqrt();
+        let left_um = loudest(ground, residual_mm, heard).1;
+        (left_um.powi(2) - noise_um.powi(2)).max(0.0).sqrt() > NOT_THE_FORM * finding.rms_um
+    })
 }
 
 /// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.

@@ -152,8 +152,10 @@ const WIDER_SETUPS: f64 = 2.5;
 const EXPLAINED: f64 = 1.15;
 /// Rise of the residual without unproven findings from which they stay, marked as failed.
 const STILL_THERE: f64 = 1.25;
-/// Residual over noise floor from which it is asked where restless readings come from.
-const RESTLESS: f64 = 1.45;
+/// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
+const RESTLESS: f64 = 1.2;
+/// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
+const UNPROVEN: f64 = 0.97;
 /// Residual over noise floor from which something is there although no candidate says what.
 const SURELY_MORE: f64 = 1.6;
 
@@ -230,16 +232,11 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     propose(&layout, &search, &mut told.findings);
     // a fast effect in every recording counted as noise as long as it was not known
-    let noise_um = match told.findings.is_empty() {
-        true => noise_um,
-        false => {
-            let left = told.stage.residual_mm(&told.columns);
-            noise_um.min(1e3 * floor::mean_noise_mm2(&floor::noise_floor(&fine, &left)).sqrt())
-        }
+    let noise_um = match fine.has_sweeps() {
+        true => 1e3 * floor::noise_left_mm(&fine, &told.stage.residual_mm(&told.columns)).min(told.rms_mm(&fine)),
+        false => noise_um,
     };
-    // a reading in a session also has the wander of the gauge's zero from test to test
-    let noise_um = if fine.has_sweeps() { floor::WITH_OFFSETS * noise_um } else { noise_um };
-    let Told { columns, stage, findings } = told;
+    let Told { columns, stage, mut findings } = told;
     let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
     let transfers = transfer::transfers(&fine, &setups, &findings, &columns, &search.noise_after);
     let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
@@ -269,6 +266,12 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         Some(_) => Verdict::DataFault,
         None => verdict(&findings, rms_after_um, noise_um),
     };
+    for (index, finding) in findings.iter_mut().enumerate() {
+        let has_failed = !finding.single && proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
+        if has_failed || verdict != Verdict::Explained {
+            finding.probability = finding.probability.min(UNPROVEN);
+        }
+    }
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {
         verdict,

@@ -39,7 +39,7 @@ pub fn transfers(
     let distinct: Vec<_> = (0..ground.tests()).map(setup_of).filter(|setup| known.insert(*setup)).collect();
     let is_shared = |k: &usize| columns[*k].column.by_test.iter().filter(|rows| !rows.is_empty()).count() > 1;
     let can_carry: Vec<bool> =
-        findings.iter().map(|finding| !finding.single && finding.columns.iter().all(|k| is_shared(k))).collect();
+        findings.iter().map(|finding| !finding.single && finding.columns.iter().all(is_shared)).collect();
     let mut slopes: Vec<Vec<(f64, f64)>> = vec![Vec::new(); findings.len()];
     if ground.has_sweeps() && distinct.len() > 1 && can_carry.contains(&true) {
         for setup in distinct {
