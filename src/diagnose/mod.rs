@@ -149,7 +149,7 @@ pub enum DiagnoseError {
 /// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
 const WIDER_SETUPS: f64 = 2.5;
 /// Residual over noise floor up to which a session counts as explained.
-const EXPLAINED: f64 = 1.15;
+const EXPLAINED: f64 = 1.25;
 /// Rise of the residual without unproven findings from which they stay, marked as failed.
 const STILL_THERE: f64 = 1.25;
 /// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
@@ -268,7 +268,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     for (index, finding) in findings.iter_mut().enumerate() {
         let has_failed = !finding.single && proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
-        if has_failed || verdict != Verdict::Explained {
+        let does_not_carry = transfers[index].is_some_and(|transfer| !transfer.is_right());
+        if has_failed || does_not_carry || verdict != Verdict::Explained {
             finding.probability = finding.probability.min(UNPROVEN);
         }
     }

@@ -22,6 +22,18 @@ pub struct Transfer {
     pub setups: usize,
 }
 
+/// Sigmas and share by which a slope may be off where the cause is at the right place.
+const OFF_SIGMAS: f64 = 3.0;
+const OFF: f64 = 0.3;
+
+impl Transfer {
+    /// Whether the readings of setups left out are as predicted.
+    pub fn is_right(&self) -> bool {
+        let off = (self.slope - 1.0).abs();
+        off < OFF || off < OFF_SIGMAS * self.sigma
+    }
+}
+
 /// Weighted square of a prediction, in units of the noise, from which on a setup can say something of it.
 const TELLING: f64 = 50.0;
 
