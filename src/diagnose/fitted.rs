@@ -48,13 +48,14 @@ impl Fitted {
     /// Fits columns; `local` tells those that act in one test alone.
     ///
     /// By test, `seen` lists the columns and `sums` the products of all pairs (row by row, lower triangle), those with the
-    /// readings last.
-    pub fn new(local: &[bool], seen: &[Vec<usize>], sums: &[Vec<f64>]) -> Fitted {
+    /// readings last. `beyond` is how far the first columns, all of them shared, are from their prior means already.
+    pub fn new(local: &[bool], beyond: &[f64], seen: &[Vec<usize>], sums: &[Vec<f64>]) -> Fitted {
         let shared: Vec<usize> = (0..local.len()).filter(|&i| !local[i]).collect();
         let mut place = vec![0; local.len()];
         shared.iter().enumerate().for_each(|(at, &i)| place[i] = at);
         let mut normal: DMatrix<f64> = DMatrix::identity(shared.len(), shared.len());
         let mut right = DVector::zeros(shared.len());
+        beyond.iter().enumerate().for_each(|(i, beyond)| right[place[i]] = -beyond);
         let (mut locals, mut all_seen, mut own_right) = (Vec::new(), Vec::new(), Vec::new());
         for (seen, sums) in seen.iter().zip(sums) {
             let width = seen.len() + 1;

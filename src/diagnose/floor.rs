@@ -12,6 +12,8 @@ const MOST_TRACES: usize = 14;
 /// Share of the traces in which no fast effect acts, as long as none is known, and when all are.
 const QUIETER: f64 = 0.5;
 const MOST: f64 = 0.75;
+/// Noise of most traces over that of the quieter ones, at most: more is something that acts in some of them.
+const LOUDER: f64 = 1.3;
 /// Shortest trace from which noise is learnt.
 const SHORTEST: usize = 60;
 /// Drift of a trace that the free curves hide, as a share of the rest of the noise.
@@ -30,8 +32,8 @@ pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel>
 /// Noise of a reading in a session whose effects are in the residual no more, mm: of all traces but those in which
 /// something else may act, with the wander of the gauge's zero from test to test.
 pub fn noise_left_mm(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
-    let noise = noise_of(ground, residual_mm, MOST);
-    WITH_OFFSETS * mean_noise_mm2(&noise).sqrt()
+    let rms_mm = |share: f64| mean_noise_mm2(&noise_of(ground, residual_mm, share)).sqrt();
+    WITH_OFFSETS * rms_mm(MOST).min(LOUDER * rms_mm(QUIETER))
 }
 
 /// Noise of every test from a share of the traces, the quieter ones.

@@ -24,6 +24,8 @@ pub struct Ground<'a> {
     pub kept: Vec<Vec<bool>>,
     /// Columns of the unknowns already in the fit, in units of their priors, by test; zero where a test does not see one.
     pub nuisance: Vec<DMatrix<f64>>,
+    /// How far the fit has put the unknowns from their prior means, in units of their priors: effects may bring them back.
+    pub beyond: Vec<f64>,
     sensitivities: Vec<Vec<Sensitivity>>,
     gains: HashMap<Outlet, Vec<Vec<f64>>>,
     /// Functions of effects over the rows of the context, whichever of them take part.
@@ -54,7 +56,9 @@ impl<'a> Ground<'a> {
             sensitivities.push(all);
         }
         let (gains, shapes) = (HashMap::new(), Arc::default());
-        Ground { context, problem, residual_mm, kept, nuisance, sensitivities, gains, shapes }
+        let unknowns = problem.unknowns.iter().zip(values);
+        let beyond = unknowns.map(|(unknown, value)| (value - unknown.prior_mean) / unknown.prior_sigma).collect();
+        Ground { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes }
     }
 
     /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
@@ -67,6 +71,7 @@ impl<'a> Ground<'a> {
             residual_mm: Vec::new(),
             kept: Vec::new(),
             nuisance: Vec::new(),
+            beyond: self.beyond.clone(),
             sensitivities: Vec::new(),
             gains: HashMap::new(),
             shapes: Arc::default(),
@@ -109,6 +114,7 @@ impl<'a> Ground<'a> {
             residual_mm: self.residual_mm.clone(),
             kept,
             nuisance: self.nuisance.clone(),
+            beyond: self.beyond.clone(),
             sensitivities: self.sensitivities.clone(),
             gains: self.gains.clone(),
             shapes: self.shapes.clone(),

@@ -150,6 +150,8 @@ pub enum DiagnoseError {
 const WIDER_SETUPS: f64 = 2.5;
 /// Residual over noise floor up to which a session counts as explained.
 const EXPLAINED: f64 = 1.25;
+/// Held-out residual over the residual up to which it does.
+const PREDICTED: f64 = 1.5;
 /// Rise of the residual without unproven findings from which they stay, marked as failed.
 const STILL_THERE: f64 = 1.25;
 /// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
@@ -232,7 +234,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     propose(&layout, &search, &mut told.findings);
     // a fast effect in every recording counted as noise as long as it was not known
-    let noise_um = match fine.has_sweeps() {
+    let noise_um = match fine.has_sweeps() && data_fault.is_none() {
         true => 1e3 * floor::noise_left_mm(&fine, &told.stage.residual_mm(&told.columns)).min(told.rms_mm(&fine)),
         false => noise_um,
     };
@@ -256,23 +258,24 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
         1e3 * rms(kept.map(|(value, _)| *value))
     };
-    let rms_before_um = pooled(|test| &test.before_mm);
-    let rms_after_um = pooled(|test| &test.after_mm);
+    let (rms_before_um, rms_after_um) = match &data_fault {
+        Some(fault) => (fault.before_um, fault.after_um),
+        None => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
+    };
     let is_static = !fine.has_sweeps();
     let after: Vec<Vec<f64>> = tests.iter().map(|test| test.after_mm.clone()).collect();
     let left = is_static.then(|| Left::of(&fine, &Poses::of(&fine), &after)).flatten();
     let noise_um = if is_static { left.map(|left| left.readings_um) } else { Some(noise_um) };
     let verdict = match data_fault {
         Some(_) => Verdict::DataFault,
-        None => verdict(&findings, rms_after_um, noise_um),
+        None => verdict(&findings, rms_after_um, noise_um, proof.as_ref()),
     };
-    for (index, finding) in findings.iter_mut().enumerate() {
-        let has_failed = !finding.single && proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
-        let does_not_carry = transfers[index].is_some_and(|transfer| !transfer.is_right());
-        if has_failed || does_not_carry || verdict != Verdict::Explained {
-            finding.probability = finding.probability.min(UNPROVEN);
-        }
+    if verdict != Verdict::Explained {
+        temper(&mut findings, |_, _| true);
     }
+    let has_failed = |index: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
+    let carries = |index: usize| transfers[index].is_none_or(|transfer| transfer.is_right());
+    temper(&mut findings, |index, finding| !finding.single && has_failed(index) || !carries(index));
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {
         verdict,
@@ -312,6 +315,15 @@ impl<'g, 'a> Told<'g, 'a> {
         let left = self.stage.residual_mm(&self.columns);
         let rows = left.iter().zip(&ground.kept).flat_map(|(left, kept)| left.iter().zip(kept));
         rms(rows.filter(|(_, kept)| **kept).map(|(value, _)| *value))
+    }
+}
+
+/// Claims no more than is proven of the findings for which `is_open` holds.
+fn temper(findings: &mut [Finding], is_open: impl Fn(usize, &Finding) -> bool) {
+    for (index, finding) in findings.iter_mut().enumerate() {
+        if is_open(index, finding) {
+            finding.probability = finding.probability.min(UNPROVEN);
+        }
     }
 }
 
@@ -364,8 +376,8 @@ fn confirm<'g, 'a>(
     if dropped.is_empty() {
         return proof;
     }
-    let mut stays = told.findings.iter().map(|finding| !finding.columns.iter().all(|column| dropped.contains(column)));
-    proof.passed.retain(|_| stays.next().unwrap_or(true));
+    let before: Vec<(Cause, bool)> =
+        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.cause.clone(), *passed)).collect();
     let mut column = 0;
     search.found.retain(|found| {
         let first = column;
@@ -373,6 +385,13 @@ fn confirm<'g, 'a>(
         !dropped.contains(&first)
     });
     *told = Told::of(fine, families, search);
+    // told anew the findings may stand in another order
+    let passed = |finding: &Finding| {
+        let same =
+            before.iter().find(|(cause, _)| cause.effect == finding.cause.effect && cause.place == finding.cause.place);
+        same.is_some_and(|(_, passed)| *passed)
+    };
+    proof.passed = told.findings.iter().map(passed).collect();
     proof
 }
 
@@ -409,7 +428,7 @@ fn shift_of_one_test(search: &Search) -> Option<DataFault> {
     ))
 }
 
-fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>) -> Verdict {
+fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>, proof: Option<&Proof>) -> Verdict {
     if findings.is_empty() {
         return if noise_um.is_some_and(|noise_um| rms_after_um > SURELY_MORE * noise_um) {
             Verdict::Unexplained
@@ -421,7 +440,11 @@ fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>) -> Ve
         return Verdict::Unexplained;
     }
     // where no noise is known nothing shows that all is explained
-    match noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um) {
+    let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um);
+    // forms that bend to the readings predict others badly; the phase of a vibration is not to be predicted
+    let vibrates = findings.iter().any(|finding| finding.cause.effect == "vibration");
+    let predicts = vibrates || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
+    match is_noise && predicts {
         true => Verdict::Explained,
         false => Verdict::PartlyExplained,
     }

@@ -294,6 +294,49 @@ fn suspicions(session: &Session, whole: &Session) -> Vec<Suspicion> {
         for seconds in SHIFTS_S {
             list.push(shifted(whole, &[test], *seconds));
         }
+        list.extend(columns_of_some(session, &[test]));
+    }
+    // recordings with the same columns come out of one conversion
+    let moving = |test: usize| session.tests[test].recording.as_ref().map(|recording| &recording.axes);
+    for first in 0..session.tests.len() {
+        let alike: Vec<usize> = (0..session.tests.len()).filter(|&test| moving(test) == moving(first)).collect();
+        if alike[0] == first && (2..session.tests.len()).contains(&alike.len()) {
+            list.extend(columns_of_some(session, &alike));
+        }
+    }
+    list
+}
+
+/// Signs and pairs of columns of some recordings that have the same ones.
+fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
+    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+    let name = names.join(", ");
+    let Some(recording) = tests.first().and_then(|&test| session.tests[test].recording.as_ref()) else {
+        return Vec::new();
+    };
+    let alone = |undone: Session| {
+        let mut session = session.clone();
+        tests.iter().for_each(|&test| session.tests[test] = undone.tests[test].clone());
+        session
+    };
+    let mut list = Vec::new();
+    for (index, &axis) in recording.axes.iter().enumerate() {
+        let label = &session.machine.axes[axis].name;
+        list.push(Suspicion {
+            effect: "axis-sign",
+            components: vec![label.clone()],
+            tests: names.clone(),
+            says: format!("{label} is counted backwards in {name}: turn the sign of column {label} there"),
+            shift_ms: None,
+            undone: alone(scale_axis(session, axis, -1.0)),
+        });
+        for &other in &recording.axes[index + 1..] {
+            if session.machine.axes[axis].kind == session.machine.axes[other].kind {
+                let swap = swapped(session, axis, other);
+                let says = format!("in {name} {}", swap.says);
+                list.push(Suspicion { says, tests: names.clone(), undone: alone(swap.undone), ..swap });
+            }
+        }
     }
     list
 }

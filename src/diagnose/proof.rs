@@ -13,7 +13,7 @@ pub struct Proof {
     /// Rms of held-out residuals without and with what the other fold found, µm.
     pub before_um: f64,
     pub after_um: f64,
-    /// Per finding: the same cause was found in every fold and held-out readings gained from it.
+    /// Per finding: the same cause was found in every fold, and held-out readings gained from all that was.
     pub passed: Vec<bool>,
 }
 

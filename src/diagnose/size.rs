@@ -106,12 +106,14 @@ fn drawn(
     let typical = (seen.iter().sum::<f64>() / seen.len().max(1) as f64).sqrt();
     let spread: Vec<f64> =
         spread.into_iter().map(|own| if own > hidden_from { longer * own.min(typical) } else { own }).collect();
+    // the symmetric root: it does not depend on the signs of the eigenvectors, which are chance
+    let scales = DMatrix::from_diagonal(&DVector::from_vec(spread));
+    let root = &eigen.eigenvectors * scales * eigen.eigenvectors.transpose();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let sizes: Vec<f64> = (0..DRAWS)
         .map(|_| {
-            let drawn =
-                DVector::from_iterator(count, (0..count).map(|k| spread[k] * rng.sample::<f64, _>(StandardNormal)));
-            let off = &eigen.eigenvectors * drawn;
+            let drawn = DVector::from_iterator(count, (0..count).map(|_| rng.sample::<f64, _>(StandardNormal)));
+            let off = &root * drawn;
             let amplitudes: Vec<f64> = (0..count).map(|k| amplitudes[k] + if held[k] { 0.0 } else { off[k] }).collect();
             value_at(&amplitudes)
         })

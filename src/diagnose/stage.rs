@@ -102,10 +102,12 @@ impl<'g, 'a> Stage<'g, 'a> {
             all_seen.push(seen);
             all_twice.push(twice);
         }
-        let total: f64 = all_sums.iter().filter_map(|sums| sums.last()).sum();
+        let beyond = &ground.beyond;
+        let readings: f64 = all_sums.iter().filter_map(|sums| sums.last()).sum();
+        let total = readings + beyond.iter().map(|beyond| beyond * beyond).sum::<f64>();
         let is_local = |k: usize| accepted[k].column.by_test.iter().filter(|column| !column.is_empty()).count() == 1;
         let local: Vec<bool> = (0..count).map(|i| i >= nuisance && is_local(i - nuisance)).collect();
-        let fitted = Fitted::new(&local, &all_seen, &all_sums);
+        let fitted = Fitted::new(&local, beyond, &all_seen, &all_sums);
         let misfit = total - fitted.explained;
         let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
         Stage { ground, whitened, white: all_white, seen: all_seen, twice: all_twice, fitted, accepted_prior, misfit }

@@ -1,8 +1,7 @@
-//! Whether a finding that was fitted without a setup predicts this setup's readings: the test of its place and form. It finds nothing.
+//! Whether a finding that was fitted without some place of the balls predicts the readings there. It finds nothing.
 //!
-//! What slips, or is only absorbed by the placement of balls, does not carry over to another place of the balls; what a joint or a
-//! slide does, does. The readings of the setup left out are fitted with its own placement and `s` times the prediction: a
-//! cause at the right place has s = 1.
+//! The readings of the setup left out are fitted with its own placement and `s` times the prediction: a cause at the right
+//! place and of the right form has s = 1. Another s refutes it; s = 1 is no proof, since a neighbour in form or place may predict as well.
 
 use std::collections::HashSet;
 
@@ -46,13 +45,14 @@ pub fn transfers(
     columns: &[Accepted],
     noise: &[NoiseModel],
 ) -> Vec<Option<Transfer>> {
-    let setup_of = |test: usize| (setups.pivot_of[test], setups.spindle_ball_of[test], setups.bar_of[test]);
+    let setup_of = |test: usize| (setups.pivot_of[test], setups.spindle_ball_of[test]);
     let mut known = HashSet::new();
     let distinct: Vec<_> = (0..ground.tests()).map(setup_of).filter(|setup| known.insert(*setup)).collect();
     let is_shared = |k: &usize| columns[*k].column.by_test.iter().filter(|rows| !rows.is_empty()).count() > 1;
-    let can_carry: Vec<bool> =
-        findings.iter().map(|finding| !finding.single && finding.columns.iter().all(is_shared)).collect();
-    let mut slopes: Vec<Vec<(f64, f64)>> = vec![Vec::new(); findings.len()];
+    let can_carry =
+        |finding: &Finding| !finding.single && !finding.columns.is_empty() && finding.columns.iter().all(is_shared);
+    let can_carry: Vec<bool> = findings.iter().map(can_carry).collect();
+    let mut slopes: Vec<Vec<Slope>> = vec![Vec::new(); findings.len()];
     if ground.has_sweeps() && distinct.len() > 1 && can_carry.contains(&true) {
         for setup in distinct {
             let rows = |own: bool| -> Vec<Vec<bool>> {
@@ -71,14 +71,22 @@ pub fn transfers(
     slopes.into_iter().map(|slopes| pooled(&slopes)).collect()
 }
 
-/// Slope of one setup's readings over what the others predict, with its variance.
+/// Slope of one setup's readings over what the others predict, with the variances of its own readings and of the prediction.
+#[derive(Clone)]
+struct Slope {
+    slope: f64,
+    own: f64,
+    shared: f64,
+}
+
+/// The slope of one setup.
 fn slope(
     ground: &Ground,
     noise: &[NoiseModel],
     finding: &Finding,
     columns: &[Accepted],
     (others, own): (&Stage, &[Vec<bool>]),
-) -> Option<(f64, f64)> {
+) -> Option<Slope> {
     let beside = (0..columns.len()).filter(|k| !finding.columns.contains(k)).map(|k| columns[k].clone());
     let stage = Stage::new(ground, noise, &beside.collect::<Vec<_>>(), own);
     let mine: Vec<Column> = finding.columns.iter().map(|&k| columns[k].column.clone()).collect();
@@ -95,17 +103,22 @@ fn slope(
         all[(nuisance + finding.columns[i], nuisance + finding.columns[j])]
     });
     let spread = (response.transpose() * covariance * &response)[(0, 0)].max(0.0);
-    Some((score.dot(&predicted) / weight, 1.0 / weight + spread / (weight * weight)))
+    Some(Slope { slope: score.dot(&predicted) / weight, own: 1.0 / weight, shared: spread / (weight * weight) })
 }
 
 /// Weighted mean of slopes; they differ by more than their noise where forms are not exact, which the sigma then says.
-fn pooled(slopes: &[(f64, f64)]) -> Option<Transfer> {
+///
+/// The predictions of different setups come from nearly the same readings: their spread does not average out.
+fn pooled(slopes: &[Slope]) -> Option<Transfer> {
     if slopes.len() < 2 {
         return None;
     }
-    let weights: f64 = slopes.iter().map(|(_, variance)| 1.0 / variance).sum();
-    let slope = slopes.iter().map(|(slope, variance)| slope / variance).sum::<f64>() / weights;
-    let scatter = slopes.iter().map(|(own, variance)| (own - slope).powi(2) / variance).sum::<f64>();
+    let weight = |one: &Slope| 1.0 / (one.own + one.shared);
+    let weights: f64 = slopes.iter().map(weight).sum();
+    let mean = |of: &dyn Fn(&Slope) -> f64| slopes.iter().map(|one| weight(one) * of(one)).sum::<f64>() / weights;
+    let slope = mean(&|one| one.slope);
+    let scatter = slopes.iter().map(|one| weight(one) * (one.slope - slope).powi(2)).sum::<f64>();
     let excess = (scatter / (slopes.len() - 1) as f64).max(1.0);
-    Some(Transfer { slope, sigma: (excess / weights).sqrt(), setups: slopes.len() })
+    let own = slopes.iter().map(|one| weight(one).powi(2) * one.own).sum::<f64>() / weights.powi(2);
+    Some(Transfer { slope, sigma: (excess * own + mean(&|one| one.shared)).sqrt(), setups: slopes.len() })
 }

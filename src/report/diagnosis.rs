@@ -44,12 +44,14 @@ pub struct PlaceboJson {
     pub draws: usize,
 }
 
-/// How the readings of setups left out in turn follow what the others predict: the slope is 1 for a cause at the right place.
+/// How the readings at places of the balls left out in turn follow what the others predict.
 #[derive(Debug, Clone, Serialize)]
 pub struct OtherSetupsJson {
     pub slope: f64,
     pub sigma: f64,
     pub setups: usize,
+    /// Whether the slope is 1 within 0.3 or three sigmas.
+    pub carries: bool,
 }
 
 /// Size with its unit.
@@ -264,7 +266,8 @@ fn placebo_json(placebo: Placebo) -> PlaceboJson {
 }
 
 fn other_setups_json(transfer: Transfer) -> OtherSetupsJson {
-    OtherSetupsJson { slope: transfer.slope, sigma: transfer.sigma, setups: transfer.setups }
+    let Transfer { slope, sigma, setups } = transfer;
+    OtherSetupsJson { slope, sigma, setups, carries: transfer.is_right() }
 }
 
 fn rival_json(cause: &Cause, probability: f64) -> RivalJson {

@@ -260,8 +260,9 @@ pub fn certainty_words(finding: &FindingJson) -> String {
         None => "",
     });
     if let Some(other) = &finding.other_setups {
+        let verdict = if other.carries { "it carries over" } else { "it does NOT carry over" };
         words.push_str(&format!(
-            "; {} setups, left out in turn, show {:.2} ± {:.2} of what the others predict",
+            "; {verdict} between {} places of the balls: each shows {:.2} ± {:.2} of what the others predict",
             other.setups, other.slope, other.sigma
         ));
     }
