@@ -266,7 +266,7 @@ fn finding(
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
     }
-    size.sigma = size.sigma.hypot(over_rivals(ground, lead, &rivals, size.value));
+    size.sigma = size.sigma.hypot(over_rivals(ground, lead, size.value));
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
     let range = range(ground, lead);
     Finding {
@@ -285,21 +285,31 @@ fn finding(
     }
 }
 
-/// Standard deviation of a size over named rivals that are the same effect in other components.
-fn over_rivals(ground: &Ground, lead: &Found, rivals: &[(Cause, f64)], value: f64) -> f64 {
+/// Standard deviation of a size over rivals that are the same effect in other components or of another driver.
+fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
     let machine = ground.context.machine();
     let own = &lead.chosen.effect;
-    let same = rivals.iter().filter(|(rival, _)| rival.effect == own.kind && rival.place == own.place.name(machine));
-    let squares = same.filter_map(|(rival, probability)| {
-        let (candidate, _) = lead.rivals.iter().find(|(candidate, _)| cause(machine, candidate, &[]) == *rival)?;
-        let is_length = |candidate: &Candidate| candidate.terms.iter().any(|term| term.measure == Measure::Length);
-        if is_length(candidate) != is_length(&lead.chosen) {
-            return None;
+    let is_length = |candidate: &Candidate| {
+        let is_one = |term: &Term| matches!(term.measure, Measure::Length | Measure::LengthPerKelvin);
+        candidate.terms.iter().any(is_one)
+    };
+    let mut squares = 0.0;
+    let mut weights = 1.0;
+    for (rival, odds) in &lead.rivals {
+        let is_same = rival.effect.kind == own.kind && rival.effect.place == own.place;
+        if is_same && is_length(rival) == is_length(&lead.chosen) {
+            let size = super::size::size_as_judged(ground, rival, &cause(machine, rival, &[]));
+            let weight = (odds * softening(lead)).min(0.0).exp();
+            squares += weight * (size - value).powi(2);
+            weights += weight;
         }
-        let size = super::size::size_as_judged(ground, candidate, rival);
-        Some(probability * (size - value).powi(2))
-    });
-    squares.sum::<f64>().sqrt()
+    }
+    (squares / weights).sqrt()
+}
+
+/// Share of a rival's lag in log odds that counts.
+fn softening(lead: &Found) -> f64 {
+    1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0))
 }
 
 /// Another shape of the lead's lost motion: their half widths add.
@@ -406,7 +416,7 @@ pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
 /// Probability of the lead among its rivals, and the rivals worth naming.
 fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
-    let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0));
+    let soften = softening(lead);
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
     for (rival, odds) in &lead.rivals {
