@@ -299,17 +299,12 @@ fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
         let is_same = rival.effect.kind == own.kind && rival.effect.place == own.place;
         if is_same && is_length(rival) == is_length(&lead.chosen) {
             let size = super::size::size_as_judged(ground, rival, &cause(machine, rival, &[]));
-            let weight = (odds * softening(lead)).min(0.0).exp();
+            let weight = odds.min(0.0).exp();
             squares += weight * (size - value).powi(2);
             weights += weight;
         }
     }
     (squares / weights).sqrt()
-}
-
-/// Share of a rival's lag in log odds that counts.
-fn softening(lead: &Found) -> f64 {
-    1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0))
 }
 
 /// Another shape of the lead's lost motion: their half widths add.
@@ -416,7 +411,7 @@ pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
 /// Probability of the lead among its rivals, and the rivals worth naming.
 fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
-    let soften = softening(lead);
+    let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0));
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
     for (rival, odds) in &lead.rivals {

@@ -251,6 +251,9 @@ pub fn certainty_words(finding: &FindingJson) -> String {
     let alone = finding.cannot_tell_from.is_empty();
     let mut words = match finding.probability {
         p if p >= 0.99 && alone => "no other cause of the catalogue fits (over 99 %)".to_string(),
+        p if p >= 0.95 && alone => {
+            format!("no other cause of the catalogue fits, but not all is proven ({:.0} %)", 100.0 * p)
+        }
         p => format!("{:.0} % against the other causes of the catalogue", 100.0 * p),
     };
     words.push_str(match finding.cross_validated {
