@@ -289,10 +289,7 @@ fn finding(
 fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
     let machine = ground.context.machine();
     let own = &lead.chosen.effect;
-    let is_length = |candidate: &Candidate| {
-        let is_one = |term: &Term| matches!(term.measure, Measure::Length | Measure::LengthPerKelvin);
-        candidate.terms.iter().any(is_one)
-    };
+    let is_length = |candidate: &Candidate| candidate.terms.iter().any(super::size::is_length);
     let mut squares = 0.0;
     let mut weights = 1.0;
     for (rival, odds) in &lead.rivals {

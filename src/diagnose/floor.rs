@@ -26,41 +26,55 @@ const WITH_OFFSETS: f64 = 1.062;
 /// Noise floor of every test. Static poses have no order in time from which it could be told from missing physics:
 /// for them it is the white noise of the residual itself.
 pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
-    noise_of(ground, residual_mm, QUIETER)
+    noise_of(ground, residual_mm, &quietest(&traces_by_noise(ground, residual_mm)))
 }
 
 /// Noise of a reading in a session whose effects are in the residual no more, mm: of all traces but those in which
 /// something else may act, with the wander of the gauge's zero from test to test.
 pub fn noise_left_mm(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
-    let rms_mm = |share: f64| mean_noise_mm2(&noise_of(ground, residual_mm, share)).sqrt();
-    WITH_OFFSETS * rms_mm(MOST).min(LOUDER * rms_mm(QUIETER))
+    let traces = traces_by_noise(ground, residual_mm);
+    let rms_mm = |chosen: &[&Trace]| mean_noise_mm2(&noise_of(ground, residual_mm, chosen)).sqrt();
+    WITH_OFFSETS * rms_mm(&most(&traces)).min(LOUDER * rms_mm(&quietest(&traces)))
 }
 
-/// Noise of every test from a share of the traces, the quieter ones.
-fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], share: f64) -> Vec<NoiseModel> {
-    let kept = |test: usize| -> Vec<f64> {
-        residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
-    };
+fn kept(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
+    residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
+}
+
+/// Traces from which noise is learnt, the quietest first.
+fn traces_by_noise(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
     let is_sweep = |test: &usize| ground.context.motion(*test).time_s.is_some() && residual_mm[*test].len() >= SHORTEST;
-    let sweeps: Vec<usize> = (0..residual_mm.len()).filter(is_sweep).collect();
-    let poses = NoiseModel::white(rms((0..residual_mm.len()).flat_map(kept)).max(NOISE_FLOOR_MM));
-    if sweeps.is_empty() {
+    let sweeps = (0..residual_mm.len()).filter(is_sweep);
+    let mut traces: Vec<Trace> = sweeps.map(|test| Trace::new(kept(ground, residual_mm, test))).collect();
+    traces.sort_by_cached_key(|trace| trace.rough_rms().to_bits());
+    traces
+}
+
+/// How many of the quieter traces a share of all is.
+fn count(traces: &[Trace], share: f64) -> usize {
+    ((share * traces.len() as f64).ceil() as usize).clamp(2.min(traces.len()), traces.len())
+}
+
+/// The quieter traces, the quietest where they are many.
+fn quietest(traces: &[Trace]) -> Vec<&Trace> {
+    traces[..count(traces, QUIETER).min(MOST_TRACES)].iter().collect()
+}
+
+/// Most traces, evenly drawn where they are many.
+fn most(traces: &[Trace]) -> Vec<&Trace> {
+    let all = count(traces, MOST);
+    let drawn = all.min(MOST_TRACES);
+    (0..drawn).map(|k| &traces[k * all / drawn]).collect()
+}
+
+/// Noise of every test by what some traces say of sweeps.
+fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], chosen: &[&Trace]) -> Vec<NoiseModel> {
+    let all = (0..residual_mm.len()).flat_map(|test| kept(ground, residual_mm, test));
+    let poses = NoiseModel::white(rms(all).max(NOISE_FLOOR_MM));
+    if chosen.is_empty() {
         return vec![poses; residual_mm.len()];
     }
-    let mut traces: Vec<(f64, Trace)> = sweeps
-        .iter()
-        .map(|&test| {
-            let trace = Trace::new(kept(test));
-            (trace.rough_rms(), trace)
-        })
-        .collect();
-    traces.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let quiet = ((share * traces.len() as f64).ceil() as usize).clamp(2.min(traces.len()), traces.len());
-    let chosen: Vec<&Trace> = match share > QUIETER {
-        true => (0..quiet.min(MOST_TRACES)).map(|k| &traces[k * quiet / quiet.min(MOST_TRACES)].1).collect(),
-        false => traces[..quiet.min(MOST_TRACES)].iter().map(|(_, trace)| trace).collect(),
-    };
-    let mut noise = fit(&chosen);
+    let mut noise = fit(chosen);
     noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
     noise.offset_mm = OFFSET_SHARE * noise.rms_mm();
     (0..residual_mm.len())

@@ -148,9 +148,13 @@ fn form_sigma(effect: &str) -> f64 {
     }
 }
 
+/// Whether a term moves along a direction, per kelvin or not.
+pub(super) fn is_length(term: &Term) -> bool {
+    matches!(term.measure, Measure::Length | Measure::LengthPerKelvin)
+}
+
 /// Terms that carry the size: lengths where there are any, else all.
 fn main_terms(terms: &[Term]) -> Vec<usize> {
-    let is_length = |term: &Term| matches!(term.measure, Measure::Length | Measure::LengthPerKelvin);
     let lengths: Vec<usize> = (0..terms.len()).filter(|&k| is_length(&terms[k])).collect();
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
 }
