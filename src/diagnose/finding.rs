@@ -388,7 +388,10 @@ pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
         Outlet::Pivot(k) => format!("pivot-{}", ["x", "y", "z"][k]),
         Outlet::SpindleBall(k) => format!("spindle-ball-{}", ["x", "y", "z"][k]),
         Outlet::Reading => "length".into(),
-        Outlet::Lag { axis } | Outlet::Acceleration { axis } | Outlet::Along { axis } => {
+        Outlet::Lag { axis }
+        | Outlet::Acceleration { axis }
+        | Outlet::SlidesAcceleration { axis }
+        | Outlet::Along { axis } => {
             let name = axis_name(axis);
             // an axis named A, B, C, X, Y or Z has its own motion by its name, wherever it points
             let named = Component::ALL.into_iter().find(|component| {

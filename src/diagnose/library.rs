@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::ground::{Ground, Term};
 use super::pose_library::for_poses;
 use crate::chain::Geometry;
-use crate::effects::kind;
+use crate::effects::{OWN, SLIDES, kind};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// A family of candidates that differ only in shape.
@@ -267,10 +267,16 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }])
                 .fast(),
         );
-        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast());
+        list.extend(servo_lag(ground, axis));
+        let postures = postures(ground, axis);
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), vec![own]] {
             for driver in ["position", "direction"] {
                 list.push(unknown(place, axis, machine, outlets.clone(), (from, to), driver));
+            }
+            for tests in &postures {
+                let mut family = unknown(place, axis, machine, outlets.clone(), (from, to), "position");
+                family.grid.iter_mut().for_each(|effect| effect.tests = Some(tests.clone()));
+                list.push(family);
             }
         }
     }
@@ -287,6 +293,22 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), motion(axis, &growing)] {
         list.push(growth(ground, place, outlets));
     }
+}
+
+/// Lag of an axis beyond that of the others; where circles have several radii or feeds, with the radius that a common lag takes.
+fn servo_lag(ground: &Ground, axis: usize) -> Vec<Family> {
+    let place = Place::Axis(axis);
+    let beyond = Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast();
+    let outlets = vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }];
+    let with_common = Family::new("servo-lag", place, outlets, 1e4).fast();
+    if slides_move(ground) { vec![beyond, with_common] } else { vec![beyond] }
+}
+
+/// Whether any slide moves in any test.
+fn slides_move(ground: &Ground) -> bool {
+    let axes = &ground.context.machine().axes;
+    (0..ground.tests())
+        .any(|test| ground.context.motion(test).moving.iter().any(|&axis| axes[axis].kind == AxisKind::Linear))
 }
 
 /// Log odds against a joint that tips as another axis reverses.
@@ -356,7 +378,7 @@ fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .fast(),
         );
         list.push(Family::new("linear-scale", place, vec![own], 300.0));
-        list.push(Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast());
+        list.extend(servo_lag(ground, axis));
         list.push(Family::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4).fast());
         let lowest_period = 3.0 * finest_step(ground, axis);
         let mut grid = Vec::new();
@@ -717,6 +739,10 @@ fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
     // one node first: two of them may cancel far beyond what the readings see
     let mut grid = [0.1, 0.3, 1.0].map(single).to_vec();
     grid.extend([pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)]);
+    grid.extend(heat_sources(ground, place).into_iter().flat_map(|source| {
+        [pair(0.03 * span, 0.3 * span), pair(0.08 * span, 1.0 * span)]
+            .map(|nodes| nodes.with("heat", ParameterValue::Word(source.into())))
+    }));
     grid.extend(channels(ground).into_iter().flat_map(|channel| {
         lagging(&Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel)), span)
     }));
@@ -725,6 +751,16 @@ fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.2 * span, element: Some(1) },
         lag_refined(span),
     ])
+}
+
+/// Frictions that may heat a place: its own axis where it moves, and for a slide all of them.
+fn heat_sources(ground: &Ground, place: Place) -> Vec<&'static str> {
+    let axes = &ground.context.machine().axes;
+    let moves = |axis: usize| (0..ground.tests()).any(|test| ground.context.motion(test).moving.contains(&axis));
+    let Some(axis) = place.axis() else { return Vec::new() };
+    let own = moves(axis).then_some(OWN);
+    let slides = (axes[axis].kind == AxisKind::Linear && slides_move(ground)).then_some(SLIDES);
+    own.into_iter().chain(slides).collect()
 }
 
 /// Lags of a part behind a temperature channel, as shares of the session.
@@ -736,6 +772,39 @@ fn lagging(effect: &Effect, span: f64) -> Vec<Effect> {
 
 fn lag_refined(span: f64) -> Refined {
     Refined { name: "lag", least: 0.0, most: 2.0 * span, step: 0.03 * span, element: None }
+}
+
+/// Positions of a standing rotary axis closer than this are one posture, rad.
+const SAME_POSTURE_RAD: f64 = 0.02;
+/// Tests that a posture needs: one alone has no repeat.
+const POSTURE_TESTS: usize = 2;
+
+/// Names of the tests of an axis in which another rotary axis stands elsewhere than in most: what a cable, a load or a
+/// table of the control does to an axis may hang on where another one stands.
+fn postures(ground: &Ground, axis: usize) -> Vec<Vec<String>> {
+    let session = ground.context.session();
+    let axes = &session.machine.axes;
+    let swept: Vec<usize> =
+        (0..ground.tests()).filter(|&test| ground.context.motion(test).moving.contains(&axis)).collect();
+    let mut list = Vec::new();
+    for other in (0..axes.len()).filter(|&other| other != axis && axes[other].kind == AxisKind::Rotary) {
+        let mut groups: Vec<(f64, Vec<usize>)> = Vec::new();
+        for &test in &swept {
+            let motion = ground.context.motion(test);
+            if motion.moving.contains(&other) || motion.rows() == 0 {
+                continue;
+            }
+            let at = motion.row(0)[other];
+            match groups.iter_mut().find(|(place, _)| (place - at).abs() < SAME_POSTURE_RAD) {
+                Some((_, tests)) => tests.push(test),
+                None => groups.push((at, vec![test])),
+            }
+        }
+        let few = groups.into_iter().map(|(_, tests)| tests);
+        let few = few.filter(|tests| tests.len() >= POSTURE_TESTS && 2 * tests.len() < swept.len());
+        list.extend(few.map(|tests| tests.iter().map(|&test| session.tests[test].name.clone()).collect()));
+    }
+    list
 }
 
 /// Free curve over the positions of an axis.

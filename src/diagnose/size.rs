@@ -153,8 +153,12 @@ pub(super) fn is_length(term: &Term) -> bool {
     matches!(term.measure, Measure::Length | Measure::LengthPerKelvin)
 }
 
-/// Terms that carry the size: lengths where there are any, else all.
+/// Terms that carry the size: of a lag the lag, else lengths where there are any, else all.
 fn main_terms(terms: &[Term]) -> Vec<usize> {
+    let lags: Vec<usize> = (0..terms.len()).filter(|&k| matches!(terms[k].outlet, Outlet::Lag { .. })).collect();
+    if !lags.is_empty() {
+        return lags;
+    }
     let lengths: Vec<usize> = (0..terms.len()).filter(|&k| is_length(&terms[k])).collect();
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
 }

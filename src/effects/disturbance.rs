@@ -89,6 +89,11 @@ impl Disturbance {
             }
             Outlet::Lag { axis } => self.position[axis] -= amount * context.speed(test, row, axis),
             Outlet::Acceleration { axis } => self.position[axis] += amount * context.acceleration(test, row, axis),
+            Outlet::SlidesAcceleration { .. } => {
+                for axis in slides(context) {
+                    self.position[axis] += amount * context.acceleration(test, row, axis);
+                }
+            }
             Outlet::Delay => {
                 for (axis, position) in self.position.iter_mut().enumerate() {
                     *position += amount * context.speed(test, row, axis);
@@ -101,6 +106,12 @@ impl Disturbance {
             Outlet::Location { .. } => {}
         }
     }
+}
+
+/// Linear axes of the machine.
+fn slides<'a>(context: &'a Context) -> impl Iterator<Item = usize> + 'a {
+    let axes = &context.machine().axes;
+    (0..axes.len()).filter(|&axis| axes[axis].kind == AxisKind::Linear)
 }
 
 /// Where the own motion of an axis starts in EX EY EZ EA EB EC.
@@ -122,6 +133,9 @@ pub fn gain(context: &Context, (test, row): (usize, usize), outlet: &Outlet, at:
         Outlet::Location { axis, component } => at.location[axis][component.index()],
         Outlet::Lag { axis } => -at.position[axis] * context.speed(test, row, axis),
         Outlet::Acceleration { axis } => at.position[axis] * context.acceleration(test, row, axis),
+        Outlet::SlidesAcceleration { .. } => {
+            slides(context).map(|axis| at.position[axis] * context.acceleration(test, row, axis)).sum()
+        }
         Outlet::Delay => at.position.iter().enumerate().map(|(axis, gain)| gain * context.speed(test, row, axis)).sum(),
         Outlet::Pivot(k) => at.pivot[k],
         Outlet::SpindleBall(k) => at.spindle[k],

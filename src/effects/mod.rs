@@ -12,6 +12,7 @@ mod channel;
 mod compensation;
 mod context;
 mod disturbance;
+mod friction_heat;
 mod gravity;
 mod harmonics;
 mod kind;
@@ -27,6 +28,7 @@ mod vibration;
 pub use context::Context;
 pub use disturbance::{Disturbance, Disturbances, column, gain};
 pub use kind::{Bounds, Default, Driver, EffectError, Kind, Parameter, ParameterUnit, Profile};
+pub use thermal::{OWN, SLIDES};
 
 /// The catalogue.
 pub static KINDS: &[&Kind] = &[

@@ -1,10 +1,12 @@
-//! Growth with time or temperature: of a spindle, slide or joint, and of the bar. Heat sources are not modelled, only their response.
+//! Growth with time or temperature: of a spindle, slide or joint, and of the bar. Of heat sources only friction is modelled.
 //!
 //! Time: `E = Σ_k s_k (1 − e^(−t/τ_k))`, t session time since `start`, two nodes for a fast and a slow mass. Static poses have
 //! no times: there t may be the number of the pose.
+//! Motion: the same nodes heated by the friction of axes as they move, see `friction_heat`.
 //! Temperature: `E = s (T − T_first)` from a channel of the recordings, which the part follows with a `lag`.
 
 use super::channel::warming;
+use super::friction_heat::{Source, friction_heat};
 use super::kind::{
     Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, no_check, stated, word,
 };
@@ -53,15 +55,26 @@ const CLOCK: Parameter = Parameter::word(
     "session: t, tau and start in s (when not stated); poses: in numbers of poses, for recordings without times",
 );
 
+/// Heat of the place's own axis.
+pub const OWN: &str = "own";
+/// Heat of all slides.
+pub const SLIDES: &str = "slides";
+const HEAT: Parameter = Parameter::word(
+    "heat",
+    &["steady", OWN, SLIDES],
+    Default::Absent,
+    "steady from start on (when not stated), or friction while the place's own axis or all slides move: sizes are then steady growth at 1000 mm/min, or at 1 rpm",
+);
+
 /// Growth of spindle, slide or joint.
 pub static THERMAL_GROWTH: Kind = Kind {
     name: "thermal-growth",
     driver: Driver::Time,
-    formula: "E = sum s_k (1 - e^(-t/tau_k)), or s (T - T_first), T followed with a lag",
+    formula: "E = sum s_k (1 - e^(-t/tau_k)), or sum s_k W_k, tau_k dW_k/dt = speed - W_k, or s (T - T_first), T followed with a lag",
     size_meaning: "growth of a node from cold to steady, or per K",
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
-    parameters: &[TAU, START, CHANNEL, LAG, CLOCK],
+    parameters: &[TAU, START, HEAT, CHANNEL, LAG, CLOCK],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
@@ -133,15 +146,19 @@ fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile
         true => context.pose_number(test, row),
         false => context.session_time_s(test, row),
     };
-    let mut profiles: Vec<Profile> = list(effect, "tau")
-        .iter()
-        .map(|tau| {
-            context.profile(|test, row| {
-                let since = (clock(test, row) - start).max(0.0);
-                -(-since / tau).exp_m1()
-            })
+    let steady = |tau: f64| {
+        context.profile(|test, row| {
+            let since = (clock(test, row) - start).max(0.0);
+            -(-since / tau).exp_m1()
         })
-        .collect();
+    };
+    let source = match (word(effect, "heat"), effect.place) {
+        (Some(OWN), Place::Axis(axis)) => Some(Source::Axis(axis)),
+        (Some(SLIDES), _) => Some(Source::Slides),
+        _ => None,
+    };
+    let node = |&tau: &f64| source.map_or_else(|| steady(tau), |source| friction_heat(context, source, tau));
+    let mut profiles: Vec<Profile> = list(effect, "tau").iter().map(node).collect();
     if let Some(channel) = word(effect, "channel") {
         profiles.push(warming(context, kind.name, channel, kind.number(context, effect, "lag"))?);
     }

@@ -7,13 +7,16 @@ use crate::machine::{Outlet, Place};
 pub static SERVO_LAG: Kind = Kind {
     name: "servo-lag",
     driver: Driver::Speed,
-    formula: "position = command - lag * speed",
+    formula: "position = command - lag * speed; of every slide + slides * acceleration, what a lag that all have takes from a radius",
     size_meaning: "lag behind the command",
     cause: "position loop gains that differ between axes (servo mismatch)",
     remedy: "match the loop gains (Kv) and feed-forward of the axes that interpolate",
     parameters: &[],
     check: no_check,
-    outlets: |_, place| place.axis().map(|axis| Outlet::Lag { axis }).into_iter().collect(),
+    outlets: |_, place| match place.axis() {
+        Some(axis) => vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }],
+        None => Vec::new(),
+    },
     measure: plain_measure,
     functions: single_function,
     profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),

@@ -61,6 +61,8 @@ pub enum Outlet {
     Lag { axis: usize },
     /// The axis stands off its command by acceleration × size, s².
     Acceleration { axis: usize },
+    /// Every slide stands off its command by its acceleration × size, s²: loops of like gain, of which `axis` is one.
+    SlidesAcceleration { axis: usize },
     /// All recorded positions are too old by the size, s.
     Delay,
     /// Displacement of the pivot ball on its link along R's x, y or z (0, 1, 2), mm.
@@ -83,7 +85,7 @@ impl Outlet {
         }
     }
 
-    /// Name in files and output: `ECC`, `EC0Y`, `own`, `lag`, `acceleration`, `delay`, `x y z`, `length`.
+    /// Name in files and output: `ECC`, `EC0Y`, `own`, `lag`, `acceleration`, `slides`, `delay`, `x y z`, `length`.
     pub fn name(&self, machine: &Machine) -> String {
         let axis_name = |axis: usize| machine.axes.get(axis).map_or("?", |axis| axis.name.as_str());
         match *self {
@@ -92,6 +94,7 @@ impl Outlet {
             Outlet::Along { .. } => "own".into(),
             Outlet::Lag { .. } => "lag".into(),
             Outlet::Acceleration { .. } => "acceleration".into(),
+            Outlet::SlidesAcceleration { .. } => "slides".into(),
             Outlet::Delay => "delay".into(),
             Outlet::Pivot(k) | Outlet::SpindleBall(k) => COORDINATES[k.min(2)].into(),
             Outlet::Reading => "length".into(),
@@ -107,7 +110,7 @@ impl Outlet {
                 AxisKind::Rotary => Measure::Angle,
             },
             Outlet::Lag { .. } | Outlet::Delay => Measure::Time,
-            Outlet::Acceleration { .. } => Measure::TimeSquared,
+            Outlet::Acceleration { .. } | Outlet::SlidesAcceleration { .. } => Measure::TimeSquared,
             Outlet::Pivot(_) | Outlet::SpindleBall(_) | Outlet::Reading => Measure::Length,
         }
     }
