@@ -221,6 +221,12 @@ fn finding(
         .sum();
     let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
+    if lead.chosen.effect.kind == "thermal-growth" {
+        let first = first_column[group[0]];
+        let amplitudes: Vec<f64> = (0..lead.chosen.terms.len()).map(|k| stage.accepted(first + k)).collect();
+        let shown = super::size::growing_outlets(ground, &lead.chosen, &amplitudes);
+        cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
+    }
     if is_unknown {
         cause.effect = "unknown".into();
         for &index in group.iter().skip(1) {

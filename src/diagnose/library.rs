@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::ground::{Ground, Term};
 use super::pose_library::for_poses;
 use crate::chain::Geometry;
-use crate::effects::{OWN, SLIDES, kind};
+use crate::effects::{OWN, ROTARY, SLIDES, kind};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// A family of candidates that differ only in shape.
@@ -290,8 +290,10 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         list.push(whole);
     }
     let growing = [d.along, d.tilts[0], d.tilts[1]];
-    for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), motion(axis, &growing)] {
-        list.push(growth(ground, place, outlets));
+    // a table that grows also shifts and tilts
+    let whole = [&growing[..], &d.across].concat();
+    for components in [&d.across[..], &[d.along], &d.tilts, &growing, &whole] {
+        list.push(growth(ground, place, motion(axis, components)));
     }
 }
 
@@ -753,14 +755,17 @@ fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
     ])
 }
 
-/// Frictions that may heat a place: its own axis where it moves, and for a slide all of them.
+/// Frictions that may heat a place: its own axis where it moves, and all axes of its kind where others move as well.
 fn heat_sources(ground: &Ground, place: Place) -> Vec<&'static str> {
     let axes = &ground.context.machine().axes;
-    let moves = |axis: usize| (0..ground.tests()).any(|test| ground.context.motion(test).moving.contains(&axis));
     let Some(axis) = place.axis() else { return Vec::new() };
-    let own = moves(axis).then_some(OWN);
-    let slides = (axes[axis].kind == AxisKind::Linear && slides_move(ground)).then_some(SLIDES);
-    own.into_iter().chain(slides).collect()
+    let moves = |axis: usize| (0..ground.tests()).any(|test| ground.context.motion(test).moving.contains(&axis));
+    let others = (0..axes.len()).any(|other| other != axis && axes[other].kind == axes[axis].kind && moves(other));
+    let alike = match axes[axis].kind {
+        AxisKind::Linear => SLIDES,
+        AxisKind::Rotary => ROTARY,
+    };
+    [moves(axis).then_some(OWN), others.then_some(alike)].into_iter().flatten().collect()
 }
 
 /// Lags of a part behind a temperature channel, as shares of the session.

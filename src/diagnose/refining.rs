@@ -7,6 +7,7 @@ use super::screening::stage_of;
 use super::search::Candidate;
 use super::stage::Stage;
 use super::whitened::LastShape;
+use crate::effects::WARM;
 use crate::machine::{Effect, ParameterValue};
 
 /// Refined shapes; their columns are those of all rows.
@@ -29,6 +30,7 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
             let mut refined = match candidate.effect.kind.as_str() {
                 "cyclic-error" if may_lead => with_overtones(stage, family, candidate),
                 "vibration" if may_lead => with_wander(stage, family, candidate),
+                "thermal-growth" if may_lead => with_warm_start(stage, family, candidate),
                 _ => candidate,
             };
             refined.columns = stages[0].ground.columns(&refined.effect, &refined.terms).ok()?;
@@ -115,6 +117,19 @@ fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candid
         }
     }
     if list_length(&best.effect, name) > 1 { tuned(stage, family, best, name) } else { best }
+}
+
+/// Growth by friction of a part that was warm from work before the session, as far as the readings ask for it.
+fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate {
+    if best.judgement.chi2 < WORTH_OVERTONES || best.effect.parameter("heat").is_none() {
+        return best;
+    }
+    let cost = best.judgement.log_evidence - best.log_odds;
+    let effect = best.effect.clone().with("begins", ParameterValue::Word(WARM.into()));
+    match judged(stage, family, best.family, effect, cost, &mut LastShape::default()) {
+        Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => refine(stage, family, trial),
+        _ => best,
+    }
 }
 
 /// Highest degree of the wander of a vibration along one direction, and along several.

@@ -604,14 +604,23 @@ fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
         || (explains && (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms))
 }
 
-/// Keeps the best candidates, but not only free curves: as many named ones are refined as free ones.
+/// Free curves that are refined beside the named ones.
+const REFINED_FREE: usize = 3;
+/// Candidates of one kind that are refined: on a coarse grid a jump may stand behind many ways to grow.
+const REFINED_ALIKE: usize = 8;
+
+/// Keeps the best candidates, but not only free curves or only one kind.
 pub(super) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
-    let mut named = 0;
-    let mut free = 0;
+    let mut kept: Vec<&'static str> = Vec::new();
     candidates.retain(|candidate| {
-        let count = if families[candidate.family].kind == "unknown" { &mut free } else { &mut named };
-        *count += 1;
-        *count <= if families[candidate.family].kind == "unknown" { 3 } else { REFINED }
+        let kind = families[candidate.family].kind;
+        let alike = kept.iter().filter(|other| **other == kind).count();
+        let named = kept.iter().filter(|other| **other != "unknown").count();
+        let keep = if kind == "unknown" { alike < REFINED_FREE } else { alike < REFINED_ALIKE && named < REFINED };
+        if keep {
+            kept.push(kind);
+        }
+        keep
     });
 }
 

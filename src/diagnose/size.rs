@@ -10,7 +10,7 @@ use super::ground::{Ground, Term};
 use super::search::Candidate;
 use super::stage::Stage;
 use crate::effects::kind;
-use crate::machine::{Effect, Outlet, ParameterValue};
+use crate::machine::{Component, Effect, Outlet, ParameterValue};
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
@@ -31,7 +31,7 @@ pub fn size_of(
         rows.map(|(one, other)| covariance[(nuisance + one, nuisance + other)]).sum::<f64>()
     });
     // terms in the unit of the finding: lengths if it has any
-    let main: Vec<usize> = main_terms(&lead.terms);
+    let main: Vec<usize> = main_terms(ground, &lead.effect, &lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
     let prior = lead.judgement.tau.max(1.0);
     let variances: Vec<f64> = (0..count).map(|k| sub[(k, k)]).collect();
@@ -133,7 +133,7 @@ fn is_once_per_turn(effect: &Effect, term: &Term) -> bool {
 
 /// Size of a candidate with the amplitudes that it was judged with.
 pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> f64 {
-    let main = main_terms(&candidate.terms);
+    let main = main_terms(ground, &candidate.effect, &candidate.terms);
     let curves = Curves::of(ground, candidate, &main);
     size_function(candidate, cause, &main, &curves, &candidate.judgement.amplitudes)
 }
@@ -153,11 +153,23 @@ pub(super) fn is_length(term: &Term) -> bool {
     matches!(term.measure, Measure::Length | Measure::LengthPerKelvin)
 }
 
-/// Terms that carry the size: of a lag the lag, else lengths where there are any, else all.
-fn main_terms(terms: &[Term]) -> Vec<usize> {
-    let lags: Vec<usize> = (0..terms.len()).filter(|&k| matches!(terms[k].outlet, Outlet::Lag { .. })).collect();
+/// Terms that carry the size: of a lag the lag, of what grows the growth along its axis, else lengths where there are any,
+/// else all.
+fn main_terms(ground: &Ground, effect: &Effect, terms: &[Term]) -> Vec<usize> {
+    let of = |outlet: &dyn Fn(&Outlet) -> bool| -> Vec<usize> {
+        (0..terms.len()).filter(|&k| outlet(&terms[k].outlet)).collect()
+    };
+    let lags = of(&|outlet| matches!(outlet, Outlet::Lag { .. }));
     if !lags.is_empty() {
         return lags;
+    }
+    if let ("thermal-growth", Some(axis)) = (effect.kind.as_str(), effect.place.axis()) {
+        let own = ground.context.machine().axes[axis].own_component();
+        let along = Component::ALL[own.direction_index()];
+        let growth = of(&|outlet| *outlet == Outlet::Motion { axis, component: along });
+        if !growth.is_empty() {
+            return growth;
+        }
     }
     let lengths: Vec<usize> = (0..terms.len()).filter(|&k| is_length(&terms[k])).collect();
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
@@ -228,7 +240,37 @@ fn is_bump(lead: &Candidate, main: &[usize]) -> bool {
 
 /// Functions of the terms over the rows in which the place's axis moves (all rows for other places), by outlet.
 struct Curves {
+    outlets: Vec<Outlet>,
     by_outlet: Vec<Vec<(usize, Vec<f64>)>>,
+    /// The part did not begin at rest.
+    settles: bool,
+}
+
+/// Lowest and highest value of the curve that an outlet follows.
+fn ends(terms: &[(usize, Vec<f64>)], amplitudes: &[f64]) -> (f64, f64) {
+    let mut curve = vec![0.0; terms.first().map_or(0, |(_, rows)| rows.len())];
+    for (k, rows) in terms {
+        curve.iter_mut().zip(rows).for_each(|(sum, value)| *sum += amplitudes[*k] * value);
+    }
+    curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)))
+}
+
+/// Share of the largest range from which a motion of what grows is told.
+const GROWS_WITH: f64 = 0.15;
+
+/// Motions that growth shows in, by their ranges over the readings (display units) and from the largest on: amplitudes of
+/// nodes may cancel, and a node may have settled before the first reading.
+pub(super) fn growing_outlets(ground: &Ground, candidate: &Candidate, amplitudes: &[f64]) -> Vec<Outlet> {
+    let all: Vec<usize> = (0..candidate.terms.len()).collect();
+    let curves = Curves::of(ground, candidate, &all);
+    let range = |terms: &Vec<(usize, Vec<f64>)>| {
+        let (low, high) = ends(terms, amplitudes);
+        (high - low).max(0.0)
+    };
+    let mut ranges: Vec<(Outlet, f64)> = curves.outlets.into_iter().zip(curves.by_outlet.iter().map(range)).collect();
+    ranges.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let largest = ranges.first().map_or(0.0, |(_, range)| *range);
+    ranges.into_iter().filter(|(_, range)| *range >= GROWS_WITH * largest).map(|(outlet, _)| outlet).collect()
 }
 
 impl Curves {
@@ -238,7 +280,10 @@ impl Curves {
             Some(_) => &lead.effect.clone().with("growing", ParameterValue::Word("alike".into())),
             None => &lead.effect,
         };
-        let Ok(profiles) = ground.profiles(effect) else { return Curves { by_outlet: Vec::new() } };
+        let settles = lead.effect.parameter("begins").is_some();
+        let Ok(profiles) = ground.profiles(effect) else {
+            return Curves { outlets: Vec::new(), by_outlet: Vec::new(), settles };
+        };
         // one axis may move as another one drives it
         let driving = match lead.effect.parameter("of") {
             Some(ParameterValue::Word(name)) => ground.context.machine().axis_index(name),
@@ -271,22 +316,19 @@ impl Curves {
             });
             by_outlet[place].push((k, function(k)));
         }
-        Curves { by_outlet }
+        Curves { outlets, by_outlet, settles }
     }
 
     /// Largest value, or range, of the curves that the outlets follow over the session.
     fn largest(&self, cause: &Cause, amplitudes: &[f64]) -> f64 {
         let size = |terms: &Vec<(usize, Vec<f64>)>| -> f64 {
-            let mut curve = vec![0.0; terms.first().map_or(0, |(_, rows)| rows.len())];
-            for (k, rows) in terms {
-                curve.iter_mut().zip(rows).for_each(|(sum, value)| *sum += amplitudes[*k] * value);
-            }
-            let (low, high) =
-                curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+            let (low, high) = ends(terms, amplitudes);
             if low > high {
                 return 0.0;
             }
             match cause.effect.as_str() {
+                // how a part left its first state before the first reading is known to nobody
+                "thermal-growth" if self.settles => high - low,
                 // growth counts from the session's beginning, where it is zero by form
                 "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
                 "rotary-error-motion" | "unknown" => 0.5 * (high - low),

@@ -13,8 +13,8 @@ const ROTARY_SPEED_RAD_S: f64 = std::f64::consts::TAU / 60.0;
 pub(super) enum Source {
     /// One axis.
     Axis(usize),
-    /// Every slide of the machine.
-    Slides,
+    /// Every slide, or every rotary axis, of the machine.
+    All(AxisKind),
 }
 
 /// Warmth of a node with this time constant at every row, 1 where the source has run at its stated speed for long.
@@ -26,7 +26,7 @@ pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64) -> Pr
     let heating: Vec<(usize, f64)> = (0..axes.len())
         .filter(|&axis| match source {
             Source::Axis(one) => one == axis,
-            Source::Slides => axes[axis].kind == AxisKind::Linear,
+            Source::All(kind) => axes[axis].kind == kind,
         })
         .map(|axis| match axes[axis].kind {
             AxisKind::Linear => (axis, SLIDE_SPEED_MM_S),

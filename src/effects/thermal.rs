@@ -11,7 +11,7 @@ use super::kind::{
     Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, no_check, stated, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{Effect, Machine, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 use crate::units::Measure;
 
 /// Name of the function that is driven by a temperature channel.
@@ -59,11 +59,22 @@ const CLOCK: Parameter = Parameter::word(
 pub const OWN: &str = "own";
 /// Heat of all slides.
 pub const SLIDES: &str = "slides";
+/// Heat of all rotary axes.
+pub const ROTARY: &str = "rotary";
 const HEAT: Parameter = Parameter::word(
     "heat",
-    &["steady", OWN, SLIDES],
+    &["steady", OWN, SLIDES, ROTARY],
     Default::Absent,
-    "steady from start on (when not stated), or friction while the place's own axis or all slides move: sizes are then steady growth at 1000 mm/min, or at 1 rpm",
+    "steady from start on (when not stated), or friction while the place's own axis, all slides or all rotary axes move: sizes are then steady growth at 1000 mm/min, or at 1 rpm",
+);
+
+/// A part that does not begin at rest.
+pub const WARM: &str = "warm";
+const BEGINS: Parameter = Parameter::word(
+    "begins",
+    &["cold", WARM],
+    Default::Absent,
+    "state of nodes that friction heats as the session begins; warm adds settle1, settle2, … by which they leave it",
 );
 
 /// Growth of spindle, slide or joint.
@@ -74,7 +85,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     size_meaning: "growth of a node from cold to steady, or per K",
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
-    parameters: &[TAU, START, HEAT, CHANNEL, LAG, CLOCK],
+    parameters: &[TAU, START, HEAT, BEGINS, CHANNEL, LAG, CLOCK],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
@@ -132,7 +143,11 @@ fn measure(machine: &Machine, outlet: &Outlet, function: &str) -> Measure {
 }
 
 fn growth_functions(effect: &Effect) -> Vec<String> {
-    let mut names: Vec<String> = (1..=list(effect, "tau").len()).map(|k| format!("growth{k}")).collect();
+    let nodes = 1..=list(effect, "tau").len();
+    let mut names: Vec<String> = nodes.clone().map(|k| format!("growth{k}")).collect();
+    if word(effect, "begins") == Some(WARM) {
+        names.extend(nodes.map(|k| format!("settle{k}")));
+    }
     if word(effect, "channel").is_some() {
         names.push(KELVIN.into());
     }
@@ -154,11 +169,16 @@ fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile
     };
     let source = match (word(effect, "heat"), effect.place) {
         (Some(OWN), Place::Axis(axis)) => Some(Source::Axis(axis)),
-        (Some(SLIDES), _) => Some(Source::Slides),
+        (Some(SLIDES), _) => Some(Source::All(AxisKind::Linear)),
+        (Some(ROTARY), _) => Some(Source::All(AxisKind::Rotary)),
         _ => None,
     };
     let node = |&tau: &f64| source.map_or_else(|| steady(tau), |source| friction_heat(context, source, tau));
-    let mut profiles: Vec<Profile> = list(effect, "tau").iter().map(node).collect();
+    let nodes = list(effect, "tau");
+    let mut profiles: Vec<Profile> = nodes.iter().map(node).collect();
+    if word(effect, "begins") == Some(WARM) {
+        profiles.extend(nodes.iter().map(|tau| steady(*tau)));
+    }
     if let Some(channel) = word(effect, "channel") {
         profiles.push(warming(context, kind.name, channel, kind.number(context, effect, "lag"))?);
     }
