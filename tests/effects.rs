@@ -153,6 +153,8 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
             ParameterValue::Word(if on_table { "w" } else { "t" }.into())
         }
         ("rates", ..) => ParameterValue::List((1..=machine.axes.len()).map(|k| k as f64).collect()),
+        ("heat", ..) => ParameterValue::Word("own".into()),
+        ("begins", ..) => ParameterValue::Word("warm".into()),
         ("of" | "about", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
         (_, ParameterUnit::Word(words), _) => ParameterValue::Word((*words.first()?).into()),
         (_, _, 1) => match parameter.default {
@@ -495,6 +497,76 @@ fn a_part_follows_the_temperature_with_its_lag() {
         assert!((found[1][row] - by_steps[400 + row]).abs() < 1e-6, "{row}: {}", found[1][row]);
     }
     assert!((followed(0.0)[0][30] - 0.3).abs() < 1e-12);
+}
+
+#[test]
+fn friction_heats_while_an_axis_moves() {
+    let mut session = sweeps([31, 31]);
+    session.tests[1].started_at_s = 40.0;
+    let axis = |name: &str| session.machine.axis_index(name).unwrap();
+    let grown = |heat: &str, place: usize| {
+        let effect = Effect::new("thermal-growth", Place::Axis(place))
+            .with("tau", ParameterValue::List(vec![7.0]))
+            .with("heat", ParameterValue::Word(heat.into()));
+        profile(&session, &effect)
+    };
+    let found = grown("own", axis("C"));
+    // 60 degrees in 3 s are 10/3 rpm, from 0 s and from 40 s on; by small steps in time
+    let step_s = 1e-4;
+    let (mut warmth, mut by_steps) = (0.0, Vec::new());
+    for k in 0..=430_000 {
+        if k % 1000 == 0 {
+            by_steps.push(warmth);
+        }
+        let t = (k as f64 + 0.5) * step_s;
+        let heat = if t < 3.0 || t > 40.0 { 10.0 / 3.0 } else { 0.0 };
+        warmth += step_s * (heat - warmth) / 7.0;
+    }
+    for row in 0..31 {
+        assert!((found[0][row] - by_steps[row]).abs() < 2e-5, "{row}: {} for {}", found[0][row], by_steps[row]);
+        assert!((found[1][row] - by_steps[400 + row]).abs() < 2e-5, "{row}: {}", found[1][row]);
+    }
+    // C is the only rotary axis that moves, and no slide does
+    assert_eq!(grown("rotary", axis("A")), found);
+    assert!(grown("slides", axis("Z")).iter().flatten().all(|value| *value == 0.0));
+    // a warm part settles as one that a steady source heats
+    let warm = Effect::new("thermal-growth", Place::Axis(axis("C")))
+        .with("tau", ParameterValue::List(vec![7.0]))
+        .with("heat", ParameterValue::Word("own".into()))
+        .with("begins", ParameterValue::Word("warm".into()));
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(&session, &chain).unwrap();
+    let shapes = effects::kind("thermal-growth").unwrap().shape(&context, &warm).unwrap();
+    assert_eq!(shapes.len(), 2);
+    assert!((shapes[1][0][30] - (1.0 - (-3.0f64 / 7.0).exp())).abs() < 1e-12);
+}
+
+#[test]
+fn a_lag_that_all_slides_have_takes_from_the_radius() {
+    let machine = machines().remove(0);
+    let (x, y) = (machine.axis_index("X").unwrap(), machine.axis_index("Y").unwrap());
+    let (radius, omega): (f64, f64) = (100.0, 0.5);
+    let rows: Vec<Vec<f64>> = (0..126)
+        .map(|k| {
+            let mut q = vec![0.0; machine.axes.len()];
+            let turn = omega * 0.1 * k as f64;
+            (q[x], q[y]) = (radius * turn.cos(), radius * turn.sin());
+            q
+        })
+        .collect();
+    let session = session(machine, vec![test("circle", 0.0, &rows)]);
+    let loss_s2 = 2e-4;
+    let effect = Effect::new("servo-lag", Place::Axis(x)).size(Outlet::SlidesAcceleration { axis: x }, "", loss_s2);
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(&session, &chain).unwrap();
+    let moved = Disturbances::of(&context, &[effect]).unwrap();
+    // the radius falls by s v²/R; second differences see the fourth derivative, (0.1 ω)²/12 of it
+    for (row, q) in rows.iter().enumerate().skip(1).take(124) {
+        let at = &moved.by_test[0][row].position;
+        let along = (at[x] * q[x] + at[y] * q[y]) / radius;
+        let expected = -loss_s2 * omega * omega * radius;
+        assert!((along - expected).abs() < 3e-4 * expected.abs(), "{row}: {along} for {expected}");
+    }
 }
 
 #[test]

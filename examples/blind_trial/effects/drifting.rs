@@ -3,9 +3,9 @@
 use super::super::draw::Draw;
 use super::super::kinematics::{V3, cross, dot, unit};
 use super::super::nuisance::ARCSEC;
-use super::super::plan::{Plan, Temperature};
+use super::super::plan::{Plan, Temperature, Test};
 use super::{Cause, Law, Rows, along, component, nearest};
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// Growth of the part behind an axis along a direction, with tilts that go with it.
 pub struct Growth {
@@ -60,6 +60,88 @@ impl Law for Growth {
     }
 }
 
+/// A part that bearings and screws heat as axes move: a light mass takes the heat and passes it on to a heavy one.
+///
+/// Stepped through the session in time; between tests the axes stand and both masses cool.
+pub struct Warmed {
+    pub axis: usize,
+    pub direction: V3,
+    pub tilt_about: V3,
+    pub tilt_rad_per_mm: f64,
+    /// Cooling times of the light and the heavy mass, s.
+    pub tau_s: [f64; 2],
+    /// Share of the growth that the heavy mass has.
+    pub heavy: f64,
+    /// Warmth of both masses as the session begins.
+    pub warm: f64,
+    pub rotary: bool,
+}
+
+/// Steps through a session, s.
+const HEAT_STEP_S: f64 = 0.5;
+/// Travel of an axis, per second, that gives one unit of heat: mm or degrees.
+const HEAT_SPEED: [f64; 2] = [15.0, 6.0];
+
+impl Warmed {
+    /// Growth and bend at every step.
+    fn course(&self, plan: &Plan) -> Vec<(f64, f64)> {
+        let heat = |t_s: f64| -> f64 {
+            let in_time = |test: &&Test| {
+                let passed = t_s - test.started_at_s;
+                passed >= HEAT_STEP_S && passed <= test.rows as f64 * test.step_s
+            };
+            let Some(test) = plan.tests.iter().find(in_time) else { return 0.0 };
+            let t = t_s - test.started_at_s;
+            let (before, now) = (plan.axes_at(test, t - HEAT_STEP_S), plan.axes_at(test, t));
+            (0..now.len())
+                .filter(|&j| plan.machine.joints[j].rotary == self.rotary)
+                .map(|j| (now[j] - before[j]).abs() / HEAT_STEP_S / HEAT_SPEED[usize::from(self.rotary)])
+                .sum()
+        };
+        let (mut light, mut heavy) = (self.warm, self.warm);
+        let steps = (plan.end_s() / HEAT_STEP_S) as usize + 2;
+        (0..steps)
+            .map(|step| {
+                let here = (self.heavy * heavy + (1.0 - self.heavy) * light, light - 0.5 * heavy);
+                let passed_on = (light - heavy) / self.tau_s[1];
+                light += HEAT_STEP_S * ((heat(step as f64 * HEAT_STEP_S) - light) / self.tau_s[0] - 0.3 * passed_on);
+                heavy += HEAT_STEP_S * passed_on;
+                here
+            })
+            .collect()
+    }
+}
+
+impl Law for Warmed {
+    fn disturb(&self, plan: &Plan, size: f64, rows: &mut Rows) {
+        let course = self.course(plan);
+        let at = |t: f64| {
+            let place = (t / HEAT_STEP_S).max(0.0);
+            let k = (place as usize).min(course.len() - 2);
+            let share = place - k as f64;
+            let mix = |a: f64, b: f64| a + share * (b - a);
+            (mix(course[k].0, course[k + 1].0), mix(course[k].1, course[k + 1].1))
+        };
+        let first = at(first_reading_s(plan));
+        let seen = plan
+            .tests
+            .iter()
+            .flat_map(|test| (0..test.rows).map(|row| at(test.started_at_s + row as f64 * test.step_s).0));
+        let (low, high) = seen.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
+        if high - low <= 0.0 {
+            return;
+        }
+        let mm = size * 1e-3 / (high - low);
+        for (test, list) in plan.tests.iter().zip(rows.iter_mut()) {
+            for (row, d) in list.iter_mut().enumerate() {
+                let (grown, bent) = at(test.started_at_s + row as f64 * test.step_s);
+                along(d, self.axis, self.direction, false, mm * (grown - first.0));
+                along(d, self.axis, self.tilt_about, true, mm * (bent - first.1) * self.tilt_rad_per_mm);
+            }
+        }
+    }
+}
+
 fn first_reading_s(plan: &Plan) -> f64 {
     plan.tests.iter().map(|test| test.started_at_s).fold(f64::INFINITY, f64::min)
 }
@@ -75,7 +157,7 @@ fn weather(rng: &mut Draw) -> Temperature {
 }
 
 pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
-    let machine = &plan.machine;
+    let machine = plan.machine.clone();
     let spindle_slide = machine.tool.iter().rev().find(|&&j| !machine.joints[j].rotary).copied();
     let table = machine.work.iter().rev().find(|&&j| machine.joints[j].rotary).copied();
     let axis = match table {
@@ -89,6 +171,28 @@ pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let tilted = nearest([rng.normal(), if joint.rotary { rng.normal() } else { 0.0 }, 0.0]);
     tilt_about[tilted] = 1.0;
     let tilts = rng.chance(0.7);
+    let tilt_rad_per_mm = if tilts { rng.sign() * rng.between(0.3, 1.5) * ARCSEC * 1e3 } else { 0.0 };
+    let mut components = vec![component(nearest(direction), &joint.name)];
+    if tilts {
+        components.push(component(3 + tilted, &joint.name));
+    }
+    let drives = |test: &Test| test.moving.iter().any(|&j| machine.joints[j].rotary == joint.rotary);
+    if plan.tests.iter().any(drives) && rng.chance(0.45) {
+        let light = rng.log_between(90.0, 500.0);
+        let law = Warmed {
+            axis,
+            direction,
+            tilt_about,
+            tilt_rad_per_mm,
+            tau_s: [light, light * rng.between(3.0, 12.0)],
+            heavy: rng.between(0.2, 0.8),
+            warm: if rng.chance(0.5) { 0.0 } else { rng.between(0.0, 1.0) },
+            rotary: joint.rotary,
+        };
+        let params = json!({"heated_by": if joint.rotary { "rotary axes" } else { "slides" }, "tau_s": law.tau_s,
+            "heavy": law.heavy, "warm_start": law.warm, "tilt_arcsec_per_um": tilt_rad_per_mm / ARCSEC / 1e3});
+        return Some(grown(plan, joint.name, components, "time", params, Box::new(law)));
+    }
     let by_temperature = rng.chance(0.4);
     if by_temperature && plan.temperature.is_none() {
         plan.temperature = Some(weather(rng));
@@ -98,30 +202,39 @@ pub fn growth(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         axis,
         direction,
         tilt_about,
-        tilt_rad_per_mm: if tilts { rng.sign() * rng.between(0.3, 1.5) * ARCSEC * 1e3 } else { 0.0 },
+        tilt_rad_per_mm,
         tau_s: [tau, tau * rng.between(1.8, 4.0)],
         second: rng.between(-0.3, 0.8),
         warm: rng.between(0.6, 1.0),
         by_temperature,
     };
-    let mut components = vec![component(nearest(direction), &joint.name)];
-    if tilts {
-        components.push(component(3 + tilted, &joint.name));
-    }
-    Some(Cause {
+    let driver = if by_temperature { "temperature" } else { "time" };
+    let params = json!({"tau_s": law.tau_s, "second_node": law.second, "warm_start": law.warm,
+        "tilt_arcsec_per_um": law.tilt_rad_per_mm / ARCSEC / 1e3});
+    Some(grown(plan, joint.name, components, driver, params, Box::new(law)))
+}
+
+fn grown(
+    plan: &Plan,
+    place: String,
+    components: Vec<String>,
+    driver: &'static str,
+    params: Value,
+    law: Box<dyn Law>,
+) -> Cause {
+    Cause {
         effect: "thermal-growth",
         id: "thermal-growth",
-        driver: if by_temperature { "temperature" } else { "time" },
-        place: joint.name,
+        driver,
+        place,
         components,
         unit: "um",
         meaning: "peak to peak over the session",
         sizes: (0.5, 40.0),
         range: json!({"time_s": [0.0, plan.end_s()]}),
-        params: json!({"tau_s": law.tau_s, "second_node": law.second, "warm_start": law.warm,
-            "tilt_arcsec_per_um": law.tilt_rad_per_mm / ARCSEC / 1e3}),
-        law: Box::new(law),
-    })
+        params,
+        law,
+    }
 }
 
 /// Weight of the body behind a tilting joint: it bends, winds up its drive and rides on its mesh.

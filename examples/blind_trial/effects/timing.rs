@@ -1,7 +1,8 @@
 //! Axes that come late and a recorder that pairs a length with an old position.
 
 use super::super::draw::Draw;
-use super::super::plan::Plan;
+use super::super::kinematics::AXES;
+use super::super::plan::{Plan, Test};
 use super::{Cause, Law, Rows, component, draw_axis};
 use serde_json::json;
 
@@ -10,6 +11,28 @@ struct Lag {
     axis: usize,
     /// Part of the delay that acts as a first-order filter rather than a dead time.
     soft: f64,
+    /// Time constant of the filter that every axis is; its delay is fed forward, what it takes from a circle is not. s
+    common_s: f64,
+}
+
+/// Steps over which a filter remembers, and their length in time constants.
+const REMEMBERED: u32 = 60;
+const STEP: f64 = 0.15;
+
+impl Lag {
+    /// Where the common filter leaves all axes.
+    fn filtered(&self, plan: &Plan, test: &Test, t_s: f64) -> [f64; AXES] {
+        let mut sum = [0.0; AXES];
+        let mut weights = 0.0;
+        for k in 0..REMEMBERED {
+            let age = STEP * (f64::from(k) + 0.5);
+            let weight = (-age).exp();
+            let axes = plan.axes_at(test, t_s + self.common_s * (1.0 - age));
+            sum.iter_mut().zip(axes).for_each(|(sum, q)| *sum += weight * q);
+            weights += weight;
+        }
+        sum.map(|sum| sum / weights)
+    }
 }
 
 impl Law for Lag {
@@ -22,6 +45,12 @@ impl Law for Lag {
                 // two dead times average to a soft one
                 let lagged = (1.0 - self.soft) * at(late_s) + self.soft * 0.5 * (at(0.0) + at(2.0 * late_s));
                 d.own[self.axis] += lagged - at(0.0);
+                if self.common_s > 0.0 {
+                    let (now, filtered) = (plan.axes_at(test, t), self.filtered(plan, test, t));
+                    for j in (0..AXES).filter(|&j| !plan.machine.joints[j].rotary) {
+                        d.own[j] += filtered[j] - now[j];
+                    }
+                }
             }
         }
     }
@@ -32,7 +61,8 @@ pub fn lag(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let axis = draw_axis(rng, plan, rotary)?;
     let name = plan.machine.joints[axis].name.clone();
     let own = if rotary { 3 } else { 0 } + "XYZABC".find(&name)? % 3;
-    let law = Lag { axis, soft: rng.between(0.0, 1.0) };
+    let common_s = if !rotary && rng.chance(0.4) { rng.between(0.004, 0.025) } else { 0.0 };
+    let law = Lag { axis, soft: rng.between(0.0, 1.0), common_s };
     Some(Cause {
         effect: "servo-lag",
         id: "servo-lag",
@@ -43,7 +73,7 @@ pub fn lag(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         meaning: "beyond the common lag",
         sizes: (0.01, 8.0),
         range: json!({"axis": name}),
-        params: json!({"soft_share": law.soft}),
+        params: json!({"soft_share": law.soft, "common_s": common_s}),
         law: Box::new(law),
     })
 }
