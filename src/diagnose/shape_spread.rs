@@ -14,6 +14,8 @@ use crate::machine::{Effect, ParameterValue};
 const SLOW: [f64; 9] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0, 2.0];
 /// Ratios of the slow to the fast node of a growth.
 const NODES: [f64; 3] = [2.0, 3.0, 5.0];
+/// Factors of the chosen time constants that are tried.
+const NEAR: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 /// Shifts of a bump's centre, as shares of its width, and factors of its width.
 const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
 const WIDTHS: [f64; 9] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.45, 2.0, 3.0, 5.0];
@@ -85,6 +87,13 @@ fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
             return list;
         }
         let with = |values: Vec<f64>| effect.clone().with("tau", ParameterValue::List(values));
+        if let Some(ParameterValue::List(nodes)) = effect.parameter("tau") {
+            match nodes[..] {
+                [fast, slow] => list.extend(NEAR.iter().flat_map(|f| NEAR.map(|g| with(vec![f * fast, g * slow])))),
+                [single] => list.extend(NEAR.map(|f| with(vec![f * single]))),
+                _ => {}
+            }
+        }
         for first in SLOW.map(|share| share * length_s) {
             list.push(with(vec![first]));
             if effect.kind == "thermal-growth" {
