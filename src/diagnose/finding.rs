@@ -111,6 +111,7 @@ pub fn findings(
             None => groups.push(vec![index]),
         }
     }
+    groups.iter_mut().for_each(|group| strongest_leads(search, families, group));
     join_rests(search, families, &mut groups);
     let mut first_column = Vec::new();
     let mut next = 0;
@@ -132,6 +133,19 @@ pub fn findings(
         list.sort_by_cached_key(|finding| std::cmp::Reverse(strength(finding).max(0.0).to_bits()));
     }
     list
+}
+
+/// A named part that adds so many times what the first one does, beside all others, speaks for the whole.
+const SPEAKS_FOR_ALL: f64 = 2.0;
+
+/// Puts the part first that adds most: a search may have taken a rest of the form before the form.
+fn strongest_leads(search: &Search, families: &[Family], group: &mut [usize]) {
+    let adds = |index: usize| search.found[index].beside_gain;
+    let named = (0..group.len()).filter(|&place| !is_free(&search.found[group[place]], families));
+    let Some(strongest) = named.max_by(|&a, &b| adds(group[a]).total_cmp(&adds(group[b]))) else { return };
+    if adds(group[strongest]) > SPEAKS_FOR_ALL * adds(group[0]) {
+        group[..=strongest].rotate_right(1);
+    }
 }
 
 /// Share of the stronger one's gain below which a named effect is the rest of its form: weight and position of one
