@@ -519,7 +519,7 @@ fn friction_heats_while_an_axis_moves() {
             by_steps.push(warmth);
         }
         let t = (k as f64 + 0.5) * step_s;
-        let heat = if t < 3.0 || t > 40.0 { 10.0 / 3.0 } else { 0.0 };
+        let heat = if (3.0..40.0).contains(&t) { 0.0 } else { 10.0 / 3.0 };
         warmth += step_s * (heat - warmth) / 7.0;
     }
     for row in 0..31 {

@@ -1,7 +1,7 @@
 //! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
 
 use super::diagnosis::{FindingJson, RangeJson, RivalJson, SizeJson};
-use crate::effects::kind;
+use crate::effects::{OWN, ROTARY, SLIDES, kind};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
 
 /// A number with the digits that its uncertainty leaves.
@@ -174,6 +174,18 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
         let times: Vec<String> = list("tau").into_iter().map(words_of).collect();
         words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
+    }
+    if let Some(ParameterValue::Word(heat)) = lead.parameter("heat") {
+        let source = match heat.as_str() {
+            OWN => Some("this axis as it moves"),
+            SLIDES => Some("the linear axes as they move"),
+            ROTARY => Some("the rotary axes as they move"),
+            _ => None,
+        };
+        words.extend(source.map(|source| format!("heated by {source}")));
+    }
+    if lead.parameter("begins").is_some() {
+        words.push("warm from work before the session".into());
     }
     if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
         let lag = number("lag").filter(|lag| *lag > 0.0).map(|lag| format!(" with a lag of {}", time_words(lag)));
