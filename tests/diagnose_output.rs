@@ -7,6 +7,8 @@ use serde_json::Value;
 
 #[path = "schema/mod.rs"]
 mod schema;
+#[path = "shared_data/mod.rs"]
+mod shared_data;
 
 fn fiveaxis(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).output().unwrap()
@@ -117,6 +119,63 @@ fn simulating_what_was_saved_predicts_the_recordings() {
         // diagnosing what was saved finds nothing more: its effects are known
         assert!(std::fs::read_to_string(saved.join("machine.yaml")).unwrap().contains("effects:"));
     }
+}
+
+/// The session of a gallery folder with other effects in the machine, recorded anew through the default gauge.
+fn recorded_with(folder: &Path, name: &str, effects: &str) -> PathBuf {
+    let source = root(&format!("examples/gallery/{name}"));
+    for entry in std::fs::read_dir(&source).unwrap() {
+        let file = entry.unwrap().path();
+        std::fs::copy(&file, folder.join(file.file_name().unwrap())).unwrap();
+    }
+    let machine = std::fs::read_to_string(source.join("machine.yaml")).unwrap();
+    std::fs::write(folder.join("machine.yaml"), format!("{machine}\neffects:\n{effects}")).unwrap();
+    let (session, out) = (folder.join("session.yaml"), folder.join("recorded"));
+    let options = ["--instrument", "default", "--draw-setups", "--seed", "5", "--out", text(&out)];
+    let output = fiveaxis(&[&["simulate", text(&session)], &options[..]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    std::fs::write(folder.join("machine.yaml"), machine).unwrap();
+    for entry in std::fs::read_dir(&out).unwrap() {
+        let file = entry.unwrap().path();
+        std::fs::copy(&file, folder.join(file.file_name().unwrap())).unwrap();
+    }
+    session
+}
+
+#[test]
+fn friction_and_lag_of_all_slides_are_found_and_saved() {
+    let warm = "  - {effect: thermal-growth, place: Z, tau: [150, 900], heat: slides, sizes: {EZZ: {growth1: 8 um, \
+                growth2: 20 um}, EYZ: {growth1: 12 um}}}\n";
+    let wide = "  - {effect: radius-loss, place: control, sizes: {slides: 400 ms^2}}\n";
+    for (effects, name, saved_as) in [(warm, "thermal-growth", "heat:"), (wide, "radius-loss", "slides:")] {
+        let scratch = tempfile::tempdir().unwrap();
+        let session = recorded_with(scratch.path(), "03-lost-motion", effects);
+        let (saved, predicted) = (scratch.path().join("saved"), scratch.path().join("predicted"));
+        let json = diagnosed(&session, &["--save", text(&saved)]);
+        assert_eq!(json["verdict"], "explained", "{name}: {json}");
+        assert_eq!(json["findings"].as_array().unwrap().len(), 1, "{name}: {json}");
+        assert_eq!(json["findings"][0]["effect"], *name, "{json}");
+        assert!(std::fs::read_to_string(saved.join("machine.yaml")).unwrap().contains(saved_as), "{name}");
+        let output = fiveaxis(&["simulate", text(&saved.join("session.yaml")), "--out", text(&predicted)]);
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let after = json["fit"]["rms_after_um"].as_f64().unwrap();
+        let rms = rms_um(&saved, &predicted, 10.0 * after);
+        assert!(rms < 1.05 * after && rms > 0.9 * after, "{name}: {rms} for {after}");
+    }
+}
+
+#[test]
+fn a_curve_of_one_posture_is_saved_for_that_posture() {
+    let Some(blind) = shared_data::folder("recordings/blind") else { return };
+    let scratch = tempfile::tempdir().unwrap();
+    let (saved, predicted) = (scratch.path().join("saved"), scratch.path().join("predicted"));
+    let json = diagnosed(&blind.join("case-009/session.yaml"), &["--save", text(&saved)]);
+    assert_eq!(json["findings"][0]["effect"], "unknown", "{json}");
+    let output = fiveaxis(&["simulate", text(&saved.join("session.yaml")), "--out", text(&predicted)]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let after = json["fit"]["rms_after_um"].as_f64().unwrap();
+    let rms = rms_um(&saved, &predicted, 10.0 * after);
+    assert!(rms < 1.05 * after && rms > 0.9 * after, "{rms} for {after}");
 }
 
 #[test]

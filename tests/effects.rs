@@ -153,8 +153,6 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
             ParameterValue::Word(if on_table { "w" } else { "t" }.into())
         }
         ("rates", ..) => ParameterValue::List((1..=machine.axes.len()).map(|k| k as f64).collect()),
-        ("heat", ..) => ParameterValue::Word("own".into()),
-        ("begins", ..) => ParameterValue::Word("warm".into()),
         ("of" | "about", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
         (_, ParameterUnit::Word(words), _) => ParameterValue::Word((*words.first()?).into()),
         (_, _, 1) => match parameter.default {
@@ -529,6 +527,14 @@ fn friction_heats_while_an_axis_moves() {
     // C is the only rotary axis that moves, and no slide does
     assert_eq!(grown("rotary", axis("A")), found);
     assert!(grown("slides", axis("Z")).iter().flatten().all(|value| *value == 0.0));
+    // tests without times of day: each heats by its own clock, whatever the first one's clock says
+    let mut untimed = session.clone();
+    untimed.tests.iter_mut().for_each(|test| test.started_at_s = -50.0);
+    let effect = Effect::new("thermal-growth", Place::Axis(axis("C")))
+        .with("tau", ParameterValue::List(vec![7.0]))
+        .with("heat", ParameterValue::Word("own".into()));
+    let rises = profile(&untimed, &effect);
+    assert!((rises[0][30] - found[0][30]).abs() < 1e-12 && rises[1][30] > rises[0][30]);
     // a warm part settles as one that a steady source heats
     let warm = Effect::new("thermal-growth", Place::Axis(axis("C")))
         .with("tau", ParameterValue::List(vec![7.0]))

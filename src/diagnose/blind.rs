@@ -61,7 +61,8 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
             continue;
         }
         let terms = family_terms(machine, family, effect, ground.tests());
-        for outlet in &family.outlets {
+        let own = family.outlets.iter().filter(|outlet| !matches!(outlet, Outlet::SlidesAcceleration { .. }));
+        for outlet in own {
             // every bar has a calibration of its own, beside the growth of all
             let key = (family.kind, family.place, *outlet, effect.parameter("bar"));
             if seen.contains(&key) {

@@ -140,6 +140,9 @@ const SPEAKS_FOR_ALL: f64 = 2.0;
 
 /// Puts the part first that adds most: a search may have taken a rest of the form before the form.
 fn strongest_leads(search: &Search, families: &[Family], group: &mut [usize]) {
+    if group.first().is_none_or(|&first| is_free(&search.found[first], families)) {
+        return;
+    }
     let adds = |index: usize| search.found[index].beside_gain;
     let named = (0..group.len()).filter(|&place| !is_free(&search.found[group[place]], families));
     let Some(strongest) = named.max_by(|&a, &b| adds(group[a]).total_cmp(&adds(group[b]))) else { return };
@@ -235,10 +238,15 @@ fn finding(
         .sum();
     let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
-    if lead.chosen.effect.kind == "thermal-growth" {
-        let first = first_column[group[0]];
-        let amplitudes: Vec<f64> = (0..lead.chosen.terms.len()).map(|k| stage.accepted(first + k)).collect();
-        let shown = super::size::growing_outlets(ground, &lead.chosen, &amplitudes);
+    let growing: Vec<(&Candidate, Vec<f64>)> = group
+        .iter()
+        .filter(|_| lead.chosen.effect.kind == "thermal-growth")
+        .map(|&index| (&search.found[index].chosen, first_column[index]))
+        .filter(|(part, _)| part.effect.kind == lead.chosen.effect.kind)
+        .map(|(part, first)| (part, (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect()))
+        .collect();
+    if !growing.is_empty() {
+        let shown = super::size::growing_outlets(ground, &growing);
         cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
     }
     if is_unknown {
@@ -285,6 +293,11 @@ fn finding(
     if let Some((mean, sigma)) = over_shapes(without_own, &lead.chosen, family, as_judged) {
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
+    }
+    if growing.len() > 1 {
+        // growth told in several shapes: the others add to the lead's
+        size.value +=
+            super::size::growth(ground, &growing, &cause) - super::size::growth(ground, &growing[..1], &cause);
     }
     size.sigma = size.sigma.hypot(over_rivals(ground, lead, size.value));
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
@@ -342,7 +355,10 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     };
     let mut list: Vec<Effect> = Vec::new();
     for (term, &value) in candidate.terms.iter().zip(sizes) {
-        let tests = term.test.map(|test| vec![ground.context.session().tests[test].name.clone()]);
+        let tests = match term.test {
+            Some(test) => Some(vec![ground.context.session().tests[test].name.clone()]),
+            None => candidate.effect.tests.clone(),
+        };
         match list.iter_mut().find(|effect| effect.tests == tests) {
             Some(effect) => effect.sizes.push(size(term, value)),
             None => {
@@ -392,7 +408,11 @@ fn place_name(machine: &Machine, place: Place) -> String {
 
 fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for term in terms {
+    // what all slides do beside a lag is no motion of its axis
+    let is_common = |term: &&Term| matches!(term.outlet, Outlet::SlidesAcceleration { .. });
+    let own = terms.iter().filter(|term| !is_common(term));
+    let all_common = terms.iter().all(|term| is_common(&term));
+    for term in own.chain(terms.iter().filter(|_| all_common)) {
         let name = component_name(machine, &term.outlet);
         if !names.contains(&name) {
             names.push(name);
@@ -408,10 +428,8 @@ pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
         Outlet::Pivot(k) => format!("pivot-{}", ["x", "y", "z"][k]),
         Outlet::SpindleBall(k) => format!("spindle-ball-{}", ["x", "y", "z"][k]),
         Outlet::Reading => "length".into(),
-        Outlet::Lag { axis }
-        | Outlet::Acceleration { axis }
-        | Outlet::SlidesAcceleration { axis }
-        | Outlet::Along { axis } => {
+        Outlet::SlidesAcceleration { .. } => "slides".into(),
+        Outlet::Lag { axis } | Outlet::Acceleration { axis } | Outlet::Along { axis } => {
             let name = axis_name(axis);
             // an axis named A, B, C, X, Y or Z has its own motion by its name, wherever it points
             let named = Component::ALL.into_iter().find(|component| {

@@ -297,7 +297,7 @@ fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     }
 }
 
-/// Lag of an axis beyond that of the others; where circles have several radii or feeds, with the radius that a common lag takes.
+/// Lag of an axis beyond that of the others; where slides move, also with the radius that a lag of all takes.
 fn servo_lag(ground: &Ground, axis: usize) -> Vec<Family> {
     let place = Place::Axis(axis);
     let beyond = Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast();
@@ -547,6 +547,11 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
             list,
         );
     }
+    let first_slide = session.machine.axes.iter().position(|axis| axis.kind == AxisKind::Linear);
+    if let Some(axis) = first_slide.filter(|_| slides_move(ground)) {
+        let outlets = vec![Outlet::SlidesAcceleration { axis }];
+        list.push(Family::new("radius-loss", Place::Control, outlets, 1e4).fast());
+    }
     vibrations(ground, list);
     let span = latest.max(60.0);
     let growing: &[&str] = if setups.bars.len() > 1 { &["by-length", "alike"] } else { &["alike"] };
@@ -784,7 +789,7 @@ const SAME_POSTURE_RAD: f64 = 0.02;
 /// Tests that a posture needs: one alone has no repeat.
 const POSTURE_TESTS: usize = 2;
 
-/// Names of the tests of an axis in which another rotary axis stands elsewhere than in most: what a cable, a load or a
+/// Names of the tests of an axis in which another rotary axis stands where it stands in fewer than half of them: what a cable, a load or a
 /// table of the control does to an axis may hang on where another one stands.
 fn postures(ground: &Ground, axis: usize) -> Vec<Vec<String>> {
     let session = ground.context.session();
@@ -807,7 +812,12 @@ fn postures(ground: &Ground, axis: usize) -> Vec<Vec<String>> {
         }
         let few = groups.into_iter().map(|(_, tests)| tests);
         let few = few.filter(|tests| tests.len() >= POSTURE_TESTS && 2 * tests.len() < swept.len());
-        list.extend(few.map(|tests| tests.iter().map(|&test| session.tests[test].name.clone()).collect()));
+        for tests in few {
+            let names = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+            if !list.contains(&names) {
+                list.push(names);
+            }
+        }
     }
     list
 }

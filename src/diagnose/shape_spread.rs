@@ -6,6 +6,7 @@ use super::ground::Term;
 use super::library::Family;
 use super::refining::judged;
 use super::search::Candidate;
+use super::size::settles;
 use super::stage::Stage;
 use super::whitened::LastShape;
 use crate::machine::{Effect, ParameterValue};
@@ -46,7 +47,7 @@ pub fn over_shapes<'s>(
         .into_par_iter()
         .filter_map(|effect| {
             let shape = judged(&stage, family, lead.family, effect, 0.0, &mut LastShape::default())?;
-            let counts = !cancels(&shape.terms, &shape.judgement.amplitudes);
+            let counts = settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes);
             counts.then(|| (shape.log_odds, size(&shape)))
         })
         .collect();
@@ -80,8 +81,9 @@ fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
     // poses have no times
     let timed = effect.parameter("clock").is_none();
     if timed && (effect.parameter("tau").is_some() || effect.parameter("channel").is_some()) {
-        let mut list = vec![effect.clone()];
+        let mut list = Vec::new();
         if effect.parameter("channel").is_some() {
+            list.push(effect.clone());
             let lags = std::iter::once(0.0).chain(SLOW).map(|share| share * length_s);
             list.extend(lags.map(|lag| effect.clone().with("lag", ParameterValue::Number(lag))));
             return list;
@@ -89,9 +91,10 @@ fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
         let with = |values: Vec<f64>| effect.clone().with("tau", ParameterValue::List(values));
         if let Some(ParameterValue::List(nodes)) = effect.parameter("tau") {
             match nodes[..] {
+                // the factors have 1 among them: the chosen shape itself
                 [fast, slow] => list.extend(NEAR.iter().flat_map(|f| NEAR.map(|g| with(vec![f * fast, g * slow])))),
                 [single] => list.extend(NEAR.map(|f| with(vec![f * single]))),
-                _ => {}
+                _ => list.push(effect.clone()),
             }
         }
         for first in SLOW.map(|share| share * length_s) {

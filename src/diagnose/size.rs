@@ -5,12 +5,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::finding::{Cause, SizeFound, unit};
+use super::finding::{Cause, SizeFound, component_name, unit};
 use super::ground::{Ground, Term};
 use super::search::Candidate;
 use super::stage::Stage;
-use crate::effects::kind;
-use crate::machine::{Component, Effect, Outlet, ParameterValue};
+use crate::effects::{WARM, kind};
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
@@ -31,7 +31,7 @@ pub fn size_of(
         rows.map(|(one, other)| covariance[(nuisance + one, nuisance + other)]).sum::<f64>()
     });
     // terms in the unit of the finding: lengths if it has any
-    let main: Vec<usize> = main_terms(ground, &lead.effect, &lead.terms);
+    let main: Vec<usize> = main_terms(ground, &lead.effect, cause, &lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
     let prior = lead.judgement.tau.max(1.0);
     let variances: Vec<f64> = (0..count).map(|k| sub[(k, k)]).collect();
@@ -133,7 +133,7 @@ fn is_once_per_turn(effect: &Effect, term: &Term) -> bool {
 
 /// Size of a candidate with the amplitudes that it was judged with.
 pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> f64 {
-    let main = main_terms(ground, &candidate.effect, &candidate.terms);
+    let main = main_terms(ground, &candidate.effect, cause, &candidate.terms);
     let curves = Curves::of(ground, candidate, &main);
     size_function(candidate, cause, &main, &curves, &candidate.judgement.amplitudes)
 }
@@ -153,9 +153,21 @@ pub(super) fn is_length(term: &Term) -> bool {
     matches!(term.measure, Measure::Length | Measure::LengthPerKelvin)
 }
 
+/// Where growth along its own axis shows; `None` for other effects.
+fn along_its_axis(machine: &Machine, effect: &Effect) -> Option<Outlet> {
+    let axis = effect.place.axis().filter(|_| effect.kind == "thermal-growth")?;
+    Some(match machine.axes[axis].kind {
+        AxisKind::Linear => Outlet::own(machine, axis),
+        AxisKind::Rotary => {
+            let along = Component::ALL[machine.axes[axis].own_component().direction_index()];
+            Outlet::Motion { axis, component: along }
+        }
+    })
+}
+
 /// Terms that carry the size: of a lag the lag, of what grows the growth along its axis, else lengths where there are any,
 /// else all.
-fn main_terms(ground: &Ground, effect: &Effect, terms: &[Term]) -> Vec<usize> {
+fn main_terms(ground: &Ground, effect: &Effect, cause: &Cause, terms: &[Term]) -> Vec<usize> {
     let of = |outlet: &dyn Fn(&Outlet) -> bool| -> Vec<usize> {
         (0..terms.len()).filter(|&k| outlet(&terms[k].outlet)).collect()
     };
@@ -163,13 +175,14 @@ fn main_terms(ground: &Ground, effect: &Effect, terms: &[Term]) -> Vec<usize> {
     if !lags.is_empty() {
         return lags;
     }
-    if let ("thermal-growth", Some(axis)) = (effect.kind.as_str(), effect.place.axis()) {
-        let own = ground.context.machine().axes[axis].own_component();
-        let along = Component::ALL[own.direction_index()];
-        let growth = of(&|outlet| *outlet == Outlet::Motion { axis, component: along });
-        if !growth.is_empty() {
-            return growth;
-        }
+    let machine = ground.context.machine();
+    let along = along_its_axis(machine, effect).filter(|along| {
+        // in what is told: growth to the side alone has its own size
+        cause.components.contains(&component_name(machine, along))
+    });
+    let growth = of(&|outlet| Some(*outlet) == along);
+    if !growth.is_empty() {
+        return growth;
     }
     let lengths: Vec<usize> = (0..terms.len()).filter(|&k| is_length(&terms[k])).collect();
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
@@ -246,31 +259,78 @@ struct Curves {
     settles: bool,
 }
 
-/// Lowest and highest value of the curve that an outlet follows.
-fn ends(terms: &[(usize, Vec<f64>)], amplitudes: &[f64]) -> (f64, f64) {
+/// Whether a part leaves a first state that nobody knows.
+pub(super) fn settles(effect: &Effect) -> bool {
+    matches!(effect.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM)
+}
+
+/// The curve that an outlet follows.
+fn curve(terms: &[(usize, Vec<f64>)], amplitudes: &[f64]) -> Vec<f64> {
     let mut curve = vec![0.0; terms.first().map_or(0, |(_, rows)| rows.len())];
     for (k, rows) in terms {
         curve.iter_mut().zip(rows).for_each(|(sum, value)| *sum += amplitudes[*k] * value);
     }
+    curve
+}
+
+fn low_and_high(curve: &[f64]) -> (f64, f64) {
     curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
 /// Share of the largest range from which a motion of what grows is told.
 const GROWS_WITH: f64 = 0.15;
 
-/// Motions that growth shows in, by their ranges over the readings (display units) and from the largest on: amplitudes of
-/// nodes may cancel, and a node may have settled before the first reading.
-pub(super) fn growing_outlets(ground: &Ground, candidate: &Candidate, amplitudes: &[f64]) -> Vec<Outlet> {
-    let all: Vec<usize> = (0..candidate.terms.len()).collect();
-    let curves = Curves::of(ground, candidate, &all);
-    let range = |terms: &Vec<(usize, Vec<f64>)>| {
-        let (low, high) = ends(terms, amplitudes);
+/// Motions that growth in one or several shapes shows in, that along its axis first and then by their ranges over the
+/// readings (display units): amplitudes of nodes may cancel, and a node may have settled before the first reading.
+pub(super) fn growing_outlets(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<Outlet> {
+    let range = |curve: &[f64]| {
+        let (low, high) = low_and_high(curve);
         (high - low).max(0.0)
     };
-    let mut ranges: Vec<(Outlet, f64)> = curves.outlets.into_iter().zip(curves.by_outlet.iter().map(range)).collect();
+    let curves = growth_curves(ground, parts);
+    let mut ranges: Vec<(Outlet, f64)> = curves.iter().map(|(outlet, curve)| (*outlet, range(curve))).collect();
     ranges.sort_by(|a, b| b.1.total_cmp(&a.1));
     let largest = ranges.first().map_or(0.0, |(_, range)| *range);
-    ranges.into_iter().filter(|(_, range)| *range >= GROWS_WITH * largest).map(|(outlet, _)| outlet).collect()
+    ranges.retain(|(_, range)| *range >= GROWS_WITH * largest);
+    let along = parts.first().and_then(|(lead, _)| along_its_axis(ground.context.machine(), &lead.effect));
+    // the size is that of the first one
+    ranges.sort_by_key(|(outlet, _)| Some(*outlet) != along);
+    ranges.into_iter().map(|(outlet, _)| outlet).collect()
+}
+
+/// Growth of several shapes together, peak to peak: along its axis where that is told, else the largest one.
+pub(super) fn growth(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], cause: &Cause) -> f64 {
+    let machine = ground.context.machine();
+    let along = parts.first().and_then(|(lead, _)| along_its_axis(machine, &lead.effect));
+    let along = along.filter(|along| cause.components.contains(&component_name(machine, along)));
+    let settles = parts.iter().any(|(part, _)| settles(&part.effect));
+    let measured = |outlet: &Outlet| match along {
+        Some(along) => *outlet == along,
+        None => outlet.measure(machine) == Measure::Length,
+    };
+    let curves = growth_curves(ground, parts);
+    let sizes = curves.iter().filter(|(outlet, _)| measured(outlet)).map(|(_, curve)| {
+        let (low, high) = low_and_high(curve);
+        if settles { high - low } else { high.max(0.0) - low.min(0.0) }
+    });
+    sizes.fold(0.0, f64::max)
+}
+
+/// Course of every motion over the readings, summed over the shapes (display units).
+fn growth_curves(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<(Outlet, Vec<f64>)> {
+    let mut sums: Vec<(Outlet, Vec<f64>)> = Vec::new();
+    for (part, amplitudes) in parts {
+        let all: Vec<usize> = (0..part.terms.len()).collect();
+        let curves = Curves::of(ground, part, &all);
+        for (outlet, terms) in curves.outlets.iter().zip(&curves.by_outlet) {
+            let own = curve(terms, amplitudes);
+            match sums.iter_mut().find(|(other, _)| other == outlet) {
+                Some((_, sum)) => sum.iter_mut().zip(&own).for_each(|(sum, value)| *sum += value),
+                None => sums.push((*outlet, own)),
+            }
+        }
+    }
+    sums
 }
 
 impl Curves {
@@ -280,7 +340,7 @@ impl Curves {
             Some(_) => &lead.effect.clone().with("growing", ParameterValue::Word("alike".into())),
             None => &lead.effect,
         };
-        let settles = lead.effect.parameter("begins").is_some();
+        let settles = settles(&lead.effect);
         let Ok(profiles) = ground.profiles(effect) else {
             return Curves { outlets: Vec::new(), by_outlet: Vec::new(), settles };
         };
@@ -322,7 +382,7 @@ impl Curves {
     /// Largest value, or range, of the curves that the outlets follow over the session.
     fn largest(&self, cause: &Cause, amplitudes: &[f64]) -> f64 {
         let size = |terms: &Vec<(usize, Vec<f64>)>| -> f64 {
-            let (low, high) = ends(terms, amplitudes);
+            let (low, high) = low_and_high(&curve(terms, amplitudes));
             if low > high {
                 return 0.0;
             }

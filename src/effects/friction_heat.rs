@@ -34,7 +34,8 @@ pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64) -> Pr
         })
         .collect();
     let mut profile = vec![Vec::new(); context.tests()];
-    let (mut warmth, mut at_s) = (0.0, 0.0);
+    // cold before the first test, whatever its clock says
+    let (mut warmth, mut at_s) = (0.0, f64::NEG_INFINITY);
     for &test in context.order() {
         let motion = context.motion(test);
         let moving: Vec<(usize, f64)> =
@@ -42,7 +43,9 @@ pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64) -> Pr
         profile[test] = (0..motion.rows())
             .map(|row| {
                 let now_s = context.session_time_s(test, row);
-                let passed_s = (now_s - at_s).max(0.0);
+                // within a test its own clock: sessions without times of day begin every test anew
+                let before_s = if row == 0 { at_s } else { context.session_time_s(test, row - 1) };
+                let passed_s = (now_s - before_s).max(0.0);
                 let travelled = |axis: usize| (motion.row(row)[axis] - motion.row(row - 1)[axis]).abs();
                 let heat = match row {
                     0 => 0.0,
@@ -51,7 +54,7 @@ pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64) -> Pr
                 };
                 let kept = (-passed_s / tau_s).exp();
                 warmth = warmth * kept + heat * (1.0 - kept);
-                at_s = at_s.max(now_s);
+                at_s = now_s;
                 warmth
             })
             .collect();

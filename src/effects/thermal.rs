@@ -86,7 +86,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
     parameters: &[TAU, START, HEAT, BEGINS, CHANNEL, LAG, CLOCK],
-    check: no_check,
+    check: heat_stands_alone,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
         _ => Vec::new(),
@@ -133,6 +133,22 @@ pub static BAR_LENGTH: Kind = Kind {
     },
     profiles: bar_profiles,
 };
+
+/// Friction has a clock of its own, and only a part that it heats may begin warm.
+fn heat_stands_alone(_: &Machine, effect: &Effect) -> Result<(), String> {
+    let heated = !matches!(word(effect, "heat"), None | Some("steady"));
+    if word(effect, "begins") == Some(WARM) && !heated {
+        return Err("'begins: warm' goes with 'heat: own', 'slides' or 'rotary'".into());
+    }
+    if heated && list(effect, "tau").is_empty() {
+        return Err("'heat' needs time constants in 'tau'".into());
+    }
+    let other_clock = ["start", "clock"].into_iter().find(|name| effect.parameter(name).is_some());
+    match other_clock {
+        Some(name) if heated => Err(format!("'{name}' does not go with 'heat': axes heat when they move")),
+        _ => Ok(()),
+    }
+}
 
 fn measure(machine: &Machine, outlet: &Outlet, function: &str) -> Measure {
     match (outlet.measure(machine), function) {

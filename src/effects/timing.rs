@@ -1,7 +1,7 @@
 //! Errors proportional to speed or acceleration: lag of an axis, radius loss, late pairing of positions with readings.
 
 use super::kind::{Driver, Kind, no_check, plain_measure, single_function};
-use crate::machine::{Outlet, Place};
+use crate::machine::{AxisKind, Outlet, Place};
 
 /// An axis that trails its command.
 pub static SERVO_LAG: Kind = Kind {
@@ -32,7 +32,15 @@ pub static RADIUS_LOSS: Kind = Kind {
     remedy: "tune velocity and acceleration feed-forward, measure at the feed of use",
     parameters: &[],
     check: no_check,
-    outlets: |_, place| place.axis().map(|axis| Outlet::Acceleration { axis }).into_iter().collect(),
+    outlets: |machine, place| match place {
+        Place::Axis(axis) => vec![Outlet::Acceleration { axis }],
+        // all slides alike, by the name of the first
+        Place::Control => {
+            let first = machine.axes.iter().position(|axis| axis.kind == AxisKind::Linear);
+            first.map(|axis| Outlet::SlidesAcceleration { axis }).into_iter().collect()
+        }
+        _ => Vec::new(),
+    },
     measure: plain_measure,
     functions: single_function,
     profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),

@@ -54,6 +54,7 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "linear-scale" => format!("Scale of {place} is wrong"),
         "servo-lag" => format!("{place} follows late"),
         "arrival-lag" => format!("Arrival at speed leaves {place} off ({moving})"),
+        "radius-loss" if place == "control" => "All slides leave their path with acceleration".into(),
         "radius-loss" => format!("{place} leaves its path with acceleration"),
         "trigger-latency" => "Readings and positions are not of the same moment".into(),
         "pivot-slip" => "The pivot cup moved".into(),
@@ -174,6 +175,9 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
         let times: Vec<String> = list("tau").into_iter().map(words_of).collect();
         words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
+    }
+    if let (true, Some(tests)) = (lead.kind == "unknown", &lead.tests) {
+        words.push(format!("only in {}", tests_words(tests, 4)));
     }
     if let Some(ParameterValue::Word(heat)) = lead.parameter("heat") {
         let source = match heat.as_str() {
