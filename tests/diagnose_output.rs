@@ -102,19 +102,26 @@ fn rms_um(readings: &Path, predictions: &Path, gross_um: f64) -> f64 {
     (differences.iter().map(|difference| difference * difference).sum::<f64>() / differences.len() as f64).sqrt()
 }
 
+/// Simulates what was saved, checks that it predicts as well as the diagnosis fitted, and returns its rms, µm.
+fn predicts(name: &str, saved: &Path, json: &Value) -> f64 {
+    let scratch = tempfile::tempdir().unwrap();
+    let output = fiveaxis(&["simulate", text(&saved.join("session.yaml")), "--out", text(scratch.path())]);
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    let after = json["fit"]["rms_after_um"].as_f64().unwrap();
+    // outliers of the gallery are far beyond ten times the residual; what is second order in an effect may add a little
+    let rms = rms_um(saved, scratch.path(), 10.0 * after);
+    assert!(rms < 1.05 * after && rms > 0.9 * after, "{name}: {rms} for {after}");
+    rms
+}
+
 #[test]
 fn simulating_what_was_saved_predicts_the_recordings() {
     for name in ["02-slipped-cup", "03-lost-motion", "06-worn-guideway"] {
         let scratch = tempfile::tempdir().unwrap();
-        let (saved, predicted) = (scratch.path().join("saved"), scratch.path().join("predicted"));
+        let saved = scratch.path().join("saved");
         let json = diagnosed(&gallery(name), &["--save", text(&saved)]);
-        let output = fiveaxis(&["simulate", text(&saved.join("session.yaml")), "--out", text(&predicted)]);
-        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        let after = json["fit"]["rms_after_um"].as_f64().unwrap();
+        let rms = predicts(name, &saved, &json);
         let before = json["fit"]["rms_before_um"].as_f64().unwrap();
-        // outliers of the gallery are far beyond ten times the residual; what is second order in an effect may add a little
-        let rms = rms_um(&saved, &predicted, 10.0 * after);
-        assert!(rms < 1.05 * after && rms > 0.9 * after, "{name}: {rms} for {after}");
         assert!(rms < 0.5 * before, "{name}: {rms} for {before}");
         // diagnosing what was saved finds nothing more: its effects are known
         assert!(std::fs::read_to_string(saved.join("machine.yaml")).unwrap().contains("effects:"));
@@ -150,17 +157,13 @@ fn friction_and_lag_of_all_slides_are_found_and_saved() {
     for (effects, name, saved_as) in [(warm, "thermal-growth", "heat:"), (wide, "radius-loss", "slides:")] {
         let scratch = tempfile::tempdir().unwrap();
         let session = recorded_with(scratch.path(), "03-lost-motion", effects);
-        let (saved, predicted) = (scratch.path().join("saved"), scratch.path().join("predicted"));
+        let saved = scratch.path().join("saved");
         let json = diagnosed(&session, &["--save", text(&saved)]);
         assert_eq!(json["verdict"], "explained", "{name}: {json}");
         assert_eq!(json["findings"].as_array().unwrap().len(), 1, "{name}: {json}");
         assert_eq!(json["findings"][0]["effect"], *name, "{json}");
         assert!(std::fs::read_to_string(saved.join("machine.yaml")).unwrap().contains(saved_as), "{name}");
-        let output = fiveaxis(&["simulate", text(&saved.join("session.yaml")), "--out", text(&predicted)]);
-        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        let after = json["fit"]["rms_after_um"].as_f64().unwrap();
-        let rms = rms_um(&saved, &predicted, 10.0 * after);
-        assert!(rms < 1.05 * after && rms > 0.9 * after, "{name}: {rms} for {after}");
+        predicts(name, &saved, &json);
     }
 }
 
@@ -168,14 +171,10 @@ fn friction_and_lag_of_all_slides_are_found_and_saved() {
 fn a_curve_of_one_posture_is_saved_for_that_posture() {
     let Some(blind) = shared_data::folder("recordings/blind") else { return };
     let scratch = tempfile::tempdir().unwrap();
-    let (saved, predicted) = (scratch.path().join("saved"), scratch.path().join("predicted"));
+    let saved = scratch.path().join("saved");
     let json = diagnosed(&blind.join("case-009/session.yaml"), &["--save", text(&saved)]);
     assert_eq!(json["findings"][0]["effect"], "unknown", "{json}");
-    let output = fiveaxis(&["simulate", text(&saved.join("session.yaml")), "--out", text(&predicted)]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let after = json["fit"]["rms_after_um"].as_f64().unwrap();
-    let rms = rms_um(&saved, &predicted, 10.0 * after);
-    assert!(rms < 1.05 * after && rms > 0.9 * after, "{rms} for {after}");
+    predicts("case-009", &saved, &json);
 }
 
 #[test]

@@ -409,10 +409,9 @@ fn place_name(machine: &Machine, place: Place) -> String {
 fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     // what all slides do beside a lag is no motion of its axis
-    let is_common = |term: &&Term| matches!(term.outlet, Outlet::SlidesAcceleration { .. });
-    let own = terms.iter().filter(|term| !is_common(term));
-    let all_common = terms.iter().all(|term| is_common(&term));
-    for term in own.chain(terms.iter().filter(|_| all_common)) {
+    let is_common = |term: &Term| matches!(term.outlet, Outlet::SlidesAcceleration { .. });
+    let only_common = terms.iter().all(is_common);
+    for term in terms.iter().filter(|term| only_common || !is_common(term)) {
         let name = component_name(machine, &term.outlet);
         if !names.contains(&name) {
             names.push(name);

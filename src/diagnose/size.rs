@@ -165,6 +165,11 @@ fn along_its_axis(machine: &Machine, effect: &Effect) -> Option<Outlet> {
     })
 }
 
+/// The same where it is told: growth to the side alone has its own size.
+fn told_along_its_axis(machine: &Machine, effect: &Effect, cause: &Cause) -> Option<Outlet> {
+    along_its_axis(machine, effect).filter(|along| cause.components.contains(&component_name(machine, along)))
+}
+
 /// Terms that carry the size: of a lag the lag, of what grows the growth along its axis, else lengths where there are any,
 /// else all.
 fn main_terms(ground: &Ground, effect: &Effect, cause: &Cause, terms: &[Term]) -> Vec<usize> {
@@ -176,10 +181,7 @@ fn main_terms(ground: &Ground, effect: &Effect, cause: &Cause, terms: &[Term]) -
         return lags;
     }
     let machine = ground.context.machine();
-    let along = along_its_axis(machine, effect).filter(|along| {
-        // in what is told: growth to the side alone has its own size
-        cause.components.contains(&component_name(machine, along))
-    });
+    let along = told_along_its_axis(machine, effect, cause);
     let growth = of(&|outlet| Some(*outlet) == along);
     if !growth.is_empty() {
         return growth;
@@ -301,19 +303,22 @@ pub(super) fn growing_outlets(ground: &Ground, parts: &[(&Candidate, Vec<f64>)])
 /// Growth of several shapes together, peak to peak: along its axis where that is told, else the largest one.
 pub(super) fn growth(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], cause: &Cause) -> f64 {
     let machine = ground.context.machine();
-    let along = parts.first().and_then(|(lead, _)| along_its_axis(machine, &lead.effect));
-    let along = along.filter(|along| cause.components.contains(&component_name(machine, along)));
+    let along = parts.first().and_then(|(lead, _)| told_along_its_axis(machine, &lead.effect, cause));
     let settles = parts.iter().any(|(part, _)| settles(&part.effect));
     let measured = |outlet: &Outlet| match along {
         Some(along) => *outlet == along,
         None => outlet.measure(machine) == Measure::Length,
     };
     let curves = growth_curves(ground, parts);
-    let sizes = curves.iter().filter(|(outlet, _)| measured(outlet)).map(|(_, curve)| {
-        let (low, high) = low_and_high(curve);
-        if settles { high - low } else { high.max(0.0) - low.min(0.0) }
-    });
+    let sizes =
+        curves.iter().filter(|(outlet, _)| measured(outlet)).map(|(_, curve)| grown(low_and_high(curve), settles));
     sizes.fold(0.0, f64::max)
+}
+
+/// Growth from the ends of its course: from the session's beginning, where it is zero by form; how a part left its first
+/// state before the first reading is known to nobody.
+fn grown((low, high): (f64, f64), settles: bool) -> f64 {
+    if settles { high - low } else { high.max(0.0) - low.min(0.0) }
 }
 
 /// Course of every motion over the readings, summed over the shapes (display units).
@@ -387,10 +392,7 @@ impl Curves {
                 return 0.0;
             }
             match cause.effect.as_str() {
-                // how a part left its first state before the first reading is known to nobody
-                "thermal-growth" if self.settles => high - low,
-                // growth counts from the session's beginning, where it is zero by form
-                "thermal-growth" | "bar-length" => high.max(0.0) - low.min(0.0),
+                "thermal-growth" | "bar-length" => grown((low, high), self.settles),
                 "rotary-error-motion" | "unknown" => 0.5 * (high - low),
                 _ => high.abs().max(low.abs()),
             }
