@@ -5,7 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fiveaxis::chain::{Chain, Composition};
-use fiveaxis::diagnose::{Accepted, Column, Ground, LastShape, Stage, Term, Whitened, diagnose, families, terms};
+use fiveaxis::diagnose::{
+    Accepted, Column, Ground, LastShape, Stage, Term, Whitened, diagnose, families, noise_floor, terms,
+};
 use fiveaxis::effects::Context;
 use fiveaxis::identify::{self, FreePrior, NoiseModel, Options, Problem};
 use fiveaxis::load::load_session;
@@ -92,6 +94,24 @@ fn with_ground(work: impl FnOnce(&Session, &Ground, &[NoiseModel])) {
     let noise = NoiseModel { white_mm: 2e-4, ar_mm: 1e-4, ar_rho: 0.9, drift_mm: 5e-5, offset_mm: 5e-5 };
     let noise = vec![noise; ground.tests()];
     work(&session, &ground, &noise);
+}
+
+#[test]
+fn a_slow_vibration_is_no_noise() {
+    with_ground(|_, ground, _| {
+        let rms_mm = |residual_mm: &[Vec<f64>]| noise_floor(ground, residual_mm)[0].rms_mm();
+        let quiet = rms_mm(&ground.residual_mm);
+        // some thirty turns in every trace: correlated noise could follow them
+        let mut shaken = ground.residual_mm.clone();
+        for (test, residual) in shaken.iter_mut().enumerate() {
+            let time_s = ground.context.motion(test).time_s.as_ref().expect("times");
+            for (value, time_s) in residual.iter_mut().zip(time_s) {
+                *value += 1.5e-3 * (std::f64::consts::TAU * 0.8 * time_s + test as f64).cos();
+            }
+        }
+        let shaken = rms_mm(&shaken);
+        assert!((shaken / quiet - 1.0).abs() < 0.1, "{shaken} for {quiet}");
+    });
 }
 
 /// Columns of a vibration along X and Z with amplitudes of its own in every test.

@@ -675,6 +675,35 @@ fn a_spike_follows_a_reversal_and_dies_away() {
 }
 
 #[test]
+fn a_spike_between_few_rows_is_the_spike_between_many() {
+    let machine = machines().remove(0);
+    let (x, y) = (machine.axis_index("X").unwrap(), machine.axis_index("Y").unwrap());
+    let spike = |step: f64| {
+        let mut circle = test("circle", 0.0, &[vec![0.0; machine.axes.len()]]);
+        circle.recording = None;
+        let plane = CirclePlane { first: x, second: y };
+        // X turns round at 0 deg, between two rows
+        circle.path = Some(fiveaxis::session::Path::Circle { plane, radius_mm: 100.0, from: -24.4, to: 23.6, step });
+        circle.positions = vec![Some(0.0); machine.axes.len()];
+        circle.feed_mm_per_min = Some(2000.0);
+        let session = session(machine.clone(), vec![circle]);
+        let effect = Effect::new("reversal-spike", Place::Axis(x))
+            .with("servo_hz", ParameterValue::Number(7.0))
+            .with("damping", ParameterValue::Number(0.6))
+            .with("travel", ParameterValue::Number(0.07))
+            .size(Outlet::own(&session.machine, x), "", 5e-3);
+        profile(&session, &effect).remove(0)
+    };
+    let (many, few) = (spike(0.01), spike(0.8));
+    let shared: Vec<f64> = many.iter().step_by(80).copied().collect();
+    // each is scaled to its own largest value
+    let largest = shared.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+    for (row, (shared, few)) in shared.iter().zip(&few).enumerate() {
+        assert!((shared / largest - few).abs() < 0.03, "row {row}: {} and {few}", shared / largest);
+    }
+}
+
+#[test]
 fn sweeps_of_poses_have_no_approach_and_no_speed() {
     let mut session = sweeps([31, 31]);
     as_poses(&mut session);

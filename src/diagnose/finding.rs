@@ -7,7 +7,7 @@ use super::search::{Candidate, Found, Search};
 use super::shape_spread::over_shapes;
 use super::stage::{Accepted, Stage};
 use crate::effects::{Driver, kind};
-use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, Place, Size};
+use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
 use crate::units::Measure;
 
 /// A cause that was found, or a rival of one.
@@ -104,7 +104,7 @@ pub fn findings(
             let free = is_free(found, families);
             let same_cause = same_kind && !is_event(found);
             let rest_of_form = free || (alike && found.gain < REST_OF_FORM * lead.gain);
-            same_place && (same_cause || rest_of_form)
+            same_place && (same_cause || rest_of_form) || is_same_line(lead, found)
         };
         match groups.iter_mut().find(|group| joins(group)) {
             Some(group) => group.push(index),
@@ -182,6 +182,21 @@ fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<Vec<usize>>
     *groups = kept;
 }
 
+/// Frequencies nearer than this, as a share of them, are one vibration.
+const ONE_LINE: f64 = 0.03;
+
+/// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
+fn is_same_line(one: &Found, other: &Found) -> bool {
+    let frequency = |found: &Found| match found.chosen.effect.parameter("frequency") {
+        Some(ParameterValue::Number(hz)) if found.chosen.effect.kind == "vibration" => Some(*hz),
+        _ => None,
+    };
+    match (frequency(one), frequency(other)) {
+        (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
+        _ => false,
+    }
+}
+
 fn is_free(found: &Found, families: &[Family]) -> bool {
     families[found.chosen.family].kind == "unknown"
 }
@@ -192,7 +207,6 @@ fn is_event(found: &Found) -> bool {
 
 /// Driver of a candidate: free curves have theirs as a parameter.
 fn candidate_driver(candidate: &Candidate) -> Driver {
-    use crate::machine::ParameterValue;
     let named = |name: &str| match candidate.effect.parameter(name) {
         Some(ParameterValue::Word(word)) => Some(word.clone()),
         _ => None,
@@ -276,7 +290,7 @@ fn finding(
     // a vibration that wanders between neighbouring frequencies has the power of all of them
     for &index in group.iter().skip(1).filter(|_| cause.effect == "vibration") {
         let other = &search.found[index].chosen;
-        if other.effect.kind == cause.effect {
+        if other.effect.kind == cause.effect && other.effect.place == lead.chosen.effect.place {
             let own = (first_column[index]..first_column[index] + other.columns.len()).collect();
             let other = super::size::size_of(ground, other, &cause, stage, covariance, &[own]);
             let value = size.value.hypot(other.value);
@@ -495,7 +509,6 @@ fn shows(ground: &Ground, columns: &[Accepted], own: &[usize], stage: &Stage) ->
 
 /// Where along its driver the lead acts.
 fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
-    use crate::machine::ParameterValue;
     let machine = ground.context.machine();
     let effect = &lead.chosen.effect;
     let number = |name: &str| match effect.parameter(name) {

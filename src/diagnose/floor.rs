@@ -3,6 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::ground::Ground;
+use super::spectrum::lines;
 use crate::identify::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, minimise_in_four, misfit, rms};
 
 /// Half waves of the free curve of a trace.
@@ -16,6 +17,12 @@ const MOST: f64 = 0.75;
 const LOUDER: f64 = 1.3;
 /// Shortest trace from which noise is learnt.
 const SHORTEST: usize = 60;
+/// Prominence from which a line of the spectrum is no noise: an instrument has none, and correlated noise would take it in.
+const STANDS_OUT: f64 = 12.0;
+/// Such lines that the free curves follow at most.
+const MOST_LINES: usize = 3;
+/// Half waves in which the amplitude and phase of a line change within a trace.
+const LINE_HALF_WAVES: usize = 2;
 /// Drift of a trace that the free curves hide, as a share of the rest of the noise.
 const DRIFT_SHARE: f64 = 0.7;
 /// Offset of a whole trace that they hide as well: the gauge's zero wanders from test to test.
@@ -45,7 +52,11 @@ fn kept(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
 fn traces_by_noise(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
     let is_sweep = |test: &usize| ground.context.motion(*test).time_s.is_some() && residual_mm[*test].len() >= SHORTEST;
     let sweeps = (0..residual_mm.len()).filter(is_sweep);
-    let mut traces: Vec<Trace> = sweeps.map(|test| Trace::new(kept(ground, residual_mm, test))).collect();
+    let standing_out = lines(ground, residual_mm).into_iter().filter(|line| line.prominence > STANDS_OUT);
+    let loud_hz: Vec<f64> = standing_out.take(MOST_LINES).map(|line| line.hz).collect();
+    let time = |test: usize| ground.context.motion(test).time_s.as_deref().unwrap_or_default();
+    let mut traces: Vec<Trace> =
+        sweeps.map(|test| Trace::new(kept(ground, residual_mm, test), time(test), &loud_hz)).collect();
     traces.sort_by_cached_key(|trace| trace.rough_rms().to_bits());
     traces
 }
@@ -140,7 +151,7 @@ fn likeliest(traces: &[Vec<f64>], from: Option<NoiseModel>, floor: &[NoiseModel]
     known.into_iter().map(standing).fold(found, best).1
 }
 
-/// A trace with its free curve.
+/// A trace with its free curve, which follows loud lines of the spectrum too.
 struct Trace {
     present: Vec<bool>,
     /// The curve's functions one after the other, the readings last.
@@ -148,11 +159,18 @@ struct Trace {
 }
 
 impl Trace {
-    fn new(residual: Vec<f64>) -> Trace {
+    fn new(residual: Vec<f64>, time_s: &[f64], loud_hz: &[f64]) -> Trace {
         let rows = residual.len();
         let present = residual.iter().map(|value| value.is_finite()).collect();
         let wave = |k: usize, row: usize| (std::f64::consts::PI * k as f64 * (row as f64 + 0.5) / rows as f64).cos();
         let mut columns: Vec<f64> = (0..=HALF_WAVES).flat_map(|k| (0..rows).map(move |row| wave(k, row))).collect();
+        for hz in loud_hz {
+            for k in 0..=LINE_HALF_WAVES {
+                let phase = |row: usize| std::f64::consts::TAU * hz * time_s[row];
+                columns.extend((0..rows).map(|row| wave(k, row) * phase(row).cos()));
+                columns.extend((0..rows).map(|row| wave(k, row) * phase(row).sin()));
+            }
+        }
         columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
         Trace { present, columns }
     }
@@ -167,13 +185,16 @@ impl Trace {
     /// Weighted sum of squares left by the curve, and the log determinants of the restricted likelihood.
     fn reml(&self, noise: &NoiseModel) -> (f64, f64) {
         let whitener = Whitener::new(noise, &self.present);
-        let (rows, count) = (self.present.len(), HALF_WAVES + 1);
+        let rows = self.present.len();
         let mut columns = self.columns.clone();
         whitener.apply_all(&mut columns);
-        let width = count + 1;
+        let width = columns.len() / rows;
+        let count = width - 1;
         let mut sums = vec![0.0; width * width];
         add_products(&columns, rows, width, &mut sums);
-        let gram = DMatrix::from_fn(count, count, |i, j| sums[i.max(j) * width + i.min(j)]);
+        // at half the sampling rate sine and cosine of a line are one
+        let ridge = |i: usize, j: usize| if i == j { 1.0 + 1e-9 } else { 1.0 };
+        let gram = DMatrix::from_fn(count, count, |i, j| ridge(i, j) * sums[i.max(j) * width + i.min(j)]);
         let right = DVector::from_column_slice(&sums[count * width..count * width + count]);
         let squares = sums[width * width - 1];
         match Cholesky::new(gram) {

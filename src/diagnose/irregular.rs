@@ -60,20 +60,23 @@ fn acts(ground: &Ground, place: Place, test: usize) -> bool {
     place.axis().is_none_or(|axis| ground.context.motion(test).moving.contains(&axis))
 }
 
-/// Rms beyond noise that stays at the place of a finding, over the finding's own, from which its form is not the right one.
-const NOT_THE_FORM: f64 = 0.4;
+/// Restlessness at the place of a finding from which its form is not the right one.
+pub const NOT_THE_FORM: f64 = 0.4;
 
-/// Whether readings stay restless where a finding is: it names the place, but not what happens there.
+/// How restless readings stay where a finding is: their rms beyond noise over the finding's own; zero where another place is
+/// the restless one. It says that something happens at the place which the form does not tell.
 ///
 /// A slide that sticks and slips also leaves the ball where it should not be while it stands: both places are looked at.
-pub fn stays_restless(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel], finding: &Finding) -> bool {
+pub fn restlessness(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel], finding: &Finding) -> f64 {
     let machine = ground.context.machine();
-    let Some(places) = places(ground, residual_mm, noise) else { return false };
-    places.iter().take(2).filter(|heard| heard.place.name(machine) == finding.cause.place).any(|heard| {
+    let places = places(ground, residual_mm, noise).unwrap_or_default();
+    let here = places.iter().take(2).filter(|heard| heard.place.name(machine) == finding.cause.place);
+    let beyond_noise = here.map(|heard| {
         let noise_um = 1e3 * mean_noise_mm2(noise).sqrt();
         let left_um = loudest(ground, residual_mm, heard).1;
-        (left_um.powi(2) - noise_um.powi(2)).max(0.0).sqrt() > NOT_THE_FORM * finding.rms_um
-    })
+        (left_um.powi(2) - noise_um.powi(2)).max(0.0).sqrt()
+    });
+    beyond_noise.fold(0.0, f64::max) / finding.rms_um.max(f64::MIN_POSITIVE)
 }
 
 /// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.

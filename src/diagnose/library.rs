@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::ground::{Ground, Term};
 use super::pose_library::for_poses;
+use super::spectrum::lines;
 use crate::chain::Geometry;
 use crate::effects::{OWN, ROTARY, SLIDES, kind};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
@@ -580,10 +581,13 @@ fn setup(ground: &Ground, list: &mut Vec<Family>) {
     }
 }
 
+/// Lines of the spectrum that are tried.
+const PEAKS: usize = 4;
+
 /// Frequencies at which the traces together have the most power, tried as vibration of ball and joints.
 fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
-    let lines = spectral_lines(ground);
+    let lines: Vec<f64> = lines(ground, &ground.residual_mm).into_iter().take(PEAKS).map(|line| line.hz).collect();
     if lines.is_empty() {
         return;
     }
@@ -605,91 +609,6 @@ fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
             element: None,
         }]));
     }
-}
-
-/// Frequencies searched per trace at most.
-const MOST_LINES: usize = 1200;
-/// Peaks of the pooled spectrum that are tried.
-const PEAKS: usize = 4;
-
-/// Peaks of the power spectrum in time, summed over all traces, Hz; the trend of neighbouring rows is taken off first.
-fn spectral_lines(ground: &Ground) -> Vec<f64> {
-    let traces: Vec<(Vec<f64>, Vec<f64>)> = (0..ground.tests()).filter_map(|test| timed_trace(ground, test)).collect();
-    let longest = traces.iter().map(|(time, _)| time[time.len() - 1] - time[0]).fold(0.0, f64::max);
-    let finest = traces
-        .iter()
-        .map(|(time, _)| (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64)
-        .fold(f64::MAX, f64::min);
-    if traces.is_empty() || longest <= 0.0 {
-        return Vec::new();
-    }
-    let lowest = 12.0 / longest;
-    let highest = 0.48 / finest;
-    let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_LINES);
-    let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
-    let power: Vec<f64> =
-        (0..count).map(|k| traces.iter().map(|trace| trace_power(trace, frequency(k))).sum()).collect();
-    let mut order: Vec<usize> = (0..count).collect();
-    // judged against the neighbourhood, since the noise is louder at low frequencies
-    let prominence = |k: usize| {
-        let near = &power[k.saturating_sub(15)..(k + 16).min(count)];
-        let mut sorted = near.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        power[k] / sorted[sorted.len() / 2].max(f64::MIN_POSITIVE)
-    };
-    order.sort_by(|&a, &b| prominence(b).total_cmp(&prominence(a)));
-    let mut chosen: Vec<usize> = Vec::new();
-    for k in order {
-        let is_fast = traces.iter().all(|(time, _)| cycles(time, frequency(k)) > LEAST_CYCLES);
-        if is_fast && chosen.len() < PEAKS && chosen.iter().all(|&other| other.abs_diff(k) > 3) {
-            chosen.push(k);
-        }
-    }
-    chosen.into_iter().map(frequency).collect()
-}
-
-/// Cycles that a trace must show of a vibration: drift and gravity are no vibration near a multiple of its sampling rate.
-const LEAST_CYCLES: f64 = 4.0;
-
-/// Cycles of a frequency that a trace shows as it is sampled.
-fn cycles(time: &[f64], frequency: f64) -> f64 {
-    let length = time[time.len() - 1] - time[0];
-    let rate = (time.len() - 1) as f64 / length;
-    (frequency - rate * (frequency / rate).round()).abs() * length
-}
-
-/// Times and trend-free residuals of a trace; `None` for static poses and very short traces.
-fn timed_trace(ground: &Ground, test: usize) -> Option<(Vec<f64>, Vec<f64>)> {
-    let time = ground.context.motion(test).time_s.as_ref()?;
-    let residual = &ground.residual_mm[test];
-    let rows: Vec<usize> = (0..residual.len()).filter(|&row| ground.kept[test][row]).collect();
-    if rows.len() < 60 {
-        return None;
-    }
-    let second = |pair: &[usize]| residual[pair[1]] - 0.5 * (residual[pair[0]] + residual[pair[2]]);
-    let times = rows.windows(3).map(|rows| time[rows[1]]).collect();
-    Some((times, rows.windows(3).map(second).collect()))
-}
-
-/// Power of a trace at a frequency, in units of its variance.
-fn trace_power((time, value): &(Vec<f64>, Vec<f64>), frequency: f64) -> f64 {
-    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    if frequency > 0.5 / step {
-        return 1.0;
-    }
-    let (mut re, mut im, mut sum) = (0.0, 0.0, 0.0);
-    // rows are near enough to even spacing for a rotation that is renewed now and then
-    for (chunk_time, chunk) in time.chunks(64).zip(value.chunks(64)) {
-        let (mut s, mut c) = (std::f64::consts::TAU * frequency * chunk_time[0]).sin_cos();
-        let (ds, dc) = (std::f64::consts::TAU * frequency * step).sin_cos();
-        for v in chunk {
-            re += v * c;
-            im += v * s;
-            sum += v * v;
-            (s, c) = (s * dc + c * ds, c * dc - s * ds);
-        }
-    }
-    (re * re + im * im) / sum.max(f64::MIN_POSITIVE)
 }
 
 /// Rows compared on each side of a possible jump.
@@ -867,8 +786,10 @@ fn windup_refined(longest: f64) -> Vec<Refined> {
 
 fn spikes(place: Place) -> Vec<Effect> {
     let by_travel = [0.02, 0.1, 0.5, 2.0].map(|d| number("reversal-spike", place, "travel", d));
-    let ringing = [1.0, 3.0, 8.0]
-        .map(|hz| number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5)));
+    let ringing = [1.0, 3.0, 8.0].map(|hz| {
+        let servo = number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5));
+        servo.with("travel", ParameterValue::Number(0.05))
+    });
     by_travel.into_iter().chain(ringing).collect()
 }
 

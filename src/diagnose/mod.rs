@@ -26,6 +26,7 @@ mod search;
 mod shape_spread;
 mod shapes;
 mod size;
+mod spectrum;
 mod stage;
 mod thin;
 mod transfer;
@@ -35,6 +36,7 @@ pub use as_found::as_found;
 pub use blind::Blind;
 pub use cells::Cells;
 pub use finding::{Cause, Finding, RangeFound, SizeFound};
+pub use floor::noise_floor;
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
 pub use next_test::NextTest;
@@ -158,6 +160,8 @@ const STILL_THERE: f64 = 1.25;
 const RESTLESS: f64 = 1.2;
 /// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
 const UNPROVEN: f64 = 0.97;
+/// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
+const SURE_OF_FORM: f64 = 30.0;
 /// Residual over noise floor from which something is there although no candidate says what.
 const SURELY_MORE: f64 = 1.6;
 
@@ -211,18 +215,22 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         });
         proof = proof.filter(|_| !told.findings.is_empty());
     }
-    let left_um = 1e3 * told.rms_mm(&fine);
-    if data_fault.is_none() && fine.has_sweeps() && left_um > RESTLESS * noise_um {
-        let left = told.stage.residual_mm(&told.columns);
-        match told.findings.first_mut() {
-            Some(first) if irregular::stays_restless(&fine, &left, &floors[0], first) => {
-                first.cause.effect = "unknown".into();
-            }
-            Some(_) => {}
-            None if left_um > SURELY_MORE * noise_um => {
-                told.findings.extend(irregular::irregular(&fine, &left, &floors[0]));
-            }
-            None => {}
+    if data_fault.is_none() && fine.has_sweeps() {
+        let restless = |told: &Told, most: f64| 1e3 * told.rms_mm(&fine) > most * noise_um;
+        let restless_there = told.findings.first().filter(|_| restless(&told, RESTLESS)).map(|first| {
+            let left = told.stage.residual_mm(&told.columns);
+            irregular::restlessness(&fine, &left, &floors[0], first)
+        });
+        if told.findings.len() == 1 && restless(&told, SURELY_MORE) && restless_there.is_some_and(|r| r > 1.0) {
+            // a form that follows an irregular motion here and there, by chance
+            search = nothing();
+            (told, proof) = (Told::of(&fine, &families, &search), None);
+        } else if restless_there.is_some_and(|r| r > irregular::NOT_THE_FORM) {
+            told.findings[0].cause.effect = "unknown".into();
+        }
+        if told.findings.is_empty() && restless(&told, SURELY_MORE) {
+            let left = told.stage.residual_mm(&told.columns);
+            told.findings.extend(irregular::irregular(&fine, &left, &floors[0]));
         }
     }
     let layout = next_test::Layout {
@@ -275,7 +283,10 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     }
     let has_failed = |index: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
     let carries = |index: usize| transfers[index].is_none_or(|transfer| transfer.is_right());
-    temper(&mut findings, |index, finding| !finding.single && has_failed(index) || !carries(index));
+    temper(&mut findings, |index, finding| {
+        let is_weak = fine.has_sweeps() && finding.gain < SURE_OF_FORM;
+        is_weak || !finding.single && has_failed(index) || !carries(index)
+    });
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {
         verdict,
@@ -441,9 +452,10 @@ fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>, proof
     }
     // where no noise is known nothing shows that all is explained
     let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um);
-    // forms that bend to the readings predict others badly; the phase of a vibration is not to be predicted
-    let vibrates = findings.iter().any(|finding| finding.cause.effect == "vibration");
-    let predicts = vibrates || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
+    // forms that bend to the readings predict others badly; neither the phase of a vibration nor the moment of an event is
+    // to be predicted
+    let escapes = findings.iter().any(|finding| finding.cause.effect == "vibration" || finding.single);
+    let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
     match is_noise && predicts {
         true => Verdict::Explained,
         false => Verdict::PartlyExplained,

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::thin::few_rows;
+use super::thin::{few_rows, keep_few_rows};
 use crate::chain::Chain;
 use crate::identify::{self, FreePrior, Problem, Weighting, minimise, normal_equations, robust_sigma};
 use crate::machine::AxisKind;
@@ -65,14 +65,17 @@ pub fn preflight(
         return None;
     }
     let thinned = few_rows(session);
-    let before = misfit_um(&thinned)?;
-    let suspicions = suspicions(&thinned, session);
+    let as_it_is = refit(&thinned, None)?;
+    let before = as_it_is.misfit_um;
+    let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
+    let suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
     let mut judged: Vec<(f64, Suspicion)> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (after, best) = toggled(&thinned, finer(session, judged.into_iter().next()?));
+    let best = finer((&thinned, session), misfit_um, judged.into_iter().next()?);
+    let (after, best) = toggled(&thinned, misfit_um, best);
     if std::env::var_os("FIVEAXIS_TRACE").is_some() {
         eprintln!("preflight: {before:.2} µm as it is, {after:.2} µm with '{}'", best.says);
     }
@@ -131,7 +134,11 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
 const FINER: [f64; 8] = [0.9, 0.93, 0.96, 0.985, 1.015, 1.04, 1.07, 1.1];
 
 /// A time shift brought nearer to its true size than the grid; other mistakes have no size.
-fn finer(session: &Session, (misfit, suspicion): (f64, Suspicion)) -> (f64, Suspicion) {
+fn finer(
+    (thinned, session): (&Session, &Session),
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+    (misfit, suspicion): (f64, Suspicion),
+) -> (f64, Suspicion) {
     let Some(shift_ms) = suspicion.shift_ms else { return (misfit, suspicion) };
     let struck: Vec<usize> = (0..session.tests.len())
         .filter(|&test| suspicion.tests.is_empty() || suspicion.tests.contains(&session.tests[test].name))
@@ -139,7 +146,7 @@ fn finer(session: &Session, (misfit, suspicion): (f64, Suspicion)) -> (f64, Susp
     let near: Vec<(f64, Suspicion)> = FINER
         .par_iter()
         .filter_map(|factor| {
-            let nearer = shifted(session, &struck, factor * shift_ms / 1e3);
+            let nearer = shifted((thinned, session), &struck, factor * shift_ms / 1e3);
             misfit_um(&nearer.undone).map(|misfit| (misfit, nearer))
         })
         .collect();
@@ -150,7 +157,11 @@ fn finer(session: &Session, (misfit, suspicion): (f64, Suspicion)) -> (f64, Susp
 const TOGGLE_GAIN: f64 = 0.02;
 
 /// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
-fn toggled(session: &Session, (mut misfit, mut suspicion): (f64, Suspicion)) -> (f64, Suspicion) {
+fn toggled(
+    session: &Session,
+    misfit_um: impl Fn(&Session) -> Option<f64>,
+    (mut misfit, mut suspicion): (f64, Suspicion),
+) -> (f64, Suspicion) {
     if suspicion.effect != "angle-reversed" {
         return (misfit, suspicion);
     }
@@ -201,43 +212,57 @@ pub fn strain(problem: &Problem, values: &[f64], widened: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// A session laid out for a fit, every unknown at its prior mean.
-fn with_problem<T>(session: &Session, of: impl FnOnce(&Problem, Vec<f64>) -> T) -> Option<T> {
+/// A robust fit on few rows.
+struct Refit {
+    /// Rms residual, µm; every reading counts, but none for more than so many sigmas.
+    misfit_um: f64,
+    values: Vec<f64>,
+    residual_mm: Vec<Vec<f64>>,
+}
+
+/// Fits a session robustly: from the prior means, or from `near` where that lies nearer.
+fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let free = identify::default_free(&session.machine);
     let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
     let problem = Problem::new(session, &chain, &setups, unknowns).ok()?;
-    let values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
-    Some(of(&problem, values))
+    let means = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    let starts = near.filter(|near| near.len() == problem.unknowns.len()).map(<[f64]>::to_vec);
+    let (mut scale, mut values) = [means]
+        .into_iter()
+        .chain(starts)
+        .map(|values| {
+            let residual_mm = normal_equations(&problem, &values, &Weighting::Huber { scale_mm: 1.0 }).1;
+            (scale_of(&residual_mm), values)
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut residual_mm = Vec::new();
+    for _ in 0..REFITS {
+        let solution = minimise(&problem, &values, &Weighting::Huber { scale_mm: scale });
+        (values, residual_mm) = (solution.values, solution.residual_mm);
+        let next = scale_of(&residual_mm);
+        let settled = next > SETTLED * scale;
+        scale = next;
+        if settled {
+            break;
+        }
+    }
+    let limit = CLIPPED * scale;
+    let clipped =
+        residual_mm.iter().flatten().filter(|value| value.is_finite()).map(|value| value.clamp(-limit, limit));
+    // offsets of balls far beyond their spreads are a misfit as well
+    let strained = 1.0 + (strain(&problem, &values, 1.0) / 6.0 - 1.0).max(0.0);
+    Some(Refit { misfit_um: 1e3 * identify::rms(clipped) * strained, values, residual_mm })
 }
 
-/// Rms residual of a robust fit, µm; every reading counts, but none for more than so many sigmas.
-fn misfit_um(session: &Session) -> Option<f64> {
-    with_problem(session, |problem, mut values| {
-        let start = normal_equations(problem, &values, &Weighting::Huber { scale_mm: 1.0 }).1;
-        let mut residual_mm = start;
-        let mut scale = robust_sigma(residual_mm.iter().flatten().copied()).max(1e-4);
-        for _ in 0..REFITS {
-            let solution = minimise(problem, &values, &Weighting::Huber { scale_mm: scale });
-            let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(1e-4);
-            (values, residual_mm) = (solution.values, solution.residual_mm);
-            let settled = next > SETTLED * scale;
-            scale = next;
-            if settled {
-                break;
-            }
-        }
-        let limit = CLIPPED * scale;
-        let clipped =
-            residual_mm.iter().flatten().filter(|value| value.is_finite()).map(|value| value.clamp(-limit, limit));
-        // offsets of balls far beyond their spreads are a misfit as well
-        1e3 * identify::rms(clipped) * (1.0 + (strain(problem, &values, 1.0) / 6.0 - 1.0).max(0.0))
-    })
+/// Robust scale of residuals, mm.
+fn scale_of(residual_mm: &[Vec<f64>]) -> f64 {
+    robust_sigma(residual_mm.iter().flatten().copied()).max(1e-4)
 }
 
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
-fn suspicions(session: &Session, whole: &Session) -> Vec<Suspicion> {
+fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<f64>]) -> Vec<Suspicion> {
     let mut list = Vec::new();
     let machine = &session.machine;
     let busy: Vec<usize> = (0..machine.axes.len())
@@ -287,12 +312,12 @@ fn suspicions(session: &Session, whole: &Session) -> Vec<Suspicion> {
     }
     for seconds in SHIFTS_S {
         let every: Vec<usize> = (0..session.tests.len()).collect();
-        list.push(shifted(whole, &every, *seconds));
+        list.push(shifted((session, whole), &every, *seconds));
     }
     // one test alone: only the worst ones are worth the refits
-    for test in worst_tests(session) {
+    for test in worst_tests(residual_mm) {
         for seconds in SHIFTS_S {
-            list.push(shifted(whole, &[test], *seconds));
+            list.push(shifted((session, whole), &[test], *seconds));
         }
         list.extend(columns_of_some(session, &[test]));
     }
@@ -348,16 +373,9 @@ const SHIFTS_S: &[f64] =
 const WORST_TESTS: usize = 3;
 
 /// Tests with the largest residual in a common fit.
-fn worst_tests(session: &Session) -> Vec<usize> {
-    let residual_mm = with_problem(session, |problem, values| {
-        minimise(problem, &values, &Weighting::Huber { scale_mm: 1e-3 }).residual_mm
-    });
-    let mut order: Vec<(usize, f64)> = residual_mm
-        .unwrap_or_default()
-        .iter()
-        .map(|residual| identify::rms(residual.iter().copied()))
-        .enumerate()
-        .collect();
+fn worst_tests(residual_mm: &[Vec<f64>]) -> Vec<usize> {
+    let mut order: Vec<(usize, f64)> =
+        residual_mm.iter().map(|residual| identify::rms(residual.iter().copied())).enumerate().collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     order.into_iter().take(WORST_TESTS).map(|(test, _)| test).collect()
 }
@@ -467,15 +485,16 @@ fn is_repeat(session: &Session, one: usize, other: usize) -> bool {
         && one.feed_mm_per_min == other.feed_mm_per_min
 }
 
-/// Positions moved against the lengths by some seconds in some tests.
-fn shifted(session: &Session, tests: &[usize], seconds: f64) -> Suspicion {
-    let mut undone = session.clone();
+/// Positions moved against the lengths by some seconds in some tests of the thinned session.
+fn shifted((thinned, session): (&Session, &Session), tests: &[usize], seconds: f64) -> Suspicion {
+    let mut undone = thinned.clone();
     for &test in tests {
+        undone.tests[test].recording = session.tests[test].recording.clone();
         if let Some(recording) = &mut undone.tests[test].recording {
             shift(recording, seconds);
+            keep_few_rows(recording);
         }
     }
-    let undone = few_rows(&undone);
     let names: Vec<String> = if tests.len() == session.tests.len() {
         Vec::new()
     } else {

@@ -83,6 +83,8 @@ struct Limits {
     /// an inexact form must not pass for it.
     accept: f64,
     accept_further: f64,
+    /// Log odds above which a first effect that acts once is accepted: no other reading can confirm it.
+    accept_event: f64,
     /// Most effects of one session.
     effects: usize,
     /// Share of what was explained before that a further effect elsewhere must explain.
@@ -94,10 +96,17 @@ struct Limits {
 }
 
 /// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
-const SWEEPS: Limits =
-    Limits { accept: 14.0, accept_further: 30.0, effects: 6, share_elsewhere: 0.015, rms_elsewhere: 0.3, steps: 26 };
-/// The same over half of the readings, which show half as much.
-const HALF: Limits = Limits { accept: 8.0, accept_further: 15.0, steps: 10, ..SWEEPS };
+const SWEEPS: Limits = Limits {
+    accept: 15.0,
+    accept_further: 30.0,
+    accept_event: 24.0,
+    effects: 6,
+    share_elsewhere: 0.015,
+    rms_elsewhere: 0.3,
+    steps: 26,
+};
+/// The same over half of the readings, which show half as much, give or take their noise.
+const HALF: Limits = Limits { accept: 4.0, accept_further: 15.0, accept_event: 8.0, steps: 10, ..SWEEPS };
 
 /// Families refined at each stage.
 const REFINED: usize = 12;
@@ -127,7 +136,7 @@ pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], lead
             }
             let mut trial = Model::empty(ways);
             ways.grow(&mut trial, Some(lead.clone()));
-            ways.replace(model, trial);
+            ways.replace(model, trial, 0.0);
         }
     })
 }
@@ -376,7 +385,7 @@ impl Ways<'_, '_, '_> {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);
                 self.grow(&mut trial, None);
-                if self.replace(model, trial) {
+                if self.replace(model, trial, BETTER_SET) {
                     continue;
                 }
             }
@@ -399,7 +408,7 @@ impl Ways<'_, '_, '_> {
             tried.push(kind.clone());
             let mut trial = Model::empty(self);
             self.grow(&mut trial, Some(rival));
-            self.replace(model, trial);
+            self.replace(model, trial, BETTER_SET);
         }
     }
 
@@ -446,8 +455,8 @@ impl Ways<'_, '_, '_> {
         model
     }
 
-    /// Takes a trial when it stands better; whether it did.
-    fn replace(&self, model: &mut Model, trial: Model) -> bool {
+    /// Takes a trial when it stands better by some log odds; whether it did.
+    fn replace(&self, model: &mut Model, trial: Model, margin: f64) -> bool {
         let trial = if trial.standing(self) > model.standing(self) { self.pruned(trial) } else { trial };
         let (now, other) = (model.standing(self), trial.standing(self));
         if std::env::var_os("FIVEAXIS_TRACE").is_some() {
@@ -459,7 +468,7 @@ impl Ways<'_, '_, '_> {
         let starts_free =
             |model: &Model| model.found.first().is_some_and(|first| first.chosen.effect.kind == "unknown");
         // a free curve before a named form must stand far better, as where one effect is chosen
-        let margin = if starts_free(&trial) && !starts_free(model) { BETTER_FREE_SET } else { BETTER_SET };
+        let margin = if starts_free(&trial) && !starts_free(model) { BETTER_FREE_SET } else { margin };
         let is_better = other > now + margin;
         if is_better {
             *model = trial;
@@ -507,7 +516,11 @@ fn is_demanded(
     let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
     if found.is_empty() {
         let is_event = chosen.effect.kind.ends_with("-slip");
-        return log_odds > limits.accept && in_noise(if is_event { LEAST_EVENT_RMS } else { LEAST_RMS });
+        let (odds, rms) = match is_event {
+            true => (limits.accept_event, LEAST_EVENT_RMS),
+            false => (limits.accept, LEAST_RMS),
+        };
+        return log_odds > odds && in_noise(rms);
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);

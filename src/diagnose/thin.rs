@@ -33,21 +33,24 @@ fn odd(size: usize) -> usize {
     if size < 3 { 1 } else { size - (size + 1) % 2 }
 }
 
-/// The session with a few rows of every trace as they were read: an averaged arc would lie inside the true one.
+/// The session with a few rows of every trace.
 pub fn few_rows(session: &Session) -> Session {
     let mut few = session.clone();
-    for recording in few.tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
-        let Clock::TimeS(time) = &recording.clock else { continue };
-        let size = odd(time.len() / FEW_ROWS);
-        let rows: Vec<usize> = (size / 2..time.len()).step_by(size).collect();
-        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
-        recording.clock = Clock::TimeS(pick(time));
-        recording.positions = recording.positions.iter().map(|column| pick(column)).collect();
-        recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
-        recording.length_mm = pick(&recording.length_mm);
-        recording.leading_texts.clear();
-    }
+    few.tests.iter_mut().filter_map(|test| test.recording.as_mut()).for_each(keep_few_rows);
     few
+}
+
+/// Keeps a few rows of a trace as they were read: an averaged arc would lie inside the true one.
+pub fn keep_few_rows(recording: &mut Recording) {
+    let Clock::TimeS(time) = &recording.clock else { return };
+    let size = odd(time.len() / FEW_ROWS);
+    let rows: Vec<usize> = (size / 2..time.len()).step_by(size).collect();
+    let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
+    recording.clock = Clock::TimeS(pick(time));
+    recording.positions = recording.positions.iter().map(|column| pick(column)).collect();
+    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
+    recording.length_mm = pick(&recording.length_mm);
+    recording.leading_texts.clear();
 }
 
 /// Means over the rows of each group that take part; over all of them where none does.

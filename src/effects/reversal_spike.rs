@@ -59,6 +59,8 @@ struct Friction {
     bristle: f64,
     error: f64,
     rate: f64,
+    /// Mean speed over the row before; `None` before the second row of a test.
+    speed: Option<f64>,
 }
 
 /// Steps of the integration per radian of the servo's phase.
@@ -82,21 +84,27 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         return Ok(vec![context.along(axis, Friction::default(), advance, read)]);
     }
     let advance = |state: &mut Friction, travel: Travel| {
-        let before = state.bristle;
-        turn_round(state, travel.distance);
         let Some(seconds) = travel.seconds.filter(|seconds| *seconds > 0.0) else {
-            (state.error, state.rate) = (0.0, 0.0);
+            turn_round(state, travel.distance);
+            (state.error, state.rate, state.speed) = (0.0, 0.0, None);
             return;
         };
-        let push = -(state.bristle - before) / seconds;
         let phase = (omega * seconds).min(MOST_PHASE);
         let steps = (phase * STEPS_PER_RADIAN).ceil().max(1.0);
-        let dt = phase / omega / steps;
-        for _ in 0..steps as usize {
+        let (share, dt) = (1.0 / steps, phase / omega / steps);
+        // a slide turns round between rows: its way through a row goes on from that through the row before
+        let speed = travel.distance / seconds;
+        let turn = state.speed.map_or(0.0, |before| 0.5 * (speed - before) * seconds);
+        for step in 0..steps as usize {
+            let middle = (step as f64 + 0.5) * share;
+            let before = state.bristle;
+            turn_round(state, share * (travel.distance + turn * (2.0 * middle - 1.0)));
+            let push = -(state.bristle - before) / dt;
             // semi-implicit: stable for every damping
             state.rate = (state.rate + dt * (push - omega * omega * state.error)) / (1.0 + 2.0 * damping * omega * dt);
             state.error += dt * state.rate;
         }
+        state.speed = Some(speed);
     };
     let mut profile = context.along(axis, Friction::default(), advance, |state| state.error);
     let largest = profile.iter().flatten().fold(0.0f64, |most, value| most.max(value.abs()));

@@ -1,0 +1,112 @@
+//! Lines in the spectrum of residuals over time. What makes them is for others to say.
+
+use super::ground::Ground;
+
+/// A frequency at which the traces together are louder than beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    pub hz: f64,
+    /// Power over that of its neighbourhood: noise is louder at low frequencies.
+    pub prominence: f64,
+}
+
+/// Frequencies searched per trace at most.
+const MOST_FREQUENCIES: usize = 1200;
+/// Cycles that the longest trace must show.
+const LEAST_IN_LONGEST: f64 = 12.0;
+/// Frequencies on each side that make a neighbourhood.
+const BESIDE: usize = 15;
+/// Frequencies nearer than this belong to one line.
+const ONE_LINE: usize = 3;
+
+/// Lines of the power spectrum in time, summed over all traces, the most prominent first; the trend of neighbouring rows is
+/// taken off before.
+pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
+    let traces: Vec<Trace> = (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect();
+    let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
+    let finest = traces.iter().map(Trace::step_s).fold(f64::MAX, f64::min);
+    if traces.is_empty() || longest <= 0.0 {
+        return Vec::new();
+    }
+    let lowest = LEAST_IN_LONGEST / longest;
+    let highest = 0.48 / finest;
+    let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
+    let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
+    let power: Vec<f64> = (0..count).map(|k| traces.iter().map(|trace| trace.power(frequency(k))).sum()).collect();
+    let prominence = |k: usize| {
+        let mut near = power[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(count)].to_vec();
+        near.sort_by(f64::total_cmp);
+        power[k] / near[near.len() / 2].max(f64::MIN_POSITIVE)
+    };
+    let mut order: Vec<(usize, f64)> = (0..count).map(|k| (k, prominence(k))).collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut chosen: Vec<(usize, f64)> = Vec::new();
+    for (k, prominence) in order {
+        let is_fast = traces.iter().all(|trace| trace.cycles(frequency(k)) > LEAST_CYCLES);
+        if is_fast && chosen.iter().all(|(other, _)| other.abs_diff(k) > ONE_LINE) {
+            chosen.push((k, prominence));
+        }
+    }
+    chosen.into_iter().map(|(k, prominence)| Line { hz: frequency(k), prominence }).collect()
+}
+
+/// Cycles that a trace must show of a vibration: drift and gravity are no vibration near a multiple of its sampling rate.
+const LEAST_CYCLES: f64 = 4.0;
+/// Shortest trace that is looked at, rows.
+const SHORTEST: usize = 60;
+
+/// A trace in time without its trend.
+struct Trace {
+    time_s: Vec<f64>,
+    value: Vec<f64>,
+}
+
+impl Trace {
+    /// `None` for static poses and very short traces.
+    fn of(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Option<Trace> {
+        let time = ground.context.motion(test).time_s.as_ref()?;
+        let residual = &residual_mm[test];
+        let rows: Vec<usize> = (0..residual.len()).filter(|&row| ground.kept[test][row]).collect();
+        if rows.len() < SHORTEST {
+            return None;
+        }
+        let second = |rows: &[usize]| residual[rows[1]] - 0.5 * (residual[rows[0]] + residual[rows[2]]);
+        let time_s = rows.windows(3).map(|rows| time[rows[1]]).collect();
+        Some(Trace { time_s, value: rows.windows(3).map(second).collect() })
+    }
+
+    fn length_s(&self) -> f64 {
+        self.time_s[self.time_s.len() - 1] - self.time_s[0]
+    }
+
+    fn step_s(&self) -> f64 {
+        self.length_s() / (self.time_s.len() - 1) as f64
+    }
+
+    /// Cycles of a frequency that the trace shows as it is sampled.
+    fn cycles(&self, hz: f64) -> f64 {
+        let rate = 1.0 / self.step_s();
+        (hz - rate * (hz / rate).round()).abs() * self.length_s()
+    }
+
+    /// Power at a frequency, in units of the trace's variance.
+    fn power(&self, hz: f64) -> f64 {
+        let step = self.step_s();
+        if hz > 0.5 / step {
+            return 1.0;
+        }
+        let (mut re, mut im, mut sum) = (0.0, 0.0, 0.0);
+        // rows are near enough to even spacing for a rotation that is renewed now and then
+        for (chunk_time, chunk) in self.time_s.chunks(64).zip(self.value.chunks(64)) {
+            let (mut s, mut c) = (std::f64::consts::TAU * hz * chunk_time[0]).sin_cos();
+            let (ds, dc) = (std::f64::consts::TAU * hz * step).sin_cos();
+            for v in chunk {
+                re += v * c;
+                im += v * s;
+                sum += v * v;
+                (s, c) = (s * dc + c * ds, c * dc - s * ds);
+            }
+        }
+        (re * re + im * im) / sum.max(f64::MIN_POSITIVE)
+    }
+}
