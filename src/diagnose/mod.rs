@@ -16,7 +16,6 @@ mod library;
 mod next_test;
 mod placebo;
 mod pose_floor;
-mod pose_library;
 mod pose_search;
 mod preflight;
 mod proof;

@@ -1,7 +1,8 @@
-//! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in `library`.
+//! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in the other files.
 
-use super::ground::Ground;
-use super::library::{Family, directions, gravity_turns_in, list_of, motion, travelled};
+use super::super::ground::Ground;
+use super::motions::{directions, gravity_turns_in, motion, travelled};
+use super::{Family, list_of};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 /// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
@@ -14,7 +15,7 @@ const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
 const LOOKED_AT: usize = 50;
 
 /// Replaces the list by what static poses can show.
-pub fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
+pub(super) fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
     list.retain(|family| !needs_times(family));
     for family in list.iter_mut() {
         family.plausible = family.plausible.max(PLAUSIBLE);

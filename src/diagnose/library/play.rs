@@ -1,0 +1,64 @@
+//! Candidates that the sense or the speed of motion drives. It judges nothing.
+
+use super::super::ground::Ground;
+use super::motions::{directions, motion, slides_move, travelled};
+use super::{Family, Refined, number};
+use crate::machine::{Effect, Outlet, ParameterValue, Place};
+
+/// Lost motion: all at once, half or all by wind-up; an axis that stands at first may stand on either flank.
+pub(super) fn windups(ground: &Ground, kind: &str, axis: usize, take_up: f64) -> Vec<Effect> {
+    let base = |share: f64, start: f64| {
+        number(kind, Place::Axis(axis), "take_up", take_up)
+            .with("windup_share", ParameterValue::Number(share))
+            .with("gap", ParameterValue::Number(0.0))
+            .with("start", ParameterValue::Number(start))
+    };
+    let first = ground.context.order().first();
+    let stands = first.is_some_and(|&test| !ground.context.motion(test).moving.contains(&axis));
+    let starts: &[f64] = if stands { &[0.0, 1.0, -1.0] } else { &[0.0] };
+    starts.iter().flat_map(|&start| [0.0, 0.5, 1.0].map(|share| base(share, start))).collect()
+}
+
+pub(super) fn windup_refined(longest: f64) -> Vec<Refined> {
+    vec![
+        Refined { name: "windup_share", least: 0.0, most: 1.0, step: 0.25, element: None },
+        Refined { name: "take_up", least: 1e-3 * longest, most: longest, step: 0.1 * longest, element: None },
+    ]
+}
+
+pub(super) fn spikes(place: Place) -> Vec<Effect> {
+    let by_travel = [0.02, 0.1, 0.5, 2.0].map(|d| number("reversal-spike", place, "travel", d));
+    let ringing = [1.0, 3.0, 8.0].map(|hz| {
+        let servo = number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5));
+        servo.with("travel", ParameterValue::Number(0.05))
+    });
+    by_travel.into_iter().chain(ringing).collect()
+}
+
+/// Lag of an axis beyond that of the others; where slides move, also with the radius that a lag of all takes.
+pub(super) fn servo_lag(ground: &Ground, axis: usize) -> Vec<Family> {
+    let place = Place::Axis(axis);
+    let beyond = Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast();
+    let outlets = vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }];
+    let with_common = Family::new("servo-lag", place, outlets, 1e4).fast();
+    if slides_move(ground) { vec![beyond, with_common] } else { vec![beyond] }
+}
+
+/// Log odds against a joint that tips as another axis reverses.
+const TIPS: f64 = 6.0;
+
+/// Joints that tip to one or the other side as another axis goes one or the other way.
+pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let axes = 0..machine.axes.len();
+    for (driving, tipped) in axes.clone().flat_map(|driving| axes.clone().map(move |tipped| (driving, tipped))) {
+        if driving == tipped || travelled(ground, driving).is_none() {
+            continue;
+        }
+        let place = Place::Axis(tipped);
+        let effect = number("lateral-play", place, "gap", 0.0)
+            .with("of", ParameterValue::Word(machine.axes[driving].name.clone()));
+        let outlets = motion(tipped, &directions(machine, tipped).tilts);
+        list.push(Family { rarity: TIPS, ..Family::new("lateral-play", place, outlets, 30.0).over(vec![effect]) });
+    }
+}
