@@ -1,8 +1,8 @@
 //! What a session cannot show: the smallest size of every cause that its recordings would reveal. It looks at no residual.
 
-use super::finding::{Cause, cause_of, unit};
 use super::ground::{Ground, Term};
 use super::library::{Family, family_terms, terms};
+use super::naming::{Cause, cause_of, unit};
 use super::stage::Stage;
 use crate::effects::kind;
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};

@@ -1,25 +1,15 @@
-//! Accepted candidates to findings: which belong together, what they are called, how large they are. No search, no text.
+//! Accepted effects to findings: how large they are, where and how surely they act. Grouping and names stand beside it.
 
+use super::found::{Candidate, Found, Search};
 use super::ground::{Ground, Term, display};
+use super::grouping::{groups, is_event, is_free};
 use super::library::Family;
+use super::naming::{Cause, cause, component_name, components};
 use super::next_test::NextTest;
-use super::search::{Candidate, Found, Search};
 use super::shape_spread::over_shapes;
 use super::stage::{Accepted, Stage};
-use crate::effects::{Driver, kind};
-use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
-use crate::units::Measure;
-
-/// A cause that was found, or a rival of one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cause {
-    /// Name in the catalogue.
-    pub effect: String,
-    pub driver: Driver,
-    pub place: String,
-    /// ISO names of the motions, largest first.
-    pub components: Vec<String>,
-}
+use crate::effects::kind;
+use crate::machine::{Effect, Machine, ParameterValue, Size};
 
 /// One finding.
 #[derive(Debug, Clone)]
@@ -65,25 +55,15 @@ pub struct RangeFound {
 
 /// Log odds per log odds of the chosen cause by which a rival's lag is softened: forms of the catalogue are never exact.
 const SOFTENING: f64 = 0.01;
+
 /// Rivals less probable than this are not named.
 const LEAST_PROBABILITY: f64 = 0.02;
+
 /// Rivals named at most.
 const MOST_RIVALS: usize = 4;
-/// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
-const REST_OF_FORM: f64 = 0.6;
+
 /// Free curves at a place that explain this share beside a named form show that the form is not the right one.
 const FORM_UNKNOWN: f64 = 0.4;
-
-/// Drivers that look alike where one place is concerned.
-fn driver_class(driver: Driver) -> u8 {
-    match driver {
-        Driver::Position | Driver::Gravity => 0,
-        Driver::Direction => 1,
-        Driver::Time | Driver::Temperature | Driver::Event => 2,
-        Driver::Speed => 3,
-        Driver::Constant => 4,
-    }
-}
 
 /// Groups what a search accepted and words each group as one finding, strongest first.
 pub fn findings(
@@ -93,26 +73,7 @@ pub fn findings(
     stage: &Stage,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (index, found) in search.found.iter().enumerate() {
-        let joins = |group: &Vec<usize>| {
-            let lead = &search.found[group[0]];
-            let same_place = lead.chosen.effect.place == found.chosen.effect.place
-                && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
-            let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
-            let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
-            let free = is_free(found, families);
-            let same_cause = same_kind && !is_event(found);
-            let rest_of_form = free || (alike && found.gain < REST_OF_FORM * lead.gain);
-            same_place && (same_cause || rest_of_form) || is_same_line(lead, found)
-        };
-        match groups.iter_mut().find(|group| joins(group)) {
-            Some(group) => group.push(index),
-            None => groups.push(vec![index]),
-        }
-    }
-    groups.iter_mut().for_each(|group| strongest_leads(search, families, group));
-    join_rests(search, families, &mut groups);
+    let groups = groups(search, families);
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -133,92 +94,6 @@ pub fn findings(
         list.sort_by_cached_key(|finding| std::cmp::Reverse(strength(finding).max(0.0).to_bits()));
     }
     list
-}
-
-/// A named part that adds so many times what the first one does, beside all others, speaks for the whole.
-const SPEAKS_FOR_ALL: f64 = 2.0;
-
-/// Puts the part first that adds most: a search may have taken a rest of the form before the form.
-fn strongest_leads(search: &Search, families: &[Family], group: &mut [usize]) {
-    if group.first().is_none_or(|&first| is_free(&search.found[first], families)) {
-        return;
-    }
-    let adds = |index: usize| search.found[index].beside_gain;
-    let named = (0..group.len()).filter(|&place| !is_free(&search.found[group[place]], families));
-    let Some(strongest) = named.max_by(|&a, &b| adds(group[a]).total_cmp(&adds(group[b]))) else { return };
-    if adds(group[strongest]) > SPEAKS_FOR_ALL * adds(group[0]) {
-        group[..=strongest].rotate_right(1);
-    }
-}
-
-/// Share of the stronger one's gain below which a named effect is the rest of its form: weight and position of one
-/// joint say the same in other forms.
-fn rest_share(own: &Found, stronger: &Found) -> f64 {
-    let weighs = |found: &Found| candidate_driver(&found.chosen) == Driver::Gravity;
-    if weighs(own) != weighs(stronger) { 1.0 } else { REST_OF_FORM }
-}
-
-/// Joins named effects of one place and kind of driver where one adds little beside the other, whichever was taken first.
-fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<Vec<usize>>) {
-    let lead = |group: &[usize]| &search.found[group[0]];
-    groups.sort_by(|a, b| lead(b).beside_gain.total_cmp(&lead(a).beside_gain));
-    let mut kept: Vec<Vec<usize>> = Vec::new();
-    for group in groups.drain(..) {
-        let own = lead(&group);
-        let is_rest = |other: &&mut Vec<usize>| {
-            let stronger = lead(other);
-            own.chosen.effect.place == stronger.chosen.effect.place
-                && !is_free(own, families)
-                && !is_free(stronger, families)
-                && driver_class(candidate_driver(&own.chosen)) == driver_class(candidate_driver(&stronger.chosen))
-                && !is_event(own)
-                && own.beside_gain < rest_share(own, stronger) * stronger.beside_gain
-        };
-        match kept.iter_mut().find(is_rest) {
-            Some(stronger) => stronger.extend(group),
-            None => kept.push(group),
-        }
-    }
-    *groups = kept;
-}
-
-/// Frequencies nearer than this, as a share of them, are one vibration.
-const ONE_LINE: f64 = 0.03;
-
-/// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
-fn is_same_line(one: &Found, other: &Found) -> bool {
-    let frequency = |found: &Found| match found.chosen.effect.parameter("frequency") {
-        Some(ParameterValue::Number(hz)) if found.chosen.effect.kind == "vibration" => Some(*hz),
-        _ => None,
-    };
-    match (frequency(one), frequency(other)) {
-        (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
-        _ => false,
-    }
-}
-
-fn is_free(found: &Found, families: &[Family]) -> bool {
-    families[found.chosen.family].kind == "unknown"
-}
-
-fn is_event(found: &Found) -> bool {
-    found.chosen.effect.kind.ends_with("-slip")
-}
-
-/// Driver of a candidate: free curves have theirs as a parameter.
-fn candidate_driver(candidate: &Candidate) -> Driver {
-    let named = |name: &str| match candidate.effect.parameter(name) {
-        Some(ParameterValue::Word(word)) => Some(word.clone()),
-        _ => None,
-    };
-    match (candidate.effect.kind.as_str(), named("driver").as_deref(), named("channel")) {
-        ("unknown", Some("direction"), _) => Driver::Direction,
-        ("thermal-growth" | "bar-length", _, Some(_)) => Driver::Temperature,
-        // heat drives a growth that runs out, whether or not a thermometer was read
-        ("thermal-growth", _, None) => Driver::Temperature,
-        ("bar-length", _, None) if candidate.effect.parameter("tau").is_some() => Driver::Temperature,
-        (name, _, _) => kind(name).map_or(Driver::Position, |kind| kind.driver),
-    }
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -386,79 +261,6 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     list
 }
 
-pub(super) fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]) -> Cause {
-    let mut components = components(machine, &candidate.terms);
-    // the motions that matter: at least a tenth of the largest, in display units
-    let weight = |name: &String| -> f64 {
-        effects
-            .iter()
-            .flat_map(|effect| &effect.sizes)
-            .filter(|size| component_name(machine, &size.outlet) == *name)
-            .map(|size| (size.value * display(size.outlet.measure(machine))).powi(2))
-            .sum::<f64>()
-            .sqrt()
-    };
-    components.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
-    let largest = components.first().map_or(0.0, weight);
-    components.retain(|name| weight(name) >= 0.1 * largest);
-    Cause {
-        effect: candidate.effect.kind.clone(),
-        driver: candidate_driver(candidate),
-        place: place_name(machine, candidate.effect.place),
-        components,
-    }
-}
-
-/// Cause of an effect through some outlets.
-pub fn cause_of(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Cause {
-    let driver = kind(&effect.kind).map_or(Driver::Position, |kind| kind.driver);
-    let components = outlets.iter().map(|outlet| component_name(machine, outlet)).collect();
-    Cause { effect: effect.kind.clone(), driver, place: effect.place.name(machine).to_string(), components }
-}
-
-fn place_name(machine: &Machine, place: Place) -> String {
-    place.name(machine).to_string()
-}
-
-fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    // what all slides do beside a lag is no motion of its axis
-    let is_common = |term: &Term| matches!(term.outlet, Outlet::SlidesAcceleration { .. });
-    let only_common = terms.iter().all(is_common);
-    for term in terms.iter().filter(|term| only_common || !is_common(term)) {
-        let name = component_name(machine, &term.outlet);
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    names
-}
-
-/// ISO name of what an outlet moves.
-pub(super) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
-    let axis_name = |axis: usize| machine.axes[axis].name.clone();
-    match *outlet {
-        Outlet::Pivot(k) => format!("pivot-{}", ["x", "y", "z"][k]),
-        Outlet::SpindleBall(k) => format!("spindle-ball-{}", ["x", "y", "z"][k]),
-        Outlet::Reading => "length".into(),
-        Outlet::SlidesAcceleration { .. } => "slides".into(),
-        Outlet::Lag { axis } | Outlet::Acceleration { axis } | Outlet::Along { axis } => {
-            let name = axis_name(axis);
-            // an axis named A, B, C, X, Y or Z has its own motion by its name, wherever it points
-            let named = Component::ALL.into_iter().find(|component| {
-                let rotary = machine.axes[axis].kind == AxisKind::Rotary;
-                let letters = if rotary { ["A", "B", "C"] } else { ["X", "Y", "Z"] };
-                component.is_angle() == rotary && letters[component.direction_index()] == name
-            });
-            let own: Component = named.unwrap_or(machine.axes[axis].own_component());
-            ErrorName::motion(own, &name).to_string()
-        }
-        Outlet::Delay => "delay".into(),
-        Outlet::Motion { axis, component } => ErrorName::motion(component, &axis_name(axis)).to_string(),
-        Outlet::Location { axis, component } => ErrorName::location(component, &axis_name(axis)).to_string(),
-    }
-}
-
 /// Probability of the lead among its rivals, and the rivals worth naming.
 fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
@@ -541,15 +343,4 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
         .flat_map(|test| ground.context.motion(test).axis(axis))
         .fold((f64::MAX, f64::MIN), |(from, to), q| (from.min(q), to.max(q)));
     Some(RangeFound { axis: entry.name.clone(), from: file(ends.0), to: file(ends.1) })
-}
-
-/// Unit of a measure in findings.
-pub fn unit(measure: Measure) -> &'static str {
-    match measure {
-        Measure::Length | Measure::LengthPerKelvin => "um",
-        Measure::Angle | Measure::AnglePerKelvin => "arcsec",
-        Measure::Strain => "um/m",
-        Measure::Time => "ms",
-        Measure::TimeSquared => "us2",
-    }
 }

@@ -3,9 +3,10 @@
 //! An irregular motion s at an outlet adds the variance `(g·s)²` to a reading, g the outlet's gain: which outlet's gains go with the
 //! loudness of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
 
-use super::finding::{Cause, Finding, SizeFound, component_name, unit};
+use super::finding::{Finding, SizeFound};
 use super::floor::mean_noise_mm2;
 use super::ground::{Ground, display};
+use super::naming::{Cause, component_name, unit};
 use crate::effects::Driver;
 use crate::identify::NoiseModel;
 use crate::machine::{Outlet, Place};

@@ -7,12 +7,21 @@
 mod as_found;
 mod blind;
 mod cells;
+mod choosing;
+mod demand;
+mod diagnosis;
 mod finding;
 mod fitted;
 mod floor;
+mod found;
 mod ground;
+mod grouping;
 mod irregular;
 mod library;
+mod limits;
+mod mistakes;
+mod model;
+mod naming;
 mod next_test;
 mod placebo;
 mod pose_floor;
@@ -20,6 +29,7 @@ mod pose_search;
 mod preflight;
 mod proof;
 mod refining;
+mod refit;
 mod screening;
 mod search;
 mod shape_spread;
@@ -28,139 +38,54 @@ mod size;
 mod spectrum;
 mod stage;
 mod thin;
+mod told;
 mod transfer;
 mod whitened;
 
 pub use as_found::as_found;
 pub use blind::Blind;
 pub use cells::Cells;
-pub use finding::{Cause, Finding, RangeFound, SizeFound};
+pub use diagnosis::{DiagnoseError, Diagnosis, Moved, TestBeforeAfter, Verdict};
+pub use finding::{Finding, RangeFound, SizeFound};
 pub use floor::noise_floor;
+pub use found::{Candidate, Found, Grounds, Search};
 pub use ground::{Column, Ground, Term};
 pub use library::{Family, families, terms};
+pub use naming::Cause;
 pub use next_test::NextTest;
 pub use placebo::Placebo;
 pub use pose_floor::Left;
 pub use preflight::DataFault;
 pub use proof::Proof;
-pub use search::{Candidate, Found, Grounds, Search, search};
+pub use search::search;
 pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;
 pub use transfer::Transfer;
 pub use whitened::{LastShape, Whitened};
 
 use self::pose_floor::Poses;
+use self::told::{STILL_THERE, Told, confirm, propose, temper};
 use crate::chain::Chain;
-use crate::effects::{Context, EffectError};
-use crate::identify::{self, FitError, FreePrior, Options, Problem, Quantity, Unknown, rms};
+use crate::effects::Context;
+use crate::identify::{self, FreePrior, Options, Problem, Quantity, rms};
 use crate::machine::Effect;
-use crate::session::{MotionError, Session, Setups};
-use crate::units::Measure;
-
-/// How a session is explained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    Clean,
-    Explained,
-    PartlyExplained,
-    Unexplained,
-    DataFault,
-}
-
-impl Verdict {
-    /// Words of the JSON contract.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Clean => "clean",
-            Verdict::Explained => "explained",
-            Verdict::PartlyExplained => "partly explained",
-            Verdict::Unexplained => "unexplained",
-            Verdict::DataFault => "data fault",
-        }
-    }
-}
-
-/// Result of a diagnosis.
-#[derive(Debug, Clone)]
-pub struct Diagnosis {
-    pub verdict: Verdict,
-    pub findings: Vec<Finding>,
-    /// A mistake in the files; findings of physics are then empty.
-    pub data_fault: Option<DataFault>,
-    /// Held-out proof of the findings.
-    pub proof: Option<Proof>,
-    /// By finding: its gain with the sense of motion drawn at random; `None` where motion does not drive it.
-    pub placebos: Vec<Option<Placebo>>,
-    /// By finding: how well setups left out in turn follow what the others predict.
-    pub transfers: Vec<Option<Transfer>>,
-    pub blind_to: Vec<Blind>,
-    pub rms_before_um: f64,
-    pub rms_after_um: f64,
-    /// Noise of a reading; `None` for static poses without readings to spare, whose noise nothing shows.
-    pub noise_um: Option<f64>,
-    /// What is left of static poses, by whether the readings of a pose share it.
-    pub left: Option<Left>,
-    pub location_errors: Vec<Moved>,
-    pub tests: Vec<TestBeforeAfter>,
-    /// What was fitted beside the findings, with the priors of the diagnosis.
-    pub unknowns: Vec<Unknown>,
-}
-
-/// A location error before and after the effects were modelled, mm or rad.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Moved {
-    pub name: String,
-    pub measure: Measure,
-    pub before: f64,
-    pub after: f64,
-    pub sigma: f64,
-    pub determined: bool,
-}
-
-/// Residuals of one test before and after.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TestBeforeAfter {
-    pub name: String,
-    pub before_mm: Vec<f64>,
-    pub after_mm: Vec<f64>,
-    pub kept: Vec<bool>,
-}
-
-impl TestBeforeAfter {
-    /// Root mean square of kept rows, µm, before and after.
-    pub fn rms_um(&self) -> (f64, f64) {
-        let of = |values: &[f64]| {
-            1e3 * rms(values.iter().zip(&self.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value))
-        };
-        (of(&self.before_mm), of(&self.after_mm))
-    }
-}
-
-/// Why a session cannot be diagnosed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DiagnoseError {
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    #[error(transparent)]
-    Effect(#[from] EffectError),
-}
+use crate::session::{Session, Setups};
 
 /// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
 const WIDER_SETUPS: f64 = 2.5;
+
 /// Residual over noise floor up to which a session counts as explained.
 const EXPLAINED: f64 = 1.25;
+
 /// Held-out residual over the residual up to which it does.
 const PREDICTED: f64 = 1.5;
-/// Rise of the residual without unproven findings from which they stay, marked as failed.
-const STILL_THERE: f64 = 1.25;
+
 /// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
 const RESTLESS: f64 = 1.2;
-/// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
-const UNPROVEN: f64 = 0.97;
+
 /// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
 const SURE_OF_FORM: f64 = 30.0;
+
 /// Residual over noise floor from which something is there although no candidate says what.
 const SURELY_MORE: f64 = 1.6;
 
@@ -192,7 +117,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let noise_um = 1e3 * floor::mean_noise_mm2(&floors[0]).sqrt();
     let readings: usize = kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
-    let strain = preflight::strain(&problem, &values, WIDER_SETUPS);
+    let strain = refit::strain(&problem, &values, WIDER_SETUPS);
     let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
     let nothing = || search::nothing(&fine, &floors[0]);
     let is_certain = data_fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
@@ -305,106 +230,6 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     })
 }
 
-/// What a search found, fitted on all rows and worded.
-struct Told<'g, 'a> {
-    columns: Vec<Accepted>,
-    stage: Stage<'g, 'a>,
-    findings: Vec<Finding>,
-}
-
-impl<'g, 'a> Told<'g, 'a> {
-    fn of(fine: &'g Ground<'a>, families: &[Family], search: &Search) -> Told<'g, 'a> {
-        let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
-        let findings = finding::findings(fine, families, search, &stage, &columns);
-        Told { columns, stage, findings }
-    }
-
-    /// Rms of the residual over the rows that take part, mm.
-    fn rms_mm(&self, ground: &Ground) -> f64 {
-        let left = self.stage.residual_mm(&self.columns);
-        let rows = left.iter().zip(&ground.kept).flat_map(|(left, kept)| left.iter().zip(kept));
-        rms(rows.filter(|(_, kept)| **kept).map(|(value, _)| *value))
-    }
-}
-
-/// Claims no more than is proven of the findings for which `is_open` holds.
-fn temper(findings: &mut [Finding], is_open: impl Fn(usize, &Finding) -> bool) {
-    for (index, finding) in findings.iter_mut().enumerate() {
-        if is_open(index, finding) {
-            finding.probability = finding.probability.min(UNPROVEN);
-        }
-    }
-}
-
-/// Adds to every finding with rivals the test that would tell them apart.
-fn propose(layout: &next_test::Layout, search: &Search, findings: &mut [Finding]) {
-    let machine = &layout.session.machine;
-    let timed = |test: &crate::session::Test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some());
-    if !layout.session.tests.iter().any(timed) {
-        return;
-    }
-    for finding in findings.iter_mut().filter(|finding| !finding.rivals.is_empty()) {
-        let mut column = 0;
-        let lead = search.found.iter().find(|found| {
-            let first = column;
-            column += found.chosen.columns.len();
-            finding.columns.first() == Some(&first)
-        });
-        let Some(lead) = lead else { continue };
-        let named = |candidate| (finding::cause(machine, candidate, &[]), candidate);
-        let candidates: Vec<(Cause, &Candidate)> =
-            std::iter::once(named(&lead.chosen)).chain(lead.rivals.iter().map(|(rival, _)| named(rival))).collect();
-        finding.next_test = next_test::next_test(layout, finding, &candidates);
-    }
-}
-
-/// Drops what held-out readings do not confirm, the weakest first, unless too much stays unexplained without it to be
-/// the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
-fn confirm<'g, 'a>(
-    fine: &'g Ground<'a>,
-    families: &[Family],
-    search: &mut Search,
-    told: &mut Told<'g, 'a>,
-    mut proof: Proof,
-) -> Proof {
-    let most_mm = STILL_THERE * told.rms_mm(fine);
-    let mut dropped: Vec<usize> = Vec::new();
-    for (index, finding) in told.findings.iter().enumerate().rev() {
-        if finding.single || proof.passed[index] {
-            continue;
-        }
-        let without: Vec<Accepted> = (0..told.columns.len())
-            .filter(|column| !finding.columns.contains(column) && !dropped.contains(column))
-            .map(|column| told.columns[column].clone())
-            .collect();
-        let left_mm = Stage::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
-        if search::mean_square(fine, &left_mm).sqrt() <= most_mm {
-            dropped.extend(&finding.columns);
-        }
-    }
-    if dropped.is_empty() {
-        return proof;
-    }
-    let before: Vec<(Cause, bool)> =
-        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.cause.clone(), *passed)).collect();
-    let mut column = 0;
-    search.found.retain(|found| {
-        let first = column;
-        column += found.chosen.columns.len();
-        !dropped.contains(&first)
-    });
-    *told = Told::of(fine, families, search);
-    // told anew the findings may stand in another order
-    let passed = |finding: &Finding| {
-        let same =
-            before.iter().find(|(cause, _)| cause.effect == finding.cause.effect && cause.place == finding.cause.place);
-        same.is_some_and(|(_, passed)| *passed)
-    };
-    proof.passed = told.findings.iter().map(passed).collect();
-    proof
-}
-
 /// Positions and lengths of one test that do not belong together.
 fn is_shift_of_one_test(effect: &Effect) -> bool {
     effect.kind == "trigger-latency" && effect.tests.is_some()
@@ -420,7 +245,7 @@ fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataF
         return false;
     }
     let is_physics = search.found.iter().all(|found| !is_shift_of_one_test(&found.chosen.effect));
-    let left_um = 1e3 * search::mean_square(fine, &search.residual_mm).sqrt();
+    let left_um = 1e3 * model::mean_square(fine, &search.residual_mm).sqrt();
     is_physics && left_um < STILL_THERE * noise_um
 }
 
@@ -478,33 +303,4 @@ fn moved(problem: &Problem, fit: &identify::Fit, stage: &Stage) -> Vec<Moved> {
             determined: fit.estimates[k].determined,
         })
         .collect()
-}
-
-impl Diagnosis {
-    /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
-    /// that undoes it. Nothing is fitted.
-    pub fn of_implausible(session: &Session) -> Option<Diagnosis> {
-        let fault = preflight::implausible(session)?;
-        Some(Diagnosis {
-            verdict: Verdict::DataFault,
-            findings: Vec::new(),
-            proof: None,
-            placebos: Vec::new(),
-            transfers: Vec::new(),
-            left: None,
-            blind_to: Vec::new(),
-            rms_before_um: fault.before_um,
-            rms_after_um: fault.after_um,
-            noise_um: None,
-            location_errors: Vec::new(),
-            tests: Vec::new(),
-            unknowns: Vec::new(),
-            data_fault: Some(fault),
-        })
-    }
-
-    /// All effects found, as they go into a machine file.
-    pub fn effects(&self) -> Vec<Effect> {
-        self.findings.iter().flat_map(|finding| finding.effects.iter().cloned()).collect()
-    }
 }

@@ -5,9 +5,10 @@
 
 use rayon::prelude::*;
 
-use super::finding::{Cause, Finding};
+use super::finding::Finding;
+use super::found::Candidate;
 use super::ground::{Column, Ground};
-use super::search::Candidate;
+use super::naming::Cause;
 use super::stage::{Accepted, Stage};
 use crate::effects::Context;
 use crate::identify::{NoiseModel, Problem};

@@ -5,12 +5,15 @@
 //! arrival leaves; the second starts anew with that.
 
 use super::cells::Cells;
+use super::choosing::{choose, keep_diverse};
+use super::found::{Candidate, Found, Search};
 use super::ground::{Column, Ground};
 use super::library::Family;
+use super::model::{joined, mean_square};
 use super::pose_floor::{Poses, readings_as_one};
 use super::refining::refine_all;
 use super::screening::screen;
-use super::search::{Candidate, Found, Search, choose, joined, keep_diverse, mean_square, trace};
+use super::search::trace;
 use super::stage::{Accepted, Stage};
 use crate::identify::{NOISE_FLOOR_MM, NoiseModel};
 use crate::machine::ParameterValue;

@@ -1,9 +1,10 @@
 //! Whether a finding predicts readings that its selection never saw: folds of interleaved chunks, selection redone in each.
 
 use super::finding::Finding;
+use super::found::{Found, Grounds};
 use super::ground::Ground;
 use super::library::Family;
-use super::search::{Found, Grounds, floors, search_part};
+use super::search::{floors, search_part};
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
 

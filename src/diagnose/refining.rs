@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::found::Candidate;
 use super::library::{Family, Refined, family_terms};
 use super::screening::stage_of;
-use super::search::Candidate;
 use super::stage::Stage;
 use super::whitened::LastShape;
 use crate::effects::WARM;

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::cells::Cells;
+use super::found::Candidate;
 use super::ground::{Ground, Term};
 use super::library::{Family, family_terms};
-use super::search::Candidate;
 use super::stage::Stage;
 use super::whitened::LastShape;
 use crate::effects::Profile;

@@ -1,117 +1,22 @@
 //! Which few effects the evidence demands: screen every family, refine the best, compare, accept, repeat. No words, no proof.
 
 use std::cell::Cell;
-use std::collections::HashSet;
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use super::cells::Cells;
+use super::choosing::{choose, compare, is_sensible, keep_diverse, simpler};
+use super::demand::{adds_enough, is_demanded, is_gauge_wander};
 use super::floor::{likely_noise, mean_noise_mm2, noise_floor};
-use super::ground::{Column, Ground, Term};
+use super::found::{Candidate, Floors, Found, Grounds, Search, Step, Ways};
+use super::ground::Ground;
 use super::library::Family;
+use super::limits::{HALF, Limits, SWEEPS};
+use super::model::{Model, Start, joined, mean_square, pooled_misfit};
 use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
-use super::stage::{Accepted, Judgement, Stage};
+use super::stage::{Accepted, Stage};
 use super::whitened::Whitened;
-use crate::identify::{NoiseModel, Quantity, misfit};
-use crate::machine::Effect;
-
-/// A candidate with its best shape.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    pub family: usize,
-    pub effect: Effect,
-    pub terms: Vec<Term>,
-    pub columns: Vec<Column>,
-    pub judgement: Judgement,
-    /// Log evidence with the cost of the shape grid taken off.
-    pub log_odds: f64,
-}
-
-impl Candidate {
-    /// Its columns as they join the model.
-    pub fn accepted(&self) -> impl Iterator<Item = Accepted> + '_ {
-        self.columns.iter().map(|column| Accepted { column: column.clone(), prior: self.judgement.tau.max(1.0) })
-    }
-}
-
-/// An accepted effect with its rivals.
-#[derive(Debug, Clone)]
-pub struct Found {
-    pub chosen: Candidate,
-    /// Other candidates at the same stage, best first, with their log odds relative to the chosen one (below zero).
-    pub rivals: Vec<(Candidate, f64)>,
-    /// Gain in log likelihood with the noise fitted before and after, less the cost of shapes and amplitudes.
-    pub log_odds: f64,
-    /// The gain alone.
-    pub gain: f64,
-    /// Log odds of the chosen candidate at the step that ranked the rivals, on the scale of theirs.
-    pub ranked_odds: f64,
-    /// The gain beside all other effects of the model: how far they can stand for it.
-    pub beside_gain: f64,
-    /// Fall of the mean square residual, mm².
-    pub fall_mm2: f64,
-}
-
-/// Result of a search.
-pub struct Search {
-    pub floor: Vec<NoiseModel>,
-    pub noise_before: Vec<NoiseModel>,
-    pub noise_after: Vec<NoiseModel>,
-    pub found: Vec<Found>,
-    /// Residuals with what was found in the fit, mm.
-    pub residual_mm: Vec<Vec<f64>>,
-    /// Log odds of the best candidate that was not accepted.
-    pub best_left: f64,
-    /// Mean square of the residual before anything was found, mm².
-    pub residual_before_mm2: f64,
-}
-
-/// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
-pub struct Grounds<'g, 'a> {
-    pub fine: &'g Ground<'a>,
-    pub coarse: &'g Ground<'a>,
-    /// Shapes over the averaged rows.
-    pub cells: &'g Cells<'g>,
-}
-
-/// When a search stops.
-struct Limits {
-    /// Log odds above which an effect is accepted, and those that a further one at another place needs: what is left of
-    /// an inexact form must not pass for it.
-    accept: f64,
-    accept_further: f64,
-    /// Log odds above which a first effect that acts once is accepted: no other reading can confirm it.
-    accept_event: f64,
-    /// Most effects of one session.
-    effects: usize,
-    /// Share of what was explained before that a further effect elsewhere must explain.
-    share_elsewhere: f64,
-    /// Rms that a further effect elsewhere must take off the residual, in noise floors.
-    rms_elsewhere: f64,
-    /// Steps after which no other set of effects is tried: readings that no form fits would go on for minutes.
-    steps: usize,
-}
-
-/// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
-const SWEEPS: Limits = Limits {
-    accept: 15.0,
-    accept_further: 30.0,
-    accept_event: 24.0,
-    effects: 6,
-    share_elsewhere: 0.015,
-    rms_elsewhere: 0.3,
-    steps: 26,
-};
-/// The same over half of the readings, which show half as much, give or take their noise.
-const HALF: Limits = Limits { accept: 4.0, accept_further: 15.0, accept_event: 8.0, steps: 10, ..SWEEPS };
-
-/// Families refined at each stage.
-const REFINED: usize = 12;
-/// A free curve is preferred to a form of the catalogue only when it explains so much more.
-const FREE_CURVE_MARGIN: f64 = 1.3;
+use crate::identify::NoiseModel;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
@@ -162,130 +67,22 @@ fn search_then(
     model.finished(&ways, start)
 }
 
-/// How a session stood before the search.
-struct Start {
-    noise: Vec<NoiseModel>,
-    residual_mm2: f64,
-}
-
-impl Start {
-    fn of(ways: &Ways, model: &Model) -> Start {
-        Start { noise: model.noise.clone(), residual_mm2: mean_square(ways.grounds.fine, &model.residual_mm) }
-    }
-}
-
-/// Noise by test, on all rows and on averaged ones.
-pub type Floors = [Vec<NoiseModel>; 2];
-
 /// Noise floors of both resolutions.
 pub fn floors(grounds: &Grounds) -> Floors {
     [grounds.fine, grounds.coarse].map(|ground| noise_floor(ground, &ground.residual_mm))
 }
 
-/// What a search has found so far.
-#[derive(Clone)]
-struct Model {
-    /// Accepted columns on all rows and on averaged ones.
-    columns: [Vec<Accepted>; 2],
-    found: Vec<Found>,
-    residual_mm: Vec<Vec<f64>>,
-    noise: Vec<NoiseModel>,
-    best_left: f64,
-}
-
-impl Model {
-    fn empty(ways: &Ways) -> Model {
-        let fine = ways.grounds.fine;
-        let residual_mm = Stage::new(fine, &ways.floors[0], &[], &fine.kept).residual_mm(&[]);
-        let noise = likely_noise(fine, &residual_mm, &ways.floors[0], &ways.floors[0]);
-        Model { columns: [Vec::new(), Vec::new()], found: Vec::new(), residual_mm, noise, best_left: f64::NEG_INFINITY }
-    }
-
-    /// The same without one of its effects, fitted anew.
-    fn without(&self, ways: &Ways, left_out: usize) -> Model {
-        let mut model = Model::empty(ways);
-        let others = self.found.iter().enumerate().filter(|(index, _)| *index != left_out);
-        others.for_each(|(_, found)| model.take(ways, found.clone()));
-        let fine = ways.grounds.fine;
-        let stage = Stage::new(fine, &self.noise, &model.columns[0], &fine.kept);
-        model.residual_mm = stage.residual_mm(&model.columns[0]);
-        model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
-        model
-    }
-
-    /// Works out what each effect adds beside all others.
-    fn weigh(&mut self, ways: &Ways) {
-        if self.found.len() < 2 {
-            return;
-        }
-        let misfit = |model: &Model| pooled_misfit(ways.grounds.fine, &model.noise, &model.residual_mm);
-        let whole = misfit(self);
-        for index in 0..self.found.len() {
-            let gain = 0.5 * (misfit(&self.without(ways, index)) - whole);
-            if std::env::var_os("FIVEAXIS_TRACE").is_some() {
-                eprintln!("{} beside the others: {gain:.1}", self.found[index].chosen.effect.kind);
-            }
-            self.found[index].beside_gain = gain;
-        }
-    }
-
-    /// The result of a search that ends with this model.
-    fn finished(self, ways: &Ways, start: Start) -> Search {
-        Search {
-            residual_before_mm2: start.residual_mm2,
-            noise_before: start.noise,
-            noise_after: self.noise,
-            found: self.found,
-            residual_mm: self.residual_mm,
-            best_left: self.best_left,
-            floor: ways.floors[0].clone(),
-        }
-    }
-
-    /// Adds what a step found, with what it leaves.
-    fn add(&mut self, ways: &Ways, step: Step) {
-        self.take(ways, step.found);
-        self.residual_mm = step.residual_mm;
-        self.noise = step.noise;
-    }
-
-    /// Adds the columns of an effect.
-    fn take(&mut self, ways: &Ways, found: Found) {
-        let chosen = &found.chosen;
-        let coarse = ways.grounds.coarse.columns(&chosen.effect, &chosen.terms).unwrap_or_default();
-        let prior = chosen.judgement.tau.max(1.0);
-        self.columns[1].extend(coarse.into_iter().map(|column| Accepted { column, prior }));
-        self.columns[0].extend(chosen.accepted());
-        self.found.push(found);
-    }
-
-    /// Log likelihood with its own noise, less what shapes and amplitudes cost.
-    fn standing(&self, ways: &Ways) -> f64 {
-        let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
-        -0.5 * pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) - cost
-    }
-}
-
 /// Residual over noise floor from which other first steps are tried as well.
 const POORLY_EXPLAINED: f64 = 1.3;
+
 /// Other first steps that are tried.
 const OTHER_STARTS: usize = 4;
+
 /// Log odds by which another set of effects must be better.
 const BETTER_SET: f64 = 5.0;
+
 /// The same for a set that begins with a free curve where the present one begins with a named form.
 const BETTER_FREE_SET: f64 = 60.0;
-
-/// A session with all that may be in it.
-struct Ways<'w, 'g, 'a> {
-    grounds: &'w Grounds<'g, 'a>,
-    families: &'w [Family],
-    floors: &'w Floors,
-    limits: Limits,
-    /// All rows and averaged ones under their noise floors.
-    whitened: [Arc<Whitened<'g, 'a>>; 2],
-    /// Steps made so far.
-    steps: Cell<usize>,
-}
 
 impl Ways<'_, '_, '_> {
     /// Whether other sets of effects may still be tried.
@@ -477,13 +274,6 @@ impl Ways<'_, '_, '_> {
     }
 }
 
-/// One step of a search: what it finds and what is left then.
-struct Step {
-    found: Found,
-    residual_mm: Vec<Vec<f64>>,
-    noise: Vec<NoiseModel>,
-}
-
 /// A search that was not made: nothing found.
 pub fn nothing(ground: &Ground, floor: &[NoiseModel]) -> Search {
     Search {
@@ -495,80 +285,6 @@ pub fn nothing(ground: &Ground, floor: &[NoiseModel]) -> Search {
         residual_mm: ground.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,
     }
-}
-
-/// Share of the mean square that all effects found before explain which a further one at the same place must explain.
-const LEAST_SHARE: f64 = 0.002;
-/// Rms that the first effect must take off the residual, in noise floors.
-const LEAST_RMS: f64 = 0.18;
-/// The same for an event: somewhere in a session noise looks like a jump.
-const LEAST_EVENT_RMS: f64 = 0.25;
-
-/// Whether the evidence demands a candidate beside what was found.
-fn is_demanded(
-    limits: &Limits,
-    found: &[Found],
-    chosen: &Candidate,
-    (fall_mm2, log_odds): (f64, f64),
-    floor: &[NoiseModel],
-) -> bool {
-    let noise_mm2 = mean_noise_mm2(floor);
-    let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
-    if found.is_empty() {
-        let is_event = chosen.effect.kind.ends_with("-slip");
-        let (odds, rms) = match is_event {
-            true => (limits.accept_event, LEAST_EVENT_RMS),
-            false => (limits.accept, LEAST_RMS),
-        };
-        return log_odds > odds && in_noise(rms);
-    }
-    let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
-    let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
-    log_odds > if same_place { limits.accept } else { limits.accept_further }
-        && adds_enough(limits, same_place, fall_mm2, explained, noise_mm2)
-}
-
-/// Whether an effect takes enough off the mean square beside what the others explain.
-fn adds_enough(limits: &Limits, same_place: bool, fall_mm2: f64, explained_mm2: f64, noise_mm2: f64) -> bool {
-    match same_place {
-        true => fall_mm2 > LEAST_SHARE * explained_mm2,
-        false => {
-            fall_mm2 > limits.share_elsewhere * explained_mm2 && fall_mm2 > limits.rms_elsewhere.powi(2) * noise_mm2
-        }
-    }
-}
-
-/// Growth of the bar below its own uncertainty: a gauge's zero wanders as far in a session.
-fn is_gauge_wander(ground: &Ground, chosen: &Candidate) -> bool {
-    if chosen.effect.kind != "bar-length" || chosen.effect.parameter("bar").is_some() {
-        return false;
-    }
-    let uncertain_mm = ground
-        .problem
-        .unknowns
-        .iter()
-        .filter(|unknown| matches!(unknown.quantity, Quantity::Bar { .. }))
-        .map(|unknown| unknown.prior_sigma)
-        .fold(0.0, f64::max);
-    let mut ends = (f64::MAX, f64::MIN);
-    for test in 0..ground.tests() {
-        for row in (0..ground.kept[test].len()).filter(|&row| ground.kept[test][row]) {
-            let columns = chosen.columns.iter().zip(&chosen.judgement.amplitudes);
-            let grown: f64 =
-                columns.map(|(column, size)| size * column.by_test[test].get(row).copied().unwrap_or(0.0)).sum();
-            ends = (ends.0.min(grown), ends.1.max(grown));
-        }
-    }
-    ends.1 - ends.0 < uncertain_mm
-}
-
-/// Mean square of the rows that take part, mm².
-pub(super) fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
-    let kept = residual_mm
-        .iter()
-        .zip(&ground.kept)
-        .flat_map(|(residual, kept)| residual.iter().zip(kept).filter(|(_, kept)| **kept));
-    crate::identify::rms(kept.map(|(value, _)| *value)).powi(2)
 }
 
 /// Prints the standing of the best candidates when the variable FIVEAXIS_TRACE is set: for work on the search itself.
@@ -600,123 +316,4 @@ pub(super) fn trace(
             effect.parameters
         );
     }
-}
-
-/// Shortest shift between lengths and positions of a single test, ms: a mistake of pairing is no matter of milliseconds.
-const SHORTEST_SHIFT_MS: f64 = 200.0;
-const LONGEST_SHIFT_MS: f64 = 5000.0;
-
-/// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
-const SHIFT_SHARE: f64 = 0.5;
-
-/// Whether a candidate's size is one that it can have.
-fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
-    let shift_ms = candidate.judgement.amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
-    let explains = candidate.judgement.chi2 > SHIFT_SHARE * misfit;
-    !super::is_shift_of_one_test(&candidate.effect)
-        || (explains && (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms))
-}
-
-/// Free curves that are refined beside the named ones.
-const REFINED_FREE: usize = 3;
-/// Candidates of one kind that are refined: on a coarse grid a jump may stand behind many ways to grow.
-const REFINED_ALIKE: usize = 8;
-
-/// Keeps the best candidates, but not only free curves or only one kind.
-pub(super) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
-    let mut kept: Vec<&'static str> = Vec::new();
-    candidates.retain(|candidate| {
-        let kind = families[candidate.family].kind;
-        let alike = kept.iter().filter(|other| **other == kind).count();
-        let named = kept.iter().filter(|other| **other != "unknown").count();
-        let keep = if kind == "unknown" { alike < REFINED_FREE } else { alike < REFINED_ALIKE && named < REFINED };
-        if keep {
-            kept.push(kind);
-        }
-        keep
-    });
-}
-
-/// Judges refined candidates under one noise, on all rows.
-fn compare(stage: &Stage, families: &[Family], mut candidates: Vec<Candidate>) -> Vec<Candidate> {
-    candidates.par_iter_mut().for_each(|candidate| {
-        let cost = candidate.judgement.log_evidence - candidate.log_odds;
-        candidate.judgement = stage.judge(&candidate.columns, families[candidate.family].plausible);
-        candidate.log_odds = candidate.judgement.log_evidence - cost;
-    });
-    candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    candidates
-}
-
-/// Log odds within which candidates count as equal, so that the customary name decides.
-const TIE: f64 = 3.0;
-/// The same as a share of the best one's log odds: forms are never exact.
-const TIE_SHARE: f64 = 0.002;
-const FREE_TIE: f64 = 10.0;
-
-/// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
-pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
-    let is_free = |candidate: &Candidate| families[candidate.family].kind == "unknown";
-    let best_named = candidates.iter().position(|candidate| !is_free(candidate));
-    let best = match best_named {
-        Some(named) if is_free(&candidates[0]) => {
-            let far_more = candidates[0].judgement.chi2 > FREE_CURVE_MARGIN * candidates[named].judgement.chi2 + 30.0;
-            if far_more { 0 } else { named }
-        }
-        _ => 0,
-    };
-    let best = simpler(candidates, best).unwrap_or(best);
-    // a free curve over an axis that only follows another one says the same as one over that axis
-    let share = TIE_SHARE * candidates[best].log_odds.max(0.0);
-    let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE.max(share) };
-    let near = |candidate: &Candidate| {
-        candidates[best].log_odds - candidate.log_odds < tie && is_free(candidate) == is_free(&candidates[best])
-    };
-    (0..candidates.len())
-        .filter(|&k| k == best || near(&candidates[k]))
-        .min_by_key(|&k| (families[candidates[k].family].customary_rank(ground), k != best))
-        .unwrap_or(best)
-}
-
-/// Share of what a vibration in all directions explains with which one direction alone is the likelier cause: a phase that
-/// wanders is no other direction.
-const ONE_DIRECTION: f64 = 0.93;
-/// The same for error motions: what lies between the orders is no other motion.
-const FEWER_MOTIONS: f64 = 0.99;
-
-/// A candidate of the best one's kind that explains nearly as much in half as many directions or fewer.
-fn simpler(candidates: &[Candidate], best: usize) -> Option<usize> {
-    let Candidate { effect, terms, judgement, .. } = &candidates[best];
-    let share = match effect.kind.as_str() {
-        "vibration" => ONE_DIRECTION,
-        "rotary-error-motion" => FEWER_MOTIONS,
-        _ => return None,
-    };
-    candidates.iter().position(|other| {
-        other.effect.kind == effect.kind
-            && (other.effect.place == effect.place || effect.kind == "vibration")
-            && 2 * directions(&other.terms) <= directions(terms)
-            && other.judgement.chi2 > share * judgement.chi2
-    })
-}
-
-fn directions(terms: &[Term]) -> usize {
-    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len()
-}
-
-fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
-    let mut alike: Vec<(NoiseModel, Vec<Vec<f64>>)> = Vec::new();
-    for test in 0..ground.tests() {
-        let rows = residual_mm[test].iter().zip(&ground.kept[test]);
-        let masked: Vec<f64> = rows.map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
-        match alike.iter_mut().find(|(model, _)| *model == noise[test]) {
-            Some((_, traces)) => traces.push(masked),
-            None => alike.push((noise[test], vec![masked])),
-        }
-    }
-    alike.iter().map(|(noise, traces)| misfit(noise, traces)).sum()
-}
-
-pub(super) fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
-    model.iter().cloned().chain(candidate.accepted()).collect()
 }

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::found::Candidate;
 use super::ground::Term;
 use super::library::Family;
 use super::refining::judged;
-use super::search::Candidate;
 use super::size::settles;
 use super::stage::Stage;
 use super::whitened::LastShape;

@@ -5,9 +5,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::finding::{Cause, SizeFound, component_name, unit};
+use super::finding::SizeFound;
+use super::found::Candidate;
 use super::ground::{Ground, Term};
-use super::search::Candidate;
+use super::naming::{Cause, component_name, unit};
 use super::stage::Stage;
 use crate::effects::{WARM, kind};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};

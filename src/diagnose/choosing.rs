@@ -1,0 +1,123 @@
+//! Which of several candidates is refined, and which of them counts as the best one. Whether the evidence demands it stands in `demand`.
+
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use super::found::Candidate;
+use super::ground::{Ground, Term};
+use super::library::Family;
+use super::stage::Stage;
+
+/// Families refined at each stage.
+const REFINED: usize = 12;
+
+/// A free curve is preferred to a form of the catalogue only when it explains so much more.
+const FREE_CURVE_MARGIN: f64 = 1.3;
+
+/// Shortest shift between lengths and positions of a single test, ms: a mistake of pairing is no matter of milliseconds.
+const SHORTEST_SHIFT_MS: f64 = 200.0;
+
+const LONGEST_SHIFT_MS: f64 = 5000.0;
+
+/// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
+const SHIFT_SHARE: f64 = 0.5;
+
+/// Whether a candidate's size is one that it can have.
+pub(super) fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
+    let shift_ms = candidate.judgement.amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
+    let explains = candidate.judgement.chi2 > SHIFT_SHARE * misfit;
+    !super::is_shift_of_one_test(&candidate.effect)
+        || (explains && (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms))
+}
+
+/// Free curves that are refined beside the named ones.
+const REFINED_FREE: usize = 3;
+
+/// Candidates of one kind that are refined: on a coarse grid a jump may stand behind many ways to grow.
+const REFINED_ALIKE: usize = 8;
+
+/// Keeps the best candidates, but not only free curves or only one kind.
+pub(super) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
+    let mut kept: Vec<&'static str> = Vec::new();
+    candidates.retain(|candidate| {
+        let kind = families[candidate.family].kind;
+        let alike = kept.iter().filter(|other| **other == kind).count();
+        let named = kept.iter().filter(|other| **other != "unknown").count();
+        let keep = if kind == "unknown" { alike < REFINED_FREE } else { alike < REFINED_ALIKE && named < REFINED };
+        if keep {
+            kept.push(kind);
+        }
+        keep
+    });
+}
+
+/// Judges refined candidates under one noise, on all rows.
+pub(super) fn compare(stage: &Stage, families: &[Family], mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+    candidates.par_iter_mut().for_each(|candidate| {
+        let cost = candidate.judgement.log_evidence - candidate.log_odds;
+        candidate.judgement = stage.judge(&candidate.columns, families[candidate.family].plausible);
+        candidate.log_odds = candidate.judgement.log_evidence - cost;
+    });
+    candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    candidates
+}
+
+/// Log odds within which candidates count as equal, so that the customary name decides.
+const TIE: f64 = 3.0;
+
+/// The same as a share of the best one's log odds: forms are never exact.
+const TIE_SHARE: f64 = 0.002;
+
+const FREE_TIE: f64 = 10.0;
+
+/// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
+pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
+    let is_free = |candidate: &Candidate| families[candidate.family].kind == "unknown";
+    let best_named = candidates.iter().position(|candidate| !is_free(candidate));
+    let best = match best_named {
+        Some(named) if is_free(&candidates[0]) => {
+            let far_more = candidates[0].judgement.chi2 > FREE_CURVE_MARGIN * candidates[named].judgement.chi2 + 30.0;
+            if far_more { 0 } else { named }
+        }
+        _ => 0,
+    };
+    let best = simpler(candidates, best).unwrap_or(best);
+    // a free curve over an axis that only follows another one says the same as one over that axis
+    let share = TIE_SHARE * candidates[best].log_odds.max(0.0);
+    let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE.max(share) };
+    let near = |candidate: &Candidate| {
+        candidates[best].log_odds - candidate.log_odds < tie && is_free(candidate) == is_free(&candidates[best])
+    };
+    (0..candidates.len())
+        .filter(|&k| k == best || near(&candidates[k]))
+        .min_by_key(|&k| (families[candidates[k].family].customary_rank(ground), k != best))
+        .unwrap_or(best)
+}
+
+/// Share of what a vibration in all directions explains with which one direction alone is the likelier cause: a phase that
+/// wanders is no other direction.
+const ONE_DIRECTION: f64 = 0.93;
+
+/// The same for error motions: what lies between the orders is no other motion.
+const FEWER_MOTIONS: f64 = 0.99;
+
+/// A candidate of the best one's kind that explains nearly as much in half as many directions or fewer.
+pub(super) fn simpler(candidates: &[Candidate], best: usize) -> Option<usize> {
+    let Candidate { effect, terms, judgement, .. } = &candidates[best];
+    let share = match effect.kind.as_str() {
+        "vibration" => ONE_DIRECTION,
+        "rotary-error-motion" => FEWER_MOTIONS,
+        _ => return None,
+    };
+    candidates.iter().position(|other| {
+        other.effect.kind == effect.kind
+            && (other.effect.place == effect.place || effect.kind == "vibration")
+            && 2 * directions(&other.terms) <= directions(terms)
+            && other.judgement.chi2 > share * judgement.chi2
+    })
+}
+
+fn directions(terms: &[Term]) -> usize {
+    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len()
+}

@@ -1,0 +1,80 @@
+//! When the evidence demands an effect, beside none and beside others. It compares no candidates.
+
+use super::floor::mean_noise_mm2;
+use super::found::{Candidate, Found};
+use super::ground::Ground;
+use super::limits::Limits;
+use crate::identify::{NoiseModel, Quantity};
+
+/// Share of the mean square that all effects found before explain which a further one at the same place must explain.
+const LEAST_SHARE: f64 = 0.002;
+
+/// Rms that the first effect must take off the residual, in noise floors.
+const LEAST_RMS: f64 = 0.18;
+
+/// The same for an event: somewhere in a session noise looks like a jump.
+const LEAST_EVENT_RMS: f64 = 0.25;
+
+/// Whether the evidence demands a candidate beside what was found.
+pub(super) fn is_demanded(
+    limits: &Limits,
+    found: &[Found],
+    chosen: &Candidate,
+    (fall_mm2, log_odds): (f64, f64),
+    floor: &[NoiseModel],
+) -> bool {
+    let noise_mm2 = mean_noise_mm2(floor);
+    let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
+    if found.is_empty() {
+        let is_event = chosen.effect.kind.ends_with("-slip");
+        let (odds, rms) = match is_event {
+            true => (limits.accept_event, LEAST_EVENT_RMS),
+            false => (limits.accept, LEAST_RMS),
+        };
+        return log_odds > odds && in_noise(rms);
+    }
+    let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
+    let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
+    log_odds > if same_place { limits.accept } else { limits.accept_further }
+        && adds_enough(limits, same_place, fall_mm2, explained, noise_mm2)
+}
+
+/// Whether an effect takes enough off the mean square beside what the others explain.
+pub(super) fn adds_enough(
+    limits: &Limits,
+    same_place: bool,
+    fall_mm2: f64,
+    explained_mm2: f64,
+    noise_mm2: f64,
+) -> bool {
+    match same_place {
+        true => fall_mm2 > LEAST_SHARE * explained_mm2,
+        false => {
+            fall_mm2 > limits.share_elsewhere * explained_mm2 && fall_mm2 > limits.rms_elsewhere.powi(2) * noise_mm2
+        }
+    }
+}
+
+/// Growth of the bar below its own uncertainty: a gauge's zero wanders as far in a session.
+pub(super) fn is_gauge_wander(ground: &Ground, chosen: &Candidate) -> bool {
+    if chosen.effect.kind != "bar-length" || chosen.effect.parameter("bar").is_some() {
+        return false;
+    }
+    let uncertain_mm = ground
+        .problem
+        .unknowns
+        .iter()
+        .filter(|unknown| matches!(unknown.quantity, Quantity::Bar { .. }))
+        .map(|unknown| unknown.prior_sigma)
+        .fold(0.0, f64::max);
+    let mut ends = (f64::MAX, f64::MIN);
+    for test in 0..ground.tests() {
+        for row in (0..ground.kept[test].len()).filter(|&row| ground.kept[test][row]) {
+            let columns = chosen.columns.iter().zip(&chosen.judgement.amplitudes);
+            let grown: f64 =
+                columns.map(|(column, size)| size * column.by_test[test].get(row).copied().unwrap_or(0.0)).sum();
+            ends = (ends.0.min(grown), ends.1.max(grown));
+        }
+    }
+    ends.1 - ends.0 < uncertain_mm
+}

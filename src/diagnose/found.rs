@@ -1,0 +1,94 @@
+//! What a search works on and what it finds. It decides nothing.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use super::cells::Cells;
+use super::ground::{Column, Ground, Term};
+use super::library::Family;
+use super::limits::Limits;
+use super::stage::{Accepted, Judgement};
+use super::whitened::Whitened;
+use crate::identify::NoiseModel;
+use crate::machine::Effect;
+
+/// A candidate with its best shape.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    pub family: usize,
+    pub effect: Effect,
+    pub terms: Vec<Term>,
+    pub columns: Vec<Column>,
+    pub judgement: Judgement,
+    /// Log evidence with the cost of the shape grid taken off.
+    pub log_odds: f64,
+}
+
+impl Candidate {
+    /// Its columns as they join the model.
+    pub fn accepted(&self) -> impl Iterator<Item = Accepted> + '_ {
+        self.columns.iter().map(|column| Accepted { column: column.clone(), prior: self.judgement.tau.max(1.0) })
+    }
+}
+
+/// An accepted effect with its rivals.
+#[derive(Debug, Clone)]
+pub struct Found {
+    pub chosen: Candidate,
+    /// Other candidates at the same stage, best first, with their log odds relative to the chosen one (below zero).
+    pub rivals: Vec<(Candidate, f64)>,
+    /// Gain in log likelihood with the noise fitted before and after, less the cost of shapes and amplitudes.
+    pub log_odds: f64,
+    /// The gain alone.
+    pub gain: f64,
+    /// Log odds of the chosen candidate at the step that ranked the rivals, on the scale of theirs.
+    pub ranked_odds: f64,
+    /// The gain beside all other effects of the model: how far they can stand for it.
+    pub beside_gain: f64,
+    /// Fall of the mean square residual, mm².
+    pub fall_mm2: f64,
+}
+
+/// Result of a search.
+pub struct Search {
+    pub floor: Vec<NoiseModel>,
+    pub noise_before: Vec<NoiseModel>,
+    pub noise_after: Vec<NoiseModel>,
+    pub found: Vec<Found>,
+    /// Residuals with what was found in the fit, mm.
+    pub residual_mm: Vec<Vec<f64>>,
+    /// Log odds of the best candidate that was not accepted.
+    pub best_left: f64,
+    /// Mean square of the residual before anything was found, mm².
+    pub residual_before_mm2: f64,
+}
+
+/// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
+pub struct Grounds<'g, 'a> {
+    pub fine: &'g Ground<'a>,
+    pub coarse: &'g Ground<'a>,
+    /// Shapes over the averaged rows.
+    pub cells: &'g Cells<'g>,
+}
+
+/// Noise by test, on all rows and on averaged ones.
+pub type Floors = [Vec<NoiseModel>; 2];
+
+/// A session with all that may be in it.
+pub(super) struct Ways<'w, 'g, 'a> {
+    pub(super) grounds: &'w Grounds<'g, 'a>,
+    pub(super) families: &'w [Family],
+    pub(super) floors: &'w Floors,
+    pub(super) limits: Limits,
+    /// All rows and averaged ones under their noise floors.
+    pub(super) whitened: [Arc<Whitened<'g, 'a>>; 2],
+    /// Steps made so far.
+    pub(super) steps: Cell<usize>,
+}
+
+/// One step of a search: what it finds and what is left then.
+pub(super) struct Step {
+    pub(super) found: Found,
+    pub(super) residual_mm: Vec<Vec<f64>>,
+    pub(super) noise: Vec<NoiseModel>,
+}

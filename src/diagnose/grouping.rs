@@ -1,0 +1,106 @@
+//! Which accepted effects belong to one finding. It words nothing.
+
+use super::found::{Found, Search};
+use super::library::Family;
+use super::naming::{candidate_driver, driver_class};
+use crate::effects::Driver;
+use crate::machine::ParameterValue;
+
+/// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
+pub(super) fn groups(search: &Search, families: &[Family]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, found) in search.found.iter().enumerate() {
+        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found, families);
+        match groups.iter_mut().find(|group| joins(group)) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    groups.iter_mut().for_each(|group| strongest_leads(search, families, group));
+    join_rests(search, families, &mut groups);
+    groups
+}
+
+/// Whether an effect belongs to what an effect taken before it tells.
+fn belongs(lead: &Found, found: &Found, families: &[Family]) -> bool {
+    let same_place = lead.chosen.effect.place == found.chosen.effect.place
+        && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
+    let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
+    let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
+    let same_cause = same_kind && !is_event(found);
+    let rest_of_form = is_free(found, families) || (alike && found.gain < REST_OF_FORM * lead.gain);
+    same_place && (same_cause || rest_of_form) || is_same_line(lead, found)
+}
+
+/// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
+pub(super) const REST_OF_FORM: f64 = 0.6;
+
+/// A named part that adds so many times what the first one does, beside all others, speaks for the whole.
+const SPEAKS_FOR_ALL: f64 = 2.0;
+
+/// Puts the part first that adds most: a search may have taken a rest of the form before the form.
+pub(super) fn strongest_leads(search: &Search, families: &[Family], group: &mut [usize]) {
+    if group.first().is_none_or(|&first| is_free(&search.found[first], families)) {
+        return;
+    }
+    let adds = |index: usize| search.found[index].beside_gain;
+    let named = (0..group.len()).filter(|&place| !is_free(&search.found[group[place]], families));
+    let Some(strongest) = named.max_by(|&a, &b| adds(group[a]).total_cmp(&adds(group[b]))) else { return };
+    if adds(group[strongest]) > SPEAKS_FOR_ALL * adds(group[0]) {
+        group[..=strongest].rotate_right(1);
+    }
+}
+
+/// Share of the stronger one's gain below which a named effect is the rest of its form: weight and position of one
+/// joint say the same in other forms.
+fn rest_share(own: &Found, stronger: &Found) -> f64 {
+    let weighs = |found: &Found| candidate_driver(&found.chosen) == Driver::Gravity;
+    if weighs(own) != weighs(stronger) { 1.0 } else { REST_OF_FORM }
+}
+
+/// Joins named effects of one place and kind of driver where one adds little beside the other, whichever was taken first.
+pub(super) fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<Vec<usize>>) {
+    let lead = |group: &[usize]| &search.found[group[0]];
+    groups.sort_by(|a, b| lead(b).beside_gain.total_cmp(&lead(a).beside_gain));
+    let mut kept: Vec<Vec<usize>> = Vec::new();
+    for group in groups.drain(..) {
+        let own = lead(&group);
+        let is_rest = |other: &&mut Vec<usize>| {
+            let stronger = lead(other);
+            own.chosen.effect.place == stronger.chosen.effect.place
+                && !is_free(own, families)
+                && !is_free(stronger, families)
+                && driver_class(candidate_driver(&own.chosen)) == driver_class(candidate_driver(&stronger.chosen))
+                && !is_event(own)
+                && own.beside_gain < rest_share(own, stronger) * stronger.beside_gain
+        };
+        match kept.iter_mut().find(is_rest) {
+            Some(stronger) => stronger.extend(group),
+            None => kept.push(group),
+        }
+    }
+    *groups = kept;
+}
+
+/// Frequencies nearer than this, as a share of them, are one vibration.
+const ONE_LINE: f64 = 0.03;
+
+/// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
+pub(super) fn is_same_line(one: &Found, other: &Found) -> bool {
+    let frequency = |found: &Found| match found.chosen.effect.parameter("frequency") {
+        Some(ParameterValue::Number(hz)) if found.chosen.effect.kind == "vibration" => Some(*hz),
+        _ => None,
+    };
+    match (frequency(one), frequency(other)) {
+        (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
+        _ => false,
+    }
+}
+
+pub(super) fn is_free(found: &Found, families: &[Family]) -> bool {
+    families[found.chosen.family].kind == "unknown"
+}
+
+pub(super) fn is_event(found: &Found) -> bool {
+    found.chosen.effect.kind.ends_with("-slip")
+}

@@ -1,0 +1,33 @@
+//! When a search accepts and when it ends, for all readings of a session and for half of them. It weighs nothing.
+
+/// When a search stops.
+pub(super) struct Limits {
+    /// Log odds above which an effect is accepted, and those that a further one at another place needs: what is left of
+    /// an inexact form must not pass for it.
+    pub(super) accept: f64,
+    pub(super) accept_further: f64,
+    /// Log odds above which a first effect that acts once is accepted: no other reading can confirm it.
+    pub(super) accept_event: f64,
+    /// Most effects of one session.
+    pub(super) effects: usize,
+    /// Share of what was explained before that a further effect elsewhere must explain.
+    pub(super) share_elsewhere: f64,
+    /// Rms that a further effect elsewhere must take off the residual, in noise floors.
+    pub(super) rms_elsewhere: f64,
+    /// Steps after which no other set of effects is tried: readings that no form fits would go on for minutes.
+    pub(super) steps: usize,
+}
+
+/// Sweeps: few causes beside one that dominates; what an inexact form leaves must not pass for physics.
+pub(super) const SWEEPS: Limits = Limits {
+    accept: 15.0,
+    accept_further: 30.0,
+    accept_event: 24.0,
+    effects: 6,
+    share_elsewhere: 0.015,
+    rms_elsewhere: 0.3,
+    steps: 26,
+};
+
+/// The same over half of the readings, which show half as much, give or take their noise.
+pub(super) const HALF: Limits = Limits { accept: 4.0, accept_further: 15.0, accept_event: 8.0, steps: 10, ..SWEEPS };

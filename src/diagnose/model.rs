@@ -1,0 +1,129 @@
+//! A set of effects with what it leaves of the readings. Which effects belong in it is for the search to say.
+
+use super::floor::likely_noise;
+use super::found::{Candidate, Found, Search, Step, Ways};
+use super::ground::Ground;
+use super::stage::{Accepted, Stage};
+use crate::identify::{NoiseModel, misfit};
+
+/// How a session stood before the search.
+pub(super) struct Start {
+    pub(super) noise: Vec<NoiseModel>,
+    residual_mm2: f64,
+}
+
+impl Start {
+    pub(super) fn of(ways: &Ways, model: &Model) -> Start {
+        Start { noise: model.noise.clone(), residual_mm2: mean_square(ways.grounds.fine, &model.residual_mm) }
+    }
+}
+
+/// What a search has found so far.
+#[derive(Clone)]
+pub(super) struct Model {
+    /// Accepted columns on all rows and on averaged ones.
+    pub(super) columns: [Vec<Accepted>; 2],
+    pub(super) found: Vec<Found>,
+    pub(super) residual_mm: Vec<Vec<f64>>,
+    pub(super) noise: Vec<NoiseModel>,
+    pub(super) best_left: f64,
+}
+
+impl Model {
+    pub(super) fn empty(ways: &Ways) -> Model {
+        let fine = ways.grounds.fine;
+        let residual_mm = Stage::new(fine, &ways.floors[0], &[], &fine.kept).residual_mm(&[]);
+        let noise = likely_noise(fine, &residual_mm, &ways.floors[0], &ways.floors[0]);
+        Model { columns: [Vec::new(), Vec::new()], found: Vec::new(), residual_mm, noise, best_left: f64::NEG_INFINITY }
+    }
+
+    /// The same without one of its effects, fitted anew.
+    pub(super) fn without(&self, ways: &Ways, left_out: usize) -> Model {
+        let mut model = Model::empty(ways);
+        let others = self.found.iter().enumerate().filter(|(index, _)| *index != left_out);
+        others.for_each(|(_, found)| model.take(ways, found.clone()));
+        let fine = ways.grounds.fine;
+        let stage = Stage::new(fine, &self.noise, &model.columns[0], &fine.kept);
+        model.residual_mm = stage.residual_mm(&model.columns[0]);
+        model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
+        model
+    }
+
+    /// Works out what each effect adds beside all others.
+    pub(super) fn weigh(&mut self, ways: &Ways) {
+        if self.found.len() < 2 {
+            return;
+        }
+        let misfit = |model: &Model| pooled_misfit(ways.grounds.fine, &model.noise, &model.residual_mm);
+        let whole = misfit(self);
+        for index in 0..self.found.len() {
+            let gain = 0.5 * (misfit(&self.without(ways, index)) - whole);
+            if std::env::var_os("FIVEAXIS_TRACE").is_some() {
+                eprintln!("{} beside the others: {gain:.1}", self.found[index].chosen.effect.kind);
+            }
+            self.found[index].beside_gain = gain;
+        }
+    }
+
+    /// The result of a search that ends with this model.
+    pub(super) fn finished(self, ways: &Ways, start: Start) -> Search {
+        Search {
+            residual_before_mm2: start.residual_mm2,
+            noise_before: start.noise,
+            noise_after: self.noise,
+            found: self.found,
+            residual_mm: self.residual_mm,
+            best_left: self.best_left,
+            floor: ways.floors[0].clone(),
+        }
+    }
+
+    /// Adds what a step found, with what it leaves.
+    pub(super) fn add(&mut self, ways: &Ways, step: Step) {
+        self.take(ways, step.found);
+        self.residual_mm = step.residual_mm;
+        self.noise = step.noise;
+    }
+
+    /// Adds the columns of an effect.
+    pub(super) fn take(&mut self, ways: &Ways, found: Found) {
+        let chosen = &found.chosen;
+        let coarse = ways.grounds.coarse.columns(&chosen.effect, &chosen.terms).unwrap_or_default();
+        let prior = chosen.judgement.tau.max(1.0);
+        self.columns[1].extend(coarse.into_iter().map(|column| Accepted { column, prior }));
+        self.columns[0].extend(chosen.accepted());
+        self.found.push(found);
+    }
+
+    /// Log likelihood with its own noise, less what shapes and amplitudes cost.
+    pub(super) fn standing(&self, ways: &Ways) -> f64 {
+        let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
+        -0.5 * pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) - cost
+    }
+}
+
+/// Mean square of the rows that take part, mm².
+pub(super) fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
+    let kept = residual_mm
+        .iter()
+        .zip(&ground.kept)
+        .flat_map(|(residual, kept)| residual.iter().zip(kept).filter(|(_, kept)| **kept));
+    crate::identify::rms(kept.map(|(value, _)| *value)).powi(2)
+}
+
+pub(super) fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
+    let mut alike: Vec<(NoiseModel, Vec<Vec<f64>>)> = Vec::new();
+    for test in 0..ground.tests() {
+        let rows = residual_mm[test].iter().zip(&ground.kept[test]);
+        let masked: Vec<f64> = rows.map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
+        match alike.iter_mut().find(|(model, _)| *model == noise[test]) {
+            Some((_, traces)) => traces.push(masked),
+            None => alike.push((noise[test], vec![masked])),
+        }
+    }
+    alike.iter().map(|(noise, traces)| misfit(noise, traces)).sum()
+}
+
+pub(super) fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
+    model.iter().cloned().chain(candidate.accepted()).collect()
+}

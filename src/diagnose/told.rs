@@ -1,0 +1,118 @@
+//! What a search found as it is told: fitted on all rows, worded, confirmed by readings held out. It searches nothing.
+
+use super::finding::{self, Finding};
+use super::found::{Candidate, Search};
+use super::ground::Ground;
+use super::library::Family;
+use super::model::mean_square;
+use super::naming::{self, Cause};
+use super::next_test;
+use super::proof::Proof;
+use super::stage::{Accepted, Stage};
+use crate::identify::rms;
+
+/// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
+const UNPROVEN: f64 = 0.97;
+
+/// What a search found, fitted on all rows and worded.
+pub(super) struct Told<'g, 'a> {
+    pub(super) columns: Vec<Accepted>,
+    pub(super) stage: Stage<'g, 'a>,
+    pub(super) findings: Vec<Finding>,
+}
+
+impl<'g, 'a> Told<'g, 'a> {
+    pub(super) fn of(fine: &'g Ground<'a>, families: &[Family], search: &Search) -> Told<'g, 'a> {
+        let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
+        let findings = finding::findings(fine, families, search, &stage, &columns);
+        Told { columns, stage, findings }
+    }
+
+    /// Rms of the residual over the rows that take part, mm.
+    pub(super) fn rms_mm(&self, ground: &Ground) -> f64 {
+        let left = self.stage.residual_mm(&self.columns);
+        let rows = left.iter().zip(&ground.kept).flat_map(|(left, kept)| left.iter().zip(kept));
+        rms(rows.filter(|(_, kept)| **kept).map(|(value, _)| *value))
+    }
+}
+
+/// Claims no more than is proven of the findings for which `is_open` holds.
+pub(super) fn temper(findings: &mut [Finding], is_open: impl Fn(usize, &Finding) -> bool) {
+    for (index, finding) in findings.iter_mut().enumerate() {
+        if is_open(index, finding) {
+            finding.probability = finding.probability.min(UNPROVEN);
+        }
+    }
+}
+
+/// Adds to every finding with rivals the test that would tell them apart.
+pub(super) fn propose(layout: &next_test::Layout, search: &Search, findings: &mut [Finding]) {
+    let machine = &layout.session.machine;
+    let timed = |test: &crate::session::Test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some());
+    if !layout.session.tests.iter().any(timed) {
+        return;
+    }
+    for finding in findings.iter_mut().filter(|finding| !finding.rivals.is_empty()) {
+        let mut column = 0;
+        let lead = search.found.iter().find(|found| {
+            let first = column;
+            column += found.chosen.columns.len();
+            finding.columns.first() == Some(&first)
+        });
+        let Some(lead) = lead else { continue };
+        let named = |candidate| (naming::cause(machine, candidate, &[]), candidate);
+        let candidates: Vec<(Cause, &Candidate)> =
+            std::iter::once(named(&lead.chosen)).chain(lead.rivals.iter().map(|(rival, _)| named(rival))).collect();
+        finding.next_test = next_test::next_test(layout, finding, &candidates);
+    }
+}
+
+/// Drops what held-out readings do not confirm, the weakest first, unless too much stays unexplained without it to be
+/// the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
+pub(super) fn confirm<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    mut proof: Proof,
+) -> Proof {
+    let most_mm = STILL_THERE * told.rms_mm(fine);
+    let mut dropped: Vec<usize> = Vec::new();
+    for (index, finding) in told.findings.iter().enumerate().rev() {
+        if finding.single || proof.passed[index] {
+            continue;
+        }
+        let without: Vec<Accepted> = (0..told.columns.len())
+            .filter(|column| !finding.columns.contains(column) && !dropped.contains(column))
+            .map(|column| told.columns[column].clone())
+            .collect();
+        let left_mm = Stage::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
+        if mean_square(fine, &left_mm).sqrt() <= most_mm {
+            dropped.extend(&finding.columns);
+        }
+    }
+    if dropped.is_empty() {
+        return proof;
+    }
+    let before: Vec<(Cause, bool)> =
+        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.cause.clone(), *passed)).collect();
+    let mut column = 0;
+    search.found.retain(|found| {
+        let first = column;
+        column += found.chosen.columns.len();
+        !dropped.contains(&first)
+    });
+    *told = Told::of(fine, families, search);
+    // told anew the findings may stand in another order
+    let passed = |finding: &Finding| {
+        let same =
+            before.iter().find(|(cause, _)| cause.effect == finding.cause.effect && cause.place == finding.cause.place);
+        same.is_some_and(|(_, passed)| *passed)
+    };
+    proof.passed = told.findings.iter().map(passed).collect();
+    proof
+}
+
+/// Rise of the residual without unproven findings from which they stay, marked as failed.
+pub(super) const STILL_THERE: f64 = 1.25;
