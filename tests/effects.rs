@@ -704,6 +704,27 @@ fn a_spike_between_few_rows_is_the_spike_between_many() {
 }
 
 #[test]
+fn a_stop_is_no_reversal() {
+    let machine = machines().remove(0);
+    let (x, axes) = (machine.axis_index("X").unwrap(), machine.axes.len());
+    // X goes on, stops short, stands and goes on: no row leads back
+    let rows: Vec<Vec<f64>> = (0..60)
+        .map(|row| {
+            let way = [row.min(20) as f64, (row as f64 - 40.0).max(0.0)].iter().sum::<f64>();
+            (0..axes).map(|axis| if axis == x { way } else { 0.0 }).collect()
+        })
+        .collect();
+    let session = session(machine, vec![test("stop", 0.0, &rows)]);
+    let effect = Effect::new("reversal-spike", Place::Axis(x)).with("servo_hz", ParameterValue::Number(7.0)).size(
+        Outlet::own(&session.machine, x),
+        "",
+        5e-3,
+    );
+    let found = &profile(&session, &effect)[0];
+    assert!(found.iter().all(|value| *value == 0.0), "{found:?}");
+}
+
+#[test]
 fn sweeps_of_poses_have_no_approach_and_no_speed() {
     let mut session = sweeps([31, 31]);
     as_poses(&mut session);

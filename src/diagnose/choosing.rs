@@ -8,6 +8,7 @@ use super::found::Candidate;
 use super::ground::{Ground, Term};
 use super::library::Family;
 use super::stage::Stage;
+use crate::machine::{Machine, ParameterValue};
 
 /// Families refined at each stage.
 const REFINED: usize = 12;
@@ -82,7 +83,7 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
         }
         _ => 0,
     };
-    let best = simpler(candidates, best).unwrap_or(best);
+    let best = simpler(ground.context.machine(), candidates, best).unwrap_or(best);
     // a free curve over an axis that only follows another one says the same as one over that axis
     let share = TIE_SHARE * candidates[best].log_odds.max(0.0);
     let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE.max(share) };
@@ -102,9 +103,20 @@ const ONE_DIRECTION: f64 = 0.93;
 /// The same for error motions: what lies between the orders is no other motion.
 const FEWER_MOTIONS: f64 = 0.99;
 
-/// A candidate of the best one's kind that explains nearly as much in half as many directions or fewer.
-pub(super) fn simpler(candidates: &[Candidate], best: usize) -> Option<usize> {
+/// Share of what a part that tips explains with which lost motion of the axis that drives it is the likelier cause.
+const OWN_RATHER: f64 = 0.9;
+
+/// A candidate of the best one's kind that explains nearly as much in half as many directions or fewer; beside a part that
+/// tips as an axis reverses, lost motion of that axis itself.
+pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) -> Option<usize> {
     let Candidate { effect, terms, judgement, .. } = &candidates[best];
+    if let ("lateral-play", Some(ParameterValue::Word(driving))) = (effect.kind.as_str(), effect.parameter("of")) {
+        return candidates.iter().position(|other| {
+            other.effect.kind.ends_with("-backlash")
+                && other.effect.place.name(machine) == driving
+                && other.judgement.chi2 > OWN_RATHER * judgement.chi2
+        });
+    }
     let share = match effect.kind.as_str() {
         "vibration" => ONE_DIRECTION,
         "rotary-error-motion" => FEWER_MOTIONS,

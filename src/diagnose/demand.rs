@@ -25,8 +25,8 @@ pub(super) fn is_demanded(
 ) -> bool {
     let noise_mm2 = mean_noise_mm2(floor);
     let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
+    let is_event = chosen.effect.kind.ends_with("-slip");
     if found.is_empty() {
-        let is_event = chosen.effect.kind.ends_with("-slip");
         let (odds, rms) = match is_event {
             true => (limits.accept_event, LEAST_EVENT_RMS),
             false => (limits.accept, LEAST_RMS),
@@ -35,7 +35,8 @@ pub(super) fn is_demanded(
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
-    log_odds > if same_place { limits.accept } else { limits.accept_further }
+    let odds = if same_place { limits.accept } else { limits.accept_further };
+    log_odds > if is_event { odds.max(limits.accept_event) } else { odds }
         && adds_enough(limits, same_place, fall_mm2, explained, noise_mm2)
 }
 

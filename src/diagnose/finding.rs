@@ -9,7 +9,7 @@ use super::next_test::NextTest;
 use super::shape_spread::over_shapes;
 use super::stage::{Accepted, Stage};
 use crate::effects::kind;
-use crate::machine::{Effect, Machine, ParameterValue, Size};
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Size};
 
 /// One finding.
 #[derive(Debug, Clone)]
@@ -33,6 +33,26 @@ pub struct Finding {
     pub next_test: Option<NextTest>,
     /// Root mean square of what it adds to the readings of the tests in which it shows, µm.
     pub rms_um: f64,
+}
+
+/// Share of a jump that is left at most when another one undoes it.
+const THERE_AND_BACK: f64 = 0.2;
+
+impl Finding {
+    /// Whether a jump is undone by another one of the same ball: something that comes and goes looks so as well.
+    pub(super) fn is_undone_by(&self, other: &Finding) -> bool {
+        let (Some(one), Some(two)) = (self.effects.first(), other.effects.first()) else { return false };
+        let is_same_ball = (&one.kind, one.place, one.parameter("link"), one.parameter("at"))
+            == (&two.kind, two.place, two.parameter("link"), two.parameter("at"));
+        let length =
+            |jump: &dyn Fn(Outlet) -> f64| one.sizes.iter().map(|s| jump(s.outlet).powi(2)).sum::<f64>().sqrt();
+        let along = |effect: &Effect, outlet: Outlet| -> f64 {
+            effect.sizes.iter().filter(|size| size.outlet == outlet).map(|size| size.value).sum()
+        };
+        let left = length(&|outlet| along(one, outlet) + along(two, outlet));
+        let largest = length(&|outlet| along(one, outlet)).max(length(&|outlet| along(two, outlet)));
+        self.single && other.single && is_same_ball && left < THERE_AND_BACK * largest
+    }
 }
 
 /// Size in display units.
@@ -151,7 +171,9 @@ fn finding(
     // the part that is surest of its cause speaks for the whole
     let parts = group.iter().map(|&index| &search.found[index]);
     let (probability, rivals) = parts
-        .filter(|part| part.chosen.effect.kind == lead.chosen.effect.kind)
+        .filter(|part| {
+            (&part.chosen.effect.kind, part.chosen.effect.place) == (&lead.chosen.effect.kind, lead.chosen.effect.place)
+        })
         .map(|part| standing(machine, part, families))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .unwrap_or((1.0, Vec::new()));

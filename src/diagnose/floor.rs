@@ -15,8 +15,8 @@ const QUIETER: f64 = 0.5;
 const MOST: f64 = 0.75;
 /// Noise of most traces over that of the quieter ones, at most: more is something that acts in some of them.
 const LOUDER: f64 = 1.3;
-/// Shortest trace from which noise is learnt.
-const SHORTEST: usize = 60;
+/// Readings of a trace from which noise is learnt: twice the functions of a free curve that follows lines.
+const SHORTEST: usize = 62;
 /// Prominence from which a line of the spectrum is no noise: an instrument has none, and correlated noise would take it in.
 const STANDS_OUT: f64 = 12.0;
 /// Such lines that the free curves follow at most.
@@ -50,7 +50,8 @@ fn kept(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
 
 /// Traces from which noise is learnt, the quietest first.
 fn traces_by_noise(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
-    let is_sweep = |test: &usize| ground.context.motion(*test).time_s.is_some() && residual_mm[*test].len() >= SHORTEST;
+    let readings = |test: usize| ground.kept[test].iter().filter(|kept| **kept).count();
+    let is_sweep = |test: &usize| ground.context.motion(*test).time_s.is_some() && readings(*test) >= SHORTEST;
     let sweeps = (0..residual_mm.len()).filter(is_sweep);
     let standing_out = lines(ground, residual_mm).into_iter().filter(|line| line.prominence > STANDS_OUT);
     let loud_hz: Vec<f64> = standing_out.take(MOST_LINES).map(|line| line.hz).collect();
@@ -177,9 +178,10 @@ impl Trace {
 
     /// What white noise alone would leave beside the curve, mm.
     fn rough_rms(&self) -> f64 {
-        let count = self.present.iter().filter(|present| **present).count().max(1);
+        let count = self.present.iter().filter(|present| **present).count();
+        let functions = self.columns.len() / self.present.len() - 1;
         let (misfit, _) = self.reml(&NoiseModel::white(1.0));
-        (misfit / count as f64).sqrt()
+        (misfit / count.saturating_sub(functions).max(1) as f64).sqrt()
     }
 
     /// Weighted sum of squares left by the curve, and the log determinants of the restricted likelihood.

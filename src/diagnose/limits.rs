@@ -6,7 +6,7 @@ pub(super) struct Limits {
     /// an inexact form must not pass for it.
     pub(super) accept: f64,
     pub(super) accept_further: f64,
-    /// Log odds above which a first effect that acts once is accepted: no other reading can confirm it.
+    /// Log odds above which an effect that acts once is accepted: no other reading can confirm it.
     pub(super) accept_event: f64,
     /// Most effects of one session.
     pub(super) effects: usize,
@@ -29,5 +29,5 @@ pub(super) const SWEEPS: Limits = Limits {
     steps: 26,
 };
 
-/// The same over half of the readings, which show half as much, give or take their noise.
+/// The same over half of the readings: by chance they may show far less than half as much.
 pub(super) const HALF: Limits = Limits { accept: 4.0, accept_further: 15.0, accept_event: 8.0, steps: 10, ..SWEEPS };

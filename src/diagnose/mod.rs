@@ -145,10 +145,16 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
             let left = told.stage.residual_mm(&told.columns);
             irregular::restlessness(&fine, &left, &floors[0], first)
         });
-        if told.findings.len() == 1 && restless(&told, SURELY_MORE) && restless_there.is_some_and(|r| r > 1.0) {
-            // a form that follows an irregular motion here and there, by chance
-            search = nothing();
-            (told, proof) = (Told::of(&fine, &families, &search), None);
+        let is_louder = restless_there.is_some_and(|r| r > 1.0) && restless(&told, SURELY_MORE);
+        let alone = matches!(told.findings.as_slice(), [only] if !only.single);
+        // a form that follows an irregular motion here and there
+        let by_chance = (is_louder && alone).then(|| Told::of(&fine, &families, &nothing())).and_then(|bare| {
+            let left = bare.stage.residual_mm(&bare.columns);
+            irregular::irregular(&fine, &left, &floors[0]).map(|irregular| (bare, irregular))
+        });
+        if let Some((bare, irregular)) = by_chance {
+            (search, told, proof) = (nothing(), bare, None);
+            told.findings.push(irregular);
         } else if restless_there.is_some_and(|r| r > irregular::NOT_THE_FORM) {
             told.findings[0].cause.effect = "unknown".into();
         }
@@ -206,10 +212,12 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         temper(&mut findings, |_, _| true);
     }
     let has_failed = |index: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
+    let goes_back: Vec<bool> =
+        findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
     let carries = |index: usize| transfers[index].is_none_or(|transfer| transfer.is_right());
     temper(&mut findings, |index, finding| {
         let is_weak = fine.has_sweeps() && finding.gain < SURE_OF_FORM;
-        is_weak || !finding.single && has_failed(index) || !carries(index)
+        is_weak || goes_back[index] || !finding.single && has_failed(index) || !carries(index)
     });
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {

@@ -61,6 +61,7 @@ pub fn preflight(
     }
     let thinned = few_rows(session);
     let as_it_is = refit(&thinned, None)?;
+    let as_it_is = refit(&thinned, Some(&as_it_is.values))?;
     let before = as_it_is.misfit_um;
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
     let suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);

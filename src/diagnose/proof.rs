@@ -4,6 +4,7 @@ use super::finding::Finding;
 use super::found::{Found, Grounds};
 use super::ground::Ground;
 use super::library::Family;
+use super::naming::Cause;
 use super::search::{floors, search_part};
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
@@ -50,7 +51,7 @@ pub fn prove(
         let unexplained = |residual_mm: &[Vec<f64>]| rms(held_out(residual_mm, &test).into_iter()).powi(2);
         let left = unexplained(&full);
         for (index, finding) in findings.iter().enumerate() {
-            let is_again = |found: &Found| is_found_again(grounds, finding, found);
+            let is_again = |found: &Found| is_found_again(grounds, findings, finding, found);
             passed[index] &= searched.found.iter().any(is_again);
             let others = searched.found.iter().filter(|found| !is_again(found));
             let others: Vec<Accepted> = others.flat_map(|found| found.chosen.accepted()).collect();
@@ -69,7 +70,7 @@ pub fn prove(
 
 /// Whether a fold found what a finding says, or a stated rival where the fewer readings of a fold may favour it: of static
 /// poses any, of sweeps one of the same kind.
-fn is_found_again(grounds: &Grounds, finding: &Finding, found: &Found) -> bool {
+fn is_found_again(grounds: &Grounds, findings: &[Finding], finding: &Finding, found: &Found) -> bool {
     let machine = grounds.fine.context.machine();
     let effect = &found.chosen.effect;
     let rivals = finding
@@ -77,10 +78,13 @@ fn is_found_again(grounds: &Grounds, finding: &Finding, found: &Found) -> bool {
         .iter()
         .filter(|(rival, _)| !grounds.fine.has_sweeps() || rival.effect == finding.cause.effect)
         .map(|(rival, _)| rival);
-    std::iter::once(&finding.cause).chain(rivals).any(|cause| {
+    let says = |cause: &Cause| {
         let same_place = effect.place.name(machine) == cause.place;
         same_place && (effect.kind == cause.effect || cause.effect == "unknown")
-    })
+    };
+    // a rival that is another finding counts for that one
+    let is_other = findings.iter().any(|other| !std::ptr::eq(other, finding) && says(&other.cause));
+    says(&finding.cause) || !is_other && rivals.into_iter().any(says)
 }
 
 fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {

@@ -177,7 +177,12 @@ impl Ways<'_, '_, '_> {
             let mut rivals = step.found.rivals.clone();
             let ranked_odds = step.found.ranked_odds;
             // beside the same motion in fewer directions, one in more is a rival and no other set
-            let is_simpler = simpler(&[step.found.chosen.clone(), model.found[index].chosen.clone()], 0).is_some();
+            let is_simpler = simpler(
+                self.grounds.fine.context.machine(),
+                &[step.found.chosen.clone(), model.found[index].chosen.clone()],
+                0,
+            )
+            .is_some();
             if step.found.chosen.family != old && !is_simpler {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);

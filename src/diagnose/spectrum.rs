@@ -24,7 +24,7 @@ const ONE_LINE: usize = 3;
 pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
     let traces: Vec<Trace> = (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect();
     let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
-    let finest = traces.iter().map(Trace::step_s).fold(f64::MAX, f64::min);
+    let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
     if traces.is_empty() || longest <= 0.0 {
         return Vec::new();
     }
@@ -32,7 +32,8 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
     let highest = 0.48 / finest;
     let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
     let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
-    let power: Vec<f64> = (0..count).map(|k| traces.iter().map(|trace| trace.power(frequency(k))).sum()).collect();
+    let power_at = |hz: f64| -> f64 { traces.iter().map(|trace| trace.power(hz)).sum() };
+    let power: Vec<f64> = (0..count).map(|k| power_at(frequency(k))).collect();
     let prominence = |k: usize| {
         let mut near = power[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(count)].to_vec();
         near.sort_by(f64::total_cmp);
@@ -52,13 +53,20 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
 
 /// Cycles that a trace must show of a vibration: drift and gravity are no vibration near a multiple of its sampling rate.
 const LEAST_CYCLES: f64 = 4.0;
+/// Rows over which a rotation goes on without being renewed.
+const RENEWED: usize = 64;
 /// Shortest trace that is looked at, rows.
 const SHORTEST: usize = 60;
+
+/// Steps from which there is a gap between rows: readings are missing, or held out.
+const GAP: f64 = 1.5;
 
 /// A trace in time without its trend.
 struct Trace {
     time_s: Vec<f64>,
     value: Vec<f64>,
+    /// Time from row to row, s.
+    step_s: f64,
 }
 
 impl Trace {
@@ -70,42 +78,49 @@ impl Trace {
         if rows.len() < SHORTEST {
             return None;
         }
+        let mut steps: Vec<f64> = rows.windows(2).map(|rows| time[rows[1]] - time[rows[0]]).collect();
+        steps.sort_by(f64::total_cmp);
+        let median_s = steps[steps.len() / 2];
+        let mean_s = (time[rows[rows.len() - 1]] - time[rows[0]]) / (rows.len() - 1) as f64;
+        // few missing rows leave the mean as it is, held-out ones do not
+        let step_s = if mean_s < GAP * median_s { mean_s } else { median_s };
+        let whole = rows.windows(3).filter(|rows| time[rows[2]] - time[rows[0]] < 2.0 * GAP * step_s);
         let second = |rows: &[usize]| residual[rows[1]] - 0.5 * (residual[rows[0]] + residual[rows[2]]);
-        let time_s = rows.windows(3).map(|rows| time[rows[1]]).collect();
-        Some(Trace { time_s, value: rows.windows(3).map(second).collect() })
+        let (time_s, value) = whole.map(|rows| (time[rows[1]], second(rows))).unzip();
+        let trace = Trace { time_s, value, step_s };
+        (trace.value.len() > 1).then_some(trace)
     }
 
     fn length_s(&self) -> f64 {
         self.time_s[self.time_s.len() - 1] - self.time_s[0]
     }
 
-    fn step_s(&self) -> f64 {
-        self.length_s() / (self.time_s.len() - 1) as f64
-    }
-
     /// Cycles of a frequency that the trace shows as it is sampled.
     fn cycles(&self, hz: f64) -> f64 {
-        let rate = 1.0 / self.step_s();
+        let rate = 1.0 / self.step_s;
         (hz - rate * (hz / rate).round()).abs() * self.length_s()
     }
 
     /// Power at a frequency, in units of the trace's variance.
     fn power(&self, hz: f64) -> f64 {
-        let step = self.step_s();
+        let step = self.step_s;
         if hz > 0.5 / step {
             return 1.0;
         }
         let (mut re, mut im, mut sum) = (0.0, 0.0, 0.0);
-        // rows are near enough to even spacing for a rotation that is renewed now and then
-        for (chunk_time, chunk) in self.time_s.chunks(64).zip(self.value.chunks(64)) {
-            let (mut s, mut c) = (std::f64::consts::TAU * hz * chunk_time[0]).sin_cos();
-            let (ds, dc) = (std::f64::consts::TAU * hz * step).sin_cos();
-            for v in chunk {
-                re += v * c;
-                im += v * s;
-                sum += v * v;
-                (s, c) = (s * dc + c * ds, c * dc - s * ds);
-            }
+        // rows are near enough to even spacing for a rotation that is renewed now and then, and behind every gap
+        let (ds, dc) = (std::f64::consts::TAU * hz * step).sin_cos();
+        let (mut s, mut c) = (0.0, 1.0);
+        let mut last = f64::NEG_INFINITY;
+        for (row, (time, v)) in self.time_s.iter().zip(&self.value).enumerate() {
+            (s, c) = match row % RENEWED == 0 || time - last > GAP * step {
+                true => (std::f64::consts::TAU * hz * time).sin_cos(),
+                false => (s * dc + c * ds, c * dc - s * ds),
+            };
+            last = *time;
+            re += v * c;
+            im += v * s;
+            sum += v * v;
         }
         (re * re + im * im) / sum.max(f64::MIN_POSITIVE)
     }

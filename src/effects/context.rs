@@ -39,6 +39,8 @@ pub struct Travel {
     pub distance: f64,
     /// Time it took, s; `None` between tests and on approaches.
     pub seconds: Option<f64>,
+    /// Distance to the row after, mm or rad; zero where none follows.
+    pub next: f64,
 }
 
 impl<'a> Context<'a> {
@@ -214,7 +216,7 @@ impl<'a> Context<'a> {
             let motion = &self.motions[test];
             for q in self.approaches[test].iter().skip(axis).step_by(axis_count) {
                 if let Some(last) = last {
-                    advance(&mut state, Travel { distance: sign * (q - last), seconds: None });
+                    advance(&mut state, Travel { distance: sign * (q - last), seconds: None, next: 0.0 });
                 }
                 last = Some(*q);
             }
@@ -223,7 +225,8 @@ impl<'a> Context<'a> {
                     let q = motion.row(row)[axis];
                     if let Some(last) = last {
                         let seconds = motion.time_s.as_ref().filter(|_| row > 0).map(|time| time[row] - time[row - 1]);
-                        advance(&mut state, Travel { distance: sign * (q - last), seconds });
+                        let next = if row + 1 < motion.rows() { motion.row(row + 1)[axis] - q } else { 0.0 };
+                        advance(&mut state, Travel { distance: sign * (q - last), seconds, next: sign * next });
                     }
                     last = Some(q);
                     read(&state)

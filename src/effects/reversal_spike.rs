@@ -59,14 +59,26 @@ struct Friction {
     bristle: f64,
     error: f64,
     rate: f64,
-    /// Mean speed over the row before; `None` before the second row of a test.
-    speed: Option<f64>,
+    /// Way of the row before and the time it took; `None` before the second row of a test.
+    before: Option<(f64, f64)>,
 }
 
 /// Steps of the integration per radian of the servo's phase.
 const STEPS_PER_RADIAN: f64 = 16.0;
+/// Largest error of a session with a reversal, times the servo's frequency: friction that turns round makes one of about one.
+const LEAST_SPIKE: f64 = 1e-3;
 /// Longest phase integrated within a row, rad: beyond it the servo has settled.
 const MOST_PHASE: f64 = 64.0;
+
+/// Change of way within a row, from its first to its second half doubled, by the parabola through the positions before it, at
+/// its beginning and at its end. A slide turns round between rows only where it goes on the other way.
+fn turn((way_before, seconds_before): (f64, f64), (way, seconds): (f64, f64), next: f64) -> f64 {
+    let turn = (way / seconds - way_before / seconds_before) * seconds * seconds / (seconds + seconds_before);
+    match way_before * next < 0.0 {
+        true => turn,
+        false => turn.clamp(-way.abs(), way.abs()),
+    }
+}
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
@@ -86,15 +98,13 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let advance = |state: &mut Friction, travel: Travel| {
         let Some(seconds) = travel.seconds.filter(|seconds| *seconds > 0.0) else {
             turn_round(state, travel.distance);
-            (state.error, state.rate, state.speed) = (0.0, 0.0, None);
+            (state.error, state.rate, state.before) = (0.0, 0.0, None);
             return;
         };
         let phase = (omega * seconds).min(MOST_PHASE);
         let steps = (phase * STEPS_PER_RADIAN).ceil().max(1.0);
         let (share, dt) = (1.0 / steps, phase / omega / steps);
-        // a slide turns round between rows: its way through a row goes on from that through the row before
-        let speed = travel.distance / seconds;
-        let turn = state.speed.map_or(0.0, |before| 0.5 * (speed - before) * seconds);
+        let turn = state.before.map_or(0.0, |before| turn(before, (travel.distance, seconds), travel.next));
         for step in 0..steps as usize {
             let middle = (step as f64 + 0.5) * share;
             let before = state.bristle;
@@ -104,11 +114,14 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
             state.rate = (state.rate + dt * (push - omega * omega * state.error)) / (1.0 + 2.0 * damping * omega * dt);
             state.error += dt * state.rate;
         }
-        state.speed = Some(speed);
+        state.before = Some((travel.distance, seconds));
     };
     let mut profile = context.along(axis, Friction::default(), advance, |state| state.error);
     let largest = profile.iter().flatten().fold(0.0f64, |most, value| most.max(value.abs()));
-    if largest > 0.0 {
+    // without a reversal there is rounding alone
+    if largest * omega < LEAST_SPIKE {
+        profile.iter_mut().flatten().for_each(|value| *value = 0.0);
+    } else {
         profile.iter_mut().flatten().for_each(|value| *value /= largest);
     }
     Ok(vec![profile])

@@ -23,6 +23,7 @@ pub(super) fn windup_refined(longest: f64) -> Vec<Refined> {
     vec![
         Refined { name: "windup_share", least: 0.0, most: 1.0, step: 0.25, element: None },
         Refined { name: "take_up", least: 1e-3 * longest, most: longest, step: 0.1 * longest, element: None },
+        Refined { name: "gap", least: 0.0, most: longest, step: 0.02 * longest, element: None },
     ]
 }
 
@@ -47,6 +48,12 @@ pub(super) fn servo_lag(ground: &Ground, axis: usize) -> Vec<Family> {
 /// Log odds against a joint that tips as another axis reverses.
 const TIPS: f64 = 6.0;
 
+/// Travels of another axis over which a joint tips from side to side, mm or deg.
+const TIPPING: [f64; 3] = [0.0, 0.6, 2.5];
+/// Longest such travel, and the first step in which it is refined.
+const LONGEST_TIPPING: f64 = 10.0;
+const TIPPING_STEP: f64 = 0.6;
+
 /// Joints that tip to one or the other side as another axis goes one or the other way.
 pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
@@ -56,9 +63,18 @@ pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
             continue;
         }
         let place = Place::Axis(tipped);
-        let effect = number("lateral-play", place, "gap", 0.0)
-            .with("of", ParameterValue::Word(machine.axes[driving].name.clone()));
+        // travels of the driving axis are written in the unit of the place
+        let travel = |of: f64| machine.axes[tipped].kind.from_file_unit(of);
+        let over = |gap: f64| {
+            number("lateral-play", place, "gap", travel(gap))
+                .with("of", ParameterValue::Word(machine.axes[driving].name.clone()))
+        };
+        let (most, step) = (travel(LONGEST_TIPPING), travel(TIPPING_STEP));
+        let gap = Refined { name: "gap", least: 0.0, most, step, element: None };
         let outlets = motion(tipped, &directions(machine, tipped).tilts);
-        list.push(Family { rarity: TIPS, ..Family::new("lateral-play", place, outlets, 30.0).over(vec![effect]) });
+        list.push(Family {
+            rarity: TIPS,
+            ..Family::new("lateral-play", place, outlets, 30.0).over(TIPPING.map(over).to_vec()).refine(vec![gap])
+        });
     }
 }

@@ -70,7 +70,8 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
     let first_slide = session.machine.axes.iter().position(|axis| axis.kind == AxisKind::Linear);
     if let Some(axis) = first_slide.filter(|_| slides_move(ground)) {
         let outlets = vec![Outlet::SlidesAcceleration { axis }];
-        list.push(Family::new("radius-loss", Place::Control, outlets, 1e4).fast());
+        let all = Family::new("radius-loss", Place::Control, outlets, 1e4).fast();
+        list.push(Family { rarity: LOST_BY_ALL, ..all });
     }
     vibrations(ground, list);
     let span = latest.max(60.0);
@@ -99,6 +100,9 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
         }
     }
 }
+
+/// Log odds against a radius that all slides lose: circles of a control that was set up are round.
+const LOST_BY_ALL: f64 = 4.0;
 
 /// Rows compared on each side of a possible jump.
 const BESIDE: usize = 6;
