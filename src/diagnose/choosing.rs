@@ -18,7 +18,7 @@ const FREE_CURVE_MARGIN: f64 = 1.3;
 
 /// Shortest shift between lengths and positions of a single test, ms: a mistake of pairing is no matter of milliseconds.
 const SHORTEST_SHIFT_MS: f64 = 200.0;
-
+/// Longest one, ms: beyond it a test's rows belong to no motion near them.
 const LONGEST_SHIFT_MS: f64 = 5000.0;
 
 /// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
@@ -40,14 +40,18 @@ const REFINED_ALIKE: usize = 8;
 
 /// Keeps the best candidates, but not only free curves or only one kind.
 pub(super) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
-    let mut kept: Vec<&'static str> = Vec::new();
+    let mut named: Vec<&'static str> = Vec::new();
+    let mut free = 0;
     candidates.retain(|candidate| {
+        if candidate.is_free() {
+            free += 1;
+            return free <= REFINED_FREE;
+        }
         let kind = families[candidate.family].kind;
-        let alike = kept.iter().filter(|other| **other == kind).count();
-        let named = kept.iter().filter(|other| **other != "unknown").count();
-        let keep = if kind == "unknown" { alike < REFINED_FREE } else { alike < REFINED_ALIKE && named < REFINED };
+        let alike = named.iter().filter(|other| **other == kind).count();
+        let keep = alike < REFINED_ALIKE && named.len() < REFINED;
         if keep {
-            kept.push(kind);
+            named.push(kind);
         }
         keep
     });
@@ -70,14 +74,14 @@ const TIE: f64 = 3.0;
 /// The same as a share of the best one's log odds: forms are never exact.
 const TIE_SHARE: f64 = 0.002;
 
+/// The same among free curves.
 const FREE_TIE: f64 = 10.0;
 
 /// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
 pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
-    let is_free = |candidate: &Candidate| families[candidate.family].kind == "unknown";
-    let best_named = candidates.iter().position(|candidate| !is_free(candidate));
+    let best_named = candidates.iter().position(|candidate| !candidate.is_free());
     let best = match best_named {
-        Some(named) if is_free(&candidates[0]) => {
+        Some(named) if candidates[0].is_free() => {
             let far_more = candidates[0].judgement.chi2 > FREE_CURVE_MARGIN * candidates[named].judgement.chi2 + 30.0;
             if far_more { 0 } else { named }
         }
@@ -86,9 +90,9 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
     let best = simpler(ground.context.machine(), candidates, best).unwrap_or(best);
     // a free curve over an axis that only follows another one says the same as one over that axis
     let share = TIE_SHARE * candidates[best].log_odds.max(0.0);
-    let tie = if is_free(&candidates[best]) { FREE_TIE } else { TIE.max(share) };
+    let tie = if candidates[best].is_free() { FREE_TIE } else { TIE.max(share) };
     let near = |candidate: &Candidate| {
-        candidates[best].log_odds - candidate.log_odds < tie && is_free(candidate) == is_free(&candidates[best])
+        candidates[best].log_odds - candidate.log_odds < tie && candidate.is_free() == candidates[best].is_free()
     };
     (0..candidates.len())
         .filter(|&k| k == best || near(&candidates[k]))

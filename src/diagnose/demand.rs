@@ -25,7 +25,7 @@ pub(super) fn is_demanded(
 ) -> bool {
     let noise_mm2 = mean_noise_mm2(floor);
     let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
-    let is_event = chosen.effect.kind.ends_with("-slip");
+    let is_event = chosen.is_event();
     if found.is_empty() {
         let (odds, rms) = match is_event {
             true => (limits.accept_event, LEAST_EVENT_RMS),

@@ -2,7 +2,7 @@
 
 use super::found::{Candidate, Found, Search};
 use super::ground::{Ground, Term, display};
-use super::grouping::{groups, is_event, is_free};
+use super::grouping::groups;
 use super::library::Family;
 use super::naming::{Cause, cause, component_name, components};
 use super::next_test::NextTest;
@@ -93,7 +93,7 @@ pub fn findings(
     stage: &Stage,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search, families);
+    let groups = groups(search);
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -142,10 +142,10 @@ fn finding(
     let free_gain: f64 = group
         .iter()
         .skip(1)
-        .filter(|&&index| is_free(&search.found[index], families))
+        .filter(|&&index| search.found[index].chosen.is_free())
         .map(|&index| search.found[index].gain)
         .sum();
-    let is_unknown = is_free(lead, families) || free_gain > FORM_UNKNOWN * gain;
+    let is_unknown = lead.chosen.is_free() || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
     let growing: Vec<(&Candidate, Vec<f64>)> = group
         .iter()
@@ -174,7 +174,7 @@ fn finding(
         .filter(|part| {
             (&part.chosen.effect.kind, part.chosen.effect.place) == (&lead.chosen.effect.kind, lead.chosen.effect.place)
         })
-        .map(|part| standing(machine, part, families))
+        .map(|part| standing(machine, part))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .unwrap_or((1.0, Vec::new()));
     // lost motion told in two shapes is one play
@@ -222,7 +222,7 @@ fn finding(
         probability,
         rivals,
         gain,
-        single: is_event(lead),
+        single: lead.chosen.is_event(),
         columns: own_columns,
         next_test: None,
         rms_um,
@@ -284,13 +284,13 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
 }
 
 /// Probability of the lead among its rivals, and the rivals worth naming.
-fn standing(machine: &Machine, lead: &Found, families: &[Family]) -> (f64, Vec<(Cause, f64)>) {
+fn standing(machine: &Machine, lead: &Found) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
     let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0));
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
     for (rival, odds) in &lead.rivals {
-        if families[rival.family].kind == "unknown" {
+        if rival.is_free() {
             continue;
         }
         let cause = cause(machine, rival, &[]);

@@ -16,7 +16,7 @@ const MOST: f64 = 0.75;
 /// Noise of most traces over that of the quieter ones, at most: more is something that acts in some of them.
 const LOUDER: f64 = 1.3;
 /// Readings of a trace from which noise is learnt: twice the functions of a free curve that follows lines.
-const SHORTEST: usize = 62;
+const SHORTEST: usize = 2 * (HALF_WAVES + 1 + 2 * MOST_LINES * (LINE_HALF_WAVES + 1));
 /// Prominence from which a line of the spectrum is no noise: an instrument has none, and correlated noise would take it in.
 const STANDS_OUT: f64 = 12.0;
 /// Such lines that the free curves follow at most.
@@ -44,7 +44,8 @@ pub fn noise_left_mm(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
     WITH_OFFSETS * rms_mm(&most(&traces)).min(LOUDER * rms_mm(&quietest(&traces)))
 }
 
-fn kept(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
+/// Residual of a test, NaN where a row takes no part.
+pub fn masked(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
     residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
 }
 
@@ -57,7 +58,7 @@ fn traces_by_noise(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
     let loud_hz: Vec<f64> = standing_out.take(MOST_LINES).map(|line| line.hz).collect();
     let time = |test: usize| ground.context.motion(test).time_s.as_deref().unwrap_or_default();
     let mut traces: Vec<Trace> =
-        sweeps.map(|test| Trace::new(kept(ground, residual_mm, test), time(test), &loud_hz)).collect();
+        sweeps.map(|test| Trace::new(masked(ground, residual_mm, test), time(test), &loud_hz)).collect();
     traces.sort_by_cached_key(|trace| trace.rough_rms().to_bits());
     traces
 }
@@ -81,7 +82,7 @@ fn most(traces: &[Trace]) -> Vec<&Trace> {
 
 /// Noise of every test by what some traces say of sweeps.
 fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], chosen: &[&Trace]) -> Vec<NoiseModel> {
-    let all = (0..residual_mm.len()).flat_map(|test| kept(ground, residual_mm, test));
+    let all = (0..residual_mm.len()).flat_map(|test| masked(ground, residual_mm, test));
     let poses = NoiseModel::white(rms(all).max(NOISE_FLOOR_MM));
     if chosen.is_empty() {
         return vec![poses; residual_mm.len()];
@@ -125,9 +126,9 @@ pub fn likely_noise(
 ) -> Vec<NoiseModel> {
     let mut sweeps = Vec::new();
     let mut poses = Vec::new();
-    for (test, (residual, kept)) in residual_mm.iter().zip(&ground.kept).enumerate() {
-        let masked: Vec<f64> = residual.iter().zip(kept).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
-        if ground.context.motion(test).time_s.is_some() { sweeps.push(masked) } else { poses.push(masked) }
+    for test in 0..residual_mm.len() {
+        let of_kind = if ground.context.motion(test).time_s.is_some() { &mut sweeps } else { &mut poses };
+        of_kind.push(masked(ground, residual_mm, test));
     }
     let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
     let from =

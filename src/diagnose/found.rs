@@ -25,6 +25,16 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// A free curve: something is there, but no form of the catalogue.
+    pub fn is_free(&self) -> bool {
+        self.effect.kind == "unknown"
+    }
+
+    /// Acts once in a session.
+    pub fn is_event(&self) -> bool {
+        self.effect.kind.ends_with("-slip")
+    }
+
     /// Its columns as they join the model.
     pub fn accepted(&self) -> impl Iterator<Item = Accepted> + '_ {
         self.columns.iter().map(|column| Accepted { column: column.clone(), prior: self.judgement.tau.max(1.0) })

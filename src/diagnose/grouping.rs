@@ -1,50 +1,49 @@
 //! Which accepted effects belong to one finding. It words nothing.
 
 use super::found::{Found, Search};
-use super::library::Family;
 use super::naming::{candidate_driver, driver_class};
 use crate::effects::Driver;
 use crate::machine::ParameterValue;
 
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
-pub(super) fn groups(search: &Search, families: &[Family]) -> Vec<Vec<usize>> {
+pub(super) fn groups(search: &Search) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, found) in search.found.iter().enumerate() {
-        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found, families);
+        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found);
         match groups.iter_mut().find(|group| joins(group)) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
         }
     }
-    groups.iter_mut().for_each(|group| strongest_leads(search, families, group));
-    join_rests(search, families, &mut groups);
+    groups.iter_mut().for_each(|group| strongest_leads(search, group));
+    join_rests(search, &mut groups);
     groups
 }
 
 /// Whether an effect belongs to what an effect taken before it tells.
-fn belongs(lead: &Found, found: &Found, families: &[Family]) -> bool {
+fn belongs(lead: &Found, found: &Found) -> bool {
     let same_place = lead.chosen.effect.place == found.chosen.effect.place
         && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
     let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
     let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
-    let same_cause = same_kind && !is_event(found);
-    let rest_of_form = is_free(found, families) || (alike && found.gain < REST_OF_FORM * lead.gain);
+    let same_cause = same_kind && !found.chosen.is_event();
+    let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain);
     same_place && (same_cause || rest_of_form) || is_same_line(lead, found)
 }
 
 /// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
-pub(super) const REST_OF_FORM: f64 = 0.6;
+const REST_OF_FORM: f64 = 0.6;
 
 /// A named part that adds so many times what the first one does, beside all others, speaks for the whole.
 const SPEAKS_FOR_ALL: f64 = 2.0;
 
 /// Puts the part first that adds most: a search may have taken a rest of the form before the form.
-pub(super) fn strongest_leads(search: &Search, families: &[Family], group: &mut [usize]) {
-    if group.first().is_none_or(|&first| is_free(&search.found[first], families)) {
+fn strongest_leads(search: &Search, group: &mut [usize]) {
+    if group.first().is_none_or(|&first| search.found[first].chosen.is_free()) {
         return;
     }
     let adds = |index: usize| search.found[index].beside_gain;
-    let named = (0..group.len()).filter(|&place| !is_free(&search.found[group[place]], families));
+    let named = (0..group.len()).filter(|&place| !search.found[group[place]].chosen.is_free());
     let Some(strongest) = named.max_by(|&a, &b| adds(group[a]).total_cmp(&adds(group[b]))) else { return };
     if adds(group[strongest]) > SPEAKS_FOR_ALL * adds(group[0]) {
         group[..=strongest].rotate_right(1);
@@ -59,7 +58,7 @@ fn rest_share(own: &Found, stronger: &Found) -> f64 {
 }
 
 /// Joins named effects of one place and kind of driver where one adds little beside the other, whichever was taken first.
-pub(super) fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<Vec<usize>>) {
+fn join_rests(search: &Search, groups: &mut Vec<Vec<usize>>) {
     let lead = |group: &[usize]| &search.found[group[0]];
     groups.sort_by(|a, b| lead(b).beside_gain.total_cmp(&lead(a).beside_gain));
     let mut kept: Vec<Vec<usize>> = Vec::new();
@@ -68,10 +67,10 @@ pub(super) fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<
         let is_rest = |other: &&mut Vec<usize>| {
             let stronger = lead(other);
             own.chosen.effect.place == stronger.chosen.effect.place
-                && !is_free(own, families)
-                && !is_free(stronger, families)
+                && !own.chosen.is_free()
+                && !stronger.chosen.is_free()
                 && driver_class(candidate_driver(&own.chosen)) == driver_class(candidate_driver(&stronger.chosen))
-                && !is_event(own)
+                && !own.chosen.is_event()
                 && own.beside_gain < rest_share(own, stronger) * stronger.beside_gain
         };
         match kept.iter_mut().find(is_rest) {
@@ -86,7 +85,7 @@ pub(super) fn join_rests(search: &Search, families: &[Family], groups: &mut Vec<
 const ONE_LINE: f64 = 0.03;
 
 /// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
-pub(super) fn is_same_line(one: &Found, other: &Found) -> bool {
+fn is_same_line(one: &Found, other: &Found) -> bool {
     let frequency = |found: &Found| match found.chosen.effect.parameter("frequency") {
         Some(ParameterValue::Number(hz)) if found.chosen.effect.kind == "vibration" => Some(*hz),
         _ => None,
@@ -95,12 +94,4 @@ pub(super) fn is_same_line(one: &Found, other: &Found) -> bool {
         (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
         _ => false,
     }
-}
-
-pub(super) fn is_free(found: &Found, families: &[Family]) -> bool {
-    families[found.chosen.family].kind == "unknown"
-}
-
-pub(super) fn is_event(found: &Found) -> bool {
-    found.chosen.effect.kind.ends_with("-slip")
 }

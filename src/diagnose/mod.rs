@@ -40,6 +40,7 @@ mod stage;
 mod thin;
 mod told;
 mod transfer;
+mod verdict;
 mod whitened;
 
 pub use as_found::as_found;
@@ -64,7 +65,8 @@ pub use transfer::Transfer;
 pub use whitened::{LastShape, Whitened};
 
 use self::pose_floor::Poses;
-use self::told::{STILL_THERE, Told, confirm, propose, temper};
+use self::told::{STILL_THERE, Told, confirm, listen, propose};
+use self::verdict::{temper, verdict};
 use crate::chain::Chain;
 use crate::effects::Context;
 use crate::identify::{self, FreePrior, Options, Problem, Quantity, rms};
@@ -73,21 +75,6 @@ use crate::session::{Session, Setups};
 
 /// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
 const WIDER_SETUPS: f64 = 2.5;
-
-/// Residual over noise floor up to which a session counts as explained.
-const EXPLAINED: f64 = 1.25;
-
-/// Held-out residual over the residual up to which it does.
-const PREDICTED: f64 = 1.5;
-
-/// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
-const RESTLESS: f64 = 1.2;
-
-/// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
-const SURE_OF_FORM: f64 = 30.0;
-
-/// Residual over noise floor from which something is there although no candidate says what.
-const SURELY_MORE: f64 = 1.6;
 
 /// Diagnoses a session.
 pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, DiagnoseError> {
@@ -140,28 +127,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         proof = proof.filter(|_| !told.findings.is_empty());
     }
     if data_fault.is_none() && fine.has_sweeps() {
-        let restless = |told: &Told, most: f64| 1e3 * told.rms_mm(&fine) > most * noise_um;
-        let restless_there = told.findings.first().filter(|_| restless(&told, RESTLESS)).map(|first| {
-            let left = told.stage.residual_mm(&told.columns);
-            irregular::restlessness(&fine, &left, &floors[0], first)
-        });
-        let is_louder = restless_there.is_some_and(|r| r > 1.0) && restless(&told, SURELY_MORE);
-        let alone = matches!(told.findings.as_slice(), [only] if !only.single);
-        // a form that follows an irregular motion here and there
-        let by_chance = (is_louder && alone).then(|| Told::of(&fine, &families, &nothing())).and_then(|bare| {
-            let left = bare.stage.residual_mm(&bare.columns);
-            irregular::irregular(&fine, &left, &floors[0]).map(|irregular| (bare, irregular))
-        });
-        if let Some((bare, irregular)) = by_chance {
-            (search, told, proof) = (nothing(), bare, None);
-            told.findings.push(irregular);
-        } else if restless_there.is_some_and(|r| r > irregular::NOT_THE_FORM) {
-            told.findings[0].cause.effect = "unknown".into();
-        }
-        if told.findings.is_empty() && restless(&told, SURELY_MORE) {
-            let left = told.stage.residual_mm(&told.columns);
-            told.findings.extend(irregular::irregular(&fine, &left, &floors[0]));
-        }
+        listen(&fine, &families, &mut search, &mut told, &mut proof, noise_um);
     }
     let layout = next_test::Layout {
         session: &thinned,
@@ -173,25 +139,14 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     propose(&layout, &search, &mut told.findings);
     // a fast effect in every recording counted as noise as long as it was not known
     let noise_um = match fine.has_sweeps() && data_fault.is_none() {
-        true => 1e3 * floor::noise_left_mm(&fine, &told.stage.residual_mm(&told.columns)).min(told.rms_mm(&fine)),
+        true => 1e3 * floor::noise_left_mm(&fine, &told.left_mm).min(told.rms_mm(&fine)),
         false => noise_um,
     };
-    let Told { columns, stage, mut findings } = told;
+    let Told { columns, stage, left_mm, mut findings } = told;
     let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
     let transfers = transfer::transfers(&fine, &setups, &findings, &columns, &search.noise_after);
     let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
-    let after = stage.residual_mm(&columns);
-    let tests: Vec<TestBeforeAfter> = fit
-        .tests
-        .iter()
-        .zip(after)
-        .map(|(test, after)| TestBeforeAfter {
-            name: test.name.clone(),
-            before_mm: test.residual_mm.clone(),
-            after_mm: after,
-            kept: test.kept.clone(),
-        })
-        .collect();
+    let tests = before_and_after(&fit, left_mm);
     let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
         let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
         1e3 * rms(kept.map(|(value, _)| *value))
@@ -208,17 +163,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         Some(_) => Verdict::DataFault,
         None => verdict(&findings, rms_after_um, noise_um, proof.as_ref()),
     };
-    if verdict != Verdict::Explained {
-        temper(&mut findings, |_, _| true);
-    }
-    let has_failed = |index: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(index) == Some(&false));
-    let goes_back: Vec<bool> =
-        findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
-    let carries = |index: usize| transfers[index].is_none_or(|transfer| transfer.is_right());
-    temper(&mut findings, |index, finding| {
-        let is_weak = fine.has_sweeps() && finding.gain < SURE_OF_FORM;
-        is_weak || goes_back[index] || !finding.single && has_failed(index) || !carries(index)
-    });
+    let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(Transfer::is_right)).collect();
+    temper(&mut findings, verdict, fine.has_sweeps(), proof.as_ref(), &carries);
     let location_errors = moved(&problem, &fit, &stage);
     Ok(Diagnosis {
         verdict,
@@ -271,27 +217,15 @@ fn shift_of_one_test(search: &Search) -> Option<DataFault> {
     ))
 }
 
-fn verdict(findings: &[Finding], rms_after_um: f64, noise_um: Option<f64>, proof: Option<&Proof>) -> Verdict {
-    if findings.is_empty() {
-        return if noise_um.is_some_and(|noise_um| rms_after_um > SURELY_MORE * noise_um) {
-            Verdict::Unexplained
-        } else {
-            Verdict::Clean
-        };
-    }
-    if findings.iter().all(|finding| finding.cause.effect == "unknown") {
-        return Verdict::Unexplained;
-    }
-    // where no noise is known nothing shows that all is explained
-    let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um);
-    // forms that bend to the readings predict others badly; neither the phase of a vibration nor the moment of an event is
-    // to be predicted
-    let escapes = findings.iter().any(|finding| finding.cause.effect == "vibration" || finding.single);
-    let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
-    match is_noise && predicts {
-        true => Verdict::Explained,
-        false => Verdict::PartlyExplained,
-    }
+/// Residuals of every test in the fit without effects and with them.
+fn before_and_after(fit: &identify::Fit, left_mm: Vec<Vec<f64>>) -> Vec<TestBeforeAfter> {
+    let told = |(test, after_mm): (&identify::TestFit, Vec<f64>)| TestBeforeAfter {
+        name: test.name.clone(),
+        before_mm: test.residual_mm.clone(),
+        after_mm,
+        kept: test.kept.clone(),
+    };
+    fit.tests.iter().zip(left_mm).map(told).collect()
 }
 
 /// Location errors of the fit with and without the effects.

@@ -1,6 +1,6 @@
 //! A set of effects with what it leaves of the readings. Which effects belong in it is for the search to say.
 
-use super::floor::likely_noise;
+use super::floor::{likely_noise, masked};
 use super::found::{Candidate, Found, Search, Step, Ways};
 use super::ground::Ground;
 use super::stage::{Accepted, Stage};
@@ -111,19 +111,20 @@ pub(super) fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
     crate::identify::rms(kept.map(|(value, _)| *value)).powi(2)
 }
 
+/// Twice the negative log likelihood of residuals under the noise of their tests, less a constant.
 pub(super) fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
     let mut alike: Vec<(NoiseModel, Vec<Vec<f64>>)> = Vec::new();
-    for test in 0..ground.tests() {
-        let rows = residual_mm[test].iter().zip(&ground.kept[test]);
-        let masked: Vec<f64> = rows.map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect();
-        match alike.iter_mut().find(|(model, _)| *model == noise[test]) {
+    for (test, noise) in noise.iter().enumerate() {
+        let masked = masked(ground, residual_mm, test);
+        match alike.iter_mut().find(|(model, _)| model == noise) {
             Some((_, traces)) => traces.push(masked),
-            None => alike.push((noise[test], vec![masked])),
+            None => alike.push((*noise, vec![masked])),
         }
     }
     alike.iter().map(|(noise, traces)| misfit(noise, traces)).sum()
 }
 
+/// The columns of a model with those of a candidate.
 pub(super) fn joined(model: &[Accepted], candidate: &Candidate) -> Vec<Accepted> {
     model.iter().cloned().chain(candidate.accepted()).collect()
 }

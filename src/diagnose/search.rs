@@ -166,7 +166,7 @@ impl Ways<'_, '_, '_> {
             }
             // a free curve at the place of an effect found before it is the rest of that one's form
             let place = model.found[index].chosen.effect.place;
-            let is_rest = model.found[index].chosen.effect.kind == "unknown"
+            let is_rest = model.found[index].chosen.is_free()
                 && model.found[..index].iter().any(|other| other.chosen.effect.place == place);
             if is_rest {
                 continue;
@@ -204,7 +204,7 @@ impl Ways<'_, '_, '_> {
         let rivals: Vec<Candidate> = model.found[0].rivals.iter().map(|(rival, _)| rival.clone()).collect();
         for rival in rivals {
             let kind = &rival.effect.kind;
-            if !self.goes_on() || tried.len() > OTHER_STARTS || tried.contains(kind) || kind == "unknown" {
+            if !self.goes_on() || tried.len() > OTHER_STARTS || tried.contains(kind) || rival.is_free() {
                 continue;
             }
             tried.push(kind.clone());
@@ -241,7 +241,7 @@ impl Ways<'_, '_, '_> {
                 .filter(|&index| {
                     let place = model.found[index].chosen.effect.place;
                     // a free curve can stand for any form at its place: it is the one to go
-                    let is_free = |k: usize| self.families[model.found[k].chosen.family].kind == "unknown";
+                    let is_free = |k: usize| model.found[k].chosen.is_free();
                     let stands_for = |k: usize| is_free(k) && model.found[k].chosen.effect.place == place;
                     if !is_free(index) && (0..falls.len()).any(|k| k != index && stands_for(k)) {
                         return false;
@@ -267,8 +267,7 @@ impl Ways<'_, '_, '_> {
             };
             eprintln!("exchange: {now:.1} {:?} or {other:.1} {:?}", names(model), names(&trial));
         }
-        let starts_free =
-            |model: &Model| model.found.first().is_some_and(|first| first.chosen.effect.kind == "unknown");
+        let starts_free = |model: &Model| model.found.first().is_some_and(|first| first.chosen.is_free());
         // a free curve before a named form must stand far better, as where one effect is chosen
         let margin = if starts_free(&trial) && !starts_free(model) { BETTER_FREE_SET } else { margin };
         let is_better = other > now + margin;

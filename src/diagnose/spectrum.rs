@@ -32,8 +32,7 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
     let highest = 0.48 / finest;
     let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
     let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
-    let power_at = |hz: f64| -> f64 { traces.iter().map(|trace| trace.power(hz)).sum() };
-    let power: Vec<f64> = (0..count).map(|k| power_at(frequency(k))).collect();
+    let power: Vec<f64> = (0..count).map(|k| traces.iter().map(|trace| trace.power(frequency(k))).sum()).collect();
     let prominence = |k: usize| {
         let mut near = power[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(count)].to_vec();
         near.sort_by(f64::total_cmp);
@@ -65,6 +64,8 @@ const GAP: f64 = 1.5;
 struct Trace {
     time_s: Vec<f64>,
     value: Vec<f64>,
+    /// Sum of the squares of the values.
+    squares: f64,
     /// Time from row to row, s.
     step_s: f64,
 }
@@ -86,8 +87,9 @@ impl Trace {
         let step_s = if mean_s < GAP * median_s { mean_s } else { median_s };
         let whole = rows.windows(3).filter(|rows| time[rows[2]] - time[rows[0]] < 2.0 * GAP * step_s);
         let second = |rows: &[usize]| residual[rows[1]] - 0.5 * (residual[rows[0]] + residual[rows[2]]);
-        let (time_s, value) = whole.map(|rows| (time[rows[1]], second(rows))).unzip();
-        let trace = Trace { time_s, value, step_s };
+        let (time_s, value): (Vec<f64>, Vec<f64>) = whole.map(|rows| (time[rows[1]], second(rows))).unzip();
+        let squares = value.iter().map(|value| value * value).sum();
+        let trace = Trace { time_s, value, squares, step_s };
         (trace.value.len() > 1).then_some(trace)
     }
 
@@ -107,7 +109,7 @@ impl Trace {
         if hz > 0.5 / step {
             return 1.0;
         }
-        let (mut re, mut im, mut sum) = (0.0, 0.0, 0.0);
+        let (mut re, mut im) = (0.0, 0.0);
         // rows are near enough to even spacing for a rotation that is renewed now and then, and behind every gap
         let (ds, dc) = (std::f64::consts::TAU * hz * step).sin_cos();
         let (mut s, mut c) = (0.0, 1.0);
@@ -120,8 +122,7 @@ impl Trace {
             last = *time;
             re += v * c;
             im += v * s;
-            sum += v * v;
         }
-        (re * re + im * im) / sum.max(f64::MIN_POSITIVE)
+        (re * re + im * im) / self.squares.max(f64::MIN_POSITIVE)
     }
 }

@@ -3,21 +3,25 @@
 use super::finding::{self, Finding};
 use super::found::{Candidate, Search};
 use super::ground::Ground;
+use super::irregular;
 use super::library::Family;
 use super::model::mean_square;
 use super::naming::{self, Cause};
 use super::next_test;
 use super::proof::Proof;
+use super::search;
 use super::stage::{Accepted, Stage};
-use crate::identify::rms;
+use super::verdict::SURELY_MORE;
 
-/// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
-const UNPROVEN: f64 = 0.97;
+/// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
+const RESTLESS: f64 = 1.2;
 
 /// What a search found, fitted on all rows and worded.
 pub(super) struct Told<'g, 'a> {
     pub(super) columns: Vec<Accepted>,
     pub(super) stage: Stage<'g, 'a>,
+    /// Residual with the findings in the fit, mm.
+    pub(super) left_mm: Vec<Vec<f64>>,
     pub(super) findings: Vec<Finding>,
 }
 
@@ -26,23 +30,13 @@ impl<'g, 'a> Told<'g, 'a> {
         let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
         let findings = finding::findings(fine, families, search, &stage, &columns);
-        Told { columns, stage, findings }
+        let left_mm = stage.residual_mm(&columns);
+        Told { columns, stage, left_mm, findings }
     }
 
     /// Rms of the residual over the rows that take part, mm.
     pub(super) fn rms_mm(&self, ground: &Ground) -> f64 {
-        let left = self.stage.residual_mm(&self.columns);
-        let rows = left.iter().zip(&ground.kept).flat_map(|(left, kept)| left.iter().zip(kept));
-        rms(rows.filter(|(_, kept)| **kept).map(|(value, _)| *value))
-    }
-}
-
-/// Claims no more than is proven of the findings for which `is_open` holds.
-pub(super) fn temper(findings: &mut [Finding], is_open: impl Fn(usize, &Finding) -> bool) {
-    for (index, finding) in findings.iter_mut().enumerate() {
-        if is_open(index, finding) {
-            finding.probability = finding.probability.min(UNPROVEN);
-        }
+        mean_square(ground, &self.left_mm).sqrt()
     }
 }
 
@@ -116,3 +110,35 @@ pub(super) fn confirm<'g, 'a>(
 
 /// Rise of the residual without unproven findings from which they stay, marked as failed.
 pub(super) const STILL_THERE: f64 = 1.25;
+
+/// Tells an irregular motion where readings stay louder than their noise: in place of a form that only follows it, or alone
+/// where nothing was found. A first finding at whose place readings stay restless has not the right form.
+pub(super) fn listen<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    proof: &mut Option<Proof>,
+    noise_um: f64,
+) {
+    let floor = search.floor.clone();
+    let is_louder = |told: &Told, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
+    let first = told.findings.first().filter(|_| is_louder(told, RESTLESS));
+    let restless = first.map(|first| irregular::restlessness(fine, &told.left_mm, &floor, first));
+    let outshouts = restless.is_some_and(|r| r > 1.0) && is_louder(told, SURELY_MORE);
+    let alone = matches!(told.findings.as_slice(), [only] if !only.single);
+    if outshouts && alone {
+        // a form that follows an irregular motion here and there
+        let bare = Told::of(fine, families, &search::nothing(fine, &floor));
+        if let Some(irregular) = irregular::irregular(fine, &bare.left_mm, &floor) {
+            (*search, *told, *proof) = (search::nothing(fine, &floor), bare, None);
+            told.findings.push(irregular);
+            return;
+        }
+    }
+    if restless.is_some_and(|r| r > irregular::NOT_THE_FORM) {
+        told.findings[0].cause.effect = "unknown".into();
+    } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
+        told.findings.extend(irregular::irregular(fine, &told.left_mm, &floor));
+    }
+}

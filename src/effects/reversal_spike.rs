@@ -70,8 +70,9 @@ const LEAST_SPIKE: f64 = 1e-3;
 /// Longest phase integrated within a row, rad: beyond it the servo has settled.
 const MOST_PHASE: f64 = 64.0;
 
-/// Change of way within a row, from its first to its second half doubled, by the parabola through the positions before it, at
-/// its beginning and at its end. A slide turns round between rows only where it goes on the other way.
+/// How the way of a row is spread over it: at the share s of the row it is travelled at the rate `way + turn (2 s - 1)`, by
+/// the parabola through the position a row before, at its beginning and at its end. `before` and `row` are ways with the
+/// seconds they took, `next` is the way after. A slide turns round between rows only where it goes on the other way.
 fn turn((way_before, seconds_before): (f64, f64), (way, seconds): (f64, f64), next: f64) -> f64 {
     let turn = (way / seconds - way_before / seconds_before) * seconds * seconds / (seconds + seconds_before);
     match way_before * next < 0.0 {
