@@ -39,6 +39,11 @@ pub struct Finding {
 const THERE_AND_BACK: f64 = 0.2;
 
 impl Finding {
+    /// Takes back the form that it was told by.
+    pub(super) fn call_unknown(&mut self) {
+        self.cause.effect = "unknown".into();
+    }
+
     /// Whether a jump is undone by another one of the same ball: something that comes and goes looks so as well.
     pub(super) fn is_undone_by(&self, other: &Finding) -> bool {
         let (Some(one), Some(two)) = (self.effects.first(), other.effects.first()) else { return false };

@@ -53,7 +53,8 @@ pub(super) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
         if machine.axes[axis].kind == AxisKind::Rotary {
             let alternate = [0, 1].map(|from| Struck::Alternate { from });
             for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
-                list.extend(reversed(session, axis, struck));
+                let among = [Among::Alone, Among::Followed, Among::All];
+                list.extend(among.into_iter().filter_map(|among| reversed((session, whole), axis, struck, among)));
             }
         }
     }
@@ -187,18 +188,49 @@ enum Struck {
     Alternate { from: usize },
 }
 
-/// Single sweeps of an axis, some of them turned round.
-fn reversed(session: &Session, axis: usize, struck: Struck) -> Option<Suspicion> {
+/// Which recordings of an axis came out of one conversion: those of it alone, those in which other axes move too, or all.
+#[derive(Clone, Copy)]
+enum Among {
+    Alone,
+    Followed,
+    All,
+}
+
+impl Among {
+    fn has(self, recording: &Recording) -> bool {
+        match self {
+            Among::Alone => recording.axes.len() == 1,
+            Among::Followed => recording.axes.len() > 1,
+            Among::All => true,
+        }
+    }
+}
+
+/// A few rows of a recording in time with the column of an axis turned round; `None` where it has none.
+pub(super) fn from_other_end(recording: &Recording, axis: usize) -> Option<Recording> {
+    let place = swept(recording, axis)?;
+    let mut turned = recording.clone();
+    turned.positions[place].reverse();
+    keep_few_rows(&mut turned);
+    Some(turned)
+}
+
+/// Column of an axis in a recording in time.
+fn swept(recording: &Recording, axis: usize) -> Option<usize> {
+    let is_timed = matches!(recording.clock, Clock::TimeS(_));
+    recording.axes.iter().position(|&other| other == axis).filter(|_| is_timed)
+}
+
+/// Sweeps of an axis, some of them turned round.
+fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struck, among: Among) -> Option<Suspicion> {
     let mut order: Vec<usize> = (0..session.tests.len()).collect();
     order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
-    let mut undone = session.clone();
+    let mut undone = thinned.clone();
     let mut runs: Vec<(usize, usize)> = Vec::new();
     let mut tests = Vec::new();
     for index in order {
         let Some(recording) = &session.tests[index].recording else { continue };
-        if recording.axes != [axis] || !matches!(recording.clock, Clock::TimeS(_)) {
-            continue;
-        }
+        let Some(place) = swept(recording, axis).filter(|_| among.has(recording)) else { continue };
         let run = match runs.iter_mut().find(|(first, _)| is_repeat(session, *first, index)) {
             Some((_, run)) => {
                 *run += 1;
@@ -209,13 +241,13 @@ fn reversed(session: &Session, axis: usize, struck: Struck) -> Option<Suspicion>
                 0
             }
         };
-        let column = &recording.positions[0];
+        let column = &recording.positions[place];
         let turned = match struck {
             Struck::Seen { rising } => (column.last() > column.first()) == rising,
             Struck::Alternate { from } => run % 2 == from,
         };
-        if turned && let Some(recording) = &mut undone.tests[index].recording {
-            recording.positions[0].reverse();
+        if turned {
+            undone.tests[index].recording = from_other_end(recording, axis);
             tests.push(session.tests[index].name.clone());
         }
     }

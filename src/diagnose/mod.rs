@@ -56,7 +56,7 @@ pub use naming::Cause;
 pub use next_test::NextTest;
 pub use placebo::Placebo;
 pub use pose_floor::Left;
-pub use preflight::DataFault;
+pub use preflight::{DataFault, Rival};
 pub use proof::Proof;
 pub use search::search;
 pub use stage::{Accepted, Judgement, Stage};
@@ -121,7 +121,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         let proved = proof::prove(&grounds, &families, &search.found, &told.findings, &search.noise_after);
         // what static poses show was accepted by prediction already
         proof = Some(match fine.has_sweeps() {
-            true => confirm(&fine, &families, &mut search, &mut told, proved),
+            true => confirm(&fine, &families, &mut search, &mut told, proved, noise_um),
             false => proved,
         });
         proof = proof.filter(|_| !told.findings.is_empty());

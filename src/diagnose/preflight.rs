@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::mistakes::{Suspicion, TIME_SHIFT, shift_in_words, shifted, suspicions};
+use super::mistakes::{Suspicion, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions};
 use super::refit::refit;
 use super::thin::few_rows;
 use crate::identify;
@@ -27,6 +27,16 @@ pub struct DataFault {
     pub after_um: f64,
     /// Shift in ms for `time-shift`.
     pub shift_ms: Option<f64>,
+    /// Other mistakes that leave the same: effect, axes or columns, and in words.
+    pub rivals: Vec<Rival>,
+}
+
+/// A mistake that the recordings cannot tell from the one named.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    pub effect: &'static str,
+    pub components: Vec<String>,
+    pub says: String,
 }
 
 /// Undoing a mistake lowers the residual at least so many times.
@@ -70,8 +80,10 @@ pub fn preflight(
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let best = finer((&thinned, session), misfit_um, judged.into_iter().next()?);
-    let (after, best) = toggled(&thinned, misfit_um, best);
+    let (best, others) = likeliest(judged)?;
+    let best = finer((&thinned, session), misfit_um, best);
+    let (after, best) = toggled((&thinned, session), misfit_um, best);
+    let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
     if std::env::var_os("FIVEAXIS_TRACE").is_some() {
         eprintln!("preflight: {before:.2} µm as it is, {after:.2} µm with '{}'", best.says);
     }
@@ -85,8 +97,44 @@ pub fn preflight(
         before_um: before,
         after_um: after,
         shift_ms: best.shift_ms,
+        rivals,
     })
 }
+
+/// Residuals that differ by less, as a share, say the same.
+const ALIKE: f64 = 0.02;
+
+/// The mistake that leaves least, with the others: of those that leave the same, a column written from the wrong end,
+/// which happens as files are put together, comes before a sign that is wrong in some recordings only.
+fn likeliest(mut judged: Vec<(f64, Suspicion)>) -> Option<((f64, Suspicion), Vec<(f64, Suspicion)>)> {
+    let (least, first) = judged.first()?;
+    let rank = |suspicion: &Suspicion| match (suspicion.effect, suspicion.tests.is_empty()) {
+        ("axis-sign", false) => 1,
+        _ => 0,
+    };
+    let alike = (1.0 + ALIKE) * least;
+    let better = judged.iter().position(|(misfit, other)| *misfit < alike && rank(other) < rank(first));
+    let best = judged.remove(better.unwrap_or(0));
+    Some((best, judged))
+}
+
+/// Rivals of a mistake, each kind on the same columns once.
+fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Vec<Rival> {
+    let mut rivals: Vec<Rival> = Vec::new();
+    for (_, other) in alike {
+        let is_told =
+            |effect: &str, components: &[String]| (other.effect, &other.components[..]) == (effect, components);
+        let told = is_told(best.effect, &best.components)
+            || rivals.iter().any(|rival| is_told(rival.effect, &rival.components));
+        if !told && rivals.len() < MOST_RIVALS {
+            rivals.push(Rival { effect: other.effect, components: other.components, says: other.says });
+        }
+    }
+    rivals
+}
+
+/// Rivals named at most.
+const MOST_RIVALS: usize = 4;
 
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
@@ -124,6 +172,7 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
         before_um: off_um(1.0),
         after_um: off_um(factor),
         shift_ms: None,
+        rivals: Vec::new(),
     })
 }
 
@@ -155,7 +204,7 @@ const TOGGLE_GAIN: f64 = 0.02;
 
 /// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
 fn toggled(
-    session: &Session,
+    (thinned, session): (&Session, &Session),
     misfit_um: impl Fn(&Session) -> Option<f64>,
     (mut misfit, mut suspicion): (f64, Suspicion),
 ) -> (f64, Suspicion) {
@@ -168,13 +217,14 @@ fn toggled(
     for _ in 0..2 {
         let before = misfit;
         for (index, test) in session.tests.iter().enumerate() {
-            if test.recording.as_ref().is_none_or(|recording| recording.axes != [axis]) {
+            let Some(turned) = test.recording.as_ref().and_then(|recording| from_other_end(recording, axis)) else {
                 continue;
-            }
+            };
             let mut undone = suspicion.undone.clone();
-            if let Some(recording) = &mut undone.tests[index].recording {
-                recording.positions[0].reverse();
-            }
+            undone.tests[index].recording = match suspicion.tests.contains(&test.name) {
+                true => thinned.tests[index].recording.clone(),
+                false => Some(turned),
+            };
             if let Some(less) = misfit_um(&undone).filter(|less| *less < (1.0 - TOGGLE_GAIN) * misfit) {
                 misfit = less;
                 suspicion.undone = undone;
@@ -207,6 +257,7 @@ impl DataFault {
             before_um,
             after_um,
             shift_ms: Some(1e3 * seconds),
+            rivals: Vec::new(),
         }
     }
 }

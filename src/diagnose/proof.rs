@@ -19,11 +19,24 @@ pub struct Proof {
     pub passed: Vec<bool>,
 }
 
+/// Share of what is more than noise that held-out readings may keep where they are predicted.
+const KEPT: f64 = 0.5;
+
+impl Proof {
+    /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
+    pub fn predicts(&self, noise_um: f64) -> bool {
+        let beyond = |um: f64| um.powi(2) - noise_um.powi(2);
+        beyond(self.before_um) > 0.0 && beyond(self.after_um) < KEPT * beyond(self.before_um)
+    }
+}
+
 /// Length of a chunk, s; of a run of static poses, in poses.
 const CHUNK_S: f64 = 5.0;
 const CHUNK_POSES: usize = 40;
 /// Number of folds.
 const FOLDS: usize = 2;
+/// Multiples of it have fractions that stay apart.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Cross-validates findings; `found` are the effects that the search on all readings took.
 pub fn prove(
@@ -50,6 +63,29 @@ pub fn prove(
         after.extend(held_out(&full, &test));
         let unexplained = |residual_mm: &[Vec<f64>]| rms(held_out(residual_mm, &test).into_iter()).powi(2);
         let left = unexplained(&full);
+        if std::env::var_os("FIVEAXIS_PROOF").is_some() {
+            eprintln!(
+                "fold {fold}: bare {:.3} left {:.3} train {:.3}",
+                1e3 * unexplained(&bare).sqrt(),
+                1e3 * left.sqrt(),
+                1e3 * rms(held_out(&full, &train[0]).into_iter())
+            );
+            for found in &searched.found {
+                let c = &found.chosen;
+                eprintln!(
+                    "   {} {} {:?} {:?} gain {:.1}",
+                    c.effect.kind,
+                    c.effect.place.name(grounds.fine.context.machine()),
+                    c.effect.parameters,
+                    c.judgement.amplitudes,
+                    found.gain
+                );
+            }
+            for t in 0..grounds.fine.tests() {
+                let one: Vec<f64> = full[t].iter().zip(&test[t]).filter(|(_, k)| **k).map(|(v, _)| *v).collect();
+                eprintln!("      {} {:.3}", grounds.fine.context.session().tests[t].name, 1e3 * rms(one.into_iter()));
+            }
+        }
         for (index, finding) in findings.iter().enumerate() {
             let is_again = |found: &Found| is_found_again(grounds, findings, finding, found);
             passed[index] &= searched.found.iter().any(is_again);
@@ -68,16 +104,18 @@ pub fn prove(
     Proof { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed }
 }
 
+/// Share of a finding's probability from which a rival of another kind stands for the same class.
+const NEAR: f64 = 0.5;
+
 /// Whether a fold found what a finding says, or a stated rival where the fewer readings of a fold may favour it: of static
-/// poses any, of sweeps one of the same kind.
+/// poses any, of sweeps one of the same kind or nearly as likely.
 fn is_found_again(grounds: &Grounds, findings: &[Finding], finding: &Finding, found: &Found) -> bool {
     let machine = grounds.fine.context.machine();
     let effect = &found.chosen.effect;
-    let rivals = finding
-        .rivals
-        .iter()
-        .filter(|(rival, _)| !grounds.fine.has_sweeps() || rival.effect == finding.cause.effect)
-        .map(|(rival, _)| rival);
+    let is_near = |(rival, probability): &&(Cause, f64)| {
+        !grounds.fine.has_sweeps() || rival.effect == finding.cause.effect || *probability > NEAR * finding.probability
+    };
+    let rivals = finding.rivals.iter().filter(is_near).map(|(rival, _)| rival);
     let says = |cause: &Cause| {
         let same_place = effect.place.name(machine) == cause.place;
         same_place && (effect.kind == cause.effect || cause.effect == "unknown")
@@ -96,13 +134,20 @@ fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
 }
 
 /// Kept rows inside (`held` true) or outside the chunks of a fold.
+///
+/// Neighbours in time (a sweep there and the same one back) have their chunks the other way round, so that what happens as
+/// they begin is in both folds; each such pair has a phase of its own, so that no range of an axis is in one fold alone.
 fn mask(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
+    let mut place = vec![0; ground.tests()];
+    ground.context.order().iter().enumerate().for_each(|(k, &test)| place[test] = k);
     (0..ground.tests())
         .map(|test| {
             let time = ground.context.motion(test).time_s.as_ref();
+            let pair = (place[test] / 2) as f64 * GOLDEN;
+            let phase = (place[test] % FOLDS) as f64 + FOLDS as f64 * pair.fract();
             (0..ground.kept[test].len())
                 .map(|row| {
-                    let chunk = time.map_or(row / CHUNK_POSES, |time| (time[row] / CHUNK_S) as usize);
+                    let chunk = time.map_or(row / CHUNK_POSES, |time| (time[row] / CHUNK_S + phase) as usize);
                     ground.kept[test][row] && ((chunk % FOLDS == fold) == held)
                 })
                 .collect()

@@ -50,15 +50,19 @@ pub fn size_of(
             let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
             // a jump may be any number of times longer along a direction that the recordings hide; placement takes up
             // most of a sag
-            let hides = cause.effect.ends_with("-slip") || cause.effect == "gravity-sag";
-            let longer = if hides { WIDENED } else { WIDER };
-            drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer))
-                .unwrap_or((value, first_order(&value_at, &amplitudes, &sub)))
+            let is_slip = cause.effect.ends_with("-slip");
+            let longer = if is_slip || cause.effect == "gravity-sag" { WIDENED } else { WIDER };
+            let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer));
+            let spread = over(longer).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)));
+            // jumps have no favourite direction: the hidden part is likely as long as a seen one
+            let even = if is_slip { over(1.0) } else { None };
+            even.map_or(spread, |(value, _)| (value, spread.1))
         }
     };
     let sigma = sigma.hypot(form_sigma(&cause.effect) * value);
     let meaning = match cause.effect.as_str() {
         _ if grows(&lead.effect) => "peak to peak over the session",
+        "straightness" => "height of the bump, or of the bow over its end points",
         name => kind(name).map_or("largest", |kind| kind.size_meaning),
     };
     let meaning = meaning.to_string();
@@ -258,6 +262,8 @@ fn is_bump(lead: &Candidate, main: &[usize]) -> bool {
 struct Curves {
     outlets: Vec<Outlet>,
     by_outlet: Vec<Vec<(usize, Vec<f64>)>>,
+    /// Positions of the place's axis in the same rows; empty for other places.
+    positions: Vec<f64>,
     /// The part did not begin at rest.
     settles: bool,
 }
@@ -274,6 +280,16 @@ fn curve(terms: &[(usize, Vec<f64>)], amplitudes: &[f64]) -> Vec<f64> {
         curve.iter_mut().zip(rows).for_each(|(sum, value)| *sum += amplitudes[*k] * value);
     }
     curve
+}
+
+/// Takes the line through its end points off a curve over positions (ISO 230-1, end-point reference straight line).
+fn take_end_points_off(curve: &mut [f64], positions: &[f64]) {
+    let rows = || positions.iter().zip(curve.iter()).map(|(q, value)| (*q, *value));
+    let first = rows().min_by(|a, b| a.0.total_cmp(&b.0));
+    let last = rows().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (Some((from, begins)), Some((to, ends))) = (first, last) else { return };
+    let slope = if to > from { (ends - begins) / (to - from) } else { 0.0 };
+    curve.iter_mut().zip(positions).for_each(|(value, q)| *value -= begins + slope * (q - from));
 }
 
 fn low_and_high(curve: &[f64]) -> (f64, f64) {
@@ -348,7 +364,7 @@ impl Curves {
         };
         let settles = settles(&lead.effect);
         let Ok(profiles) = ground.profiles(effect) else {
-            return Curves { outlets: Vec::new(), by_outlet: Vec::new(), settles };
+            return Curves { outlets: Vec::new(), by_outlet: Vec::new(), positions: Vec::new(), settles };
         };
         // one axis may move as another one drives it
         let driving = match lead.effect.parameter("of") {
@@ -382,13 +398,19 @@ impl Curves {
             });
             by_outlet[place].push((k, function(k)));
         }
-        Curves { outlets, by_outlet, settles }
+        let along = |axis: usize| tests.iter().flat_map(move |&test| ground.context.motion(test).axis(axis));
+        let positions = lead.effect.place.axis().map(|axis| along(axis).collect()).unwrap_or_default();
+        Curves { outlets, by_outlet, positions, settles }
     }
 
     /// Largest value, or range, of the curves that the outlets follow over the session.
     fn largest(&self, cause: &Cause, amplitudes: &[f64]) -> f64 {
         let size = |terms: &Vec<(usize, Vec<f64>)>| -> f64 {
-            let (low, high) = low_and_high(&curve(terms, amplitudes));
+            let mut curve = curve(terms, amplitudes);
+            if cause.effect == "straightness" {
+                take_end_points_off(&mut curve, &self.positions);
+            }
+            let (low, high) = low_and_high(&curve);
             if low > high {
                 return 0.0;
             }

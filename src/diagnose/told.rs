@@ -62,19 +62,24 @@ pub(super) fn propose(layout: &next_test::Layout, search: &Search, findings: &mu
     }
 }
 
-/// Drops what held-out readings do not confirm, the weakest first, unless too much stays unexplained without it to be
+/// Drops what held-out readings do not confirm, by its name or by what they gain, the weakest first, unless too much stays unexplained without it to be
 /// the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
+///
+/// Forms that predict other readings worse than none at all are not the right ones: the first is told as a place without
+/// a form, the others not at all.
 pub(super) fn confirm<'g, 'a>(
     fine: &'g Ground<'a>,
     families: &[Family],
     search: &mut Search,
     told: &mut Told<'g, 'a>,
     mut proof: Proof,
+    noise_um: f64,
 ) -> Proof {
     let most_mm = STILL_THERE * told.rms_mm(fine);
     let mut dropped: Vec<usize> = Vec::new();
     for (index, finding) in told.findings.iter().enumerate().rev() {
-        if finding.single || proof.passed[index] {
+        // what the folds found under other names predicts as well
+        if finding.single || proof.passed[index] || index == 0 && proof.predicts(noise_um) {
             continue;
         }
         let without: Vec<Accepted> = (0..told.columns.len())
@@ -86,8 +91,30 @@ pub(super) fn confirm<'g, 'a>(
             dropped.extend(&finding.columns);
         }
     }
+    drop_columns(fine, families, search, told, &mut proof, &dropped);
+    if proof.after_um > proof.before_um {
+        let escapes = |finding: &Finding| finding.single || finding.cause.effect == "vibration";
+        let failed = |k: usize, finding: &Finding| !proof.passed[k] && !escapes(finding);
+        let first_failed = told.findings.first().is_some_and(|first| failed(0, first));
+        let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| failed(*k, finding));
+        let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
+        drop_columns(fine, families, search, told, &mut proof, &others);
+        told.findings.iter_mut().take(1).filter(|_| first_failed).for_each(Finding::call_unknown);
+    }
+    proof
+}
+
+/// Takes effects out by the columns that they begin with, and tells the rest anew.
+fn drop_columns<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    proof: &mut Proof,
+    dropped: &[usize],
+) {
     if dropped.is_empty() {
-        return proof;
+        return;
     }
     let before: Vec<(Cause, bool)> =
         told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.cause.clone(), *passed)).collect();
@@ -105,7 +132,6 @@ pub(super) fn confirm<'g, 'a>(
         same.is_some_and(|(_, passed)| *passed)
     };
     proof.passed = told.findings.iter().map(passed).collect();
-    proof
 }
 
 /// Rise of the residual without unproven findings from which they stay, marked as failed.
@@ -137,8 +163,27 @@ pub(super) fn listen<'g, 'a>(
         }
     }
     if restless.is_some_and(|r| r > irregular::NOT_THE_FORM) {
-        told.findings[0].cause.effect = "unknown".into();
+        let first = told.findings[0].cause.clone();
+        let events = told.findings.iter().filter(|finding| is_event_of(fine, finding, &told.findings[0]));
+        let events: Vec<usize> = events.flat_map(|event| event.columns.clone()).collect();
+        if let Some(proof) = proof {
+            drop_columns(fine, families, search, told, proof, &events);
+        }
+        told.findings.iter_mut().filter(|finding| finding.cause == first).for_each(Finding::call_unknown);
     } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
-        told.findings.extend(irregular::irregular(fine, &told.left_mm, &floor));
+        let left_mm = irregular::without_trends(fine, &told.left_mm);
+        // what changes from test to test alone is no irregular motion
+        if 1e3 * mean_square(fine, &left_mm).sqrt() > SURELY_MORE * noise_um {
+            told.findings.extend(irregular::irregular(fine, &left_mm, &floor));
+        }
     }
+}
+
+/// Whether a jump shows only where the axis of an irregular motion moves: one of its own jumps.
+fn is_event_of(fine: &Ground, finding: &Finding, irregular: &Finding) -> bool {
+    let session = fine.context.session();
+    let axis = session.machine.axis_index(&irregular.cause.place);
+    let tests = (0..fine.tests()).filter(|&test| finding.tests.contains(&session.tests[test].name));
+    let moves = |test: usize| axis.is_some_and(|axis| fine.context.motion(test).moving.contains(&axis));
+    finding.single && !irregular.single && tests.into_iter().all(moves)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, Placebo, Transfer};
+use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, Placebo, Rival, Transfer};
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -200,8 +200,19 @@ fn blind_json(blind: &Blind) -> BlindJson {
     }
 }
 
+/// What is claimed of a mistake in the files, with those that leave the same numbers.
+const SURE_OF_FAULT: f64 = 0.99;
+
 /// A mistake in the files as the only finding.
 fn fault_json(fault: &DataFault) -> FindingJson {
+    let probability = SURE_OF_FAULT / (1 + fault.rivals.len()) as f64;
+    let rival = |rival: &Rival| RivalJson {
+        effect: rival.effect.to_string(),
+        driver: "data fault",
+        place: "recorder".into(),
+        components: rival.components.clone(),
+        probability,
+    };
     FindingJson {
         effect: fault.effect.to_string(),
         driver: "data fault",
@@ -209,11 +220,11 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         components: fault.components.clone(),
         size: SizeJson { value: fault.shift_ms, unit: "ms", sigma: None, meaning: fault.says.clone() },
         located: WhereJson { tests: fault.tests.clone(), range: None },
-        probability: 0.99,
+        probability,
         cross_validated: None,
         placebo: None,
         other_setups: None,
-        cannot_tell_from: Vec::new(),
+        cannot_tell_from: fault.rivals.iter().map(rival).collect(),
         next_test: None,
     }
 }

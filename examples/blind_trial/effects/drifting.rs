@@ -337,8 +337,9 @@ impl Law for BarLaw {
             (Some(w), true) => w.at(t) - w.at(first_s),
             _ => 1.0 - (-t / self.tau_s).exp(),
         };
-        let at = |k: i32| from_s + (end_s - from_s) * f64::from(k) / 200.0;
-        let peak = (0..=200).map(|k| course(at(k)).abs()).fold(1e-9, f64::max);
+        let courses = (0..=200).map(|k| course(from_s + (end_s - from_s) * f64::from(k) / 200.0));
+        let (low, high) = courses.fold((0.0f64, 0.0f64), |(low, high), now| (low.min(now), high.max(now)));
+        let range = (high - low).max(1e-9);
         for (test, list) in plan.tests.iter().zip(rows.iter_mut()) {
             for (row, d) in list.iter_mut().enumerate() {
                 let t = test.started_at_s + row as f64 * test.step_s;
@@ -348,7 +349,7 @@ impl Law for BarLaw {
                     * match self.one {
                         Some(bar) if bar == test.bar => 1.0,
                         Some(_) => 0.0,
-                        None => course(t) / peak * plan.bars[test.bar].nominal_mm / longest,
+                        None => course(t) / range * plan.bars[test.bar].nominal_mm / longest,
                     };
             }
         }
@@ -369,7 +370,11 @@ pub fn bar(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         place: "bar".into(),
         components: vec!["length".into()],
         unit: "um",
-        meaning: if one.is_some() { "error of the bar" } else { "largest expansion of the longest bar" },
+        meaning: if one.is_some() {
+            "error of the bar"
+        } else {
+            "growth of the longest bar, peak to peak over the session"
+        },
         sizes: (0.5, 15.0),
         range: json!({"bar_mm": one.map(|i| plan.bars[i].nominal_mm)}),
         params: json!({"tau_s": law.tau_s}),
