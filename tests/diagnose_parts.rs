@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use fiveaxis::chain::{Chain, Composition};
 use fiveaxis::diagnose::{
-    Accepted, Column, Ground, LastShape, Stage, Term, Whitened, diagnose, families, noise_floor, terms,
+    Accepted, Column, Ground, LastShape, Stage, Term, Whitened, diagnose, families, fold_rows, noise_floor, terms,
 };
 use fiveaxis::effects::Context;
 use fiveaxis::identify::{self, FreePrior, NoiseModel, Options, Problem};
@@ -116,6 +116,95 @@ fn a_slow_vibration_is_no_noise() {
             let (quiet, shaken) = (rms_mm(&ground.residual_mm), rms_mm(&shaken));
             assert!(shaken < most * quiet && quiet < most * shaken, "{shaken} for {quiet}");
         }
+    });
+}
+
+#[test]
+fn what_shows_in_most_sweeps_is_no_noise() {
+    with_ground(|session, ground, _| {
+        // a ripple of X that is no line of the spectrum: two planes of three show it
+        let x = session.machine.axis_index("X").expect("X");
+        let mut loud = ground.residual_mm.clone();
+        for (test, residual) in loud.iter_mut().enumerate() {
+            let motion = ground.context.motion(test);
+            if !motion.moving.contains(&x) {
+                continue;
+            }
+            let time_s = motion.time_s.as_ref().expect("times");
+            for ((value, time_s), x_mm) in residual.iter_mut().zip(time_s).zip(motion.axis(x)) {
+                *value += 2e-3 * (std::f64::consts::TAU * x_mm / 9.0).sin() * (1.8 * time_s).sin();
+            }
+        }
+        let rms_mm = |residual_mm: &[Vec<f64>]| noise_floor(ground, residual_mm)[0].rms_mm();
+        let (quiet, loud) = (rms_mm(&ground.residual_mm), rms_mm(&loud));
+        assert!(loud < 1.2 * quiet && quiet < 1.2 * loud, "{loud} for {quiet}");
+    });
+}
+
+#[test]
+fn a_bow_is_as_high_as_it_stands_over_its_end_points() {
+    let session = circles(Vec::new());
+    let x = session.machine.axis_index("X").expect("X");
+    let outlet = Outlet::Motion { axis: x, component: Component::EY };
+    let numbers = |values: &[f64]| ParameterValue::List(values.to_vec());
+    let (square_um, cube_um) = (6.0, 4.0);
+    let bow = Effect::new("straightness", Place::Axis(x))
+        .with("degrees", numbers(&[2.0, 3.0]))
+        .with("half_travel", ParameterValue::Number(100.0))
+        .size(outlet, "degree2", 1e-3 * square_um)
+        .size(outlet, "degree3", 1e-3 * cube_um);
+    let found = diagnose(&circles(vec![bow]), &Options::default()).expect("diagnosis");
+    let finding = &found.findings[0];
+    assert_eq!((finding.cause.effect.as_str(), finding.cause.place.as_str()), ("straightness", "X"));
+    // over the travel from -1 to 1 the line through the end points is square + cube u
+    let over_ends = |u: f64| (square_um * (u * u - 1.0) + cube_um * (u * u * u - u)).abs();
+    let height_um = (-100..=100).map(|k| over_ends(0.01 * f64::from(k))).fold(0.0, f64::max);
+    let size = &finding.size;
+    assert!((size.value / height_um - 1.0).abs() < 0.1, "{} ± {} for {height_um}", size.value, size.sigma);
+}
+
+#[test]
+fn a_column_from_the_wrong_end_is_named_where_slides_follow_too() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/gallery/01-worm-gear/session.yaml");
+    let mut session = load_session(&file).expect("session");
+    let c = session.machine.axis_index("C").expect("C");
+    for test in session.tests.iter_mut().filter(|test| test.name.starts_with("sync-c") && test.name.ends_with("-cw")) {
+        let recording = test.recording.as_mut().expect("recording");
+        let column = recording.axes.iter().position(|axis| *axis == c).expect("column of C");
+        recording.positions[column].reverse();
+    }
+    let fault = diagnose(&session, &Options::default()).expect("diagnosis").data_fault.expect("data fault");
+    assert_eq!((fault.effect, fault.components.as_slice()), ("angle-reversed", ["C".to_string()].as_slice()));
+    assert!(fault.tests.iter().any(|test| test == "sync-c-radial-cw"), "{:?}", fault.tests);
+    assert!(fault.after_um < 0.1 * fault.before_um, "{} to {}", fault.before_um, fault.after_um);
+}
+
+#[test]
+fn what_happens_as_sweeps_begin_is_in_both_folds() {
+    with_ground(|_, ground, _| {
+        let order = ground.context.order();
+        let folds = [0, 1].map(|fold| fold_rows(ground, fold, true));
+        for test in 0..ground.tests() {
+            for (row, kept) in ground.kept[test].iter().enumerate() {
+                assert_eq!(*kept, folds[0][test][row] ^ folds[1][test][row], "every reading is held out once");
+            }
+        }
+        // a sweep there and the same one back begin in different folds, whatever phase the pair has
+        for pair in order.chunks_exact(2) {
+            let first = pair[0];
+            let second = pair[1];
+            let rows = ground.kept[first].len().min(ground.kept[second].len());
+            let time_s = |test: usize| ground.context.motion(test).time_s.as_ref().expect("times");
+            let both = (0..rows).filter(|&row| ground.kept[first][row] && ground.kept[second][row]);
+            // chunks change between two readings that are not quite of one time
+            let even = both.filter(|&row| (time_s(first)[row] - time_s(second)[row]).abs() < 1e-6);
+            let apart: Vec<bool> = even.map(|row| folds[0][first][row] != folds[0][second][row]).collect();
+            assert!(apart.len() > 50 && apart.iter().all(|apart| *apart), "{first} {second}");
+        }
+        // and no stretch of time within a sweep is always in one fold
+        let first_s = |test: &usize| folds[0][*test][..20].iter().filter(|held| **held).count();
+        let begins: Vec<usize> = order.iter().step_by(2).map(first_s).collect();
+        assert!(begins.iter().any(|held| *held == 0) && begins.iter().any(|held| *held > 0), "{begins:?}");
     });
 }
 

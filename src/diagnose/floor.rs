@@ -59,7 +59,7 @@ fn traces_by_noise(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
     let time = |test: usize| ground.context.motion(test).time_s.as_deref().unwrap_or_default();
     let mut traces: Vec<Trace> =
         sweeps.map(|test| Trace::new(masked(ground, residual_mm, test), time(test), &loud_hz)).collect();
-    traces.sort_by_cached_key(|trace| trace.rough_rms().to_bits());
+    traces.sort_by(|a, b| a.rough_mm.total_cmp(&b.rough_mm));
     traces
 }
 
@@ -68,9 +68,21 @@ fn count(traces: &[Trace], share: f64) -> usize {
     ((share * traces.len() as f64).ceil() as usize).clamp(2.min(traces.len()), traces.len())
 }
 
+/// Share of the traces of one pace that are surely without a fast effect where any are, and how much louder than those
+/// traces are that are not: a gauge is as loud in every sweep of one pace.
+const SURELY_QUIET: f64 = 0.25;
+const NOT_ALIKE: f64 = 1.6;
+
 /// The quieter traces, the quietest where they are many.
 fn quietest(traces: &[Trace]) -> Vec<&Trace> {
-    traces[..count(traces, QUIETER).min(MOST_TRACES)].iter().collect()
+    let quieter = &traces[..count(traces, QUIETER).min(MOST_TRACES)];
+    let is_alike = |trace: &&Trace| {
+        let of_pace: Vec<&Trace> = traces.iter().filter(|other| other.pace() == trace.pace()).collect();
+        let sure = &of_pace[..((SURELY_QUIET * of_pace.len() as f64).ceil() as usize).max(2).min(of_pace.len())];
+        let quiet_mm = sure.iter().map(|trace| trace.rough_mm).sum::<f64>() / sure.len() as f64;
+        trace.rough_mm < NOT_ALIKE * quiet_mm
+    };
+    quieter.iter().filter(is_alike).collect()
 }
 
 /// Most traces, evenly drawn where they are many.
@@ -156,6 +168,10 @@ fn likeliest(traces: &[Vec<f64>], from: Option<NoiseModel>, floor: &[NoiseModel]
 /// A trace with its free curve, which follows loud lines of the spectrum too.
 struct Trace {
     present: Vec<bool>,
+    /// Time from its first to its last row, s.
+    length_s: f64,
+    /// What white noise alone would leave beside the curve, mm.
+    rough_mm: f64,
     /// The curve's functions one after the other, the readings last.
     columns: Vec<f64>,
 }
@@ -174,10 +190,17 @@ impl Trace {
             }
         }
         columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
-        Trace { present, columns }
+        let length_s = time_s.last().zip(time_s.first()).map_or(0.0, |(last, first)| last - first);
+        let mut trace = Trace { present, length_s, rough_mm: 0.0, columns };
+        trace.rough_mm = trace.rough_rms();
+        trace
     }
 
-    /// What white noise alone would leave beside the curve, mm.
+    /// Traces of one pace last alike, within a factor of about 1.4.
+    fn pace(&self) -> i64 {
+        (2.0 * self.length_s.max(1e-3).log2()).round() as i64
+    }
+
     fn rough_rms(&self) -> f64 {
         let count = self.present.iter().filter(|present| **present).count();
         let functions = self.columns.len() / self.present.len() - 1;
@@ -212,7 +235,7 @@ impl Trace {
 
 /// Restricted maximum likelihood of white and AR(1) noise beside the free curves.
 fn fit(traces: &[&Trace]) -> NoiseModel {
-    let white = traces.iter().map(|trace| trace.rough_rms()).sum::<f64>() / traces.len().max(1) as f64;
+    let white = traces.iter().map(|trace| trace.rough_mm).sum::<f64>() / traces.len().max(1) as f64;
     let white = white.max(NOISE_FLOOR_MM);
     let start = [(0.7 * white).ln(), (0.7 * white).ln(), (-(0.95f64.ln())).ln(), 0.0];
     let unpack = |x: &[f64; 4]| NoiseModel {

@@ -28,7 +28,24 @@ fn belongs(lead: &Found, found: &Found) -> bool {
     let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
     let same_cause = same_kind && !found.chosen.is_event();
     let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain);
-    same_place && (same_cause || rest_of_form) || is_same_line(lead, found)
+    same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found)
+}
+
+/// Jumps further apart in time are two, s; a jump that creeps may be told in two steps.
+const ONE_JUMP_S: f64 = 30.0;
+
+fn are_two_jumps(one: &Found, other: &Found) -> bool {
+    match (number(one, "time"), number(other, "time")) {
+        (Some(first), Some(second)) => (first - second).abs() > ONE_JUMP_S,
+        _ => false,
+    }
+}
+
+fn number(found: &Found, name: &str) -> Option<f64> {
+    match found.chosen.effect.parameter(name) {
+        Some(ParameterValue::Number(value)) => Some(*value),
+        _ => None,
+    }
 }
 
 /// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
@@ -86,10 +103,7 @@ const ONE_LINE: f64 = 0.03;
 
 /// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
 fn is_same_line(one: &Found, other: &Found) -> bool {
-    let frequency = |found: &Found| match found.chosen.effect.parameter("frequency") {
-        Some(ParameterValue::Number(hz)) if found.chosen.effect.kind == "vibration" => Some(*hz),
-        _ => None,
-    };
+    let frequency = |found: &Found| number(found, "frequency").filter(|_| found.chosen.effect.kind == "vibration");
     match (frequency(one), frequency(other)) {
         (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
         _ => false,

@@ -64,20 +64,41 @@ fn acts(ground: &Ground, place: Place, test: usize) -> bool {
 /// Restlessness at the place of a finding from which its form is not the right one.
 pub const NOT_THE_FORM: f64 = 0.4;
 
-/// How restless readings stay where a finding is: their rms beyond noise over the finding's own; zero where another place is
-/// the restless one. It says that something happens at the place which the form does not tell.
+/// Restless readings at the place of a finding.
+pub struct Restless {
+    /// Their rms beyond noise over the finding's own.
+    pub share: f64,
+    pub place: String,
+    pub component: String,
+}
+
+/// How restless readings stay where a finding is; `None` where another place is the restless one. It says that something
+/// happens at the place which the form does not tell.
 ///
 /// A slide that sticks and slips also leaves the ball where it should not be while it stands: both places are looked at.
-pub fn restlessness(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel], finding: &Finding) -> f64 {
+pub fn restlessness(
+    ground: &Ground,
+    residual_mm: &[Vec<f64>],
+    noise: &[NoiseModel],
+    finding: &Finding,
+) -> Option<Restless> {
     let machine = ground.context.machine();
     let places = places(ground, residual_mm, noise).unwrap_or_default();
-    let here = places.iter().take(2).filter(|heard| heard.place.name(machine) == finding.cause.place);
-    let beyond_noise = here.map(|heard| {
+    // a joint that tips as a slide reverses tells of that slide
+    let driving = finding.range.as_ref().map(|range| range.axis.as_str());
+    let is_here = |name: &str| name == finding.cause.place || Some(name) == driving;
+    let here = places.iter().take(2).filter(|heard| is_here(heard.place.name(machine)));
+    let beyond_noise = |heard: &Heard| {
         let noise_um = 1e3 * mean_noise_mm2(noise).sqrt();
         let left_um = loudest(ground, residual_mm, heard).1;
         (left_um.powi(2) - noise_um.powi(2)).max(0.0).sqrt()
-    });
-    beyond_noise.fold(0.0, f64::max) / finding.rms_um.max(f64::MIN_POSITIVE)
+    };
+    let (heard, beyond_um) = here.map(|heard| (heard, beyond_noise(heard))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Restless {
+        share: beyond_um / finding.rms_um.max(f64::MIN_POSITIVE),
+        place: heard.place.name(machine).to_string(),
+        component: component_name(machine, &heard.outlet),
+    })
 }
 
 /// Residuals of each sweep without mean and trend over its rows.

@@ -24,10 +24,10 @@ pub(super) const SWEEPS: Limits = Limits {
     accept_further: 30.0,
     accept_event: 24.0,
     effects: 6,
-    share_elsewhere: 0.015,
-    rms_elsewhere: 0.3,
+    share_elsewhere: 0.006,
+    rms_elsewhere: 0.25,
     steps: 26,
 };
 
 /// The same over half of the readings: by chance they may show far less than half as much.
-pub(super) const HALF: Limits = Limits { accept: 4.0, accept_further: 15.0, accept_event: 8.0, steps: 10, ..SWEEPS };
+pub(super) const HALF: Limits = Limits { accept: 4.0, accept_further: 6.0, accept_event: 8.0, steps: 10, ..SWEEPS };

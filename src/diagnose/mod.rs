@@ -57,7 +57,7 @@ pub use next_test::NextTest;
 pub use placebo::Placebo;
 pub use pose_floor::Left;
 pub use preflight::{DataFault, Rival};
-pub use proof::Proof;
+pub use proof::{Proof, fold_rows};
 pub use search::search;
 pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;

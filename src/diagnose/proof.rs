@@ -51,8 +51,8 @@ pub fn prove(
     let mut passed = vec![true; findings.len()];
     let mut gains = vec![0.0; findings.len()];
     for fold in 0..FOLDS {
-        let train = [mask(grounds.fine, fold, false), mask(grounds.coarse, fold, false)];
-        let test = mask(grounds.fine, fold, true);
+        let train = [fold_rows(grounds.fine, fold, false), fold_rows(grounds.coarse, fold, false)];
+        let test = fold_rows(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
         let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
         let searched = search_part(&masked, &floors(&masked), families, found);
@@ -63,29 +63,6 @@ pub fn prove(
         after.extend(held_out(&full, &test));
         let unexplained = |residual_mm: &[Vec<f64>]| rms(held_out(residual_mm, &test).into_iter()).powi(2);
         let left = unexplained(&full);
-        if std::env::var_os("FIVEAXIS_PROOF").is_some() {
-            eprintln!(
-                "fold {fold}: bare {:.3} left {:.3} train {:.3}",
-                1e3 * unexplained(&bare).sqrt(),
-                1e3 * left.sqrt(),
-                1e3 * rms(held_out(&full, &train[0]).into_iter())
-            );
-            for found in &searched.found {
-                let c = &found.chosen;
-                eprintln!(
-                    "   {} {} {:?} {:?} gain {:.1}",
-                    c.effect.kind,
-                    c.effect.place.name(grounds.fine.context.machine()),
-                    c.effect.parameters,
-                    c.judgement.amplitudes,
-                    found.gain
-                );
-            }
-            for t in 0..grounds.fine.tests() {
-                let one: Vec<f64> = full[t].iter().zip(&test[t]).filter(|(_, k)| **k).map(|(v, _)| *v).collect();
-                eprintln!("      {} {:.3}", grounds.fine.context.session().tests[t].name, 1e3 * rms(one.into_iter()));
-            }
-        }
         for (index, finding) in findings.iter().enumerate() {
             let is_again = |found: &Found| is_found_again(grounds, findings, finding, found);
             passed[index] &= searched.found.iter().any(is_again);
@@ -137,7 +114,7 @@ fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
 ///
 /// Neighbours in time (a sweep there and the same one back) have their chunks the other way round, so that what happens as
 /// they begin is in both folds; each such pair has a phase of its own, so that no range of an axis is in one fold alone.
-fn mask(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
+pub fn fold_rows(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
     let mut place = vec![0; ground.tests()];
     ground.context.order().iter().enumerate().for_each(|(k, &test)| place[test] = k);
     (0..ground.tests())

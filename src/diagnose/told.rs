@@ -11,7 +11,7 @@ use super::next_test;
 use super::proof::Proof;
 use super::search;
 use super::stage::{Accepted, Stage};
-use super::verdict::SURELY_MORE;
+use super::verdict::{SURE_OF_FORM, SURELY_MORE};
 
 /// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
 const RESTLESS: f64 = 1.2;
@@ -79,7 +79,10 @@ pub(super) fn confirm<'g, 'a>(
     let mut dropped: Vec<usize> = Vec::new();
     for (index, finding) in told.findings.iter().enumerate().rev() {
         // what the folds found under other names predicts as well
-        if finding.single || proof.passed[index] || index == 0 && proof.predicts(noise_um) {
+        if finding.single
+            || proof.passed[index]
+            || index == 0 && finding.gain > SURE_OF_FORM && proof.predicts(noise_um)
+        {
             continue;
         }
         let without: Vec<Accepted> = (0..told.columns.len())
@@ -150,9 +153,12 @@ pub(super) fn listen<'g, 'a>(
     let floor = search.floor.clone();
     let is_louder = |told: &Told, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
     let first = told.findings.first().filter(|_| is_louder(told, RESTLESS));
-    let restless = first.map(|first| irregular::restlessness(fine, &told.left_mm, &floor, first));
-    let outshouts = restless.is_some_and(|r| r > 1.0) && is_louder(told, SURELY_MORE);
-    let alone = matches!(told.findings.as_slice(), [only] if !only.single);
+    let restless = first.and_then(|first| irregular::restlessness(fine, &told.left_mm, &floor, first));
+    let outshouts = restless.as_ref().is_some_and(|restless| restless.share > 1.0) && is_louder(told, SURELY_MORE);
+    let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
+    // jumps beside it, and forms that hold nowhere else, are its own
+    let alone = told.findings.first().is_some_and(|first| !first.single)
+        && told.findings.iter().enumerate().skip(1).all(|(k, finding)| finding.single || has_failed(k));
     if outshouts && alone {
         // a form that follows an irregular motion here and there
         let bare = Told::of(fine, families, &search::nothing(fine, &floor));
@@ -162,28 +168,27 @@ pub(super) fn listen<'g, 'a>(
             return;
         }
     }
-    if restless.is_some_and(|r| r > irregular::NOT_THE_FORM) {
+    if let Some(restless) = restless.filter(|restless| restless.share > irregular::NOT_THE_FORM) {
         let first = told.findings[0].cause.clone();
-        let events = told.findings.iter().filter(|finding| is_event_of(fine, finding, &told.findings[0]));
-        let events: Vec<usize> = events.flat_map(|event| event.columns.clone()).collect();
+        let loud = is_louder(told, SURELY_MORE);
+        let is_its_own = |k: usize, finding: &Finding| if finding.single { loud } else { has_failed(k) };
+        let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| is_its_own(*k, finding));
+        let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
         if let Some(proof) = proof {
-            drop_columns(fine, families, search, told, proof, &events);
+            drop_columns(fine, families, search, told, proof, &others);
         }
-        told.findings.iter_mut().filter(|finding| finding.cause == first).for_each(Finding::call_unknown);
+        for finding in told.findings.iter_mut().filter(|finding| finding.cause == first) {
+            finding.call_unknown();
+            if finding.cause.place != restless.place {
+                finding.cause.place.clone_from(&restless.place);
+                finding.cause.components = vec![restless.component.clone()];
+            }
+        }
     } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
-        let left_mm = irregular::without_trends(fine, &told.left_mm);
         // what changes from test to test alone is no irregular motion
-        if 1e3 * mean_square(fine, &left_mm).sqrt() > SURELY_MORE * noise_um {
-            told.findings.extend(irregular::irregular(fine, &left_mm, &floor));
+        let within_mm2 = mean_square(fine, &irregular::without_trends(fine, &told.left_mm));
+        if 1e3 * within_mm2.sqrt() > SURELY_MORE * noise_um {
+            told.findings.extend(irregular::irregular(fine, &told.left_mm, &floor));
         }
     }
-}
-
-/// Whether a jump shows only where the axis of an irregular motion moves: one of its own jumps.
-fn is_event_of(fine: &Ground, finding: &Finding, irregular: &Finding) -> bool {
-    let session = fine.context.session();
-    let axis = session.machine.axis_index(&irregular.cause.place);
-    let tests = (0..fine.tests()).filter(|&test| finding.tests.contains(&session.tests[test].name));
-    let moves = |test: usize| axis.is_some_and(|axis| fine.context.motion(test).moving.contains(&axis));
-    finding.single && !irregular.single && tests.into_iter().all(moves)
 }

@@ -14,7 +14,7 @@ const PREDICTED: f64 = 1.5;
 pub(super) const SURELY_MORE: f64 = 1.6;
 
 /// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
-const SURE_OF_FORM: f64 = 30.0;
+pub(super) const SURE_OF_FORM: f64 = 30.0;
 
 /// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
 const UNPROVEN: f64 = 0.97;
