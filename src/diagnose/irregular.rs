@@ -68,8 +68,8 @@ pub const NOT_THE_FORM: f64 = 0.4;
 pub struct Restless {
     /// Their rms beyond noise over the finding's own.
     pub share: f64,
-    pub place: String,
-    pub component: String,
+    /// They are at the axis that drives the place of the finding.
+    pub is_driving: bool,
 }
 
 /// How restless readings stay where a finding is; `None` where another place is the restless one. It says that something
@@ -96,8 +96,7 @@ pub fn restlessness(
     let (heard, beyond_um) = here.map(|heard| (heard, beyond_noise(heard))).max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Restless {
         share: beyond_um / finding.rms_um.max(f64::MIN_POSITIVE),
-        place: heard.place.name(machine).to_string(),
-        component: component_name(machine, &heard.outlet),
+        is_driving: heard.place.name(machine) != finding.cause.place,
     })
 }
 

@@ -154,12 +154,15 @@ pub(super) fn listen<'g, 'a>(
     let is_louder = |told: &Told, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
     let first = told.findings.first().filter(|_| is_louder(told, RESTLESS));
     let restless = first.and_then(|first| irregular::restlessness(fine, &told.left_mm, &floor, first));
-    let outshouts = restless.as_ref().is_some_and(|restless| restless.share > 1.0) && is_louder(told, SURELY_MORE);
+    let is_there = |most: f64| restless.as_ref().is_some_and(|restless| restless.share > most);
+    let outshouts = is_there(1.0) && is_louder(told, SURELY_MORE);
+    // a joint that seems to tip as a slide reverses, and that slide is the restless one
+    let is_driven = is_there(irregular::NOT_THE_FORM) && restless.as_ref().is_some_and(|restless| restless.is_driving);
     let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
     // jumps beside it, and forms that hold nowhere else, are its own
     let alone = told.findings.first().is_some_and(|first| !first.single)
         && told.findings.iter().enumerate().skip(1).all(|(k, finding)| finding.single || has_failed(k));
-    if outshouts && alone {
+    if (outshouts || is_driven) && alone {
         // a form that follows an irregular motion here and there
         let bare = Told::of(fine, families, &search::nothing(fine, &floor));
         if let Some(irregular) = irregular::irregular(fine, &bare.left_mm, &floor) {
@@ -168,7 +171,7 @@ pub(super) fn listen<'g, 'a>(
             return;
         }
     }
-    if let Some(restless) = restless.filter(|restless| restless.share > irregular::NOT_THE_FORM) {
+    if is_there(irregular::NOT_THE_FORM) {
         let first = told.findings[0].cause.clone();
         let loud = is_louder(told, SURELY_MORE);
         let is_its_own = |k: usize, finding: &Finding| if finding.single { loud } else { has_failed(k) };
@@ -177,13 +180,7 @@ pub(super) fn listen<'g, 'a>(
         if let Some(proof) = proof {
             drop_columns(fine, families, search, told, proof, &others);
         }
-        for finding in told.findings.iter_mut().filter(|finding| finding.cause == first) {
-            finding.call_unknown();
-            if finding.cause.place != restless.place {
-                finding.cause.place.clone_from(&restless.place);
-                finding.cause.components = vec![restless.component.clone()];
-            }
-        }
+        told.findings.iter_mut().filter(|finding| finding.cause == first).for_each(Finding::call_unknown);
     } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
         // what changes from test to test alone is no irregular motion
         let within_mm2 = mean_square(fine, &irregular::without_trends(fine, &told.left_mm));
