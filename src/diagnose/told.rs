@@ -162,19 +162,26 @@ pub(super) fn listen<'g, 'a>(
     // jumps beside it, and forms that hold nowhere else, are its own
     let alone = told.findings.first().is_some_and(|first| !first.single)
         && told.findings.iter().enumerate().skip(1).all(|(k, finding)| finding.single || has_failed(k));
-    if (outshouts || is_driven) && alone {
+    // many jumps that leave much are none
+    let all_jump = told.findings.len() > 1 && told.findings.iter().all(|finding| finding.single);
+    let are_no_jumps = all_jump && is_louder(told, SURELY_MORE);
+    if (outshouts || is_driven) && alone || are_no_jumps {
         // a form that follows an irregular motion here and there
         let bare = Told::of(fine, families, &search::nothing(fine, &floor));
-        if let Some(irregular) = irregular::irregular(fine, &bare.left_mm, &floor) {
+        let located = irregular::irregular(fine, &bare.left_mm, &floor);
+        if let Some(irregular) = located.or_else(|| irregular::irregular(fine, &told.left_mm, &floor)) {
             (*search, *told, *proof) = (search::nothing(fine, &floor), bare, None);
             told.findings.push(irregular);
             return;
         }
     }
-    if is_there(irregular::NOT_THE_FORM) {
+    if is_there(irregular::NOT_THE_FORM) || are_no_jumps {
         let first = told.findings[0].cause.clone();
         let loud = is_louder(told, SURELY_MORE);
-        let is_its_own = |k: usize, finding: &Finding| if finding.single { loud } else { has_failed(k) };
+        let is_its_own = |k: usize, finding: &Finding| match finding.single {
+            true => loud || shows_with(fine, finding, &told.findings[0]),
+            false => has_failed(k),
+        };
         let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| is_its_own(*k, finding));
         let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
         if let Some(proof) = proof {
@@ -188,4 +195,12 @@ pub(super) fn listen<'g, 'a>(
             told.findings.extend(irregular::irregular(fine, &told.left_mm, &floor));
         }
     }
+}
+
+/// Whether a jump shows only where the axis of an irregular motion moves: it is one of its own jumps then.
+fn shows_with(fine: &Ground, jump: &Finding, irregular: &Finding) -> bool {
+    let session = fine.context.session();
+    let axis = session.machine.axis_index(&irregular.cause.place);
+    let moves = |test: usize| axis.is_some_and(|axis| fine.context.motion(test).moving.contains(&axis));
+    (0..fine.tests()).filter(|&test| jump.tests.contains(&session.tests[test].name)).all(moves)
 }
