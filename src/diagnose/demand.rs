@@ -15,7 +15,7 @@ const LEAST_RMS: f64 = 0.18;
 /// The same for an event: somewhere in a session noise looks like a jump.
 const LEAST_EVENT_RMS: f64 = 0.25;
 
-/// Log odds that no chance and no inexact noise reaches.
+/// Log odds that no chance and no inexact noise reaches; stray readings in a row may look like jumps.
 const BEYOND_DOUBT: f64 = 150.0;
 
 /// Whether the evidence demands a candidate beside what was found.
@@ -35,7 +35,7 @@ pub(super) fn is_demanded(
             false => (limits.accept, LEAST_RMS),
         };
         // beside slow growth that still counts as noise a true effect may take nothing off the mean square
-        return log_odds > odds && (in_noise(rms) || log_odds > BEYOND_DOUBT);
+        return log_odds > odds && (in_noise(rms) || !is_event && log_odds > BEYOND_DOUBT);
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
