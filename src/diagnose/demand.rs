@@ -15,19 +15,19 @@ const LEAST_RMS: f64 = 0.18;
 /// The same for an event: somewhere in a session noise looks like a jump.
 const LEAST_EVENT_RMS: f64 = 0.25;
 
-/// Log odds that no chance and no inexact noise reaches; stray readings in a row may look like jumps.
+/// Log odds from which it is enough to show within sweeps; stray readings in a row may look like jumps.
 const BEYOND_DOUBT: f64 = 150.0;
 
-/// Whether the evidence demands a candidate beside what was found.
+/// Whether the evidence demands a candidate that takes so much off the mean square, and off that within sweeps, beside what was found.
 pub(super) fn is_demanded(
     limits: &Limits,
     found: &[Found],
     chosen: &Candidate,
-    (fall_mm2, log_odds): (f64, f64),
+    (fall_mm2, within_mm2, log_odds): (f64, f64, f64),
     floor: &[NoiseModel],
 ) -> bool {
     let noise_mm2 = mean_noise_mm2(floor);
-    let in_noise = |share: f64| fall_mm2 > share * share * noise_mm2;
+    let in_noise = |fall_mm2: f64, share: f64| fall_mm2 > share * share * noise_mm2;
     let is_event = chosen.is_event();
     if found.is_empty() {
         let (odds, rms) = match is_event {
@@ -35,9 +35,10 @@ pub(super) fn is_demanded(
             false => (limits.accept, LEAST_RMS),
         };
         // beside slow growth that still counts as noise a true effect may take nothing off the mean square
-        return log_odds > odds && (in_noise(rms) || !is_event && log_odds > BEYOND_DOUBT);
+        let shows_within = !is_event && log_odds > BEYOND_DOUBT && in_noise(within_mm2, rms);
+        return log_odds > odds && (in_noise(fall_mm2, rms) || shows_within);
     }
-    let explained: f64 = found.iter().map(|found| found.fall_mm2).sum();
+    let explained: f64 = found.iter().map(|found| found.fall_mm2.max(0.0)).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
     let odds = if same_place { limits.accept } else { limits.accept_further };
     log_odds > if is_event { odds.max(limits.accept_event) } else { odds }

@@ -39,11 +39,6 @@ pub struct Finding {
 const THERE_AND_BACK: f64 = 0.2;
 
 impl Finding {
-    /// Takes back the form that it was told by.
-    pub(super) fn call_unknown(&mut self) {
-        self.cause.effect = "unknown".into();
-    }
-
     /// Whether a jump is undone by another one of the same ball: something that comes and goes looks so as well.
     pub(super) fn is_undone_by(&self, other: &Finding) -> bool {
         let (Some(one), Some(two)) = (self.effects.first(), other.effects.first()) else { return false };
@@ -218,6 +213,9 @@ fn finding(
     size.sigma = size.sigma.hypot(over_rivals(ground, lead, size.value));
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
     let range = range(ground, lead);
+    if lead.form_withdrawn {
+        cause.effect = "unknown".into();
+    }
     Finding {
         cause,
         effects,

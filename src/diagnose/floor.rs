@@ -68,8 +68,8 @@ fn count(traces: &[Trace], share: f64) -> usize {
     ((share * traces.len() as f64).ceil() as usize).clamp(2.min(traces.len()), traces.len())
 }
 
-/// Share of the traces of one pace that are surely without a fast effect where any are, and how much louder than those
-/// traces are that are not: a gauge is as loud in every sweep of one pace.
+/// Share of the traces that last alike which are surely without a fast effect where any are, and how much louder than those
+/// traces are that are not. A trace that is louder from row to row as well is a noisy one, with another bar or setup.
 const SURELY_QUIET: f64 = 0.25;
 const NOT_ALIKE: f64 = 1.6;
 
@@ -77,10 +77,11 @@ const NOT_ALIKE: f64 = 1.6;
 fn quietest(traces: &[Trace]) -> Vec<&Trace> {
     let quieter = &traces[..count(traces, QUIETER).min(MOST_TRACES)];
     let is_alike = |trace: &&Trace| {
-        let of_pace: Vec<&Trace> = traces.iter().filter(|other| other.pace() == trace.pace()).collect();
-        let sure = &of_pace[..((SURELY_QUIET * of_pace.len() as f64).ceil() as usize).max(2).min(of_pace.len())];
-        let quiet_mm = sure.iter().map(|trace| trace.rough_mm).sum::<f64>() / sure.len() as f64;
-        trace.rough_mm < NOT_ALIKE * quiet_mm
+        let alike: Vec<&Trace> = traces.iter().filter(|other| other.duration() == trace.duration()).collect();
+        let sure = &alike[..((SURELY_QUIET * alike.len() as f64).ceil() as usize).max(2).min(alike.len())];
+        let mean = |of: fn(&Trace) -> f64| sure.iter().map(|trace| of(trace)).sum::<f64>() / sure.len() as f64;
+        let is_loud = |of: fn(&Trace) -> f64| of(trace) > NOT_ALIKE * mean(of);
+        !is_loud(|trace| trace.rough_mm) || is_loud(|trace| trace.step_mm)
     };
     quieter.iter().filter(is_alike).collect()
 }
@@ -172,6 +173,8 @@ struct Trace {
     length_s: f64,
     /// What white noise alone would leave beside the curve, mm.
     rough_mm: f64,
+    /// How far a reading is from the middle of its neighbours, the median, mm.
+    step_mm: f64,
     /// The curve's functions one after the other, the readings last.
     columns: Vec<f64>,
 }
@@ -189,15 +192,20 @@ impl Trace {
                 columns.extend((0..rows).map(|row| wave(k, row) * phase(row).sin()));
             }
         }
-        columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
         let length_s = time_s.last().zip(time_s.first()).map_or(0.0, |(last, first)| last - first);
-        let mut trace = Trace { present, length_s, rough_mm: 0.0, columns };
+        // the median: jumps are no noise
+        let second = |rows: &[f64]| (rows[1] - 0.5 * (rows[0] + rows[2])).abs();
+        let mut steps: Vec<f64> = residual.windows(3).map(second).filter(|step| step.is_finite()).collect();
+        steps.sort_by(f64::total_cmp);
+        let step_mm = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
+        let mut trace = Trace { present, length_s, rough_mm: 0.0, step_mm, columns };
         trace.rough_mm = trace.rough_rms();
         trace
     }
 
-    /// Traces of one pace last alike, within a factor of about 1.4.
-    fn pace(&self) -> i64 {
+    /// Traces that last alike, within a factor of about 1.4, have one number.
+    fn duration(&self) -> i64 {
         (2.0 * self.length_s.max(1e-3).log2()).round() as i64
     }
 

@@ -54,7 +54,13 @@ pub(super) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
             let alternate = [0, 1].map(|from| Struck::Alternate { from });
             for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
                 let among = [Among::Alone, Among::Followed, Among::All];
-                list.extend(among.into_iter().filter_map(|among| reversed((session, whole), axis, struck, among)));
+                let mut told: Vec<Vec<String>> = Vec::new();
+                for among in among {
+                    let suspicion = reversed((session, whole), axis, struck, among);
+                    list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
+                        told.push(suspicion.tests.clone());
+                    }));
+                }
             }
         }
     }
@@ -263,7 +269,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
 }
 
 /// Two tests with the same balls, bar and standing axes.
-fn is_repeat(session: &Session, one: usize, other: usize) -> bool {
+pub(super) fn is_repeat(session: &Session, one: usize, other: usize) -> bool {
     let (one, other) = (&session.tests[one], &session.tests[other]);
     one.pivot == other.pivot
         && one.spindle_ball == other.spindle_ball

@@ -120,7 +120,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     if !told.findings.is_empty() {
         let proved = proof::prove(&grounds, &families, &search.found, &told.findings, &search.noise_after);
         // what static poses show was accepted by prediction already
-        proof = Some(match fine.has_sweeps() {
+        proof = proved.map(|proved| match fine.has_sweeps() {
             true => confirm(&fine, &families, &mut search, &mut told, proved, noise_um),
             false => proved,
         });

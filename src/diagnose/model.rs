@@ -111,6 +111,20 @@ pub(super) fn mean_square(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
     crate::identify::rms(kept.map(|(value, _)| *value)).powi(2)
 }
 
+/// Residuals of each sweep without mean and trend over its rows.
+pub(super) fn without_trends(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let flattened = |(residual, kept): (&Vec<f64>, &Vec<bool>)| -> Vec<f64> {
+        let rows = || (0..residual.len()).filter(|&row| kept[row]);
+        let count = rows().count().max(1) as f64;
+        let middle = rows().sum::<usize>() as f64 / count;
+        let mean = rows().map(|row| residual[row]).sum::<f64>() / count;
+        let squares: f64 = rows().map(|row| (row as f64 - middle).powi(2)).sum();
+        let slope = rows().map(|row| (row as f64 - middle) * residual[row]).sum::<f64>() / squares.max(1.0);
+        residual.iter().enumerate().map(|(row, value)| value - mean - slope * (row as f64 - middle)).collect()
+    };
+    residual_mm.iter().zip(&ground.kept).map(flattened).collect()
+}
+
 /// Twice the negative log likelihood of residuals under the noise of their tests, less a constant.
 pub(super) fn pooled_misfit(ground: &Ground, noise: &[NoiseModel], residual_mm: &[Vec<f64>]) -> f64 {
     let mut alike: Vec<(NoiseModel, Vec<Vec<f64>>)> = Vec::new();

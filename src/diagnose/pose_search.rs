@@ -143,6 +143,7 @@ impl<'g, 'a> State<'g, 'a> {
             ranked_odds: gain,
             beside_gain: gain,
             fall_mm2: square_before - square_after,
+            form_withdrawn: false,
         });
     }
 

@@ -108,13 +108,10 @@ const ALIKE: f64 = 0.02;
 /// which happens as files are put together, comes before a sign that is wrong in some recordings only.
 fn likeliest(mut judged: Vec<(f64, Suspicion)>) -> Option<((f64, Suspicion), Vec<(f64, Suspicion)>)> {
     let (least, first) = judged.first()?;
-    let rank = |suspicion: &Suspicion| match (suspicion.effect, suspicion.tests.is_empty()) {
-        ("axis-sign", false) => 1,
-        _ => 0,
-    };
+    let is_partial_sign = first.effect == "axis-sign" && !first.tests.is_empty();
     let alike = (1.0 + ALIKE) * least;
-    let better = judged.iter().position(|(misfit, other)| *misfit < alike && rank(other) < rank(first));
-    let best = judged.remove(better.unwrap_or(0));
+    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == "angle-reversed");
+    let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(0));
     Some((best, judged))
 }
 

@@ -4,10 +4,12 @@ use super::finding::Finding;
 use super::found::{Found, Grounds};
 use super::ground::Ground;
 use super::library::Family;
+use super::mistakes::is_repeat;
 use super::naming::Cause;
 use super::search::{floors, search_part};
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
+use crate::machine::Effect;
 
 /// Outcome of the held-out proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,17 +37,19 @@ const CHUNK_S: f64 = 5.0;
 const CHUNK_POSES: usize = 40;
 /// Number of folds.
 const FOLDS: usize = 2;
-/// Multiples of it have fractions that stay apart.
-const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Cross-validates findings; `found` are the effects that the search on all readings took.
+/// Cross-validates findings, `None` where the readings of a fold say nothing; `found` are the effects that the search on all readings took.
 pub fn prove(
     grounds: &Grounds,
     families: &[Family],
     found: &[Found],
     findings: &[Finding],
     noise: &[NoiseModel],
-) -> Proof {
+) -> Option<Proof> {
+    let is_empty = |held: bool| !fold_rows(grounds.fine, 0, held).iter().flatten().any(|row| *row);
+    if is_empty(true) || is_empty(false) {
+        return None;
+    }
     let mut before = Vec::new();
     let mut after = Vec::new();
     let mut passed = vec![true; findings.len()];
@@ -78,7 +82,7 @@ pub fn prove(
     for (passed, gain) in passed.iter_mut().zip(&gains) {
         *passed &= *gain > 0.0;
     }
-    Proof { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed }
+    Some(Proof { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })
 }
 
 /// Share of a finding's probability from which a rival of another kind stands for the same class.
@@ -99,7 +103,10 @@ fn is_found_again(grounds: &Grounds, findings: &[Finding], finding: &Finding, fo
     };
     // a rival that is another finding counts for that one
     let is_other = findings.iter().any(|other| !std::ptr::eq(other, finding) && says(&other.cause));
-    says(&finding.cause) || !is_other && rivals.into_iter().any(says)
+    // play as one axis reverses is no play as another one does
+    let drives = |effect: &Effect| effect.parameter("of").cloned();
+    let is_driven_alike = finding.effects.first().is_none_or(|own| drives(own) == drives(effect));
+    says(&finding.cause) && is_driven_alike || !is_other && rivals.into_iter().any(says)
 }
 
 fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
@@ -112,22 +119,47 @@ fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
 
 /// Kept rows inside (`held` true) or outside the chunks of a fold.
 ///
-/// Neighbours in time (a sweep there and the same one back) have their chunks the other way round, so that what happens as
-/// they begin is in both folds; each such pair has a phase of its own, so that no range of an axis is in one fold alone.
+/// A sweep has an odd number of chunks, and a repeat in the same setup, the same sweep back among them, has them the other
+/// way round: so what happens as sweeps begin is in both folds, and so is every place of an axis that goes there and back
+/// at a steady speed. Setups take turns with the fold that begins.
 pub fn fold_rows(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
-    let mut place = vec![0; ground.tests()];
-    ground.context.order().iter().enumerate().for_each(|(k, &test)| place[test] = k);
+    let turns = turns(ground);
     (0..ground.tests())
         .map(|test| {
             let time = ground.context.motion(test).time_s.as_ref();
-            let pair = (place[test] / 2) as f64 * GOLDEN;
-            let phase = (place[test] % FOLDS) as f64 + FOLDS as f64 * pair.fract();
-            (0..ground.kept[test].len())
-                .map(|row| {
-                    let chunk = time.map_or(row / CHUNK_POSES, |time| (time[row] / CHUNK_S + phase) as usize);
-                    ground.kept[test][row] && ((chunk % FOLDS == fold) == held)
-                })
-                .collect()
+            let ends = time.and_then(|time| Some((*time.first()?, *time.last()?)));
+            let chunk = |row: usize| match (time, ends) {
+                (Some(time), Some((begins, ends))) => {
+                    let chunks = odd_chunks(ends - begins);
+                    let share = (time[row] - begins) / (ends - begins).max(f64::MIN_POSITIVE);
+                    ((share * chunks as f64) as usize).min(chunks - 1)
+                }
+                _ => row / CHUNK_POSES,
+            };
+            let is_held = |row: usize| (chunk(row) + turns[test]) % FOLDS == fold;
+            (0..ground.kept[test].len()).map(|row| ground.kept[test][row] && is_held(row) == held).collect()
         })
         .collect()
+}
+
+/// Odd number of chunks of about [`CHUNK_S`] in a sweep, three at least.
+fn odd_chunks(length_s: f64) -> usize {
+    2 * ((0.5 * (length_s / CHUNK_S - 1.0)).round() as usize).max(1) + 1
+}
+
+/// By test, whether its chunks are the other way round: how often its setup was swept before, and which setup it is, in time.
+fn turns(ground: &Ground) -> Vec<usize> {
+    let session = ground.context.session();
+    let mut turns = vec![0; ground.tests()];
+    let mut setups: Vec<(usize, usize)> = Vec::new();
+    for &test in ground.context.order() {
+        let known = setups.iter().position(|(first, _)| is_repeat(session, *first, test));
+        let setup = known.unwrap_or_else(|| {
+            setups.push((test, 0));
+            setups.len() - 1
+        });
+        turns[test] = setup + setups[setup].1;
+        setups[setup].1 += 1;
+    }
+    turns
 }

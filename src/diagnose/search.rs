@@ -10,7 +10,7 @@ use super::found::{Candidate, Floors, Found, Grounds, Search, Step, Ways};
 use super::ground::Ground;
 use super::library::Family;
 use super::limits::{HALF, Limits, SWEEPS};
-use super::model::{Model, Start, joined, mean_square, pooled_misfit};
+use super::model::{Model, Start, joined, mean_square, pooled_misfit, without_trends};
 use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
@@ -92,9 +92,12 @@ impl Ways<'_, '_, '_> {
 
     /// Adds effects as long as the evidence demands one; the first one may be given.
     fn grow(&self, model: &mut Model, mut first: Option<Candidate>) {
+        let fine = self.grounds.fine;
         while model.found.len() < self.limits.effects {
             let Some(step) = self.next(model, first.take()) else { break };
-            let standing = (step.found.fall_mm2, step.found.log_odds);
+            let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
+            let fall_within_mm2 = within_mm2(&model.residual_mm) - within_mm2(&step.residual_mm);
+            let standing = (step.found.fall_mm2, fall_within_mm2, step.found.log_odds);
             let demanded = is_demanded(&self.limits, &model.found, &step.found.chosen, standing, &self.floors[0]);
             if !demanded || is_gauge_wander(self.grounds.fine, &step.found.chosen) {
                 model.best_left = step.found.log_odds;
@@ -142,8 +145,16 @@ impl Ways<'_, '_, '_> {
             let odds = rival.log_odds - lead;
             (rival, odds)
         });
-        let found =
-            Found { rivals: rivals.collect(), chosen, log_odds, gain, ranked_odds: lead, beside_gain: gain, fall_mm2 };
+        let found = Found {
+            rivals: rivals.collect(),
+            chosen,
+            log_odds,
+            gain,
+            ranked_odds: lead,
+            beside_gain: gain,
+            fall_mm2,
+            form_withdrawn: false,
+        };
         Some(Step { found, residual_mm, noise })
     }
 

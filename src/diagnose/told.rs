@@ -5,7 +5,7 @@ use super::found::{Candidate, Search};
 use super::ground::Ground;
 use super::irregular;
 use super::library::Family;
-use super::model::mean_square;
+use super::model::{mean_square, without_trends};
 use super::naming::{self, Cause};
 use super::next_test;
 use super::proof::Proof;
@@ -97,14 +97,26 @@ pub(super) fn confirm<'g, 'a>(
     drop_columns(fine, families, search, told, &mut proof, &dropped);
     if proof.after_um > proof.before_um {
         let escapes = |finding: &Finding| finding.single || finding.cause.effect == "vibration";
-        let failed = |k: usize, finding: &Finding| !proof.passed[k] && !escapes(finding);
-        let first_failed = told.findings.first().is_some_and(|first| failed(0, first));
-        let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| failed(*k, finding));
-        let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
+        let failed = |k: usize| !proof.passed[k] && !escapes(&told.findings[k]);
+        let others: Vec<usize> = (1..told.findings.len()).filter(|&k| failed(k)).collect();
+        let others: Vec<usize> = others.into_iter().flat_map(|k| told.findings[k].columns.clone()).collect();
+        if failed(0) {
+            withdraw_form(search, told, 0);
+        }
         drop_columns(fine, families, search, told, &mut proof, &others);
-        told.findings.iter_mut().take(1).filter(|_| first_failed).for_each(Finding::call_unknown);
     }
     proof
+}
+
+/// Takes back the form by which a finding is told, now and when it is told anew.
+fn withdraw_form(search: &mut Search, told: &mut Told, index: usize) {
+    let finding = &mut told.findings[index];
+    finding.cause.effect = "unknown".into();
+    let mut column = 0;
+    for found in &mut search.found {
+        found.form_withdrawn |= finding.columns.first() == Some(&column);
+        column += found.chosen.columns.len();
+    }
 }
 
 /// Takes effects out by the columns that they begin with, and tells the rest anew.
@@ -119,20 +131,23 @@ fn drop_columns<'g, 'a>(
     if dropped.is_empty() {
         return;
     }
-    let before: Vec<(Cause, bool)> =
-        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.cause.clone(), *passed)).collect();
+    let before: Vec<(Vec<usize>, bool)> =
+        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.columns.clone(), *passed)).collect();
     let mut column = 0;
+    // columns as they were numbered before, of what stays
+    let mut stays: Vec<usize> = Vec::new();
     search.found.retain(|found| {
-        let first = column;
-        column += found.chosen.columns.len();
-        !dropped.contains(&first)
+        let own = column..column + found.chosen.columns.len();
+        column = own.end;
+        let is_kept = !dropped.contains(&own.start);
+        stays.extend(own.filter(|_| is_kept));
+        is_kept
     });
     *told = Told::of(fine, families, search);
     // told anew the findings may stand in another order
     let passed = |finding: &Finding| {
-        let same =
-            before.iter().find(|(cause, _)| cause.effect == finding.cause.effect && cause.place == finding.cause.place);
-        same.is_some_and(|(_, passed)| *passed)
+        let column = finding.columns.first().map(|&column| stays[column]);
+        column.is_some_and(|column| before.iter().any(|(columns, passed)| *passed && columns.contains(&column)))
     };
     proof.passed = told.findings.iter().map(passed).collect();
 }
@@ -176,7 +191,6 @@ pub(super) fn listen<'g, 'a>(
         }
     }
     if is_there(irregular::NOT_THE_FORM) || are_no_jumps {
-        let first = told.findings[0].cause.clone();
         let loud = is_louder(told, SURELY_MORE);
         let is_its_own = |k: usize, finding: &Finding| match finding.single {
             true => loud || shows_with(fine, finding, &told.findings[0]),
@@ -184,13 +198,13 @@ pub(super) fn listen<'g, 'a>(
         };
         let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| is_its_own(*k, finding));
         let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
+        withdraw_form(search, told, 0);
         if let Some(proof) = proof {
             drop_columns(fine, families, search, told, proof, &others);
         }
-        told.findings.iter_mut().filter(|finding| finding.cause == first).for_each(Finding::call_unknown);
     } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
         // what changes from test to test alone is no irregular motion
-        let within_mm2 = mean_square(fine, &irregular::without_trends(fine, &told.left_mm));
+        let within_mm2 = mean_square(fine, &without_trends(fine, &told.left_mm));
         if 1e3 * within_mm2.sqrt() > SURELY_MORE * noise_um {
             told.findings.extend(irregular::irregular(fine, &told.left_mm, &floor));
         }
