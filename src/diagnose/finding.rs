@@ -170,13 +170,19 @@ fn finding(
     }
     // the part that is surest of its cause speaks for the whole
     let parts = group.iter().map(|&index| &search.found[index]);
-    let (probability, rivals) = parts
+    let (mut probability, mut rivals) = parts
         .filter(|part| {
             (&part.chosen.effect.kind, part.chosen.effect.place) == (&lead.chosen.effect.kind, lead.chosen.effect.place)
         })
         .map(|part| standing(machine, part))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .unwrap_or((1.0, Vec::new()));
+    // a rival in more motions, of which one is too small to be told, is the same cause
+    rivals.retain(|(rival, share)| {
+        let is_same = *rival == cause;
+        probability += if is_same { *share } else { 0.0 };
+        !is_same
+    });
     // lost motion told in two shapes is one play
     let parts: Vec<Vec<usize>> = group
         .iter()

@@ -24,8 +24,8 @@ pub(super) const SWEEPS: Limits = Limits {
     accept_further: 30.0,
     accept_event: 24.0,
     effects: 6,
-    share_elsewhere: 0.015,
-    rms_elsewhere: 0.3,
+    share_elsewhere: 0.006,
+    rms_elsewhere: 0.25,
     steps: 26,
 };
 
