@@ -101,12 +101,15 @@ pub fn preflight(
     })
 }
 
+/// A mistake with the misfit that undoing it leaves, µm.
+type Judged = (f64, Suspicion);
+
 /// Residuals that differ by less, as a share, say the same.
 const ALIKE: f64 = 0.02;
 
 /// The mistake that leaves least, with the others: of those that leave the same, a column written from the wrong end,
 /// which happens as files are put together, comes before a sign that is wrong in some recordings only.
-fn likeliest(mut judged: Vec<(f64, Suspicion)>) -> Option<((f64, Suspicion), Vec<(f64, Suspicion)>)> {
+fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
     let (least, first) = judged.first()?;
     let is_partial_sign = first.effect == "axis-sign" && !first.tests.is_empty();
     let alike = (1.0 + ALIKE) * least;
