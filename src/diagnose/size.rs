@@ -12,7 +12,6 @@ use super::naming::{Cause, component_name, unit};
 use super::stage::Stage;
 use crate::effects::{WARM, kind};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
-use crate::session::Motion;
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
@@ -264,7 +263,7 @@ struct Curves {
     outlets: Vec<Outlet>,
     by_outlet: Vec<Vec<(usize, Vec<f64>)>>,
     /// Positions of the place's axis in the same rows; empty for other places and for turns.
-    positions: Vec<Passed>,
+    positions: Vec<f64>,
     /// The part did not begin at rest.
     settles: bool,
 }
@@ -283,22 +282,15 @@ fn curve(terms: &[(usize, Vec<f64>)], amplitudes: &[f64]) -> Vec<f64> {
     curve
 }
 
-/// Takes the line through the end points of an axis's motion off a curve over its positions, as in the end-point reference
-/// of ISO 230-1: what is left is told by its largest distance from that line.
-fn take_end_points_off(curve: &mut [f64], positions: &[Passed]) {
-    let moving = || positions.iter().zip(curve.iter()).filter(|(at, _)| at.moving).map(|(at, value)| (at.q, *value));
-    let first = moving().min_by(|a, b| a.0.total_cmp(&b.0));
-    let last = moving().max_by(|a, b| a.0.total_cmp(&b.0));
+/// Takes the line through its end points off a curve over the positions that an axis took, standing or moving, as in the
+/// end-point reference of ISO 230-1: what is left is told by its largest distance from that line.
+fn take_end_points_off(curve: &mut [f64], positions: &[f64]) {
+    let rows = || positions.iter().zip(curve.iter()).map(|(q, value)| (*q, *value));
+    let first = rows().min_by(|a, b| a.0.total_cmp(&b.0));
+    let last = rows().max_by(|a, b| a.0.total_cmp(&b.0));
     let (Some((from, begins)), Some((to, ends))) = (first, last) else { return };
     let slope = if to > from { (ends - begins) / (to - from) } else { 0.0 };
-    curve.iter_mut().zip(positions).for_each(|(value, at)| *value -= begins + slope * (at.q - from));
-}
-
-/// A position of an axis in a row.
-struct Passed {
-    q: f64,
-    /// The axis moves in that test.
-    moving: bool,
+    curve.iter_mut().zip(positions).for_each(|(value, q)| *value -= begins + slope * (q - from));
 }
 
 fn low_and_high(curve: &[f64]) -> (f64, f64) {
@@ -407,14 +399,7 @@ impl Curves {
             });
             by_outlet[place].push((k, function(k)));
         }
-        let along = |axis: usize| -> Vec<Passed> {
-            let motions = tests.iter().map(|&test| ground.context.motion(test));
-            let passed = |motion: &Motion| {
-                let moving = motion.moving.contains(&axis);
-                motion.axis(axis).map(|q| Passed { q, moving }).collect::<Vec<_>>()
-            };
-            motions.flat_map(passed).collect()
-        };
+        let along = |axis: usize| tests.iter().flat_map(move |&test| ground.context.motion(test).axis(axis)).collect();
         let is_length = |outlet: &Outlet| outlet.measure(ground.context.machine()) == Measure::Length;
         let of_axis = lead.effect.place.axis().filter(|_| outlets.iter().all(is_length));
         let positions = of_axis.map(along).unwrap_or_default();
