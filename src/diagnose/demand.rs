@@ -18,12 +18,14 @@ const LEAST_EVENT_RMS: f64 = 0.25;
 /// Log odds from which it is enough to show within sweeps; stray readings in a row may look like jumps.
 const BEYOND_DOUBT: f64 = 150.0;
 
-/// Whether the evidence demands a candidate that takes so much off the mean square, and off that within sweeps, beside what was found.
+/// Whether the evidence demands a candidate beside what was found: by what it takes off the mean square, mm², by its log
+/// odds, and, where these leave it open, by what it takes off the mean square within sweeps.
 pub(super) fn is_demanded(
     limits: &Limits,
     found: &[Found],
     chosen: &Candidate,
-    (fall_mm2, within_mm2, log_odds): (f64, f64, f64),
+    (fall_mm2, log_odds): (f64, f64),
+    fall_within_mm2: impl FnOnce() -> f64,
     floor: &[NoiseModel],
 ) -> bool {
     let noise_mm2 = mean_noise_mm2(floor);
@@ -35,7 +37,7 @@ pub(super) fn is_demanded(
             false => (limits.accept, LEAST_RMS),
         };
         // beside slow growth that still counts as noise a true effect may take nothing off the mean square
-        let shows_within = !is_event && log_odds > BEYOND_DOUBT && in_noise(within_mm2, rms);
+        let shows_within = !is_event && log_odds > BEYOND_DOUBT && in_noise(fall_within_mm2(), rms);
         return log_odds > odds && (in_noise(fall_mm2, rms) || shows_within);
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2.max(0.0)).sum();

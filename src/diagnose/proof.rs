@@ -38,7 +38,8 @@ const CHUNK_POSES: usize = 40;
 /// Number of folds.
 const FOLDS: usize = 2;
 
-/// Cross-validates findings, `None` where the readings of a fold say nothing; `found` are the effects that the search on all readings took.
+/// Cross-validates findings, `None` where a fold would be without readings; `found` are the effects that the search on all
+/// readings took.
 pub fn prove(
     grounds: &Grounds,
     families: &[Family],
@@ -128,9 +129,9 @@ pub fn fold_rows(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
         .map(|test| {
             let time = ground.context.motion(test).time_s.as_ref();
             let ends = time.and_then(|time| Some((*time.first()?, *time.last()?)));
+            let chunks = ends.map_or(1, |(begins, ends)| odd_chunks(ends - begins));
             let chunk = |row: usize| match (time, ends) {
                 (Some(time), Some((begins, ends))) => {
-                    let chunks = odd_chunks(ends - begins);
                     let share = (time[row] - begins) / (ends - begins).max(f64::MIN_POSITIVE);
                     ((share * chunks as f64) as usize).min(chunks - 1)
                 }

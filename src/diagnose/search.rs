@@ -96,10 +96,11 @@ impl Ways<'_, '_, '_> {
         while model.found.len() < self.limits.effects {
             let Some(step) = self.next(model, first.take()) else { break };
             let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
-            let fall_within_mm2 = within_mm2(&model.residual_mm) - within_mm2(&step.residual_mm);
-            let standing = (step.found.fall_mm2, fall_within_mm2, step.found.log_odds);
-            let demanded = is_demanded(&self.limits, &model.found, &step.found.chosen, standing, &self.floors[0]);
-            if !demanded || is_gauge_wander(self.grounds.fine, &step.found.chosen) {
+            let fall_within_mm2 = || within_mm2(&model.residual_mm) - within_mm2(&step.residual_mm);
+            let standing = (step.found.fall_mm2, step.found.log_odds);
+            let (chosen, floor) = (&step.found.chosen, &self.floors[0]);
+            let demanded = is_demanded(&self.limits, &model.found, chosen, standing, fall_within_mm2, floor);
+            if !demanded || is_gauge_wander(fine, chosen) {
                 model.best_left = step.found.log_odds;
                 break;
             }

@@ -62,8 +62,8 @@ pub(super) fn propose(layout: &next_test::Layout, search: &Search, findings: &mu
     }
 }
 
-/// Drops what held-out readings do not confirm, by its name or by what they gain, the weakest first, unless too much stays unexplained without it to be
-/// the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
+/// Drops what held-out readings do not confirm, by its name or by what they gain, the weakest first, unless too much stays
+/// unexplained without it to be the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
 ///
 /// Forms that predict other readings worse than none at all are not the right ones: the first is told as a place without
 /// a form, the others not at all.
