@@ -1,10 +1,12 @@
 //! Parts of the diagnosis by the library: shapes judged from memory and blocks judged test by test stand as if judged anew
 //! and whole; irregular motion is located.
 
+mod noisy;
+
 use std::path::Path;
 use std::sync::Arc;
 
-use fiveaxis::chain::{Chain, Composition};
+use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::{
     Accepted, Column, Ground, LastShape, Stage, Term, Verdict, Whitened, diagnose, families, fold_rows, noise_floor,
     terms,
@@ -14,35 +16,12 @@ use fiveaxis::identify::{self, FreePrior, NoiseModel, Options, Problem};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
 use fiveaxis::session::{Session, Setups};
-use fiveaxis::simulate::simulate;
 use nalgebra::DMatrix;
-
-/// Numbers that look random and are the same everywhere (Lehmer's generator).
-struct Draws(u64);
-
-impl Draws {
-    fn normal(&mut self) -> f64 {
-        let mut even = || {
-            self.0 = self.0 * 48_271 % 2_147_483_647;
-            self.0 as f64 / 2_147_483_647.0
-        };
-        (0..12).map(|_| even()).sum::<f64>() - 6.0
-    }
-}
+use noisy::{Draws, noisy};
 
 /// Planar circles in three planes, with what `effects` and a gauge of 0.25 µm noise make of them.
 fn circles(effects: Vec<Effect>) -> Session {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/gallery/06-worn-guideway/session.yaml");
-    let mut session = load_session(&file).expect("session");
-    session.machine.effects = effects;
-    let traces = simulate(&session, Composition::Exact).expect("lengths");
-    let mut draws = Draws(20_241);
-    for (test, trace) in session.tests.iter_mut().zip(traces) {
-        let recording = test.recording.as_mut().expect("recording");
-        recording.length_mm = trace.length_mm.iter().map(|length| length + 0.25e-3 * draws.normal()).collect();
-    }
-    session.machine.effects.clear();
-    session
+    noisy("06-worn-guideway", effects)
 }
 
 /// Y strays by 1.5 µm this way or that, anew every two seconds of the session.

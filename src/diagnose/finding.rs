@@ -76,6 +76,10 @@ pub struct RangeFound {
 /// Log odds per log odds of the chosen cause by which a rival's lag is softened: forms of the catalogue are never exact.
 const SOFTENING: f64 = 0.01;
 
+/// The same between sag and error motion of a joint over part of a turn: both are smooth curves over the same arc, and
+/// neither parts under load nor bearings keep to a form.
+const SOFTENING_OF_ARCS: f64 = 0.05;
+
 /// Rivals less probable than this are not named.
 const LEAST_PROBABILITY: f64 = 0.02;
 
@@ -292,10 +296,18 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     list
 }
 
+/// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
+fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
+    let is_arc = |candidate: &Candidate| {
+        candidate.effect.kind == "rotary-error-motion" && !super::size::is_over_whole_turns(candidate)
+    };
+    let is_sag = |candidate: &Candidate| candidate.effect.kind == "gravity-sag";
+    one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))
+}
+
 /// Probability of the lead among its rivals, and the rivals worth naming.
 fn standing(machine: &Machine, lead: &Found) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
-    let soften = 1.0 / (1.0 + SOFTENING * lead.ranked_odds.max(0.0));
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
     for (rival, odds) in &lead.rivals {
@@ -307,7 +319,8 @@ fn standing(machine: &Machine, lead: &Found) -> (f64, Vec<(Cause, f64)>) {
         if same || named.iter().any(|(other, _)| *other == cause) {
             continue;
         }
-        let weight = (odds * soften).min(0.0).exp();
+        let share = if is_load_or_bearing(&lead.chosen, rival) { SOFTENING_OF_ARCS } else { SOFTENING };
+        let weight = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
         total += weight;
         named.push((cause, weight));
     }

@@ -102,5 +102,6 @@ pub(super) struct Ways<'w, 'g, 'a> {
 pub(super) struct Step {
     pub(super) found: Found,
     pub(super) residual_mm: Vec<Vec<f64>>,
+    pub(super) strain: f64,
     pub(super) noise: Vec<NoiseModel>,
 }

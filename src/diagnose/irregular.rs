@@ -3,10 +3,13 @@
 //! An irregular motion s at an outlet adds the variance `(g·s)²` to a reading, g the outlet's gain: which outlet's gains go with the
 //! loudness of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::finding::{Finding, SizeFound};
 use super::floor::mean_noise_mm2;
-use super::ground::{Ground, display};
+use super::ground::{Column, Ground, display};
 use super::naming::{Cause, component_name, unit};
+use super::stage::Accepted;
 use crate::effects::Driver;
 use crate::identify::NoiseModel;
 use crate::machine::{Outlet, Place};
@@ -15,9 +18,15 @@ use crate::machine::{Outlet, Place};
 const ALIKE: f64 = 10.0;
 /// Log odds by which a place must stand above readings that are equally restless everywhere.
 const LOCATED: f64 = 20.0;
+/// Log odds against a ball that is loose, beside slides and joints that do not run evenly.
+const LOOSE_BALL: f64 = 3.0;
 /// Variances that are tried: from a tenth of the noise upwards, by this factor.
 const STEP: f64 = 1.3;
 const STEPS: i32 = 45;
+/// How far from its place a slide or joint that sticks may stand, µm or arcsec.
+const STANDS_OFF: f64 = 10.0;
+/// Share of what a sweep shows below which a direction is hardly seen.
+const HARDLY_SHOWN: f64 = 1e-3;
 /// Rivals less probable than this are not named, and at most so many.
 const LEAST_PROBABILITY: f64 = 0.02;
 const MOST_RIVALS: usize = 4;
@@ -33,8 +42,29 @@ struct Heard {
     readings: f64,
 }
 
-/// Places by how well an irregular motion there accounts for the loudness of the residuals, best first; `None` where
-/// they are equally loud everywhere.
+/// Residuals by test without what a ball that stands off its place would leave: a slide that sticks stands elsewhere each
+/// time, and how loud a sweep is says where it moves only without that.
+fn within_sweeps(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let gains = [0, 1, 2].map(|k| ground.gains(&Outlet::SpindleBall(k)));
+    let within = |test: usize| {
+        let direction = |row: usize| Vector3::from_fn(|k, _| gains[k][test].get(row).copied().unwrap_or(0.0));
+        let residual = &residual_mm[test];
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for row in (0..residual.len()).filter(|&row| ground.kept[test][row]) {
+            let u = direction(row);
+            normal += u * u.transpose();
+            right += u * residual[row];
+        }
+        // a direction that the sweep hardly shows is left as it is
+        normal += Matrix3::identity() * HARDLY_SHOWN * normal.trace();
+        let offset = normal.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * right);
+        residual.iter().enumerate().map(|(row, value)| value - direction(row).dot(&offset)).collect()
+    };
+    (0..ground.tests()).map(within).collect()
+}
+
+/// Places by how well an irregular motion there accounts for the loudness of residuals within sweeps, best first; `None`
+/// where they are equally loud everywhere.
 fn places(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Vec<Heard>> {
     let machine = ground.context.machine();
     let axes = (0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis)));
@@ -49,7 +79,8 @@ fn places(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Op
                 false => 0.0,
             };
             let (log_likelihood, rms, readings) = heard(ground, residual_mm, noise, gain)?;
-            Some(Heard { place, outlet, log_odds: log_likelihood - alone.0, rms, readings })
+            let rarity = if place == Place::SpindleBall { LOOSE_BALL } else { 0.0 };
+            Some(Heard { place, outlet, log_odds: log_likelihood - alone.0 - rarity, rms, readings })
         })
         .collect();
     places.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -83,6 +114,7 @@ pub fn restlessness(
     finding: &Finding,
 ) -> Option<Restless> {
     let machine = ground.context.machine();
+    let residual_mm = &within_sweeps(ground, residual_mm);
     let places = places(ground, residual_mm, noise).unwrap_or_default();
     // a joint that tips as a slide reverses tells of that slide
     let driving = finding.range.as_ref().map(|range| range.axis.as_str());
@@ -100,9 +132,26 @@ pub fn restlessness(
     })
 }
 
+/// Places at which an axis stands or runs in each test, as columns of their own: what sticks stops elsewhere each time. None for
+/// other places.
+pub fn standing(ground: &Ground, place: &str) -> Vec<Accepted> {
+    let machine = ground.context.machine();
+    let Some(axis) = machine.axis_index(place) else { return Vec::new() };
+    let outlet = Outlet::own(machine, axis);
+    let per_unit = 1.0 / display(outlet.measure(machine));
+    let gains = ground.gains(&outlet);
+    let alone = |test: usize| {
+        let mut by_test = vec![Vec::new(); ground.tests()];
+        by_test[test] = gains[test].iter().map(|gain| gain * per_unit).collect();
+        Accepted { column: Column { by_test }, prior: STANDS_OFF }
+    };
+    (0..ground.tests()).filter(|&test| !gains[test].is_empty()).map(alone).collect()
+}
+
 /// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.
 pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
     let machine = ground.context.machine();
+    let residual_mm = &within_sweeps(ground, residual_mm);
     let places = places(ground, residual_mm, noise)?;
     let best = places.first()?;
     let weight = |other: &Heard| (other.log_odds - best.log_odds).exp();

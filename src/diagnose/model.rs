@@ -25,6 +25,8 @@ pub(super) struct Model {
     pub(super) columns: [Vec<Accepted>; 2],
     pub(super) found: Vec<Found>,
     pub(super) residual_mm: Vec<Vec<f64>>,
+    /// How far balls, bars and location errors are then from what was stated of them, squared, in units of their priors.
+    pub(super) strain: f64,
     pub(super) noise: Vec<NoiseModel>,
     pub(super) best_left: f64,
 }
@@ -32,9 +34,11 @@ pub(super) struct Model {
 impl Model {
     pub(super) fn empty(ways: &Ways) -> Model {
         let fine = ways.grounds.fine;
-        let residual_mm = Stage::new(fine, &ways.floors[0], &[], &fine.kept).residual_mm(&[]);
+        let stage = Stage::on(ways.whitened[0].clone(), &[]);
+        let (residual_mm, strain) = (stage.residual_mm(&[]), stage.strain());
         let noise = likely_noise(fine, &residual_mm, &ways.floors[0], &ways.floors[0]);
-        Model { columns: [Vec::new(), Vec::new()], found: Vec::new(), residual_mm, noise, best_left: f64::NEG_INFINITY }
+        let (columns, found) = ([Vec::new(), Vec::new()], Vec::new());
+        Model { columns, found, residual_mm, strain, noise, best_left: f64::NEG_INFINITY }
     }
 
     /// The same without one of its effects, fitted anew.
@@ -44,7 +48,7 @@ impl Model {
         others.for_each(|(_, found)| model.take(ways, found.clone()));
         let fine = ways.grounds.fine;
         let stage = Stage::new(fine, &self.noise, &model.columns[0], &fine.kept);
-        model.residual_mm = stage.residual_mm(&model.columns[0]);
+        (model.residual_mm, model.strain) = (stage.residual_mm(&model.columns[0]), stage.strain());
         model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
         model
     }
@@ -54,10 +58,9 @@ impl Model {
         if self.found.len() < 2 {
             return;
         }
-        let misfit = |model: &Model| pooled_misfit(ways.grounds.fine, &model.noise, &model.residual_mm);
-        let whole = misfit(self);
+        let whole = self.misfit(ways);
         for index in 0..self.found.len() {
-            let gain = 0.5 * (misfit(&self.without(ways, index)) - whole);
+            let gain = 0.5 * (self.without(ways, index).misfit(ways) - whole);
             if std::env::var_os("FIVEAXIS_TRACE").is_some() {
                 eprintln!("{} beside the others: {gain:.1}", self.found[index].chosen.effect.kind);
             }
@@ -82,6 +85,7 @@ impl Model {
     pub(super) fn add(&mut self, ways: &Ways, step: Step) {
         self.take(ways, step.found);
         self.residual_mm = step.residual_mm;
+        self.strain = step.strain;
         self.noise = step.noise;
     }
 
@@ -95,11 +99,23 @@ impl Model {
         self.found.push(found);
     }
 
+    /// Twice the negative log likelihood of what it leaves, of readings and of what was stated of balls and bars.
+    pub(super) fn misfit(&self, ways: &Ways) -> f64 {
+        pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) + self.strain
+    }
+
     /// Log likelihood with its own noise, less what shapes and amplitudes cost.
     pub(super) fn standing(&self, ways: &Ways) -> f64 {
         let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
-        -0.5 * pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) - cost
+        -0.5 * self.misfit(ways) - cost
     }
+}
+
+/// The effect of whose form a free curve is the rest: one found before it at its place.
+pub(super) fn rest_of(found: &[Found], index: usize) -> Option<usize> {
+    let own = &found.get(index)?.chosen;
+    let is_lead = |other: &Found| other.chosen.effect.place == own.effect.place;
+    own.is_free().then(|| found[..index].iter().position(is_lead)).flatten()
 }
 
 /// Mean square of the rows that take part, mm².

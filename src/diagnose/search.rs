@@ -4,13 +4,13 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use super::choosing::{choose, compare, is_sensible, keep_diverse, simpler};
-use super::demand::{adds_enough, is_demanded, is_gauge_wander};
+use super::demand::{adds_enough, is_demanded, is_gauge_wander, relieves};
 use super::floor::{likely_noise, mean_noise_mm2, noise_floor};
 use super::found::{Candidate, Floors, Found, Grounds, Search, Step, Ways};
 use super::ground::Ground;
 use super::library::Family;
 use super::limits::{HALF, Limits, SWEEPS};
-use super::model::{Model, Start, joined, mean_square, pooled_misfit, without_trends};
+use super::model::{Model, Start, joined, mean_square, pooled_misfit, rest_of, without_trends};
 use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
@@ -35,7 +35,8 @@ const LEADS: usize = 3;
 /// Which of the starts stands is for these readings alone to say; the further ones only spare the exchange of effects.
 pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], leads: &[Found]) -> Search {
     search_then(grounds, floors, families, HALF, |ways, model| {
-        for lead in leads.iter().take(LEADS).map(|found| &found.chosen) {
+        let leads = (0..leads.len()).filter(|&index| rest_of(leads, index).is_none()).map(|index| &leads[index].chosen);
+        for lead in leads.take(LEADS) {
             if !ways.goes_on() || model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
                 continue;
             }
@@ -84,6 +85,9 @@ const BETTER_SET: f64 = 5.0;
 /// The same for a set that begins with a free curve where the present one begins with a named form.
 const BETTER_FREE_SET: f64 = 60.0;
 
+/// Log odds by which a form in one set of motions may stand worse than in another with a free curve beside it in the first.
+const ONE_CAUSE: f64 = 20.0;
+
 impl Ways<'_, '_, '_> {
     /// Whether other sets of effects may still be tried.
     fn goes_on(&self) -> bool {
@@ -97,7 +101,7 @@ impl Ways<'_, '_, '_> {
             let Some(step) = self.next(model, first.take()) else { break };
             let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
             let fall_within_mm2 = || within_mm2(&model.residual_mm) - within_mm2(&step.residual_mm);
-            let standing = (step.found.fall_mm2, step.found.log_odds);
+            let standing = (step.found.fall_mm2, step.found.log_odds, model.strain - step.strain);
             let (chosen, floor) = (&step.found.chosen, &self.floors[0]);
             let demanded = is_demanded(&self.limits, &model.found, chosen, standing, fall_within_mm2, floor);
             if !demanded || is_gauge_wander(fine, chosen) {
@@ -134,10 +138,10 @@ impl Ways<'_, '_, '_> {
         let index = choose(&candidates, families, fine);
         let chosen = candidates[index].clone();
         let with_chosen = joined(&model.columns[0], &chosen);
-        let residual_mm = Stage::new(fine, &noise_left, &with_chosen, &fine.kept).residual_mm(&with_chosen);
+        let stage = Stage::new(fine, &noise_left, &with_chosen, &fine.kept);
+        let (residual_mm, strain) = (stage.residual_mm(&with_chosen), stage.strain());
         let noise = likely_noise(fine, &residual_mm, &noise_left, &self.floors[0]);
-        let gain =
-            0.5 * (pooled_misfit(fine, &model.noise, &model.residual_mm) - pooled_misfit(fine, &noise, &residual_mm));
+        let gain = 0.5 * (model.misfit(self) - pooled_misfit(fine, &noise, &residual_mm) - strain);
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         trace(fine, families, model.found.len(), &candidates, index, (gain, log_odds), &noise);
         let fall_mm2 = mean_square(fine, &model.residual_mm) - mean_square(fine, &residual_mm);
@@ -156,7 +160,7 @@ impl Ways<'_, '_, '_> {
             fall_mm2,
             form_withdrawn: false,
         };
-        Some(Step { found, residual_mm, noise })
+        Some(Step { found, residual_mm, strain, noise })
     }
 
     /// Replaces what a greedy search took too early: the first effect where much stays unexplained, then each beside the others.
@@ -166,6 +170,7 @@ impl Ways<'_, '_, '_> {
         if !model.found.is_empty() && left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 {
             self.start_otherwise(model);
         }
+        self.take_other_motions(model);
         for index in (0..model.found.len()).rev() {
             // a model that was replaced may be shorter
             if index >= model.found.len() {
@@ -177,10 +182,7 @@ impl Ways<'_, '_, '_> {
                 continue;
             }
             // a free curve at the place of an effect found before it is the rest of that one's form
-            let place = model.found[index].chosen.effect.place;
-            let is_rest = model.found[index].chosen.is_free()
-                && model.found[..index].iter().any(|other| other.chosen.effect.place == place);
-            if is_rest {
+            if rest_of(&model.found, index).is_some() {
                 continue;
             }
             let mut trial = model.without(self, index);
@@ -210,6 +212,29 @@ impl Ways<'_, '_, '_> {
         }
     }
 
+    /// Takes the form of an effect in other motions where a free curve had to follow those: one cause rather than two.
+    fn take_other_motions(&self, model: &mut Model) {
+        let last = model.found.len().saturating_sub(1);
+        let Some(whole) = rest_of(&model.found, last) else { return };
+        let moves = |candidate: &Candidate, outlet| candidate.terms.iter().any(|term| term.outlet == outlet);
+        let (lead, rest) = (&model.found[whole].chosen, &model.found[last].chosen);
+        if rest.terms.iter().any(|term| moves(lead, term.outlet)) {
+            return;
+        }
+        let is_same_form = |rival: &Candidate| {
+            let is_alike = rival.effect.kind == lead.effect.kind && rival.effect.place == lead.effect.place;
+            is_alike && rest.terms.iter().all(|term| moves(rival, term.outlet))
+        };
+        let rivals = model.found[whole].rivals.iter().map(|(rival, _)| rival);
+        let Some(other) = rivals.clone().find(|rival| is_same_form(rival)).cloned() else { return };
+        let mut trial = model.without(self, last).without(self, whole);
+        if let Some(step) = self.next(&trial, Some(other)) {
+            trial.add(self, step);
+            self.grow(&mut trial, None);
+            self.replace(model, trial, -ONE_CAUSE);
+        }
+    }
+
     /// Tries other first effects.
     fn start_otherwise(&self, model: &mut Model) {
         let mut tried = vec![model.found[0].chosen.effect.kind.clone()];
@@ -229,15 +254,15 @@ impl Ways<'_, '_, '_> {
     /// The model without effects that add too little to what the others explain, whichever was taken first.
     fn pruned(&self, mut model: Model) -> Model {
         let fine = self.grounds.fine;
-        let left_mm2 = |columns: &[Accepted]| {
-            let left = Stage::on(self.whitened[0].clone(), columns).residual_mm(columns);
-            mean_square(fine, &left)
+        let left = |columns: &[Accepted]| {
+            let stage = Stage::on(self.whitened[0].clone(), columns);
+            (mean_square(fine, &stage.residual_mm(columns)), stage.strain())
         };
-        let before_mm2 = left_mm2(&[]);
+        let before_mm2 = left(&[]).0;
         while model.found.len() > 1 {
-            let all_mm2 = left_mm2(&model.columns[0]);
+            let (all_mm2, all_strain) = left(&model.columns[0]);
             let mut first = 0;
-            let falls: Vec<(f64, f64)> = model
+            let falls: Vec<(f64, f64, f64)> = model
                 .found
                 .iter()
                 .map(|found| {
@@ -245,8 +270,8 @@ impl Ways<'_, '_, '_> {
                     first = own.end;
                     let others = (0..model.columns[0].len()).filter(|column| !own.contains(column));
                     let others: Vec<Accepted> = others.map(|column| model.columns[0][column].clone()).collect();
-                    let without_mm2 = left_mm2(&others);
-                    (without_mm2 - all_mm2, before_mm2 - without_mm2)
+                    let (without_mm2, strain) = left(&others);
+                    (without_mm2 - all_mm2, before_mm2 - without_mm2, strain - all_strain)
                 })
                 .collect();
             let adds_little = (0..falls.len())
@@ -259,8 +284,9 @@ impl Ways<'_, '_, '_> {
                         return false;
                     }
                     let beside = (0..falls.len()).any(|k| k != index && model.found[k].chosen.effect.place == place);
-                    let (fall_mm2, explained_mm2) = falls[index];
-                    !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
+                    let (fall_mm2, explained_mm2, relief) = falls[index];
+                    !relieves(relief)
+                        && !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
                 })
                 .min_by(|&a, &b| falls[a].0.total_cmp(&falls[b].0));
             let Some(index) = adds_little else { break };

@@ -54,15 +54,23 @@ pub fn size_of(
             let longer = if is_slip || cause.effect == "gravity-sag" { WIDENED } else { WIDER };
             let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer));
             let spread = over(longer).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)));
-            // jumps have no favourite direction: the hidden part is likely as long as a seen one
-            let even = if is_slip { over(1.0) } else { None };
+            // these have no favourite direction: the hidden part is likely as long as a seen one
+            let even = match is_slip {
+                true => over(1.0),
+                false if curves.is_whole_turn => over(HIDDEN_ORDERS),
+                false => None,
+            };
             even.map_or(spread, |(value, _)| (value, spread.1))
         }
     };
-    let sigma = sigma.hypot(form_sigma(&cause.effect) * value);
+    let is_part_of_turn = cause.effect == "rotary-error-motion" && !curves.is_whole_turn;
+    let form = if is_part_of_turn { PART_OF_TURN } else { form_sigma(&cause.effect) };
+    let sigma = sigma.hypot(form * value);
     let meaning = match cause.effect.as_str() {
         _ if grows(&lead.effect) => "peak to peak over the session",
         "straightness" => "height of the bump, or of the bow over its end points",
+        "rotary-error-motion" if curves.is_whole_turn => "largest of a component, without what turns once",
+        "rotary-error-motion" => "half the range of a component over the arc travelled",
         name => kind(name).map_or("largest", |kind| kind.size_meaning),
     };
     let meaning = meaning.to_string();
@@ -90,6 +98,10 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
 const HIDDEN: f64 = 0.6;
 const WIDENED: f64 = 2.5;
 const WIDER: f64 = 1.5;
+/// The same for orders of a whole turn: the largest of several components is a little more than a typical one.
+const HIDDEN_ORDERS: f64 = 1.15;
+/// Uncertainty of an error motion over part of a turn, as a share: what of it placement takes up differs from arc to arc.
+const PART_OF_TURN: f64 = 0.25;
 /// Draws of the amplitudes.
 const DRAWS: usize = 120;
 
@@ -134,6 +146,11 @@ fn is_once_per_turn(effect: &Effect, term: &Term) -> bool {
         Some(ParameterValue::List(orders)) => orders.get(term.function / 2).is_some_and(|order| *order < 1.5),
         _ => false,
     }
+}
+
+/// Whether a candidate has all orders of a turn, which only whole turns show.
+pub(super) fn is_over_whole_turns(candidate: &Candidate) -> bool {
+    candidate.terms.iter().any(|term| is_once_per_turn(&candidate.effect, term))
 }
 
 /// Size of a candidate with the amplitudes that it was judged with.
@@ -239,7 +256,14 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curve
             .iter()
             .map(|terms| terms.iter().map(|(k, _)| amplitudes[*k].abs()).sum())
             .fold(0.0, f64::max),
-        "rotary-error-motion" | "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
+        "rotary-error-motion" => {
+            // what turns once with the axis is its own location and the placement of balls (ISO 230-7: fundamental)
+            let without: Vec<f64> = (0..amplitudes.len())
+                .map(|k| if is_once_per_turn(&lead.effect, &lead.terms[k]) { 0.0 } else { amplitudes[k] })
+                .collect();
+            curves.largest(cause, &without)
+        }
+        "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
             curves.largest(cause, amplitudes)
         }
         // the first period is the effect, the others are its form
@@ -266,6 +290,8 @@ struct Curves {
     positions: Vec<f64>,
     /// The part did not begin at rest.
     settles: bool,
+    /// Orders of a whole turn, whose means over it are zero; part of a turn has no such mean.
+    is_whole_turn: bool,
 }
 
 /// Whether a part leaves a first state that nobody knows.
@@ -364,8 +390,15 @@ impl Curves {
             None => &lead.effect,
         };
         let settles = settles(&lead.effect);
+        let is_whole_turn = is_over_whole_turns(lead);
         let Ok(profiles) = ground.profiles(effect) else {
-            return Curves { outlets: Vec::new(), by_outlet: Vec::new(), positions: Vec::new(), settles };
+            return Curves {
+                outlets: Vec::new(),
+                by_outlet: Vec::new(),
+                positions: Vec::new(),
+                settles,
+                is_whole_turn,
+            };
         };
         // one axis may move as another one drives it
         let driving = match lead.effect.parameter("of") {
@@ -403,7 +436,7 @@ impl Curves {
         let is_length = |outlet: &Outlet| outlet.measure(ground.context.machine()) == Measure::Length;
         let of_axis = lead.effect.place.axis().filter(|_| outlets.iter().all(is_length));
         let positions = of_axis.map(along).unwrap_or_default();
-        Curves { outlets, by_outlet, positions, settles }
+        Curves { outlets, by_outlet, positions, settles, is_whole_turn }
     }
 
     /// Largest value, or range, of the curves that the outlets follow over the session.
@@ -419,6 +452,10 @@ impl Curves {
             }
             match cause.effect.as_str() {
                 "thermal-growth" | "bar-length" => grown((low, high), self.settles),
+                "rotary-error-motion" if self.is_whole_turn => {
+                    let mean = curve.iter().sum::<f64>() / curve.len() as f64;
+                    (high - mean).max(mean - low)
+                }
                 "rotary-error-motion" | "unknown" => 0.5 * (high - low),
                 _ => high.abs().max(low.abs()),
             }

@@ -134,6 +134,11 @@ impl<'g, 'a> Stage<'g, 'a> {
         covariance
     }
 
+    /// How far the unknowns of the fit are from what was stated of them: the sum of their squares in units of their priors.
+    pub fn strain(&self) -> f64 {
+        self.ground.beyond.iter().enumerate().map(|(k, beyond)| (beyond + self.fitted.amplitudes[k]).powi(2)).sum()
+    }
+
     /// Residuals left by nuisance and accepted columns, mm; NaN where there is no reading.
     pub fn residual_mm(&self, accepted: &[Accepted]) -> Vec<Vec<f64>> {
         let nuisance = self.ground.problem.unknowns.len();

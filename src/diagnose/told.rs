@@ -174,9 +174,13 @@ pub(super) fn listen<'g, 'a>(
     // a joint that seems to tip as a slide reverses, and that slide is the restless one
     let is_driven = is_there(irregular::NOT_THE_FORM) && restless.as_ref().is_some_and(|restless| restless.is_driving);
     let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
-    // jumps beside it, and forms that hold nowhere else, are its own
+    let stands_for = match is_there(irregular::NOT_THE_FORM) {
+        true => stood_for(fine, search, told),
+        false => vec![false; told.findings.len()],
+    };
+    // jumps beside it, and forms that hold nowhere else or for which it stands, are its own
     let alone = told.findings.first().is_some_and(|first| !first.single)
-        && told.findings.iter().enumerate().skip(1).all(|(k, finding)| finding.single || has_failed(k));
+        && (1..told.findings.len()).all(|k| told.findings[k].single || has_failed(k) || stands_for[k]);
     // many jumps that leave much are none
     let all_jump = told.findings.len() > 1 && told.findings.iter().all(|finding| finding.single);
     let are_no_jumps = all_jump && is_louder(told, SURELY_MORE);
@@ -194,7 +198,7 @@ pub(super) fn listen<'g, 'a>(
         let loud = is_louder(told, SURELY_MORE);
         let is_its_own = |k: usize, finding: &Finding| match finding.single {
             true => loud || shows_with(fine, finding, &told.findings[0]),
-            false => has_failed(k),
+            false => has_failed(k) || stands_for[k],
         };
         let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| is_its_own(*k, finding));
         let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
@@ -209,6 +213,26 @@ pub(super) fn listen<'g, 'a>(
             told.findings.extend(irregular::irregular(fine, &told.left_mm, &floor));
         }
     }
+}
+
+/// Share of its gain that a finding must keep beside an axis that stands elsewhere in each test.
+const KEEPS: f64 = 0.2;
+
+/// By finding, whether the axis of the first one, were it to stand elsewhere in each test, stands for it as well.
+fn stood_for(fine: &Ground, search: &Search, told: &Told) -> Vec<bool> {
+    let standing = irregular::standing(fine, &told.findings[0].cause.place);
+    let misfit = |left_out: &[usize], standing: &[Accepted]| {
+        let kept = (0..told.columns.len()).filter(|column| !left_out.contains(column));
+        let kept: Vec<Accepted> = kept.map(|column| told.columns[column].clone()).collect();
+        Stage::new(fine, &search.noise_after, &[&kept, standing].concat(), &fine.kept).misfit
+    };
+    let (whole, beside) = (misfit(&[], &[]), misfit(&[], &standing));
+    let is_stood_for = |finding: &Finding| {
+        let own = misfit(&finding.columns, &[]) - whole;
+        let kept = misfit(&finding.columns, &standing) - beside;
+        kept < KEEPS * own
+    };
+    told.findings.iter().enumerate().map(|(k, finding)| k > 0 && is_stood_for(finding)).collect()
 }
 
 /// Whether a jump shows only where the axis of an irregular motion moves: it is one of its own jumps then.

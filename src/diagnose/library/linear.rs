@@ -22,6 +22,7 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let all_across = [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]];
     let (least, most) = visited(ground, axis);
     if most - least > 1.0 {
+        list.push(Family::new("linear-scale", place, vec![own], 300.0));
         // also for a slide that only moves from test to test: it stands on one or the other flank
         list.push(
             Family::new("linear-backlash", place, vec![own], 30.0)
@@ -47,7 +48,6 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 ])
                 .fast(),
         );
-        list.push(Family::new("linear-scale", place, vec![own], 300.0));
         list.extend(servo_lag(ground, axis));
         list.push(Family::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4).fast());
         let lowest_period = 3.0 * finest_step(ground, axis);

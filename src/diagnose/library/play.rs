@@ -1,7 +1,7 @@
 //! Candidates that the sense or the speed of motion drives. It judges nothing.
 
 use super::super::ground::Ground;
-use super::motions::{directions, motion, slides_move, travelled};
+use super::motions::{directions, motion, slides_move, travelled, visited};
 use super::{Family, Refined, number};
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
 
@@ -45,8 +45,10 @@ pub(super) fn servo_lag(ground: &Ground, axis: usize) -> Vec<Family> {
     if slides_move(ground) { vec![beyond, with_common] } else { vec![beyond] }
 }
 
-/// Log odds against a joint that tips as another axis reverses.
+/// Log odds against a joint that tips as another axis reverses, and against one that tips as an axis is only positioned:
+/// it shows from test to test alone, as much else does.
 const TIPS: f64 = 6.0;
+const TIPS_BETWEEN: f64 = 8.0;
 
 /// Travels of another axis over which a joint tips from side to side, mm or deg.
 const TIPPING: [f64; 3] = [0.0, 0.6, 2.5];
@@ -54,14 +56,19 @@ const TIPPING: [f64; 3] = [0.0, 0.6, 2.5];
 const LONGEST_TIPPING: f64 = 10.0;
 const TIPPING_STEP: f64 = 0.6;
 
-/// Joints that tip to one or the other side as another axis goes one or the other way.
+/// Way between tests below which an axis stands, mm or rad.
+const LEAST_WAY: f64 = 1e-6;
+
+/// Joints that tip to one or the other side as another axis goes one or the other way, within tests or between them.
 pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
     let axes = 0..machine.axes.len();
     for (driving, tipped) in axes.clone().flat_map(|driving| axes.clone().map(move |tipped| (driving, tipped))) {
-        if driving == tipped || travelled(ground, driving).is_none() {
+        let (from, to) = visited(ground, driving);
+        if driving == tipped || to - from < LEAST_WAY {
             continue;
         }
+        let rarity = if travelled(ground, driving).is_some() { TIPS } else { TIPS_BETWEEN };
         let place = Place::Axis(tipped);
         // travels of the driving axis are written in the unit of the place
         let travel = |of: f64| machine.axes[tipped].kind.from_file_unit(of);
@@ -73,7 +80,7 @@ pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
         let gap = Refined { name: "gap", least: 0.0, most, step, element: None };
         let outlets = motion(tipped, &directions(machine, tipped).tilts);
         list.push(Family {
-            rarity: TIPS,
+            rarity,
             ..Family::new("lateral-play", place, outlets, 30.0).over(TIPPING.map(over).to_vec()).refine(vec![gap])
         });
     }
