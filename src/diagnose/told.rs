@@ -194,7 +194,9 @@ pub(super) fn listen<'g, 'a>(
             return;
         }
     }
-    if is_there(irregular::NOT_THE_FORM) || are_no_jumps {
+    // the place is right, but its form tells held-out readings worse than no form
+    let misleads = restless.is_some() && proof.as_ref().is_some_and(|proof| proof.after_um > proof.before_um);
+    if is_there(irregular::NOT_THE_FORM) || are_no_jumps || misleads {
         let loud = is_louder(told, SURELY_MORE);
         let is_its_own = |k: usize, finding: &Finding| match finding.single {
             true => loud || shows_with(fine, finding, &told.findings[0]),
