@@ -1,12 +1,12 @@
-//! What slides do that only stand in the tests: errors of their position and reversals on their way between tests; and the
-//! largest of an error motion over a turn.
+//! What slides do that only stand in the tests: errors of their position, reversals on their way between tests; what is no
+//! fault of theirs but of a cup set carelessly; and the largest of an error motion over a turn.
 
 mod noisy;
 
 use fiveaxis::diagnose::{Finding, diagnose};
 use fiveaxis::identify::Options;
 use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
-use noisy::noisy;
+use noisy::{gallery, noisy, recorded};
 
 /// Sweeps of one rotary axis at a time, the slides at other places from test to test.
 const BIDIRECTIONAL: &str = "07-nothing-wrong";
@@ -35,10 +35,26 @@ fn the_scale_of_a_slide_that_only_stands_is_found() {
     );
     let findings = found(scale);
     let [finding] = findings.as_slice() else { panic!("{} findings", findings.len()) };
-    assert!(names(finding, "linear-scale", "X"), "{:?} {:?}", finding.cause, finding.rivals);
-    if finding.cause.effect == "linear-scale" {
-        let size = &finding.size;
-        assert!((size.value - 60.0).abs() < 3.0 * size.sigma, "{} ± {}", size.value, size.sigma);
+    assert_eq!((finding.cause.effect.as_str(), finding.cause.place.as_str()), ("linear-scale", "X"));
+    let size = &finding.size;
+    assert!((size.value - 60.0).abs() < 3.0 * size.sigma, "{} ± {}", size.value, size.sigma);
+}
+
+#[test]
+fn a_cup_set_carelessly_is_no_fault_of_the_machine() {
+    let stated = gallery(BIDIRECTIONAL);
+    let is_that_cup = |at: &nalgebra::Vector3<f64>| (at.y - 100.0).abs() < 1e-9;
+    // sixteen times the spread that is allowed for, and more than that
+    for off_mm in [0.2, 0.4] {
+        let mut real = stated.clone();
+        real.tests.iter_mut().filter(|test| is_that_cup(&test.pivot.at)).for_each(|test| test.pivot.at.x += off_mm);
+        let mut session = recorded(real, Vec::new());
+        session.spread.pivot_mm = 0.005;
+        for (test, stated) in session.tests.iter_mut().zip(&stated.tests) {
+            test.pivot.at = stated.pivot.at;
+        }
+        let findings = diagnose(&session, &Options::default()).expect("diagnosis").findings;
+        assert!(findings.is_empty(), "{:?}", findings.iter().map(|finding| &finding.cause).collect::<Vec<_>>());
     }
 }
 
@@ -54,22 +70,30 @@ fn a_joint_may_tip_with_a_slide_that_moves_between_tests_alone() {
     assert!(names(&findings[0], "lateral-play", "A"), "{:?} {:?}", findings[0].cause, findings[0].rivals);
 }
 
-#[test]
-fn an_error_motion_is_as_large_as_its_largest_component_over_a_turn() {
+/// Error motion of C by one component, and the size that is told of it.
+fn told_size(component: Component, orders: &[(f64, f64)]) -> f64 {
     let c = axis("C");
-    let (two_um, five_um) = (3.0, 1.5);
-    let outlet = Outlet::Motion { axis: c, component: Component::EX };
-    let wobble = Effect::new("rotary-error-motion", Place::Axis(c))
-        .with("orders", ParameterValue::List(vec![2.0, 5.0]))
-        .size(outlet, "cos2", 1e-3 * two_um)
-        .size(outlet, "sin5", 1e-3 * five_um);
+    let outlet = Outlet::Motion { axis: c, component };
+    let numbers = orders.iter().map(|(order, _)| *order).collect();
+    let mut wobble = Effect::new("rotary-error-motion", Place::Axis(c)).with("orders", ParameterValue::List(numbers));
+    for (order, size_um) in orders {
+        wobble = wobble.size(outlet, &format!("cos{order}"), 1e-3 * size_um);
+    }
     let findings = found(wobble);
     let finding = &findings[0];
     assert_eq!((finding.cause.effect.as_str(), finding.cause.place.as_str()), ("rotary-error-motion", "C"));
-    let over_a_turn = (0..720).map(|k| f64::from(k).to_radians() / 2.0);
-    let largest_um =
-        over_a_turn.map(|q| two_um * (2.0 * q).cos() + five_um * (5.0 * q).sin()).fold(0.0, |a: f64, b| a.max(b.abs()));
-    let size = &finding.size;
-    assert!((size.value - largest_um).abs() < 2.0 * size.sigma, "{} ± {} for {largest_um}", size.value, size.sigma);
-    assert!(size.sigma < 0.3 * largest_um, "± {}", size.sigma);
+    finding.size.value
+}
+
+#[test]
+fn an_error_motion_is_as_large_as_its_largest_over_a_turn_however_it_lies() {
+    // both cosines are largest at zero, so one side is larger than the other: half the range would be 2.9 µm
+    let axial = told_size(Component::EZ, &[(2.0, 2.0), (4.0, 2.0)]);
+    assert!((axial / 4.0 - 1.0).abs() < 0.1, "{axial}");
+}
+
+#[test]
+fn an_axis_that_moves_up_and_down_once_per_turn_is_no_placement() {
+    let axial = told_size(Component::EZ, &[(1.0, 6.0), (2.0, 1.5)]);
+    assert!((axial / 7.5 - 1.0).abs() < 0.2, "{axial}");
 }

@@ -18,17 +18,18 @@ const LEAST_EVENT_RMS: f64 = 0.25;
 /// Log odds from which it is enough to show within sweeps; stray readings in a row may look like jumps.
 const BEYOND_DOUBT: f64 = 150.0;
 
-/// Fall of the strain of balls and bars, squared, in units of their priors, with which nothing need show in the residual: without
-/// the effect one of them would be six sigmas from where it was stated to be.
-const RELIEF: f64 = 36.0;
+/// Fall of the misfit of what was stated of balls, bars and location errors, without the one that falls most, with which
+/// nothing need show in the residual.
+const RELIEF: f64 = 22.0;
 
-/// Whether an effect brings balls and bars back to where they were stated to be.
-pub(super) fn relieves(fall: f64) -> bool {
-    fall > RELIEF
+/// Whether an effect brings several balls or bars back to where they were stated to be; an event, which is a ball's own,
+/// does not.
+pub(super) fn relieves(chosen: &Candidate, shared_relief: f64) -> bool {
+    !chosen.is_event() && shared_relief > RELIEF
 }
 
 /// Whether the evidence demands a candidate beside what was found: by what it takes off the mean square, mm², by its log
-/// odds, by what it takes off the strain, and, where these leave it open, off the mean square within sweeps.
+/// odds, by how far it brings balls and bars back, and, where these leave it open, off the mean square within sweeps.
 pub(super) fn is_demanded(
     limits: &Limits,
     found: &[Found],
@@ -47,13 +48,13 @@ pub(super) fn is_demanded(
         };
         // beside slow growth that still counts as noise a true effect may take nothing off the mean square
         let shows_within = !is_event && log_odds > BEYOND_DOUBT && in_noise(fall_within_mm2(), rms);
-        return log_odds > odds && (in_noise(fall_mm2, rms) || shows_within || !is_event && relieves(relief));
+        return log_odds > odds && (in_noise(fall_mm2, rms) || shows_within || relieves(chosen, relief));
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2.max(0.0)).sum();
     let same_place = found.iter().any(|other| other.chosen.effect.place == chosen.effect.place);
     let odds = if same_place { limits.accept } else { limits.accept_further };
     log_odds > if is_event { odds.max(limits.accept_event) } else { odds }
-        && (adds_enough(limits, same_place, fall_mm2, explained, noise_mm2) || !is_event && relieves(relief))
+        && (adds_enough(limits, same_place, fall_mm2, explained, noise_mm2) || relieves(chosen, relief))
 }
 
 /// Whether an effect takes enough off the mean square beside what the others explain.

@@ -299,7 +299,7 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
 /// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
 fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
     let is_arc = |candidate: &Candidate| {
-        candidate.effect.kind == "rotary-error-motion" && !super::size::is_over_whole_turns(candidate)
+        candidate.effect.kind == "rotary-error-motion" && !super::size::has_first_order(candidate)
     };
     let is_sag = |candidate: &Candidate| candidate.effect.kind == "gravity-sag";
     one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))

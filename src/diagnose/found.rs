@@ -7,6 +7,7 @@ use super::cells::Cells;
 use super::ground::{Column, Ground, Term};
 use super::library::Family;
 use super::limits::Limits;
+use super::pulls::Pulls;
 use super::stage::{Accepted, Judgement};
 use super::whitened::Whitened;
 use crate::identify::NoiseModel;
@@ -102,6 +103,6 @@ pub(super) struct Ways<'w, 'g, 'a> {
 pub(super) struct Step {
     pub(super) found: Found,
     pub(super) residual_mm: Vec<Vec<f64>>,
-    pub(super) strain: f64,
+    pub(super) pulls: Pulls,
     pub(super) noise: Vec<NoiseModel>,
 }

@@ -27,9 +27,10 @@ fn belongs(lead: &Found, found: &Found) -> bool {
     let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
     let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
     let same_cause = same_kind && !found.chosen.is_event();
-    // where no form fits the strongest part, another way to draw its curve names no second cause
-    let moves = |found: &Found| driver_class(candidate_driver(&found.chosen)) <= driver_class(Driver::Direction);
-    let is_drawn_on = lead.chosen.is_free() && moves(lead) && moves(found);
+    // where no form fits the stronger part, another way to draw its curve names no second cause
+    let moves = |found: &Found| matches!(candidate_driver(&found.chosen), Driver::Position | Driver::Direction);
+    let is_weaker = found.beside_gain < lead.beside_gain;
+    let is_drawn_on = lead.chosen.is_free() && is_weaker && moves(lead) && moves(found);
     let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain) || is_drawn_on;
     same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found)
 }

@@ -28,6 +28,7 @@ mod pose_floor;
 mod pose_search;
 mod preflight;
 mod proof;
+mod pulls;
 mod refining;
 mod refit;
 mod screening;

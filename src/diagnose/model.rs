@@ -3,6 +3,7 @@
 use super::floor::{likely_noise, masked};
 use super::found::{Candidate, Found, Search, Step, Ways};
 use super::ground::Ground;
+use super::pulls::Pulls;
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, misfit};
 
@@ -25,8 +26,8 @@ pub(super) struct Model {
     pub(super) columns: [Vec<Accepted>; 2],
     pub(super) found: Vec<Found>,
     pub(super) residual_mm: Vec<Vec<f64>>,
-    /// How far balls, bars and location errors are then from what was stated of them, squared, in units of their priors.
-    pub(super) strain: f64,
+    /// How far balls, bars and location errors are then from what was stated of them.
+    pub(super) pulls: Pulls,
     pub(super) noise: Vec<NoiseModel>,
     pub(super) best_left: f64,
 }
@@ -35,10 +36,10 @@ impl Model {
     pub(super) fn empty(ways: &Ways) -> Model {
         let fine = ways.grounds.fine;
         let stage = Stage::on(ways.whitened[0].clone(), &[]);
-        let (residual_mm, strain) = (stage.residual_mm(&[]), stage.strain());
+        let (residual_mm, pulls) = (stage.residual_mm(&[]), stage.pulls());
         let noise = likely_noise(fine, &residual_mm, &ways.floors[0], &ways.floors[0]);
         let (columns, found) = ([Vec::new(), Vec::new()], Vec::new());
-        Model { columns, found, residual_mm, strain, noise, best_left: f64::NEG_INFINITY }
+        Model { columns, found, residual_mm, pulls, noise, best_left: f64::NEG_INFINITY }
     }
 
     /// The same without one of its effects, fitted anew.
@@ -48,7 +49,7 @@ impl Model {
         others.for_each(|(_, found)| model.take(ways, found.clone()));
         let fine = ways.grounds.fine;
         let stage = Stage::new(fine, &self.noise, &model.columns[0], &fine.kept);
-        (model.residual_mm, model.strain) = (stage.residual_mm(&model.columns[0]), stage.strain());
+        (model.residual_mm, model.pulls) = (stage.residual_mm(&model.columns[0]), stage.pulls());
         model.noise = likely_noise(fine, &model.residual_mm, &self.noise, &ways.floors[0]);
         model
     }
@@ -85,7 +86,7 @@ impl Model {
     pub(super) fn add(&mut self, ways: &Ways, step: Step) {
         self.take(ways, step.found);
         self.residual_mm = step.residual_mm;
-        self.strain = step.strain;
+        self.pulls = step.pulls;
         self.noise = step.noise;
     }
 
@@ -101,7 +102,7 @@ impl Model {
 
     /// Twice the negative log likelihood of what it leaves, of readings and of what was stated of balls and bars.
     pub(super) fn misfit(&self, ways: &Ways) -> f64 {
-        pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) + self.strain
+        pooled_misfit(ways.grounds.fine, &self.noise, &self.residual_mm) + self.pulls.misfit()
     }
 
     /// Log likelihood with its own noise, less what shapes and amplitudes cost.

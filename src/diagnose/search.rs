@@ -101,7 +101,7 @@ impl Ways<'_, '_, '_> {
             let Some(step) = self.next(model, first.take()) else { break };
             let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
             let fall_within_mm2 = || within_mm2(&model.residual_mm) - within_mm2(&step.residual_mm);
-            let standing = (step.found.fall_mm2, step.found.log_odds, model.strain - step.strain);
+            let standing = (step.found.fall_mm2, step.found.log_odds, model.pulls.shared_relief(&step.pulls));
             let (chosen, floor) = (&step.found.chosen, &self.floors[0]);
             let demanded = is_demanded(&self.limits, &model.found, chosen, standing, fall_within_mm2, floor);
             if !demanded || is_gauge_wander(fine, chosen) {
@@ -139,9 +139,9 @@ impl Ways<'_, '_, '_> {
         let chosen = candidates[index].clone();
         let with_chosen = joined(&model.columns[0], &chosen);
         let stage = Stage::new(fine, &noise_left, &with_chosen, &fine.kept);
-        let (residual_mm, strain) = (stage.residual_mm(&with_chosen), stage.strain());
+        let (residual_mm, pulls) = (stage.residual_mm(&with_chosen), stage.pulls());
         let noise = likely_noise(fine, &residual_mm, &noise_left, &self.floors[0]);
-        let gain = 0.5 * (model.misfit(self) - pooled_misfit(fine, &noise, &residual_mm) - strain);
+        let gain = 0.5 * (model.misfit(self) - pooled_misfit(fine, &noise, &residual_mm) - pulls.misfit());
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         trace(fine, families, model.found.len(), &candidates, index, (gain, log_odds), &noise);
         let fall_mm2 = mean_square(fine, &model.residual_mm) - mean_square(fine, &residual_mm);
@@ -160,7 +160,7 @@ impl Ways<'_, '_, '_> {
             fall_mm2,
             form_withdrawn: false,
         };
-        Some(Step { found, residual_mm, strain, noise })
+        Some(Step { found, residual_mm, pulls, noise })
     }
 
     /// Replaces what a greedy search took too early: the first effect where much stays unexplained, then each beside the others.
@@ -218,7 +218,8 @@ impl Ways<'_, '_, '_> {
         let Some(whole) = rest_of(&model.found, last) else { return };
         let moves = |candidate: &Candidate, outlet| candidate.terms.iter().any(|term| term.outlet == outlet);
         let (lead, rest) = (&model.found[whole].chosen, &model.found[last].chosen);
-        if rest.terms.iter().any(|term| moves(lead, term.outlet)) {
+        let is_error_motion = lead.effect.kind == "rotary-error-motion";
+        if !is_error_motion || !self.goes_on() || rest.terms.iter().any(|term| moves(lead, term.outlet)) {
             return;
         }
         let is_same_form = |rival: &Candidate| {
@@ -231,6 +232,7 @@ impl Ways<'_, '_, '_> {
         if let Some(step) = self.next(&trial, Some(other)) {
             trial.add(self, step);
             self.grow(&mut trial, None);
+            let trial = self.pruned(trial);
             self.replace(model, trial, -ONE_CAUSE);
         }
     }
@@ -256,11 +258,11 @@ impl Ways<'_, '_, '_> {
         let fine = self.grounds.fine;
         let left = |columns: &[Accepted]| {
             let stage = Stage::on(self.whitened[0].clone(), columns);
-            (mean_square(fine, &stage.residual_mm(columns)), stage.strain())
+            (mean_square(fine, &stage.residual_mm(columns)), stage.pulls())
         };
         let before_mm2 = left(&[]).0;
         while model.found.len() > 1 {
-            let (all_mm2, all_strain) = left(&model.columns[0]);
+            let (all_mm2, all_pulls) = left(&model.columns[0]);
             let mut first = 0;
             let falls: Vec<(f64, f64, f64)> = model
                 .found
@@ -270,8 +272,8 @@ impl Ways<'_, '_, '_> {
                     first = own.end;
                     let others = (0..model.columns[0].len()).filter(|column| !own.contains(column));
                     let others: Vec<Accepted> = others.map(|column| model.columns[0][column].clone()).collect();
-                    let (without_mm2, strain) = left(&others);
-                    (without_mm2 - all_mm2, before_mm2 - without_mm2, strain - all_strain)
+                    let (without_mm2, pulls) = left(&others);
+                    (without_mm2 - all_mm2, before_mm2 - without_mm2, pulls.shared_relief(&all_pulls))
                 })
                 .collect();
             let adds_little = (0..falls.len())
@@ -285,7 +287,7 @@ impl Ways<'_, '_, '_> {
                     }
                     let beside = (0..falls.len()).any(|k| k != index && model.found[k].chosen.effect.place == place);
                     let (fall_mm2, explained_mm2, relief) = falls[index];
-                    !relieves(relief)
+                    !relieves(&model.found[index].chosen, relief)
                         && !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
                 })
                 .min_by(|&a, &b| falls[a].0.total_cmp(&falls[b].0));

@@ -8,6 +8,7 @@ use rand_distr::StandardNormal;
 use super::finding::SizeFound;
 use super::found::Candidate;
 use super::ground::{Ground, Term};
+use super::library::travelled;
 use super::naming::{Cause, component_name, unit};
 use super::stage::Stage;
 use crate::effects::{WARM, kind};
@@ -69,7 +70,9 @@ pub fn size_of(
     let meaning = match cause.effect.as_str() {
         _ if grows(&lead.effect) => "peak to peak over the session",
         "straightness" => "height of the bump, or of the bow over its end points",
-        "rotary-error-motion" if curves.is_whole_turn => "largest of a component, without what turns once",
+        "rotary-error-motion" if curves.is_whole_turn => {
+            "largest of a component, without what turns once across the axis"
+        }
         "rotary-error-motion" => "half the range of a component over the arc travelled",
         name => kind(name).map_or("largest", |kind| kind.size_meaning),
     };
@@ -102,6 +105,8 @@ const WIDER: f64 = 1.5;
 const HIDDEN_ORDERS: f64 = 1.15;
 /// Uncertainty of an error motion over part of a turn, as a share: what of it placement takes up differs from arc to arc.
 const PART_OF_TURN: f64 = 0.25;
+/// Arc that counts as a whole turn, rad.
+const WHOLE_TURN: f64 = 1.8 * std::f64::consts::PI;
 /// Draws of the amplitudes.
 const DRAWS: usize = 120;
 
@@ -148,8 +153,8 @@ fn is_once_per_turn(effect: &Effect, term: &Term) -> bool {
     }
 }
 
-/// Whether a candidate has all orders of a turn, which only whole turns show.
-pub(super) fn is_over_whole_turns(candidate: &Candidate) -> bool {
+/// Whether a candidate has the first order of a turn, which only whole turns show.
+pub(super) fn has_first_order(candidate: &Candidate) -> bool {
     candidate.terms.iter().any(|term| is_once_per_turn(&candidate.effect, term))
 }
 
@@ -160,12 +165,13 @@ pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> 
     size_function(candidate, cause, &main, &curves, &candidate.judgement.amplitudes)
 }
 
-/// Uncertainty of a size from the form of its effect, as a share: a form is never exact, a vibration breathes, and the peak of a spike lies
-/// between two readings.
+/// Uncertainty of a size from the form of its effect, as a share: a form is never exact, a vibration breathes, a screw's
+/// period swells along its travel, and the peak of a spike lies between two readings.
 fn form_sigma(effect: &str) -> f64 {
     match effect {
         "reversal-spike" => 0.12,
         "vibration" => 0.06,
+        "cyclic-error" => 0.07,
         _ => 0.03,
     }
 }
@@ -257,10 +263,14 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curve
             .map(|terms| terms.iter().map(|(k, _)| amplitudes[*k].abs()).sum())
             .fold(0.0, f64::max),
         "rotary-error-motion" => {
-            // what turns once with the axis is its own location and the placement of balls (ISO 230-7: fundamental)
-            let without: Vec<f64> = (0..amplitudes.len())
-                .map(|k| if is_once_per_turn(&lead.effect, &lead.terms[k]) { 0.0 } else { amplitudes[k] })
-                .collect();
+            // what turns once across or about the axis is its own location and the placement of balls; along it, it is not
+            let is_taken_up = |k: usize| {
+                curves.is_whole_turn
+                    && Some(lead.terms[k].outlet) != curves.along
+                    && is_once_per_turn(&lead.effect, &lead.terms[k])
+            };
+            let without: Vec<f64> =
+                (0..amplitudes.len()).map(|k| if is_taken_up(k) { 0.0 } else { amplitudes[k] }).collect();
             curves.largest(cause, &without)
         }
         "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
@@ -290,8 +300,12 @@ struct Curves {
     positions: Vec<f64>,
     /// The part did not begin at rest.
     settles: bool,
-    /// Orders of a whole turn, whose means over it are zero; part of a turn has no such mean.
+    /// Orders over a whole turn, which have means; part of a turn has none.
     is_whole_turn: bool,
+    /// By term, whether it is the cosine of an order.
+    is_cosine: Vec<bool>,
+    /// Motion along the joint's axis.
+    along: Option<Outlet>,
 }
 
 /// Whether a part leaves a first state that nobody knows.
@@ -390,7 +404,13 @@ impl Curves {
             None => &lead.effect,
         };
         let settles = settles(&lead.effect);
-        let is_whole_turn = is_over_whole_turns(lead);
+        let turns = lead.effect.place.axis().and_then(|axis| travelled(ground, axis));
+        let is_whole_turn = has_first_order(lead) && turns.is_some_and(|(from, to)| to - from > WHOLE_TURN);
+        let is_cosine: Vec<bool> = lead.terms.iter().map(|term| term.function % 2 == 0).collect();
+        let along = lead.effect.place.axis().map(|axis| Outlet::Motion {
+            axis,
+            component: Component::ALL[ground.context.machine().axes[axis].own_component().direction_index()],
+        });
         let Ok(profiles) = ground.profiles(effect) else {
             return Curves {
                 outlets: Vec::new(),
@@ -398,6 +418,8 @@ impl Curves {
                 positions: Vec::new(),
                 settles,
                 is_whole_turn,
+                is_cosine,
+                along,
             };
         };
         // one axis may move as another one drives it
@@ -432,11 +454,12 @@ impl Curves {
             });
             by_outlet[place].push((k, function(k)));
         }
-        let along = |axis: usize| tests.iter().flat_map(move |&test| ground.context.motion(test).axis(axis)).collect();
+        let positions =
+            |axis: usize| tests.iter().flat_map(move |&test| ground.context.motion(test).axis(axis)).collect();
         let is_length = |outlet: &Outlet| outlet.measure(ground.context.machine()) == Measure::Length;
         let of_axis = lead.effect.place.axis().filter(|_| outlets.iter().all(is_length));
-        let positions = of_axis.map(along).unwrap_or_default();
-        Curves { outlets, by_outlet, positions, settles, is_whole_turn }
+        let positions = of_axis.map(positions).unwrap_or_default();
+        Curves { outlets, by_outlet, positions, settles, is_whole_turn, is_cosine, along }
     }
 
     /// Largest value, or range, of the curves that the outlets follow over the session.
@@ -453,7 +476,9 @@ impl Curves {
             match cause.effect.as_str() {
                 "thermal-growth" | "bar-length" => grown((low, high), self.settles),
                 "rotary-error-motion" if self.is_whole_turn => {
-                    let mean = curve.iter().sum::<f64>() / curve.len() as f64;
+                    // orders count from zero at the axis's zero: their mean over a turn is less the cosines'
+                    let cosines = terms.iter().filter(|(k, _)| self.is_cosine[*k]);
+                    let mean: f64 = -cosines.map(|(k, _)| amplitudes[*k]).sum::<f64>();
                     (high - mean).max(mean - low)
                 }
                 "rotary-error-motion" | "unknown" => 0.5 * (high - low),

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::fitted::Fitted;
 use super::ground::{Column, Ground, Term};
+use super::pulls::Pulls;
 use super::whitened::{LastShape, Products, Whitened};
 use crate::effects::Profile;
 use crate::identify::{NoiseModel, add_cross_products, add_products};
@@ -134,9 +135,9 @@ impl<'g, 'a> Stage<'g, 'a> {
         covariance
     }
 
-    /// How far the unknowns of the fit are from what was stated of them: the sum of their squares in units of their priors.
-    pub fn strain(&self) -> f64 {
-        self.ground.beyond.iter().enumerate().map(|(k, beyond)| (beyond + self.fitted.amplitudes[k]).powi(2)).sum()
+    /// How far the unknowns of the fit were pulled from what was stated of them.
+    pub(super) fn pulls(&self) -> Pulls {
+        Pulls::of(self.ground, |k| self.nuisance(k))
     }
 
     /// Residuals left by nuisance and accepted columns, mm; NaN where there is no reading.

@@ -61,11 +61,7 @@ pub(super) fn temper(
     for (index, finding) in findings.iter_mut().enumerate() {
         let has_failed = proof.is_some_and(|proof| proof.passed.get(index) == Some(&false));
         let is_weak = has_sweeps && finding.gain < SURE_OF_FORM;
-        let is_open = verdict != Verdict::Explained
-            || is_weak
-            || goes_back[index]
-            || !finding.single && has_failed
-            || !carries[index];
+        let is_open = verdict != Verdict::Explained || is_weak || goes_back[index] || has_failed || !carries[index];
         if is_open {
             finding.probability = finding.probability.min(UNPROVEN);
         }

@@ -22,10 +22,14 @@ impl Draws {
     }
 }
 
-/// The tests of a gallery session, with what `effects` and a gauge of 0.25 µm noise make of them.
-pub fn noisy(gallery: &str, effects: Vec<Effect>) -> Session {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/gallery").join(gallery).join("session.yaml");
-    let mut session = load_session(&file).expect("session");
+/// A session of the gallery.
+pub fn gallery(name: &str) -> Session {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/gallery").join(name).join("session.yaml");
+    load_session(&file).expect("session")
+}
+
+/// A session with what `effects` and a gauge of 0.25 µm noise make of it.
+pub fn recorded(mut session: Session, effects: Vec<Effect>) -> Session {
     session.machine.effects = effects;
     let traces = simulate(&session, Composition::Exact).expect("lengths");
     let mut draws = Draws(20_241);
@@ -35,4 +39,9 @@ pub fn noisy(gallery: &str, effects: Vec<Effect>) -> Session {
     }
     session.machine.effects.clear();
     session
+}
+
+/// The tests of a gallery session with other effects.
+pub fn noisy(name: &str, effects: Vec<Effect>) -> Session {
+    recorded(gallery(name), effects)
 }

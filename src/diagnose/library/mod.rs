@@ -10,6 +10,8 @@ mod rotary;
 mod setups;
 mod vibrations;
 
+pub(super) use self::motions::travelled;
+
 use self::growth::last_before_spindle;
 use self::linear::linear;
 use self::play::tipping;

@@ -27,7 +27,7 @@ pub(super) fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
 }
 
 /// Smallest and largest position that recordings reach with an axis in motion; `None` when it never moves.
-pub(super) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
+pub(in super::super) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
     let mut ends: Option<(f64, f64)> = None;
     for test in 0..ground.tests() {
         let motion = ground.context.motion(test);

@@ -56,8 +56,8 @@ const TIPPING: [f64; 3] = [0.0, 0.6, 2.5];
 const LONGEST_TIPPING: f64 = 10.0;
 const TIPPING_STEP: f64 = 0.6;
 
-/// Way between tests below which an axis stands, mm or rad.
-const LEAST_WAY: f64 = 1e-6;
+/// Way between tests below which an axis stands, mm or deg.
+const LEAST_WAY: f64 = 0.1;
 
 /// Joints that tip to one or the other side as another axis goes one or the other way, within tests or between them.
 pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
@@ -65,7 +65,7 @@ pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
     let axes = 0..machine.axes.len();
     for (driving, tipped) in axes.clone().flat_map(|driving| axes.clone().map(move |tipped| (driving, tipped))) {
         let (from, to) = visited(ground, driving);
-        if driving == tipped || to - from < LEAST_WAY {
+        if driving == tipped || to - from < machine.axes[driving].kind.from_file_unit(LEAST_WAY) {
             continue;
         }
         let rarity = if travelled(ground, driving).is_some() { TIPS } else { TIPS_BETWEEN };
