@@ -257,7 +257,7 @@ fn grows(effect: &Effect) -> bool {
 fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curves, amplitudes: &[f64]) -> f64 {
     match cause.effect.as_str() {
         // a height of 1 at the centre, whether or not a test stood there
-        "straightness" if is_bump(lead, main) => curves
+        "straightness" if is_bump(lead, main) && curves.hold(lead) => curves
             .by_outlet
             .iter()
             .map(|terms| terms.iter().map(|(k, _)| amplitudes[*k].abs()).sum())
@@ -460,6 +460,16 @@ impl Curves {
         let of_axis = lead.effect.place.axis().filter(|_| outlets.iter().all(is_length));
         let positions = of_axis.map(positions).unwrap_or_default();
         Curves { outlets, by_outlet, positions, settles, is_whole_turn, is_cosine, along }
+    }
+
+    /// Whether a bump is narrower than the travel: a wider one is a bow, whose top may lie where nothing went.
+    fn hold(&self, bump: &Candidate) -> bool {
+        let (from, to) = low_and_high(&self.positions);
+        let width = match bump.effect.parameter("width") {
+            Some(ParameterValue::Number(width)) => *width,
+            _ => 0.0,
+        };
+        self.positions.is_empty() || width <= to - from
     }
 
     /// Largest value, or range, of the curves that the outlets follow over the session.

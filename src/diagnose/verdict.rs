@@ -16,6 +16,9 @@ pub(super) const SURELY_MORE: f64 = 1.6;
 /// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
 pub(super) const SURE_OF_FORM: f64 = 30.0;
 
+/// Jumps of one session beyond which they may be something that comes and goes.
+const MOST_JUMPS: usize = 2;
+
 /// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
 const UNPROVEN: f64 = 0.97;
 
@@ -58,10 +61,12 @@ pub(super) fn temper(
 ) {
     let goes_back: Vec<bool> =
         findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
+    let jumps = findings.iter().filter(|finding| finding.single).count();
     for (index, finding) in findings.iter_mut().enumerate() {
         let has_failed = proof.is_some_and(|proof| proof.passed.get(index) == Some(&false));
         let is_weak = has_sweeps && finding.gain < SURE_OF_FORM;
-        let is_open = verdict != Verdict::Explained || is_weak || goes_back[index] || has_failed || !carries[index];
+        let may_be_no_jump = goes_back[index] || finding.single && jumps > MOST_JUMPS;
+        let is_open = verdict != Verdict::Explained || is_weak || may_be_no_jump || has_failed || !carries[index];
         if is_open {
             finding.probability = finding.probability.min(UNPROVEN);
         }
