@@ -27,10 +27,9 @@ fn belongs(lead: &Found, found: &Found) -> bool {
     let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
     let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
     let same_cause = same_kind && !found.chosen.is_event();
-    // where no form fits the stronger part, another way to draw its curve names no second cause
+    // another way to draw the curve of a place names no second cause, whichever was taken first
     let moves = |found: &Found| matches!(candidate_driver(&found.chosen), Driver::Position | Driver::Direction);
-    let is_weaker = found.beside_gain < lead.beside_gain;
-    let is_drawn_on = lead.chosen.is_free() && is_weaker && moves(lead) && moves(found);
+    let is_drawn_on = lead.chosen.is_free() && moves(lead) && moves(found);
     let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain) || is_drawn_on;
     same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found)
 }
@@ -60,13 +59,12 @@ const SPEAKS_FOR_ALL: f64 = 2.0;
 
 /// Puts the part first that adds most: a search may have taken a rest of the form before the form.
 fn strongest_leads(search: &Search, group: &mut [usize]) {
-    if group.first().is_none_or(|&first| search.found[first].chosen.is_free()) {
-        return;
-    }
     let adds = |index: usize| search.found[index].beside_gain;
-    let named = (0..group.len()).filter(|&place| !search.found[group[place]].chosen.is_free());
+    let is_free = |index: usize| search.found[index].chosen.is_free();
+    let named = (0..group.len()).filter(|&place| !is_free(group[place]));
     let Some(strongest) = named.max_by(|&a, &b| adds(group[a]).total_cmp(&adds(group[b]))) else { return };
-    if adds(group[strongest]) > SPEAKS_FOR_ALL * adds(group[0]) {
+    let ahead = if is_free(group[0]) { 1.0 } else { SPEAKS_FOR_ALL };
+    if adds(group[strongest]) > ahead * adds(group[0]) {
         group[..=strongest].rotate_right(1);
     }
 }

@@ -77,7 +77,7 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
 fn measures(effect: &str, meaning: &str) -> String {
     match effect {
         "rotary-backlash" | "linear-backlash" | "lateral-play" => "to each side of every reversal".into(),
-        "rotary-error-motion" => "amplitude".into(),
+        "rotary-error-motion" => "at its largest".into(),
         "cyclic-error" | "vibration" => "amplitude".into(),
         "thermal-growth" => "in this session".into(),
         "straightness" => "at its highest".into(),
