@@ -357,12 +357,8 @@ fn shows(ground: &Ground, columns: &[Accepted], own: &[usize], stage: &Stage) ->
 fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
     let machine = ground.context.machine();
     let effect = &lead.chosen.effect;
-    let number = |name: &str| match effect.parameter(name) {
-        Some(ParameterValue::Number(value)) => Some(*value),
-        _ => None,
-    };
     let last = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
-    if let Some(time) = number("time") {
+    if let Some(time) = effect.number("time") {
         return Some(RangeFound { axis: "time_s".into(), from: time, to: last });
     }
     let driving = match effect.parameter("of") {
@@ -372,7 +368,7 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
     let axis = driving.or(effect.place.axis())?;
     let entry = &machine.axes[axis];
     let file = |q: f64| entry.kind.to_file_unit(q);
-    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
+    if let (Some(centre), Some(width)) = (effect.number("centre"), effect.number("width")) {
         return Some(RangeFound {
             axis: entry.name.clone(),
             from: file(centre - width / 2.0),

@@ -3,7 +3,6 @@
 use super::found::{Found, Search};
 use super::naming::{candidate_driver, driver_class};
 use crate::effects::Driver;
-use crate::machine::ParameterValue;
 
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
 pub(super) fn groups(search: &Search) -> Vec<Vec<usize>> {
@@ -38,16 +37,9 @@ fn belongs(lead: &Found, found: &Found) -> bool {
 const ONE_JUMP_S: f64 = 30.0;
 
 fn are_two_jumps(one: &Found, other: &Found) -> bool {
-    match (number(one, "time"), number(other, "time")) {
+    match (one.chosen.effect.number("time"), other.chosen.effect.number("time")) {
         (Some(first), Some(second)) => (first - second).abs() > ONE_JUMP_S,
         _ => false,
-    }
-}
-
-fn number(found: &Found, name: &str) -> Option<f64> {
-    match found.chosen.effect.parameter(name) {
-        Some(ParameterValue::Number(value)) => Some(*value),
-        _ => None,
     }
 }
 
@@ -105,7 +97,8 @@ const ONE_LINE: f64 = 0.03;
 
 /// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
 fn is_same_line(one: &Found, other: &Found) -> bool {
-    let frequency = |found: &Found| number(found, "frequency").filter(|_| found.chosen.effect.kind == "vibration");
+    let frequency =
+        |found: &Found| found.chosen.effect.number("frequency").filter(|_| found.chosen.effect.kind == "vibration");
     match (frequency(one), frequency(other)) {
         (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
         _ => false,

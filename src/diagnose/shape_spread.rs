@@ -74,10 +74,6 @@ fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
 
 /// Shapes beside that of an effect, itself among them, in a session of a length.
 fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
-    let number = |name: &str| match effect.parameter(name) {
-        Some(ParameterValue::Number(value)) => Some(*value),
-        _ => None,
-    };
     // poses have no times
     let timed = effect.parameter("clock").is_none();
     if timed && (effect.parameter("tau").is_some() || effect.parameter("channel").is_some()) {
@@ -105,7 +101,7 @@ fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
         }
         return list;
     }
-    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
+    if let (Some(centre), Some(width)) = (effect.number("centre"), effect.number("width")) {
         let shapes = SHIFTS.iter().flat_map(|shift| WIDTHS.iter().map(move |factor| (shift, factor)));
         return shapes
             .map(|(shift, factor)| {

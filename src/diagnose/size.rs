@@ -465,11 +465,8 @@ impl Curves {
     /// Whether a bump is narrower than the travel: a wider one is a bow, whose top may lie where nothing went.
     fn hold(&self, bump: &Candidate) -> bool {
         let (from, to) = low_and_high(&self.positions);
-        let width = match bump.effect.parameter("width") {
-            Some(ParameterValue::Number(width)) => *width,
-            _ => 0.0,
-        };
-        self.positions.is_empty() || width <= to - from
+        let width = bump.effect.number("width");
+        self.positions.is_empty() || width.is_none_or(|width| width <= to - from)
     }
 
     /// Largest value, or range, of the curves that the outlets follow over the session.

@@ -5,7 +5,7 @@
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
 use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function, stated, word,
+    Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, Place};
@@ -145,7 +145,7 @@ fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Pr
     let take_up = travel(kind.number(context, effect, "take_up"));
     let own = Outlet::own(machine, axis);
     let size = effect.sizes.iter().find(|size| size.outlet == own).map_or(0.0, |size| size.value.abs());
-    let gap = stated(effect, "gap").map(travel).unwrap_or(2.0 * size * (1.0 - windup_share));
+    let gap = effect.number("gap").map(travel).unwrap_or(2.0 * size * (1.0 - windup_share));
     let advance = |state: &mut LostMotion, travel: super::context::Travel| {
         let way = travel.distance;
         if way.abs() <= STANDSTILL {

@@ -184,14 +184,6 @@ impl Kind {
     }
 }
 
-/// A number that was stated.
-pub(super) fn stated(effect: &Effect, name: &str) -> Option<f64> {
-    match effect.parameter(name) {
-        Some(ParameterValue::Number(value)) => Some(*value),
-        _ => None,
-    }
-}
-
 /// A list that was stated; empty otherwise.
 pub(super) fn list<'a>(effect: &'a Effect, name: &str) -> &'a [f64] {
     match effect.parameter(name) {

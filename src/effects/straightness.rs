@@ -4,9 +4,7 @@
 //! centre c, zero outside (`slope`: its incline, 1 at the steepest place); with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
 
 use super::backlash::across;
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, stated, word,
-};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, word};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Place};
 use std::f64::consts::PI;
@@ -57,7 +55,7 @@ pub static STRAIGHTNESS: Kind = Kind {
     },
     measure: plain_measure,
     functions: |effect| {
-        let bump = stated(effect, "centre").map(|_| "bump".to_string());
+        let bump = effect.number("centre").map(|_| "bump".to_string());
         let slope = has_slope(effect).then(|| SLOPE.to_string());
         let powers = list(effect, "degrees").iter().map(|degree| format!("degree{degree}"));
         bump.into_iter().chain(slope).chain(powers).collect()
@@ -69,7 +67,8 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let number = |name| STRAIGHTNESS.number(context, effect, name);
     let (width, skew, half_travel) = (number("width"), number("skew"), number("half_travel"));
-    let bump = stated(effect, "centre")
+    let bump = effect
+        .number("centre")
         .map(|centre| context.position_profile(axis, |q| raised_cosine(q - centre, width / 2.0, skew)));
     let slope = has_slope(effect).then(|| {
         let centre = number("centre");
@@ -85,7 +84,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 pub const SLOPE: &str = "slope";
 
 fn has_slope(effect: &Effect) -> bool {
-    word(effect, "slope") == Some("yes") && stated(effect, "centre").is_some()
+    word(effect, "slope") == Some("yes") && effect.number("centre").is_some()
 }
 
 /// Incline of the raised cosine in units of the largest one of a bump without skew.

@@ -7,9 +7,7 @@
 
 use super::channel::warming;
 use super::friction_heat::{Source, friction_heat};
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, no_check, stated, word,
-};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, no_check, word};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 use crate::units::Measure;
@@ -216,7 +214,7 @@ fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, Effe
         }
     }
     profiles.insert(0, context.profile(|_, _| 1.0));
-    if let Some(bar) = stated(effect, "bar") {
+    if let Some(bar) = effect.number("bar") {
         for profile in &mut profiles {
             for (test, rows) in context.session().tests.iter().zip(profile) {
                 if !test.bar_length_mm.is_some_and(|length| (length - bar).abs() < SAME_BAR_MM) {

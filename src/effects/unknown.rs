@@ -87,7 +87,7 @@ pub static TABLE: Kind = Kind {
 };
 
 fn ends_rise(machine: &Machine, effect: &Effect) -> Result<(), String> {
-    match (super::kind::stated(effect, "from"), super::kind::stated(effect, "to")) {
+    match (effect.number("from"), effect.number("to")) {
         (Some(from), Some(to)) if from < to => driving_axis(machine, effect),
         _ => Err("'from' is below 'to'".into()),
     }
@@ -115,7 +115,7 @@ fn driving_axis(machine: &Machine, effect: &Effect) -> Result<(), String> {
 }
 
 fn count(effect: &Effect) -> usize {
-    super::kind::stated(effect, "count").map_or(8, |count| (count as usize).clamp(4, 200))
+    effect.number("count").map_or(8, |count| (count as usize).clamp(4, 200))
 }
 
 /// Every component of an axis, the balls and the reading.

@@ -173,6 +173,14 @@ impl Effect {
         }
     }
 
+    /// The value of a shape parameter that was stated as a number, in library units.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.parameter(name) {
+            Some(ParameterValue::Number(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
     /// A stated parameter.
     pub fn parameter(&self, name: &str) -> Option<&ParameterValue> {
         self.parameters.iter().find(|(other, _)| other == name).map(|(_, value)| value)
