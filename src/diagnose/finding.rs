@@ -159,7 +159,7 @@ fn finding(
         .map(|(part, first)| (part, (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect()))
         .collect();
     if !growing.is_empty() {
-        let shown = super::size::growing_outlets(ground, &growing);
+        let shown = super::courses::growing_outlets(ground, &growing);
         cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
     }
     if is_unknown {
@@ -218,7 +218,7 @@ fn finding(
     if growing.len() > 1 {
         // growth told in several shapes: the others add to the lead's
         size.value +=
-            super::size::growth(ground, &growing, &cause) - super::size::growth(ground, &growing[..1], &cause);
+            super::courses::growth(ground, &growing, &cause) - super::courses::growth(ground, &growing[..1], &cause);
     }
     size.sigma = size.sigma.hypot(over_rivals(ground, lead, size.value));
     let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
@@ -299,7 +299,7 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
 /// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
 fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
     let is_arc = |candidate: &Candidate| {
-        candidate.effect.kind == "rotary-error-motion" && !super::size::has_first_order(candidate)
+        candidate.effect.kind == "rotary-error-motion" && !super::courses::has_first_order(candidate)
     };
     let is_sag = |candidate: &Candidate| candidate.effect.kind == "gravity-sag";
     one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))

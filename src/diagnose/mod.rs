@@ -8,6 +8,7 @@ mod as_found;
 mod blind;
 mod cells;
 mod choosing;
+mod courses;
 mod demand;
 mod diagnosis;
 mod finding;

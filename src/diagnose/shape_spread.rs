@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::courses::settles;
 use super::found::Candidate;
 use super::ground::Term;
 use super::library::Family;
 use super::refining::judged;
-use super::size::settles;
 use super::stage::Stage;
 use super::whitened::LastShape;
 use crate::machine::{Effect, ParameterValue};

@@ -5,14 +5,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::courses::{Courses, is_once_per_turn, told_along_its_axis};
 use super::finding::SizeFound;
 use super::found::Candidate;
 use super::ground::{Ground, Term};
-use super::library::travelled;
-use super::naming::{Cause, component_name, unit};
+use super::naming::{Cause, unit};
 use super::stage::Stage;
-use crate::effects::{WARM, kind};
-use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
+use crate::effects::kind;
+use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
@@ -37,10 +37,10 @@ pub fn size_of(
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
     let prior = lead.judgement.tau.max(1.0);
     let variances: Vec<f64> = (0..count).map(|k| sub[(k, k)]).collect();
-    let curves = Curves::of(ground, lead, &main);
+    let courses = Courses::of(ground, lead, &main);
     let value_at = |a: &[f64]| match cause.effect.as_str() {
         "vibration" => vibration(&lead.terms, a, &variances, prior),
-        _ => size_function(lead, cause, &main, &curves, a),
+        _ => size_function(lead, cause, &main, &courses, a),
     };
     let value = value_at(&amplitudes);
     let (value, sigma) = match cause.effect.as_str() {
@@ -58,19 +58,19 @@ pub fn size_of(
             // these have no favourite direction: the hidden part is likely as long as a seen one
             let even = match is_slip {
                 true => over(1.0),
-                false if curves.is_whole_turn => over(HIDDEN_ORDERS),
+                false if courses.is_whole_turn() => over(HIDDEN_ORDERS),
                 false => None,
             };
             even.map_or(spread, |(value, _)| (value, spread.1))
         }
     };
-    let is_part_of_turn = cause.effect == "rotary-error-motion" && !curves.is_whole_turn;
+    let is_part_of_turn = cause.effect == "rotary-error-motion" && !courses.is_whole_turn();
     let form = if is_part_of_turn { PART_OF_TURN } else { form_sigma(&cause.effect) };
     let sigma = sigma.hypot(form * value);
     let meaning = match cause.effect.as_str() {
         _ if grows(&lead.effect) => "peak to peak over the session",
         "straightness" => "height of the bump, or of the bow over its end points",
-        "rotary-error-motion" if curves.is_whole_turn => {
+        "rotary-error-motion" if courses.is_whole_turn() => {
             "largest of a component, without what turns once across the axis"
         }
         "rotary-error-motion" => "half the range of a component over the arc travelled",
@@ -105,8 +105,6 @@ const WIDER: f64 = 1.5;
 const HIDDEN_ORDERS: f64 = 1.15;
 /// Uncertainty of an error motion over part of a turn, as a share: what of it placement takes up differs from arc to arc.
 const PART_OF_TURN: f64 = 0.25;
-/// Arc that counts as a whole turn, rad.
-const WHOLE_TURN: f64 = 1.8 * std::f64::consts::PI;
 /// Draws of the amplitudes.
 const DRAWS: usize = 120;
 
@@ -145,24 +143,11 @@ fn drawn(
     mean.is_finite().then_some((mean, variance.sqrt()))
 }
 
-/// Whether a term turns once with its axis: pivots, balls and location errors take most of it up.
-fn is_once_per_turn(effect: &Effect, term: &Term) -> bool {
-    match effect.parameter("orders") {
-        Some(ParameterValue::List(orders)) => orders.get(term.function / 2).is_some_and(|order| *order < 1.5),
-        _ => false,
-    }
-}
-
-/// Whether a candidate has the first order of a turn, which only whole turns show.
-pub(super) fn has_first_order(candidate: &Candidate) -> bool {
-    candidate.terms.iter().any(|term| is_once_per_turn(&candidate.effect, term))
-}
-
 /// Size of a candidate with the amplitudes that it was judged with.
 pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> f64 {
     let main = main_terms(ground, &candidate.effect, cause, &candidate.terms);
-    let curves = Curves::of(ground, candidate, &main);
-    size_function(candidate, cause, &main, &curves, &candidate.judgement.amplitudes)
+    let courses = Courses::of(ground, candidate, &main);
+    size_function(candidate, cause, &main, &courses, &candidate.judgement.amplitudes)
 }
 
 /// Uncertainty of a size from the form of its effect, as a share: a form is never exact, a vibration breathes, a screw's
@@ -179,23 +164,6 @@ fn form_sigma(effect: &str) -> f64 {
 /// Whether a term moves along a direction, per kelvin or not.
 pub(super) fn is_length(term: &Term) -> bool {
     matches!(term.measure, Measure::Length | Measure::LengthPerKelvin)
-}
-
-/// Where growth along its own axis shows; `None` for other effects.
-fn along_its_axis(machine: &Machine, effect: &Effect) -> Option<Outlet> {
-    let axis = effect.place.axis().filter(|_| effect.kind == "thermal-growth")?;
-    Some(match machine.axes[axis].kind {
-        AxisKind::Linear => Outlet::own(machine, axis),
-        AxisKind::Rotary => {
-            let along = Component::ALL[machine.axes[axis].own_component().direction_index()];
-            Outlet::Motion { axis, component: along }
-        }
-    })
-}
-
-/// The same where it is told: growth to the side alone has its own size.
-fn told_along_its_axis(machine: &Machine, effect: &Effect, cause: &Cause) -> Option<Outlet> {
-    along_its_axis(machine, effect).filter(|along| cause.components.contains(&component_name(machine, along)))
 }
 
 /// Terms that carry the size: of a lag the lag, of what grows the growth along its axis, else lengths where there are any,
@@ -254,35 +222,20 @@ fn grows(effect: &Effect) -> bool {
 }
 
 /// The size for given amplitudes (display units).
-fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curves, amplitudes: &[f64]) -> f64 {
+fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Courses, amplitudes: &[f64]) -> f64 {
     match cause.effect.as_str() {
         // a height of 1 at the centre, whether or not a test stood there
-        "straightness" if is_bump(lead, main) && curves.hold(lead) => curves
-            .by_outlet
-            .iter()
-            .map(|terms| terms.iter().map(|(k, _)| amplitudes[*k].abs()).sum())
-            .fold(0.0, f64::max),
-        "rotary-error-motion" => {
-            // what turns once across or about the axis is its own location and the placement of balls; along it, it is not
-            let is_taken_up = |k: usize| {
-                curves.is_whole_turn
-                    && Some(lead.terms[k].outlet) != curves.along
-                    && is_once_per_turn(&lead.effect, &lead.terms[k])
-            };
-            let without: Vec<f64> =
-                (0..amplitudes.len()).map(|k| if is_taken_up(k) { 0.0 } else { amplitudes[k] }).collect();
-            curves.largest(cause, &without)
-        }
-        "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" => {
-            curves.largest(cause, amplitudes)
+        "straightness" if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),
+        "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" | "rotary-error-motion" => {
+            courses.largest(cause, amplitudes)
         }
         // the first period is the effect, the others are its form
         "cyclic-error" => {
             let first = main.iter().filter(|&&k| lead.terms[k].function < 2);
             first.map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()
         }
-        "gravity-sag" | "arrival-lag" => curves.largest(cause, amplitudes),
-        "bar-length" if grows(&lead.effect) => curves.largest(cause, amplitudes),
+        "gravity-sag" | "arrival-lag" => courses.largest(cause, amplitudes),
+        "bar-length" if grows(&lead.effect) => courses.largest(cause, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }
 }
@@ -290,208 +243,4 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], curves: &Curve
 /// Whether the main terms are the height of one bump.
 fn is_bump(lead: &Candidate, main: &[usize]) -> bool {
     lead.effect.parameter("width").is_some() && main.iter().all(|&k| lead.terms[k].measure == Measure::Length)
-}
-
-/// Functions of the terms over the rows in which the place's axis moves (all rows for other places), by outlet.
-struct Curves {
-    outlets: Vec<Outlet>,
-    by_outlet: Vec<Vec<(usize, Vec<f64>)>>,
-    /// Positions of the place's axis in the same rows; empty for other places and for turns.
-    positions: Vec<f64>,
-    /// The part did not begin at rest.
-    settles: bool,
-    /// Orders over a whole turn, which have means; part of a turn has none.
-    is_whole_turn: bool,
-    /// By term, whether it is the cosine of an order.
-    is_cosine: Vec<bool>,
-    /// Motion along the joint's axis.
-    along: Option<Outlet>,
-}
-
-/// Whether a part leaves a first state that nobody knows.
-pub(super) fn settles(effect: &Effect) -> bool {
-    matches!(effect.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM)
-}
-
-/// The curve that an outlet follows.
-fn curve(terms: &[(usize, Vec<f64>)], amplitudes: &[f64]) -> Vec<f64> {
-    let mut curve = vec![0.0; terms.first().map_or(0, |(_, rows)| rows.len())];
-    for (k, rows) in terms {
-        curve.iter_mut().zip(rows).for_each(|(sum, value)| *sum += amplitudes[*k] * value);
-    }
-    curve
-}
-
-/// Takes the line through its end points off a curve over the positions that an axis took, standing or moving, as in the
-/// end-point reference of ISO 230-1: what is left is told by its largest distance from that line.
-fn take_end_points_off(curve: &mut [f64], positions: &[f64]) {
-    let rows = || positions.iter().zip(curve.iter()).map(|(q, value)| (*q, *value));
-    let first = rows().min_by(|a, b| a.0.total_cmp(&b.0));
-    let last = rows().max_by(|a, b| a.0.total_cmp(&b.0));
-    let (Some((from, begins)), Some((to, ends))) = (first, last) else { return };
-    let slope = if to > from { (ends - begins) / (to - from) } else { 0.0 };
-    curve.iter_mut().zip(positions).for_each(|(value, q)| *value -= begins + slope * (q - from));
-}
-
-fn low_and_high(curve: &[f64]) -> (f64, f64) {
-    curve.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)))
-}
-
-/// Share of the largest range from which a motion of what grows is told.
-const GROWS_WITH: f64 = 0.15;
-
-/// Motions that growth in one or several shapes shows in, that along its axis first and then by their ranges over the
-/// readings (display units): amplitudes of nodes may cancel, and a node may have settled before the first reading.
-pub(super) fn growing_outlets(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<Outlet> {
-    let range = |curve: &[f64]| {
-        let (low, high) = low_and_high(curve);
-        (high - low).max(0.0)
-    };
-    let curves = growth_curves(ground, parts);
-    let mut ranges: Vec<(Outlet, f64)> = curves.iter().map(|(outlet, curve)| (*outlet, range(curve))).collect();
-    ranges.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let largest = ranges.first().map_or(0.0, |(_, range)| *range);
-    ranges.retain(|(_, range)| *range >= GROWS_WITH * largest);
-    let along = parts.first().and_then(|(lead, _)| along_its_axis(ground.context.machine(), &lead.effect));
-    // the size is that of the first one
-    ranges.sort_by_key(|(outlet, _)| Some(*outlet) != along);
-    ranges.into_iter().map(|(outlet, _)| outlet).collect()
-}
-
-/// Growth of several shapes together, peak to peak: along its axis where that is told, else the largest one.
-pub(super) fn growth(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], cause: &Cause) -> f64 {
-    let machine = ground.context.machine();
-    let along = parts.first().and_then(|(lead, _)| told_along_its_axis(machine, &lead.effect, cause));
-    let settles = parts.iter().any(|(part, _)| settles(&part.effect));
-    let measured = |outlet: &Outlet| match along {
-        Some(along) => *outlet == along,
-        None => outlet.measure(machine) == Measure::Length,
-    };
-    let curves = growth_curves(ground, parts);
-    let sizes =
-        curves.iter().filter(|(outlet, _)| measured(outlet)).map(|(_, curve)| grown(low_and_high(curve), settles));
-    sizes.fold(0.0, f64::max)
-}
-
-/// Growth from the ends of its course: from the session's beginning, where it is zero by form; how a part left its first
-/// state before the first reading is known to nobody.
-fn grown((low, high): (f64, f64), settles: bool) -> f64 {
-    if settles { high - low } else { high.max(0.0) - low.min(0.0) }
-}
-
-/// Course of every motion over the readings, summed over the shapes (display units).
-fn growth_curves(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<(Outlet, Vec<f64>)> {
-    let mut sums: Vec<(Outlet, Vec<f64>)> = Vec::new();
-    for (part, amplitudes) in parts {
-        let all: Vec<usize> = (0..part.terms.len()).collect();
-        let curves = Curves::of(ground, part, &all);
-        for (outlet, terms) in curves.outlets.iter().zip(&curves.by_outlet) {
-            let own = curve(terms, amplitudes);
-            match sums.iter_mut().find(|(other, _)| other == outlet) {
-                Some((_, sum)) => sum.iter_mut().zip(&own).for_each(|(sum, value)| *sum += value),
-                None => sums.push((*outlet, own)),
-            }
-        }
-    }
-    sums
-}
-
-impl Curves {
-    fn of(ground: &Ground, lead: &Candidate, main: &[usize]) -> Curves {
-        // bars that grow in proportion to their lengths: the size is the longest one's
-        let effect = match lead.effect.parameter("growing") {
-            Some(_) => &lead.effect.clone().with("growing", ParameterValue::Word("alike".into())),
-            None => &lead.effect,
-        };
-        let settles = settles(&lead.effect);
-        let turns = lead.effect.place.axis().and_then(|axis| travelled(ground, axis));
-        let is_whole_turn = has_first_order(lead) && turns.is_some_and(|(from, to)| to - from > WHOLE_TURN);
-        let is_cosine: Vec<bool> = lead.terms.iter().map(|term| term.function % 2 == 0).collect();
-        let along = lead.effect.place.axis().map(|axis| Outlet::Motion {
-            axis,
-            component: Component::ALL[ground.context.machine().axes[axis].own_component().direction_index()],
-        });
-        let Ok(profiles) = ground.profiles(effect) else {
-            return Curves {
-                outlets: Vec::new(),
-                by_outlet: Vec::new(),
-                positions: Vec::new(),
-                settles,
-                is_whole_turn,
-                is_cosine,
-                along,
-            };
-        };
-        // one axis may move as another one drives it
-        let driving = match lead.effect.parameter("of") {
-            Some(ParameterValue::Word(name)) => ground.context.machine().axis_index(name),
-            _ => None,
-        };
-        let axis = driving.or(lead.effect.place.axis());
-        // a joint that stands still sags as the one that carries it tilts
-        let everywhere =
-            matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");
-        let counts =
-            |test: &usize| everywhere || axis.is_none_or(|axis| ground.context.motion(*test).moving.contains(&axis));
-        let tests: Vec<usize> = (0..ground.tests()).filter(counts).collect();
-        let function = |k: usize| -> Vec<f64> {
-            let mut rows = Vec::new();
-            for &test in &tests {
-                let profile = &profiles[lead.terms[k].function][test];
-                let count = ground.residual_mm[test].len();
-                if profile.is_empty() { rows.resize(rows.len() + count, 0.0) } else { rows.extend_from_slice(profile) }
-            }
-            rows
-        };
-        let mut outlets: Vec<Outlet> = Vec::new();
-        let mut by_outlet: Vec<Vec<(usize, Vec<f64>)>> = Vec::new();
-        for &k in main {
-            let outlet = lead.terms[k].outlet;
-            let place = outlets.iter().position(|other| *other == outlet).unwrap_or_else(|| {
-                outlets.push(outlet);
-                by_outlet.push(Vec::new());
-                outlets.len() - 1
-            });
-            by_outlet[place].push((k, function(k)));
-        }
-        let positions =
-            |axis: usize| tests.iter().flat_map(move |&test| ground.context.motion(test).axis(axis)).collect();
-        let is_length = |outlet: &Outlet| outlet.measure(ground.context.machine()) == Measure::Length;
-        let of_axis = lead.effect.place.axis().filter(|_| outlets.iter().all(is_length));
-        let positions = of_axis.map(positions).unwrap_or_default();
-        Curves { outlets, by_outlet, positions, settles, is_whole_turn, is_cosine, along }
-    }
-
-    /// Whether a bump is narrower than the travel: a wider one is a bow, whose top may lie where nothing went.
-    fn hold(&self, bump: &Candidate) -> bool {
-        let (from, to) = low_and_high(&self.positions);
-        let width = bump.effect.number("width");
-        self.positions.is_empty() || width.is_none_or(|width| width <= to - from)
-    }
-
-    /// Largest value, or range, of the curves that the outlets follow over the session.
-    fn largest(&self, cause: &Cause, amplitudes: &[f64]) -> f64 {
-        let size = |terms: &Vec<(usize, Vec<f64>)>| -> f64 {
-            let mut curve = curve(terms, amplitudes);
-            if cause.effect == "straightness" {
-                take_end_points_off(&mut curve, &self.positions);
-            }
-            let (low, high) = low_and_high(&curve);
-            if low > high {
-                return 0.0;
-            }
-            match cause.effect.as_str() {
-                "thermal-growth" | "bar-length" => grown((low, high), self.settles),
-                "rotary-error-motion" if self.is_whole_turn => {
-                    // orders count from zero at the axis's zero: their mean over a turn is less the cosines'
-                    let cosines = terms.iter().filter(|(k, _)| self.is_cosine[*k]);
-                    let mean: f64 = -cosines.map(|(k, _)| amplitudes[*k]).sum::<f64>();
-                    (high - mean).max(mean - low)
-                }
-                "rotary-error-motion" | "unknown" => 0.5 * (high - low),
-                _ => high.abs().max(low.abs()),
-            }
-        };
-        self.by_outlet.iter().map(size).fold(0.0, f64::max)
-    }
 }
