@@ -19,6 +19,7 @@ mod nuisance;
 mod plan;
 #[path = "../examples/blind_trial/recordings.rs"]
 mod recordings;
+mod shared_data;
 #[path = "../examples/blind_trial/visibility.rs"]
 mod visibility;
 
@@ -32,13 +33,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 fn shared() -> Option<PathBuf> {
-    let folder = std::env::var("FIVEAXIS_SHARED")
-        .map_or_else(|_| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")), PathBuf::from);
-    let there = folder.join("recordings").is_dir();
-    if !there {
-        println!("skipped: no shared data at {}", folder.display());
-    }
-    there.then_some(folder)
+    shared_data::folder("recordings")?.parent().map(Path::to_path_buf)
 }
 
 /// The oracle's eight location errors of a case, or none for one it does not use.

@@ -1,12 +1,16 @@
 //! What slides do that only stand in the tests: errors of their position, reversals on their way between tests; what is no
-//! fault of theirs but of a cup set carelessly; and the largest of an error motion over a turn.
+//! fault of theirs but of a cup set carelessly; the largest of an error motion over a turn; and growth of parts that were
+//! not in balance as the session began.
 
 mod noisy;
 
+use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::{Finding, diagnose};
+use fiveaxis::effects::{Context, Disturbances};
 use fiveaxis::identify::Options;
 use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
-use noisy::{gallery, noisy, recorded};
+use fiveaxis::session::Session;
+use noisy::{Draws, gallery, noisy, recorded};
 
 /// Sweeps of one rotary axis at a time, the slides at other places from test to test.
 const BIDIRECTIONAL: &str = "07-nothing-wrong";
@@ -96,4 +100,70 @@ fn an_error_motion_is_as_large_as_its_largest_over_a_turn_however_it_lies() {
 fn an_axis_that_moves_up_and_down_once_per_turn_is_no_placement() {
     let axial = told_size(Component::EZ, &[(1.0, 6.0), (2.0, 1.5)]);
     assert!((axial / 7.5 - 1.0).abs() < 0.2, "{axial}");
+}
+
+/// Checks that the one growth found is that of a place, as large as the true one.
+fn told_growth(session: &Session, place: &str, true_um: f64) {
+    let findings = diagnose(session, &Options::default()).expect("diagnosis").findings;
+    let [finding] = findings.as_slice() else { panic!("{} findings", findings.len()) };
+    assert!(names(finding, "thermal-growth", place), "{:?} of {:?}", finding.cause, finding.rivals);
+    let size = &finding.size;
+    let off = (size.value - true_um).abs();
+    assert!(off < 3.0 * size.sigma && size.sigma < 0.2 * true_um, "{} ± {} for {true_um}", size.value, size.sigma);
+}
+
+#[test]
+fn growth_with_the_air_is_told_in_full_where_the_part_was_out_of_balance() {
+    let z = axis("Z");
+    let mut session = gallery(BIDIRECTIONAL);
+    let air = |t: f64| 20.0 + 2.5 * (1.0 - (-t / 1800.0).exp()) + 0.3 * (t / 190.0).sin();
+    let mut draws = Draws(77);
+    let (mut first_s, mut last_s) = (f64::MAX, f64::MIN);
+    for test in &mut session.tests {
+        let began_s = test.started_at_s;
+        let recording = test.recording.as_mut().expect("recording");
+        let times = recording.time_s().expect("times").to_vec();
+        let read = times.iter().map(|t| air(began_s + t) + 0.05 * draws.normal()).collect();
+        recording.channels.push(("temperature_degC".into(), read));
+        (first_s, last_s) = (first_s.min(began_s), last_s.max(began_s + times.last().expect("rows")));
+    }
+    // Z follows with nine minutes, and is 1 K colder than the air at first: by small steps in time
+    let (lag_s, step_s) = (540.0, 0.5);
+    let mut felt = air(first_s) - 1.0;
+    let mut course = Vec::new();
+    for k in 0..((last_s - first_s) / step_s) as usize {
+        if k % 40 == 0 {
+            course.push((first_s + k as f64 * step_s, 6e-3 * felt));
+        }
+        felt += step_s * (air(first_s + (k as f64 + 0.5) * step_s) - felt) / lag_s;
+    }
+    let (low, high) = course.iter().fold((f64::MAX, f64::MIN), |(low, high), (_, e)| (low.min(*e), high.max(*e)));
+    let knots = course.iter().map(|(t, _)| *t).collect();
+    let mut grown = Effect::new("table", Place::Axis(z))
+        .with("driver", ParameterValue::Word("time".into()))
+        .with("knots", ParameterValue::List(knots));
+    for (k, (_, e)) in course.iter().enumerate() {
+        let outlet = Outlet::Motion { axis: z, component: Component::EZ };
+        grown = grown.size(outlet, &format!("k{}", k + 1), e - course[0].1);
+    }
+    told_growth(&recorded(session, vec![grown]), "Z", 1e3 * (high - low));
+}
+
+#[test]
+fn growth_by_friction_is_told_in_full_where_the_part_was_warm() {
+    let c = axis("C");
+    let session = gallery(BIDIRECTIONAL);
+    let outlet = Outlet::Motion { axis: c, component: Component::EZ };
+    let grown = Effect::new("thermal-growth", Place::Axis(c))
+        .with("heat", ParameterValue::Word("rotary".into()))
+        .with("tau", ParameterValue::List(vec![300.0, 1500.0]))
+        .with("warmth", ParameterValue::Number(0.5))
+        .size(outlet, "growth1", 30e-3)
+        .size(outlet, "growth2", 30e-3);
+    let chain = Chain::of(&session.machine);
+    let disturbances = Disturbances::of(&Context::of(&session, &chain).expect("context"), std::slice::from_ref(&grown))
+        .expect("effect");
+    let course = disturbances.by_test.iter().flatten().map(|row| row.motion[c][2]);
+    let (low, high) = course.fold((f64::MAX, f64::MIN), |(low, high), e| (low.min(e), high.max(e)));
+    told_growth(&recorded(session.clone(), vec![grown]), "C", 1e3 * (high - low));
 }

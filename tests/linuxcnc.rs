@@ -3,6 +3,7 @@
 //! `FIVEAXIS_RS274` names the program; else it is looked for on the PATH.
 
 mod planned;
+mod skipped;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -36,7 +37,7 @@ fn interpreter() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let found = std::env::split_paths(&path).map(|folder| folder.join("rs274")).find(|file| file.is_file());
     if found.is_none() {
-        println!("SKIPPED: LinuxCNC's rs274 is neither named by FIVEAXIS_RS274 nor on the PATH");
+        skipped::skipped("LinuxCNC's rs274 is neither named by FIVEAXIS_RS274 nor on the PATH");
     }
     found
 }

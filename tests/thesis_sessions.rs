@@ -10,6 +10,7 @@ mod kinematics;
 mod noise;
 #[path = "../examples/thesis_sessions/session.rs"]
 mod session;
+mod shared_data;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -82,13 +83,8 @@ fn reference_machine(case: &str) -> Option<Trunnion> {
 
 #[test]
 fn kinematics_agree_with_values_computed_elsewhere() {
-    let shared = std::env::var("FIVEAXIS_SHARED")
-        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../shared").to_string());
-    let path = Path::new(&shared).join("reference/reference_traces.csv");
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: {} is not there", path.display());
-        return;
-    };
+    let Some(folder) = shared_data::folder("reference") else { return };
+    let text = std::fs::read_to_string(folder.join("reference_traces.csv")).expect("read");
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().expect("header").split(',').collect();
     let column = |name: &str| header.iter().position(|h| *h == name).expect("column");

@@ -67,7 +67,8 @@ struct OrderTerm {
 
 /// Whether a part leaves a first state that nobody knows.
 pub(super) fn settles(effect: &Effect) -> bool {
-    matches!(effect.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM)
+    let is_warm = matches!(effect.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM);
+    is_warm || effect.number("warmth").is_some()
 }
 
 /// The course of a motion.
@@ -250,7 +251,7 @@ fn orders_of_a_turn(ground: &Ground, lead: &Candidate) -> Option<Vec<OrderTerm>>
     travelled(ground, axis).filter(|(from, to)| to - from > WHOLE_TURN)?;
     let axial = axial(ground.context.machine(), axis);
     let order = |term: &Term| OrderTerm {
-        is_cosine: term.function % 2 == 0,
+        is_cosine: term.function.is_multiple_of(2),
         is_taken_up: term.outlet != axial && is_once_per_turn(&lead.effect, term),
     };
     Some(lead.terms.iter().map(order).collect())

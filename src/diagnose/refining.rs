@@ -119,14 +119,21 @@ fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candid
     if list_length(&best.effect, name) > 1 { tuned(stage, family, best, name) } else { best }
 }
 
-/// Growth by friction of a part that was warm from work before the session, as far as the readings ask for it.
+/// Growth by friction, or with a channel, of a part that was out of balance as the session began, as far as the readings
+/// ask for it.
 fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate {
-    if best.judgement.chi2 < WORTH_OVERTONES || best.effect.parameter("heat").is_none() {
+    if best.judgement.chi2 < WORTH_OVERTONES {
         return best;
     }
     let cost = best.judgement.log_evidence - best.log_odds;
-    let effect = best.effect.clone().with("begins", ParameterValue::Word(WARM.into()));
-    match judged(stage, family, best.family, effect, cost, &mut LastShape::default()) {
+    let states = |effect: &Effect| effect.parameter("heat").is_some() || effect.parameter("channel").is_some();
+    // what looked like a short lag, or like two nodes, may be a longer lag of a part that was out of balance
+    let lagging = family.grid.iter().filter(|effect| effect.number("lag").is_some_and(|lag| lag > 0.0));
+    let trials = std::iter::once(&best.effect).filter(|effect| states(effect)).chain(lagging).filter_map(|effect| {
+        let warm = effect.clone().with("begins", ParameterValue::Word(WARM.into()));
+        judged(stage, family, best.family, warm, cost, &mut LastShape::default())
+    });
+    match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
         Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => refine(stage, family, trial),
         _ => best,
     }

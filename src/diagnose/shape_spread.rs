@@ -9,6 +9,7 @@ use super::library::Family;
 use super::refining::judged;
 use super::stage::Stage;
 use super::whitened::LastShape;
+use crate::effects::{COLD, WARM};
 use crate::machine::{Effect, ParameterValue};
 
 /// Time constants of growth that are tried, as shares of the session.
@@ -21,8 +22,12 @@ const NEAR: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
 const WIDTHS: [f64; 9] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.45, 2.0, 3.0, 5.0];
 
-/// Log odds by which shapes are no longer near by.
+/// Warmth of a part as the session begins, in units of long work at a steady speed.
+const WARMTHS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Log odds by which shapes are no longer near by, and by which they are not even with another state in the beginning.
 const FAR_OFF: f64 = 8.0;
+const STATES_FAR_OFF: f64 = 16.0;
 
 /// Mean and standard deviation of a size over the shapes near a candidate's; `None` where its shape has no such freedom.
 ///
@@ -39,20 +44,20 @@ pub fn over_shapes<'s>(
     let stage = stage();
     let tests = 0..stage.ground.tests();
     let length_s = tests.map(|test| stage.ground.context.ends_at_s(test)).fold(0.0, f64::max);
-    let shapes = near_shapes(&lead.effect, length_s);
-    if shapes.is_empty() {
-        return None;
+    let judged = |effect: Effect| judged(&stage, family, lead.family, effect, 0.0, &mut LastShape::default());
+    let counting = |effects: Vec<Effect>| -> Vec<Candidate> {
+        let shapes = effects.into_par_iter().filter_map(judged);
+        shapes.filter(|shape| settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes)).collect()
+    };
+    let mut shapes = counting(near_shapes(&lead.effect, length_s));
+    let best = shapes.iter().map(|shape| shape.log_odds).max_by(f64::total_cmp)?;
+    if has_states(&lead.effect) {
+        shapes.retain(|shape| shape.log_odds > best - STATES_FAR_OFF);
+        shapes = counting(shapes.iter().flat_map(|shape| states(&shape.effect, family)).collect());
     }
-    let sizes: Vec<(f64, f64)> = shapes
-        .into_par_iter()
-        .filter_map(|effect| {
-            let shape = judged(&stage, family, lead.family, effect, 0.0, &mut LastShape::default())?;
-            let counts = settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes);
-            counts.then(|| (shape.log_odds, size(&shape)))
-        })
-        .collect();
-    let chosen = judged(&stage, family, lead.family, lead.effect.clone(), 0.0, &mut LastShape::default())?;
-    let best = sizes.iter().map(|(odds, _)| *odds).fold(f64::NEG_INFINITY, f64::max);
+    let sizes: Vec<(f64, f64)> = shapes.par_iter().map(|shape| (shape.log_odds, size(shape))).collect();
+    let chosen = judged(lead.effect.clone())?;
+    let best = sizes.iter().map(|(odds, _)| *odds).max_by(f64::total_cmp)?;
     let weights: f64 = sizes.iter().map(|(odds, _)| (odds - best).exp()).sum();
     let mean = sizes.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
     let variance = sizes.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
@@ -70,6 +75,34 @@ fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
         let own = pairs.clone().filter(|(other, _)| other.outlet == term.outlet).map(|(_, amplitude)| amplitude);
         own.clone().count() > 1 && own.sum::<f64>().abs() < LEAST_SUM * amplitude.abs()
     })
+}
+
+/// Whether a part may have been out of balance as the session began.
+fn has_states(effect: &Effect) -> bool {
+    effect.kind == "thermal-growth" && (effect.parameter("heat").is_some() || effect.parameter("channel").is_some())
+}
+
+/// A growth with every friction that may heat the part, and with what it may have brought along as the session began: a
+/// warm part has less to grow.
+fn states(effect: &Effect, family: &Family) -> Vec<Effect> {
+    let begins = |effect: &Effect, state: &str| effect.clone().with("begins", ParameterValue::Word(state.into()));
+    if effect.parameter("heat").is_none() {
+        let warm = effect.number("lag").filter(|lag| *lag > 0.0).map(|_| begins(effect, WARM));
+        return warm.into_iter().chain([begins(effect, COLD)]).collect();
+    }
+    let mut sources: Vec<&ParameterValue> = Vec::new();
+    for source in family.grid.iter().filter_map(|effect| effect.parameter("heat")) {
+        if !sources.contains(&source) {
+            sources.push(source);
+        }
+    }
+    let heated = sources.into_iter().map(|source| effect.clone().with("heat", source.clone()));
+    let of_a_source = |effect: Effect| {
+        let cold = begins(&effect, COLD);
+        let alike = WARMTHS.map(|warmth| cold.clone().with("warmth", ParameterValue::Number(warmth)));
+        alike.into_iter().chain([begins(&effect, WARM)])
+    };
+    heated.flat_map(of_a_source).collect()
 }
 
 /// Shapes beside that of an effect, itself among them, in a session of a length.

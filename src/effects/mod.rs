@@ -28,7 +28,7 @@ mod vibration;
 pub use context::Context;
 pub use disturbance::{Disturbance, Disturbances, column, gain};
 pub use kind::{Bounds, Default, Driver, EffectError, Kind, Parameter, ParameterUnit, Profile};
-pub use thermal::{OWN, ROTARY, SLIDES, WARM};
+pub use thermal::{COLD, OWN, ROTARY, SLIDES, WARM};
 
 /// The catalogue.
 pub static KINDS: &[&Kind] = &[

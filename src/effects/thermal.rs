@@ -2,8 +2,10 @@
 //!
 //! Time: `E = Σ_k s_k (1 − e^(−t/τ_k))`, t session time since `start`, two nodes for a fast and a slow mass. Static poses have
 //! no times: there t may be the number of the pose.
-//! Motion: the same nodes heated by the friction of axes as they move, see `friction_heat`.
-//! Temperature: `E = s (T − T_first)` from a channel of the recordings, which the part follows with a `lag`.
+//! Motion: the same nodes heated by the friction of axes as they move, see `friction_heat`; from work before the session
+//! they may be warm, all of them alike (`warmth`) or each by an amount of its own (`begins: warm`).
+//! Temperature: `E = s (T − T_first)` from a channel of the recordings, which the part follows with a `lag`; one that was
+//! out of balance with the channel as the session began also settles with that lag.
 
 use super::channel::warming;
 use super::friction_heat::{Source, friction_heat};
@@ -14,6 +16,8 @@ use crate::units::Measure;
 
 /// Name of the function that is driven by a temperature channel.
 const KELVIN: &str = "kelvin";
+/// Name of the function by which a part that follows a channel comes into balance with it.
+const SETTLE: &str = "settle";
 
 const TAU: Parameter = Parameter::list(
     "tau",
@@ -66,13 +70,21 @@ const HEAT: Parameter = Parameter::word(
     "steady from start on (when not stated), or friction while the place's own axis, all slides or all rotary axes move: sizes are then steady growth at 1000 mm/min, or at 1 rpm",
 );
 
-/// A part that does not begin at rest.
+/// A part that begins in balance, and one that does not.
+pub const COLD: &str = "cold";
 pub const WARM: &str = "warm";
 const BEGINS: Parameter = Parameter::word(
     "begins",
-    &["cold", WARM],
+    &[COLD, WARM],
     Default::Absent,
-    "state of nodes that friction heats as the session begins; warm adds settle1, settle2, … by which they leave it",
+    "state of what friction heats, or of what follows a channel, as the session begins; warm adds settle1, settle2, …, or settle, by which it leaves that state",
+);
+const WARMTH: Parameter = Parameter::number(
+    "warmth",
+    ParameterUnit::Plain,
+    Default::Absent,
+    (0.0, 10.0),
+    "warmth of all nodes that friction heats as the session begins, 1 as after long work at the speed of 'heat'; growth then counts from there",
 );
 
 /// Growth of spindle, slide or joint.
@@ -83,7 +95,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     size_meaning: "growth of a node from cold to steady, or per K",
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
-    parameters: &[TAU, START, HEAT, BEGINS, CHANNEL, LAG, CLOCK],
+    parameters: &[TAU, START, HEAT, BEGINS, WARMTH, CHANNEL, LAG, CLOCK],
     check: heat_stands_alone,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
@@ -135,8 +147,12 @@ pub static BAR_LENGTH: Kind = Kind {
 /// Friction has a clock of its own, and only a part that it heats may begin warm.
 fn heat_stands_alone(_: &Machine, effect: &Effect) -> Result<(), String> {
     let heated = !matches!(word(effect, "heat"), None | Some("steady"));
-    if word(effect, "begins") == Some(WARM) && !heated {
-        return Err("'begins: warm' goes with 'heat: own', 'slides' or 'rotary'".into());
+    let follows = word(effect, "channel").is_some();
+    if word(effect, "begins") == Some(WARM) && !heated && !follows {
+        return Err("'begins: warm' goes with 'heat: own', 'slides' or 'rotary', or with a 'channel'".into());
+    }
+    if effect.number("warmth").is_some() && !heated {
+        return Err("'warmth' goes with 'heat: own', 'slides' or 'rotary'".into());
     }
     if heated && list(effect, "tau").is_empty() {
         return Err("'heat' needs time constants in 'tau'".into());
@@ -159,11 +175,13 @@ fn measure(machine: &Machine, outlet: &Outlet, function: &str) -> Measure {
 fn growth_functions(effect: &Effect) -> Vec<String> {
     let nodes = 1..=list(effect, "tau").len();
     let mut names: Vec<String> = nodes.clone().map(|k| format!("growth{k}")).collect();
-    if word(effect, "begins") == Some(WARM) {
+    let warm = word(effect, "begins") == Some(WARM);
+    if warm {
         names.extend(nodes.map(|k| format!("settle{k}")));
     }
     if word(effect, "channel").is_some() {
         names.push(KELVIN.into());
+        names.extend(warm.then(|| SETTLE.into()));
     }
     names
 }
@@ -187,14 +205,18 @@ fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile
         (Some(ROTARY), _) => Some(Source::All(AxisKind::Rotary)),
         _ => None,
     };
-    let node = |&tau: &f64| source.map_or_else(|| steady(tau), |source| friction_heat(context, source, tau));
+    let warmth = effect.number("warmth").unwrap_or(0.0);
+    let node = |&tau: &f64| source.map_or_else(|| steady(tau), |source| friction_heat(context, source, tau, warmth));
     let nodes = list(effect, "tau");
     let mut profiles: Vec<Profile> = nodes.iter().map(node).collect();
-    if word(effect, "begins") == Some(WARM) {
+    let warm = word(effect, "begins") == Some(WARM);
+    if warm {
         profiles.extend(nodes.iter().map(|tau| steady(*tau)));
     }
     if let Some(channel) = word(effect, "channel") {
-        profiles.push(warming(context, kind.name, channel, kind.number(context, effect, "lag"))?);
+        let felt = warming(context, kind.name, channel, kind.number(context, effect, "lag"))?;
+        profiles.push(felt.kelvin);
+        profiles.extend(warm.then_some(felt.settled));
     }
     Ok(profiles)
 }

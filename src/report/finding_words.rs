@@ -188,12 +188,16 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         };
         words.extend(source.map(|source| format!("heated by {source}")));
     }
-    if lead.parameter("begins").is_some() {
+    let begins_warm = lead.parameter("begins").is_some();
+    if begins_warm && lead.parameter("channel").is_none() {
         words.push("warm from work before the session".into());
     }
     if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
         let lag = number("lag").filter(|lag| *lag > 0.0).map(|lag| format!(" with a lag of {}", time_words(lag)));
         words.push(format!("follows {channel}{}", lag.unwrap_or_default()));
+        if begins_warm {
+            words.push("out of balance with it as the session began".into());
+        }
     }
     if lead.kind == "arrival-lag" {
         if let Some(ParameterValue::Word(of)) = lead.parameter("of") {

@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-/// Folder `name` of the reference data, or `None` with a printed line that says the test was skipped.
+#[path = "../skipped/mod.rs"]
+mod skipped;
+
+/// Folder `name` of the reference data, or `None` with a line that says that the test was skipped.
 pub fn folder(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("FIVEAXIS_SHARED")
         .map(PathBuf::from)
@@ -11,6 +14,6 @@ pub fn folder(name: &str) -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    println!("skipped: reference data '{name}' is not beside the project");
+    skipped::skipped(&format!("reference data '{name}' is not beside the project"));
     None
 }
