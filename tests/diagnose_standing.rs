@@ -1,6 +1,6 @@
 //! What slides do that only stand in the tests: errors of their position, reversals on their way between tests; what is no
-//! fault of theirs but of a cup set carelessly; the largest of an error motion over a turn; and growth of parts that were
-//! not in balance as the session began.
+//! fault of theirs but of a cup set carelessly; the largest of an error motion over a turn; growth of parts that were
+//! not in balance as the session began; and vibrations above half of some sampling rates.
 
 mod noisy;
 
@@ -166,4 +166,28 @@ fn growth_by_friction_is_told_in_full_where_the_part_was_warm() {
     let course = disturbances.by_test.iter().flatten().map(|row| row.motion[c][2]);
     let (low, high) = course.fold((f64::MAX, f64::MIN), |(low, high), e| (low.min(e), high.max(e)));
     told_growth(&recorded(session.clone(), vec![grown]), "C", 1e3 * (high - low));
+}
+
+#[test]
+fn a_vibration_is_told_by_its_own_frequency_where_every_rate_shows_another() {
+    // circles recorded at 12 and 3 readings a second in one plane that shows Y, at 20 and 5 in the other
+    let (y, hz, size_um) = (axis("Y"), 11.3, 1.8);
+    let outlet = Outlet::Motion { axis: y, component: Component::EY };
+    let vibration = Effect::new("vibration", Place::Axis(y))
+        .with("frequency", ParameterValue::Number(hz))
+        .with("clock", ParameterValue::Word("session".into()))
+        .size(outlet, "cos", 1e-3 * size_um);
+    let findings =
+        diagnose(&noisy("06-worn-guideway", vec![vibration]), &Options::default()).expect("diagnosis").findings;
+    let [finding] = findings.as_slice() else {
+        panic!(
+            "{:?}",
+            findings.iter().map(|f| (&f.cause, f.effects[0].number("frequency"), f.size.value)).collect::<Vec<_>>()
+        )
+    };
+    assert!(names(finding, "vibration", "Y"), "{:?} of {:?}", finding.cause, finding.rivals);
+    let told_hz = finding.effects[0].number("frequency").expect("frequency");
+    assert!((told_hz - hz).abs() < 0.02, "{told_hz} Hz");
+    let size = &finding.size;
+    assert!((size.value - size_um).abs() < 0.1 * size_um, "{} ± {}", size.value, size.sigma);
 }

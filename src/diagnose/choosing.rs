@@ -134,6 +134,6 @@ pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) 
     })
 }
 
-fn directions(terms: &[Term]) -> usize {
+pub(super) fn directions(terms: &[Term]) -> usize {
     terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len()
 }

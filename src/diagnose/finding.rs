@@ -151,13 +151,10 @@ fn finding(
         .sum();
     let is_unknown = lead.chosen.is_free() || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
-    let growing: Vec<(&Candidate, Vec<f64>)> = group
-        .iter()
-        .filter(|_| lead.chosen.effect.kind == "thermal-growth")
-        .map(|&index| (&search.found[index].chosen, first_column[index]))
-        .filter(|(part, _)| part.effect.kind == lead.chosen.effect.kind)
-        .map(|(part, first)| (part, (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect()))
-        .collect();
+    let growing = match lead.chosen.effect.kind.as_str() {
+        kind @ "thermal-growth" => with_sizes(search, group, first_column, stage, kind),
+        _ => Vec::new(),
+    };
     if !growing.is_empty() {
         let shown = super::courses::growing_outlets(ground, &growing);
         cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
@@ -194,16 +191,10 @@ fn finding(
         .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
         .collect();
     let mut size = super::size::size_of(ground, &lead.chosen, &cause, stage, covariance, &parts);
-    // a vibration that wanders between neighbouring frequencies has the power of all of them
-    for &index in group.iter().skip(1).filter(|_| cause.effect == "vibration") {
-        let other = &search.found[index].chosen;
-        if other.effect.kind == cause.effect && other.effect.place == lead.chosen.effect.place {
-            let own = (first_column[index]..first_column[index] + other.columns.len()).collect();
-            let other = super::size::size_of(ground, other, &cause, stage, covariance, &[own]);
-            let value = size.value.hypot(other.value);
-            size.sigma = (size.value * size.sigma).hypot(other.value * other.sigma) / value.max(f64::MIN_POSITIVE);
-            size.value = value;
-        }
+    // a vibration that wanders between neighbouring frequencies is the sum of all of them
+    let vibrating = with_sizes(search, group, first_column, stage, "vibration");
+    if vibrating.len() > 1 && cause.effect == "vibration" {
+        size = super::vibrating::size_together(ground, &vibrating, &search.noise_after, size);
     }
     let without_own = || {
         let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
@@ -242,11 +233,28 @@ fn finding(
     }
 }
 
+/// The parts of a finding that are effects of a kind, with their sizes (display units).
+fn with_sizes<'s>(
+    search: &'s Search,
+    group: &[usize],
+    first_column: &[usize],
+    stage: &Stage,
+    kind: &str,
+) -> Vec<(&'s Candidate, Vec<f64>)> {
+    let parts = group.iter().map(|&index| (&search.found[index].chosen, first_column[index]));
+    let alike = parts.filter(|(part, _)| part.effect.kind == kind);
+    alike.map(|(part, first)| (part, (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect())).collect()
+}
+
 /// Standard deviation of a size over rivals that are the same effect in other components or of another driver.
 fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
     let machine = ground.context.machine();
     let own = &lead.chosen.effect;
     let is_length = |candidate: &Candidate| candidate.terms.iter().any(super::size::is_length);
+    // the amplitudes of a vibration are those of single tests: its size is no matter of the shape
+    if own.kind == "vibration" {
+        return 0.0;
+    }
     let mut squares = 0.0;
     let mut weights = 1.0;
     for (rival, odds) in &lead.rivals {

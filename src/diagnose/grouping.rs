@@ -15,6 +15,7 @@ pub(super) fn groups(search: &Search) -> Vec<Vec<usize>> {
         }
     }
     groups.iter_mut().for_each(|group| strongest_leads(search, group));
+    groups.iter_mut().for_each(|group| every_direction_leads(search, group));
     join_rests(search, &mut groups);
     groups
 }
@@ -58,6 +59,24 @@ fn strongest_leads(search: &Search, group: &mut [usize]) {
     let ahead = if is_free(group[0]) { 1.0 } else { SPEAKS_FOR_ALL };
     if adds(group[strongest]) > ahead * adds(group[0]) {
         group[..=strongest].rotate_right(1);
+    }
+}
+
+/// Puts a vibration in several directions before one in a single direction that cannot stand for what other tests show.
+fn every_direction_leads(search: &Search, group: &mut [usize]) {
+    let candidate = |index: usize| &search.found[index].chosen;
+    let is_vibration = |index: usize| candidate(index).effect.kind == "vibration";
+    let directions = |index: usize| super::choosing::directions(&candidate(index).terms);
+    if !is_vibration(group[0]) || directions(group[0]) > 1 {
+        return;
+    }
+    let is_wider = |&place: &usize| {
+        is_vibration(group[place])
+            && directions(group[place]) > 1
+            && super::vibrating::moves_elsewhere(candidate(group[place]), candidate(group[0]), &search.noise_after)
+    };
+    if let Some(place) = (1..group.len()).find(is_wider) {
+        group[..=place].rotate_right(1);
     }
 }
 

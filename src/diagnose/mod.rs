@@ -43,6 +43,7 @@ mod thin;
 mod told;
 mod transfer;
 mod verdict;
+mod vibrating;
 mod whitened;
 
 pub use as_found::as_found;

@@ -152,7 +152,7 @@ pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> 
 
 /// Uncertainty of a size from the form of its effect, as a share: a form is never exact, a vibration breathes, a screw's
 /// period swells along its travel, and the peak of a spike lies between two readings.
-fn form_sigma(effect: &str) -> f64 {
+pub(super) fn form_sigma(effect: &str) -> f64 {
     match effect {
         "reversal-spike" => 0.12,
         "vibration" => 0.06,

@@ -50,6 +50,58 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
     chosen.into_iter().map(|(k, prominence)| Line { hz: frequency(k), prominence }).collect()
 }
 
+/// Ratio of two sampling rates from which they are two.
+const OTHER_RATE: f64 = 1.1;
+/// Highest frequency that is looked for where there are several rates, in units of the highest one.
+const HIGHEST_ALIAS: f64 = 0.95;
+/// Frequencies by which a line may lie elsewhere from trace to trace: its phase wanders.
+const WANDERS: usize = 2;
+/// Steps by which a line is looked up between two frequencies.
+const FINER: usize = 8;
+
+/// Frequencies that all traces together may be aliases of, the loudest first; none where all are sampled at one rate, which
+/// does not show which alias is the true frequency.
+pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<f64> {
+    let traces: Vec<Trace> = (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect();
+    let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
+    let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
+    let slowest = traces.iter().map(|trace| trace.step_s).fold(0.0, f64::max);
+    if traces.is_empty() || longest <= 0.0 || slowest < OTHER_RATE * finest {
+        return Vec::new();
+    }
+    // from where the slowest one folds to the first fold of the finest one and beyond
+    let (lowest, highest) = (0.5 / slowest, HIGHEST_ALIAS / finest);
+    let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
+    let frequency = |place: f64| lowest + (highest - lowest) * place / count as f64;
+    let mut loudness = vec![0.0; count];
+    for trace in &traces {
+        let power: Vec<f64> = (0..count).map(|k| trace.power_or_alias(frequency(k as f64))).collect();
+        for (k, sum) in loudness.iter_mut().enumerate() {
+            *sum += power[k.saturating_sub(WANDERS)..(k + WANDERS + 1).min(count)].iter().fold(0.0, |a, b| b.max(a));
+        }
+    }
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|a, b| loudness[*b].total_cmp(&loudness[*a]));
+    let mut chosen: Vec<usize> = Vec::new();
+    for k in order {
+        let is_fast = traces.iter().all(|trace| trace.cycles(frequency(k as f64)) > LEAST_CYCLES);
+        if is_fast && chosen.iter().all(|other| other.abs_diff(k) > 2 * WANDERS) {
+            chosen.push(k);
+        }
+    }
+    let total = |hz: f64| traces.iter().map(|trace| trace.power_or_alias(hz)).sum::<f64>();
+    let reach = (2 * WANDERS * FINER) as f64;
+    let sharpened = |k: usize| {
+        let places = (0..=2 * reach as usize).map(|j| frequency(k as f64 + (j as f64 - reach) / FINER as f64));
+        let loudest = places.map(|hz| (hz, total(hz))).max_by(|a, b| a.1.total_cmp(&b.1));
+        loudest.map_or(frequency(k as f64), |(hz, _)| hz)
+    };
+    chosen.into_iter().take(MOST_ALIASES).map(sharpened).collect()
+}
+
+/// Most frequencies that are told of those that aliases may have.
+const MOST_ALIASES: usize = 3;
+
 /// Cycles that a trace must show of a vibration: drift and gravity are no vibration near a multiple of its sampling rate.
 const LEAST_CYCLES: f64 = 4.0;
 /// Rows over which a rotation goes on without being renewed.
@@ -105,10 +157,12 @@ impl Trace {
 
     /// Power at a frequency, in units of the trace's variance.
     fn power(&self, hz: f64) -> f64 {
+        if hz > 0.5 / self.step_s { 1.0 } else { self.power_or_alias(hz) }
+    }
+
+    /// The same for frequencies that the trace is sampled too slowly for: that of what it shows instead.
+    fn power_or_alias(&self, hz: f64) -> f64 {
         let step = self.step_s;
-        if hz > 0.5 / step {
-            return 1.0;
-        }
         let (mut re, mut im) = (0.0, 0.0);
         // rows are near enough to even spacing for a rotation that is renewed now and then, and behind every gap
         let (ds, dc) = (std::f64::consts::TAU * hz * step).sin_cos();

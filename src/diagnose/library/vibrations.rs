@@ -1,7 +1,7 @@
 //! Candidates that vibrate. It judges nothing.
 
 use super::super::ground::Ground;
-use super::super::spectrum::lines;
+use super::super::spectrum::{aliased, lines};
 use super::{Family, Refined, number};
 use crate::machine::{Outlet, ParameterValue, Place};
 
@@ -11,7 +11,8 @@ const PEAKS: usize = 4;
 /// Frequencies at which the traces together have the most power, tried as vibration of ball and joints.
 pub(super) fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
-    let lines: Vec<f64> = lines(ground, &ground.residual_mm).into_iter().take(PEAKS).map(|line| line.hz).collect();
+    let shown = lines(ground, &ground.residual_mm).into_iter().take(PEAKS).map(|line| line.hz);
+    let lines: Vec<f64> = shown.chain(aliased(ground, &ground.residual_mm)).collect();
     if lines.is_empty() {
         return;
     }

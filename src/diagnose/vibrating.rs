@@ -1,0 +1,138 @@
+//! How large a vibration is that several accepted effects tell together: their motions overlap, so that each alone may have
+//! any size while the sum is sure. It fits nothing.
+
+use nalgebra::DMatrix;
+
+use super::finding::SizeFound;
+use super::found::Candidate;
+use super::ground::Ground;
+use crate::identify::NoiseModel;
+use crate::machine::Outlet;
+
+/// Share by which gains of one direction may differ from outlet to outlet: a slide and the ball that it carries.
+const ONE_DIRECTION: f64 = 1e-3;
+
+/// Share of an amplitude that the readings must tell, of one as large as the lead's.
+const LEAST_KNOWN: f64 = 0.3;
+
+/// Motion along one direction in one test.
+#[derive(Clone, Copy)]
+struct Motion {
+    /// Square of the amplitude, without the prior's pull, µm².
+    square: f64,
+    /// How well it is known, µm⁻².
+    weight: f64,
+}
+
+/// Size of vibrations of one line, in the directions of the first one; `lead` is its size alone.
+pub(super) fn size_together(
+    ground: &Ground,
+    parts: &[(&Candidate, Vec<f64>)],
+    noise: &[NoiseModel],
+    lead: SizeFound,
+) -> SizeFound {
+    let mut directions: Vec<Outlet> = Vec::new();
+    for term in parts.iter().take(1).flat_map(|(part, _)| &part.terms) {
+        if !directions.contains(&term.outlet) {
+            directions.push(term.outlet);
+        }
+    }
+    let prior = parts.iter().map(|(part, _)| part.judgement.tau).fold(1.0, f64::max);
+    let mut sums = vec![(0.0, 0.0); directions.len()];
+    for test in 0..ground.tests() {
+        let motions = motions(ground, parts, (noise[test].white_mm, prior), &directions, test);
+        for ((squares, weights), motion) in sums.iter_mut().zip(motions) {
+            *squares += motion.weight * motion.square;
+            *weights += motion.weight;
+        }
+    }
+    let seen = || sums.iter().filter(|(_, weights)| *weights > 0.0);
+    let value = seen().map(|(squares, weights)| squares / weights).sum::<f64>().sqrt();
+    let variance: f64 = seen().map(|(_, weights)| 1.0 / weights).sum();
+    if value <= 0.0 {
+        return lead;
+    }
+    SizeFound { value, sigma: (super::size::form_sigma("vibration") * value).hypot(variance.sqrt()), ..lead }
+}
+
+/// Motion in one test by direction; of no weight where the test hardly shows it. `white_mm` is the noise from row to row,
+/// `prior` the standard deviation of an amplitude, µm.
+fn motions(
+    ground: &Ground,
+    parts: &[(&Candidate, Vec<f64>)],
+    (white_mm, prior): (f64, f64),
+    directions: &[Outlet],
+    test: usize,
+) -> Vec<Motion> {
+    let gains: Vec<_> = directions.iter().map(|outlet| ground.gains(outlet)).collect();
+    let rows = ground.residual_mm[test].len();
+    // a sine has half of its amplitude's square
+    let shown = |one: usize, other: usize| {
+        let products = gains[one][test].iter().zip(&gains[other][test]).map(|(a, b)| a * b);
+        0.5 * products.sum::<f64>() / white_mm.powi(2).max(f64::MIN_POSITIVE)
+    };
+    let precision = DMatrix::from_fn(directions.len(), directions.len(), |one, other| {
+        shown(one, other) + if one == other { prior.powi(-2) } else { 0.0 }
+    });
+    let Some(covariance) = precision.cholesky().map(|factor| factor.inverse()) else { return Vec::new() };
+    let motion = |(k, outlet): (usize, &Outlet)| {
+        let variance = covariance[(k, k)];
+        let known = 1.0 - variance / prior.powi(2);
+        if known < LEAST_KNOWN {
+            return Motion { square: 0.0, weight: 0.0 };
+        }
+        let course = course(ground, parts, *outlet, test, rows);
+        let mean_square = course.iter().map(|value| value * value).sum::<f64>() / rows.max(1) as f64;
+        Motion { square: 2.0 * mean_square / known.powi(2), weight: known / variance }
+    };
+    directions.iter().enumerate().map(motion).collect()
+}
+
+/// Course of the motion along one direction in a test, summed over all parts, µm.
+fn course(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], outlet: Outlet, test: usize, rows: usize) -> Vec<f64> {
+    let mut course = vec![0.0; rows];
+    for (part, sizes) in parts {
+        let Ok(profiles) = ground.profiles(&part.effect) else { continue };
+        for (term, size) in part.terms.iter().zip(sizes) {
+            let Some(sign) = same_direction(ground, outlet, term.outlet, test) else { continue };
+            if term.test.is_none_or(|own| own == test) {
+                let profile = &profiles[term.function][test];
+                course.iter_mut().zip(profile).for_each(|(sum, value)| *sum += sign * size * value);
+            }
+        }
+    }
+    course
+}
+
+/// Sign with which an outlet moves the readings of a test as another one does, if it does.
+fn same_direction(ground: &Ground, one: Outlet, other: Outlet, test: usize) -> Option<f64> {
+    if one == other {
+        return Some(1.0);
+    }
+    let (one, other) = (ground.gains(&one), ground.gains(&other));
+    let (one, other) = (one.get(test)?, other.get(test)?);
+    let product: f64 = one.iter().zip(other).map(|(a, b)| a * b).sum();
+    let largest = one.iter().map(|a| a * a).sum::<f64>().max(other.iter().map(|b| b * b).sum());
+    (one.len() == other.len() && product.abs() > (1.0 - ONE_DIRECTION) * largest).then(|| product.signum())
+}
+
+/// Fall of the weighted squares from which a test shows what the lead has no part in.
+const UNSEEN: f64 = 100.0;
+
+/// Whether a vibration moves tests that another one of its line, along one direction, cannot move: by what both were judged
+/// with.
+pub(super) fn moves_elsewhere(wider: &Candidate, lead: &Candidate, noise: &[NoiseModel]) -> bool {
+    let squares = |candidate: &Candidate, test: usize, sizes: &dyn Fn(usize) -> f64| -> f64 {
+        let mut rows: Vec<f64> = Vec::new();
+        for (k, column) in candidate.columns.iter().enumerate() {
+            let column = &column.by_test[test];
+            rows.resize(rows.len().max(column.len()), 0.0);
+            rows.iter_mut().zip(column).for_each(|(sum, value)| *sum += sizes(k) * value);
+        }
+        rows.iter().map(|value| value * value).sum::<f64>() / noise[test].white_mm.powi(2).max(f64::MIN_POSITIVE)
+    };
+    let unseen = |test: &usize| squares(lead, *test, &|_| lead.judgement.tau) < 1.0;
+    let shown: f64 =
+        (0..noise.len()).filter(unseen).map(|test| squares(wider, test, &|k| wider.judgement.amplitudes[k])).sum();
+    shown > UNSEEN
+}
