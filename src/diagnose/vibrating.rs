@@ -39,8 +39,8 @@ pub(super) fn size_together(
     }
     let prior = parts.iter().map(|(part, _)| part.judgement.tau).fold(1.0, f64::max);
     let mut sums = vec![(0.0, 0.0); directions.len()];
-    for test in 0..ground.tests() {
-        let motions = motions(ground, parts, (noise[test].white_mm, prior), &directions, test);
+    for (test, noise) in noise.iter().enumerate() {
+        let motions = motions(ground, parts, (noise.white_mm, prior), &directions, test);
         for ((squares, weights), motion) in sums.iter_mut().zip(motions) {
             *squares += motion.weight * motion.square;
             *weights += motion.weight;
