@@ -191,3 +191,35 @@ fn a_vibration_is_told_by_its_own_frequency_where_every_rate_shows_another() {
     let size = &finding.size;
     assert!((size.value - size_um).abs() < 0.1 * size_um, "{} ± {}", size.value, size.sigma);
 }
+
+#[test]
+fn what_jumps_where_an_axis_passes_is_no_ball_that_slips() {
+    let session = gallery("08-out-of-sight");
+    let c = session.machine.axis_index("C").expect("C");
+    // C lifts by 8 µm between -70 and 20 degrees, and does so 4 degrees late both ways
+    let table = |driver: &str, course: [(f64, f64); 8]| {
+        let knots = course.iter().map(|(q, _)| *q).collect();
+        let table = Effect::new("table", Place::Axis(c))
+            .with("driver", ParameterValue::Word(driver.into()))
+            .with("of", ParameterValue::Word("C".into()))
+            .with("knots", ParameterValue::List(knots));
+        let outlet = Outlet::Motion { axis: c, component: Component::EZ };
+        let sizes = course.iter().enumerate();
+        sizes.fold(table, |table, (k, (_, lift))| table.size(outlet, &format!("k{}", k + 1), 8e-3 * lift))
+    };
+    let edges = [-75.0, -73.0, -67.0, -65.0, 15.0, 17.0, 23.0, 25.0];
+    let over = |values: [f64; 8]| -> [(f64, f64); 8] { std::array::from_fn(|k| (edges[k], values[k])) };
+    let both_ways = table("position", over([0.0, 0.5, 0.5, 1.0, 1.0, 0.5, 0.5, 0.0]));
+    let by_way = table("direction", over([0.0, -0.5, -0.5, 0.0, 0.0, 0.5, 0.5, 0.0]));
+    let findings =
+        diagnose(&recorded(session, vec![both_ways, by_way]), &Options::default()).expect("diagnosis").findings;
+    assert!(!findings.is_empty());
+    for finding in &findings {
+        assert!(
+            !finding.cause.effect.ends_with("-slip"),
+            "{:?}",
+            findings.iter().map(|f| &f.cause).collect::<Vec<_>>()
+        );
+        assert_eq!(finding.cause.place, "C");
+    }
+}

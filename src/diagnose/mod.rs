@@ -30,6 +30,7 @@ mod pose_search;
 mod preflight;
 mod proof;
 mod pulls;
+mod recurring;
 mod refining;
 mod refit;
 mod screening;
@@ -140,6 +141,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         noise: &floors[1],
     };
     propose(&layout, &search, &mut told.findings);
+    recurring::tell_as_one(&fine, &mut told.findings, &mut proof);
     // a fast effect in every recording counted as noise as long as it was not known
     let noise_um = match fine.has_sweeps() && data_fault.is_none() {
         true => 1e3 * floor::noise_left_mm(&fine, &told.left_mm).min(told.rms_mm(&fine)),

@@ -73,6 +73,9 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
     }
 }
 
+/// Jumps further apart in time are no single one that creeps, s.
+const ONE_JUMP_S: f64 = 30.0;
+
 /// What the size measures, after the number: `to each side of every reversal`.
 fn measures(effect: &str, meaning: &str) -> String {
     match effect {
@@ -83,6 +86,7 @@ fn measures(effect: &str, meaning: &str) -> String {
         "straightness" => "at its highest".into(),
         "reversal-spike" => "at the largest".into(),
         "gravity-sag" => "per g".into(),
+        "unknown" if ["surest of", "rms of"].iter().any(|other| meaning.starts_with(other)) => meaning.into(),
         "unknown" => "to each side of its mean".into(),
         "squareness" | "linear-scale" | "pivot-slip" | "ball-slip" => String::new(),
         "servo-lag" => "behind the others".into(),
@@ -119,6 +123,10 @@ pub fn time_words(seconds: f64) -> String {
 /// The shape of an effect from its parameters, in units of files; empty when there is nothing to say.
 pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     let Some(lead) = effects.first() else { return String::new() };
+    let times: Vec<f64> = effects.iter().filter_map(|effect| effect.number("time")).collect();
+    if effects.len() > 1 && times.len() == effects.len() && times.iter().any(|t| (t - times[0]).abs() > ONE_JUMP_S) {
+        return format!("{} jumps, some at one place of the axis", effects.len());
+    }
     let axis = lead.place.axis();
     let is_position = |name: &str| {
         kind(&lead.kind).is_some_and(|kind| {
