@@ -521,6 +521,56 @@ fn a_part_follows_the_temperature_with_its_lag() {
 }
 
 #[test]
+fn missing_temperatures_lie_between_their_neighbours() {
+    let mut session = sweeps([31, 31]);
+    session.tests[1].started_at_s = 9.0;
+    let z = session.machine.axis_index("Z").unwrap();
+    let felt = |session: &Session, lag_s: f64| {
+        let effect = Effect::new("thermal-growth", Place::Axis(z))
+            .with("channel", ParameterValue::Word("temperature_degC".into()))
+            .with("lag", ParameterValue::Number(lag_s));
+        profile(session, &effect)
+    };
+    let whole = felt(&session, 7.0);
+    let mut gappy = session.clone();
+    for test in &mut gappy.tests {
+        let (_, read) = &mut test.recording.as_mut().unwrap().channels[0];
+        // it rises evenly: nothing is lost between a first and a last reading
+        (1..30).filter(|row| row % 4 != 0).for_each(|row| read[row] = f64::NAN);
+    }
+    let found = felt(&gappy, 7.0);
+    for (found, whole) in found.iter().flatten().zip(whole.iter().flatten()) {
+        assert!((found - whole).abs() < 1e-9, "{found} for {whole}");
+    }
+    // a test that no thermometer read lies on the bridge, and the clock does not turn back behind it
+    let mut unread = session.clone();
+    for (name, started_at_s) in [("third", 21.0), ("fourth", 33.0)] {
+        let mut test = session.tests[1].clone();
+        (test.name, test.started_at_s) = (name.into(), started_at_s);
+        unread.tests.push(test);
+    }
+    let mut steady = unread.clone();
+    for session in [&mut unread, &mut steady] {
+        for (test, degrees) in session.tests.iter_mut().zip([20.0, 21.0, 21.0, 21.0]) {
+            test.recording.as_mut().unwrap().channels[0].1.iter_mut().for_each(|read| *read = degrees);
+        }
+    }
+    // from the second one on the air stands still, whether it is read or not
+    unread.tests[1].recording.as_mut().unwrap().channels[0].1[1..30].iter_mut().for_each(|read| *read = f64::NAN);
+    unread.tests[2].recording.as_mut().unwrap().channels[0].1.iter_mut().for_each(|read| *read = f64::NAN);
+    for (found, whole) in felt(&unread, 7.0).iter().flatten().zip(felt(&steady, 7.0).iter().flatten()) {
+        assert!((found - whole).abs() < 1e-9, "{found} for {whole}");
+    }
+    // poses have no times: every reading stays in its row
+    let mut poses = sweeps([31, 31]);
+    as_poses(&mut poses);
+    poses.tests[0].recording.as_mut().unwrap().channels[0].1[1] = f64::NAN;
+    let found = felt(&poses, 0.0);
+    assert_eq!(found[0][1], found[0][0]);
+    assert!((found[0][30] - 0.3).abs() < 1e-12, "{}", found[0][30]);
+}
+
+#[test]
 fn a_part_out_of_balance_settles_from_the_first_reading_on() {
     let mut session = sweeps([31, 31]);
     session.tests.iter_mut().for_each(|test| test.started_at_s += 500.0);

@@ -131,7 +131,7 @@ pub(super) fn growth(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], cause: &
 /// Growth from the ends of its course: from the session's beginning, where it is zero by form; how a part left its first
 /// state before the first reading is known to nobody.
 fn grown((low, high): (f64, f64), settles: bool) -> f64 {
-    if settles { high - low } else { high.max(0.0) - low.min(0.0) }
+    if settles { range((low, high)) } else { high.max(0.0) - low.min(0.0) }
 }
 
 /// Course of every motion over the readings, summed over the shapes (display units).

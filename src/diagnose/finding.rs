@@ -1,5 +1,6 @@
 //! Accepted effects to findings: how large they are, where and how surely they act. Grouping and names stand beside it.
 
+use super::choosing::directions;
 use super::found::{Candidate, Found, Search};
 use super::ground::{Ground, Term, display};
 use super::grouping::groups;
@@ -97,7 +98,7 @@ pub fn findings(
     stage: &Stage,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search);
+    let groups = groups(search, &super::spectrum::rates(ground));
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -193,7 +194,8 @@ fn finding(
     let mut size = super::size::size_of(ground, &lead.chosen, &cause, stage, covariance, &parts);
     // a vibration that wanders between neighbouring frequencies is the sum of all of them
     let vibrating = with_sizes(search, group, first_column, stage, "vibration");
-    if vibrating.len() > 1 && cause.effect == "vibration" {
+    let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
+    if vibrating.len() > 1 && cause.effect == "vibration" && !is_sure {
         size = super::vibrating::size_together(ground, &vibrating, &search.noise_after, size);
     }
     let without_own = || {
@@ -232,6 +234,10 @@ fn finding(
         rms_um,
     }
 }
+
+/// Uncertainty, as a share, up to which a vibration in several directions has the size of its first part: what wanders is
+/// little, and may be told in directions that hardly show it.
+const SURE_SIZE: f64 = 0.1;
 
 /// The parts of a finding that are effects of a kind, with their sizes (display units).
 fn with_sizes<'s>(

@@ -5,10 +5,12 @@ use super::naming::{candidate_driver, driver_class};
 use crate::effects::Driver;
 
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
-pub(super) fn groups(search: &Search) -> Vec<Vec<usize>> {
+///
+/// `rates_hz` are those of the tests: what one frequency shows at each of them is one vibration.
+pub(super) fn groups(search: &Search, rates_hz: &[f64]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, found) in search.found.iter().enumerate() {
-        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found);
+        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found, rates_hz);
         match groups.iter_mut().find(|group| joins(group)) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
@@ -21,7 +23,7 @@ pub(super) fn groups(search: &Search) -> Vec<Vec<usize>> {
 }
 
 /// Whether an effect belongs to what an effect taken before it tells.
-fn belongs(lead: &Found, found: &Found) -> bool {
+fn belongs(lead: &Found, found: &Found, rates_hz: &[f64]) -> bool {
     let same_place = lead.chosen.effect.place == found.chosen.effect.place
         && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
     let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
@@ -31,7 +33,7 @@ fn belongs(lead: &Found, found: &Found) -> bool {
     let moves = |found: &Found| matches!(candidate_driver(&found.chosen), Driver::Position | Driver::Direction);
     let is_drawn_on = lead.chosen.is_free() && moves(lead) && moves(found);
     let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain) || is_drawn_on;
-    same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found)
+    same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found, rates_hz)
 }
 
 /// Jumps further apart in time are two, s; a jump that creeps may be told in two steps.
@@ -114,12 +116,17 @@ fn join_rests(search: &Search, groups: &mut Vec<Vec<usize>>) {
 /// Frequencies nearer than this, as a share of them, are one vibration.
 const ONE_LINE: f64 = 0.03;
 
-/// Vibrations of one frequency are one that wanders, wherever the rest of it seems to act.
-fn is_same_line(one: &Found, other: &Found) -> bool {
+/// Vibrations of one frequency, or of what most rates show of it, are one that wanders, wherever the rest of it seems to act.
+fn is_same_line(one: &Found, other: &Found, rates_hz: &[f64]) -> bool {
     let frequency =
         |found: &Found| found.chosen.effect.number("frequency").filter(|_| found.chosen.effect.kind == "vibration");
     match (frequency(one), frequency(other)) {
-        (Some(one), Some(other)) => (one - other).abs() < ONE_LINE * one,
+        (Some(one), Some(other)) => {
+            let is_near = |one: f64, other: f64| (one - other).abs() < ONE_LINE * one;
+            let shown = |hz: f64, rate: f64| (hz - rate * (hz / rate).round()).abs();
+            let alike = rates_hz.iter().filter(|&&rate| is_near(shown(one, rate), shown(other, rate))).count();
+            is_near(one, other) || 2 * alike > rates_hz.len()
+        }
         _ => false,
     }
 }

@@ -126,10 +126,11 @@ fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate
         return best;
     }
     let cost = best.judgement.log_evidence - best.log_odds;
-    let states = |effect: &Effect| effect.parameter("heat").is_some() || effect.parameter("channel").is_some();
+    let lags = |effect: &&Effect| effect.number("lag").is_some_and(|lag| lag > 0.0);
+    let may_begin_warm = |effect: &&Effect| effect.parameter("heat").is_some() || lags(effect);
     // what looked like a short lag, or like two nodes, may be a longer lag of a part that was out of balance
-    let lagging = family.grid.iter().filter(|effect| effect.number("lag").is_some_and(|lag| lag > 0.0));
-    let trials = std::iter::once(&best.effect).filter(|effect| states(effect)).chain(lagging).filter_map(|effect| {
+    let lagging = family.grid.iter().filter(lags);
+    let trials = std::iter::once(&best.effect).filter(may_begin_warm).chain(lagging).filter_map(|effect| {
         let warm = effect.clone().with("begins", ParameterValue::Word(WARM.into()));
         judged(stage, family, best.family, warm, cost, &mut LastShape::default())
     });

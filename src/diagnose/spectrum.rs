@@ -50,18 +50,25 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
     chosen.into_iter().map(|(k, prominence)| Line { hz: frequency(k), prominence }).collect()
 }
 
+/// Readings per second of the tests that are long enough for a spectrum.
+pub fn rates(ground: &Ground) -> Vec<f64> {
+    let traces = (0..ground.tests()).filter_map(|test| Trace::of(ground, &ground.residual_mm, test));
+    traces.map(|trace| 1.0 / trace.step_s).collect()
+}
+
 /// Ratio of two sampling rates from which they are two.
 const OTHER_RATE: f64 = 1.1;
-/// Highest frequency that is looked for where there are several rates, in units of the highest one.
-const HIGHEST_ALIAS: f64 = 0.95;
+/// Highest frequency that is looked for where there are several rates, in units of the highest one, and in Hz.
+const HIGHEST_ALIAS: f64 = 1.5;
+const HIGHEST_HZ: f64 = 60.0;
 /// Frequencies by which a line may lie elsewhere from trace to trace: its phase wanders.
 const WANDERS: usize = 2;
 /// Steps by which a line is looked up between two frequencies.
 const FINER: usize = 8;
 
-/// Frequencies that all traces together may be aliases of, the loudest first; none where all are sampled at one rate, which
-/// does not show which alias is the true frequency.
-pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<f64> {
+/// Frequencies that all traces together may be aliases of, the loudest first, and those of which one of `lines` is one; none where all
+/// are sampled at one rate, which does not show which alias is the true frequency.
+pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>], lines: &[f64]) -> Vec<f64> {
     let traces: Vec<Trace> = (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect();
     let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
     let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
@@ -70,7 +77,7 @@ pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<f64> {
         return Vec::new();
     }
     // from where the slowest one folds to the first fold of the finest one and beyond
-    let (lowest, highest) = (0.5 / slowest, HIGHEST_ALIAS / finest);
+    let (lowest, highest) = (0.5 / slowest, (HIGHEST_ALIAS / finest).min(HIGHEST_HZ).max(0.48 / finest));
     let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
     let frequency = |place: f64| lowest + (highest - lowest) * place / count as f64;
     let mut loudness = vec![0.0; count];
@@ -83,9 +90,17 @@ pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| loudness[*b].total_cmp(&loudness[*a]));
     let mut chosen: Vec<usize> = Vec::new();
+    // one that the highest rate shows as a lower frequency, and all others as well, is told by that one
+    let is_new = |hz: f64| {
+        let lower = (hz - (hz * finest).round() / finest).abs();
+        traces.iter().any(|trace| (trace.cycles(hz) - trace.cycles(lower)).abs() > LEAST_CYCLES) || lower == hz
+    };
+    let is_fast = |hz: f64| is_new(hz) && traces.iter().all(|trace| trace.cycles(hz) > LEAST_CYCLES);
     for k in order {
-        let is_fast = traces.iter().all(|trace| trace.cycles(frequency(k as f64)) > LEAST_CYCLES);
-        if is_fast && chosen.iter().all(|other| other.abs_diff(k) > 2 * WANDERS) {
+        if chosen.len() < MOST_ALIASES
+            && is_fast(frequency(k as f64))
+            && chosen.iter().all(|other| other.abs_diff(k) > 2 * WANDERS)
+        {
             chosen.push(k);
         }
     }
@@ -96,8 +111,35 @@ pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<f64> {
         let loudest = places.map(|hz| (hz, total(hz))).max_by(|a, b| a.1.total_cmp(&b.1));
         loudest.map_or(frequency(k as f64), |(hz, _)| hz)
     };
-    chosen.into_iter().take(MOST_ALIASES).map(sharpened).collect()
+    let mut rates: Vec<f64> = Vec::new();
+    for rate in traces.iter().map(|trace| 1.0 / trace.step_s) {
+        if rates.iter().all(|other| (rate / other - 1.0).abs() > SAME_RATE) {
+            rates.push(rate);
+        }
+    }
+    let multiples = rates.iter().flat_map(|rate| (1..=MOST_FOLDS).map(move |fold| f64::from(fold) * rate));
+    // in a line's own band it is seen best
+    let step = 0.5 / longest / FINER as f64;
+    let in_band = |hz: &f64| {
+        let near = (0..=4 * FINER).map(|j| hz + step * (j as f64 - 2.0 * FINER as f64));
+        let power = |hz: f64| traces.iter().map(|trace| trace.power(hz)).sum::<f64>();
+        let best = near.map(|hz| (hz, power(hz))).max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(*hz, |(hz, _)| hz)
+    };
+    let shown: Vec<f64> = lines.iter().map(in_band).collect();
+    let folded = shown.iter().flat_map(|hz| multiples.clone().flat_map(move |rate| [rate - hz, rate + hz]));
+    let mut folded: Vec<(f64, f64)> =
+        folded.filter(|hz| (lowest..highest).contains(hz) && is_fast(*hz)).map(|hz| (hz, total(hz))).collect();
+    folded.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let folded = folded.into_iter().take(MOST_ALIASES).map(|(hz, _)| hz);
+    // as sharp as they are their aliases
+    chosen.into_iter().map(sharpened).chain(folded).chain(shown).collect()
 }
+
+/// Share by which the rates of two traces may differ and be one.
+const SAME_RATE: f64 = 0.01;
+/// How often a frequency may be folded at a sampling rate.
+const MOST_FOLDS: u32 = 3;
 
 /// Most frequencies that are told of those that aliases may have.
 const MOST_ALIASES: usize = 3;
@@ -134,9 +176,9 @@ impl Trace {
         let mut steps: Vec<f64> = rows.windows(2).map(|rows| time[rows[1]] - time[rows[0]]).collect();
         steps.sort_by(f64::total_cmp);
         let median_s = steps[steps.len() / 2];
-        let mean_s = (time[rows[rows.len() - 1]] - time[rows[0]]) / (rows.len() - 1) as f64;
-        // few missing rows leave the mean as it is, held-out ones do not
-        let step_s = if mean_s < GAP * median_s { mean_s } else { median_s };
+        // from row to row without gaps: those would make the steps longer than they are
+        let whole: Vec<f64> = steps.into_iter().filter(|step| *step < GAP * median_s).collect();
+        let step_s = if whole.is_empty() { median_s } else { whole.iter().sum::<f64>() / whole.len() as f64 };
         let whole = rows.windows(3).filter(|rows| time[rows[2]] - time[rows[0]] < 2.0 * GAP * step_s);
         let second = |rows: &[usize]| residual[rows[1]] - 0.5 * (residual[rows[0]] + residual[rows[2]]);
         let (time_s, value): (Vec<f64>, Vec<f64>) = whole.map(|rows| (time[rows[1]], second(rows))).unzip();

@@ -66,11 +66,21 @@ fn average(recording: &mut Recording, groups: &[Range<usize>], kept: &[bool]) {
             })
             .collect()
     };
+    // a thermometer may be read less often than the bar
+    let mean_read = |column: &[f64]| -> Vec<f64> {
+        groups
+            .iter()
+            .map(|group| {
+                let read: Vec<f64> = column[group.clone()].iter().copied().filter(|value| value.is_finite()).collect();
+                if read.is_empty() { f64::NAN } else { read.iter().sum::<f64>() / read.len() as f64 }
+            })
+            .collect()
+    };
     if let Clock::TimeS(time) = &recording.clock {
         recording.clock = Clock::TimeS(mean(time));
     }
     recording.positions = recording.positions.iter().map(|column| mean(column)).collect();
-    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), mean(column))).collect();
+    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), mean_read(column))).collect();
     recording.length_mm = mean(&recording.length_mm);
     recording.leading_texts.clear();
 }

@@ -47,7 +47,7 @@ pub(super) fn size_together(
         }
     }
     let seen = || sums.iter().filter(|(_, weights)| *weights > 0.0);
-    let value = seen().map(|(squares, weights)| squares / weights).sum::<f64>().sqrt();
+    let value = seen().map(|(squares, weights)| (squares / weights).max(0.0)).sum::<f64>().sqrt();
     let variance: f64 = seen().map(|(_, weights)| 1.0 / weights).sum();
     if value <= 0.0 {
         return lead;
@@ -83,7 +83,8 @@ fn motions(
         }
         let course = course(ground, parts, *outlet, test, rows);
         let mean_square = course.iter().map(|value| value * value).sum::<f64>() / rows.max(1) as f64;
-        Motion { square: 2.0 * mean_square / known.powi(2), weight: known / variance }
+        // noise alone has a square as well, of a cosine and of a sine
+        Motion { square: 2.0 * mean_square / known.powi(2) - 2.0 * variance / known, weight: known / variance }
     };
     directions.iter().enumerate().map(motion).collect()
 }
@@ -94,11 +95,12 @@ fn course(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], outlet: Outlet, tes
     for (part, sizes) in parts {
         let Ok(profiles) = ground.profiles(&part.effect) else { continue };
         for (term, size) in part.terms.iter().zip(sizes) {
-            let Some(sign) = same_direction(ground, outlet, term.outlet, test) else { continue };
-            if term.test.is_none_or(|own| own == test) {
-                let profile = &profiles[term.function][test];
-                course.iter_mut().zip(profile).for_each(|(sum, value)| *sum += sign * size * value);
+            if term.test.is_some_and(|own| own != test) {
+                continue;
             }
+            let Some(sign) = same_direction(ground, outlet, term.outlet, test) else { continue };
+            let profile = &profiles[term.function][test];
+            course.iter_mut().zip(profile).for_each(|(sum, value)| *sum += sign * size * value);
         }
     }
     course

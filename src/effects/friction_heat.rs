@@ -20,7 +20,7 @@ pub(super) enum Source {
 /// Warmth of a node with this time constant at every row, 1 where the source has run at its stated speed for long.
 ///
 /// `τ dW/dt = |v| / v_stated − W`, summed over the axes of the source; cold when the session begins, and without heat
-/// between tests, whose moves no recording shows. A node of a warmth begins the session with it, and counts from there.
+/// between tests, whose moves no recording shows. A node of a warmth has it at session time 0, and counts from there.
 /// Friction that does not depend on speed gives heat in proportion to it.
 pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64, warmth: f64) -> Profile {
     let axes = &context.machine().axes;
@@ -35,9 +35,9 @@ pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64, warmt
         })
         .collect();
     let mut profile = vec![Vec::new(); context.tests()];
-    // cold before the first test, whatever its clock says
     let began_with = warmth;
-    let (mut warmth, mut at_s) = (0.0, f64::NEG_INFINITY);
+    // at session time 0
+    let (mut warmth, mut at_s) = (began_with, 0.0);
     for &test in context.order() {
         let motion = context.motion(test);
         let moving: Vec<(usize, f64)> =
@@ -57,7 +57,7 @@ pub(super) fn friction_heat(context: &Context, source: Source, tau_s: f64, warmt
                 let kept = (-passed_s / tau_s).exp();
                 warmth = warmth * kept + heat * (1.0 - kept);
                 at_s = now_s;
-                warmth + began_with * (-now_s.max(0.0) / tau_s).exp_m1()
+                warmth - began_with
             })
             .collect();
     }

@@ -114,6 +114,8 @@ pub enum EffectError {
     UnknownKind { found: String, known: String },
     #[error("{effect}: the recording of test '{test}' has no column '{channel}'; its further columns are: {found}")]
     NoChannel { effect: String, test: String, channel: String, found: String },
+    #[error("{effect}: column '{channel}' has no reading in any test; name another one, or leave the effect out")]
+    EmptyChannel { effect: String, channel: String },
     #[error("{effect}: no link is called '{link}'; links are {known}")]
     NoLink { effect: String, link: String, known: String },
     #[error("{effect}: no axis drives it; say 'of: ' with one of {known}")]

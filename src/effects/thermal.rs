@@ -144,12 +144,19 @@ pub static BAR_LENGTH: Kind = Kind {
     profiles: bar_profiles,
 };
 
-/// Friction has a clock of its own, and only a part that it heats may begin warm.
+/// Friction has a clock of its own; only a part that it heats, or that lags behind a channel, may begin warm.
 fn heat_stands_alone(_: &Machine, effect: &Effect) -> Result<(), String> {
-    let heated = !matches!(word(effect, "heat"), None | Some("steady"));
+    let heated = is_heated(effect);
     let follows = word(effect, "channel").is_some();
-    if word(effect, "begins") == Some(WARM) && !heated && !follows {
-        return Err("'begins: warm' goes with 'heat: own', 'slides' or 'rotary', or with a 'channel'".into());
+    let is_warm = word(effect, "begins") == Some(WARM);
+    if is_warm && !heated && !(follows && lags(effect)) {
+        return Err(
+            "'begins: warm' goes with 'heat: own', 'slides' or 'rotary', or with a 'channel' and a 'lag' above 0"
+                .into(),
+        );
+    }
+    if is_warm && effect.number("warmth").is_some() {
+        return Err("'warmth' says how warm all nodes are, 'begins: warm' leaves it to each: one of them".into());
     }
     if effect.number("warmth").is_some() && !heated {
         return Err("'warmth' goes with 'heat: own', 'slides' or 'rotary'".into());
@@ -164,6 +171,14 @@ fn heat_stands_alone(_: &Machine, effect: &Effect) -> Result<(), String> {
     }
 }
 
+fn is_heated(effect: &Effect) -> bool {
+    !matches!(word(effect, "heat"), None | Some("steady"))
+}
+
+fn lags(effect: &Effect) -> bool {
+    effect.number("lag").is_some_and(|lag| lag > 0.0)
+}
+
 fn measure(machine: &Machine, outlet: &Outlet, function: &str) -> Measure {
     match (outlet.measure(machine), function) {
         (Measure::Angle, KELVIN) => Measure::AnglePerKelvin,
@@ -176,12 +191,12 @@ fn growth_functions(effect: &Effect) -> Vec<String> {
     let nodes = 1..=list(effect, "tau").len();
     let mut names: Vec<String> = nodes.clone().map(|k| format!("growth{k}")).collect();
     let warm = word(effect, "begins") == Some(WARM);
-    if warm {
+    if warm && is_heated(effect) {
         names.extend(nodes.map(|k| format!("settle{k}")));
     }
     if word(effect, "channel").is_some() {
         names.push(KELVIN.into());
-        names.extend(warm.then(|| SETTLE.into()));
+        names.extend((warm && lags(effect)).then(|| SETTLE.into()));
     }
     names
 }
@@ -210,13 +225,13 @@ fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile
     let nodes = list(effect, "tau");
     let mut profiles: Vec<Profile> = nodes.iter().map(node).collect();
     let warm = word(effect, "begins") == Some(WARM);
-    if warm {
+    if warm && is_heated(effect) {
         profiles.extend(nodes.iter().map(|tau| steady(*tau)));
     }
     if let Some(channel) = word(effect, "channel") {
         let felt = warming(context, kind.name, channel, kind.number(context, effect, "lag"))?;
         profiles.push(felt.kelvin);
-        profiles.extend(warm.then_some(felt.settled));
+        profiles.extend((warm && lags(effect)).then_some(felt.settled));
     }
     Ok(profiles)
 }

@@ -17,7 +17,7 @@ pub static VIBRATION: Kind = Kind {
     formula: "E = a cos 2 pi f t + b sin 2 pi f t",
     size_meaning: "amplitude",
     cause: "pump, fan, hydraulic unit or a resonance of axis or spindle",
-    remedy: "find the source of that frequency by switching units off, isolate or damp it, damp the control loop",
+    remedy: "find the source of that frequency, or of a multiple of the rate of the readings plus or minus it, by switching units off, isolate or damp it, damp the control loop",
     parameters: &[
         Parameter::number("frequency", ParameterUnit::Plain, Default::Required, (1e-4, 1e5), "frequency, Hz"),
         Parameter::word(

@@ -1,7 +1,7 @@
 //! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
 
 use super::diagnosis::{FindingJson, RangeJson, RivalJson, SizeJson};
-use crate::effects::{OWN, ROTARY, SLIDES, kind};
+use crate::effects::{OWN, ROTARY, SLIDES, WARM, kind};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
 
 /// A number with the digits that its uncertainty leaves.
@@ -196,7 +196,7 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         };
         words.extend(source.map(|source| format!("heated by {source}")));
     }
-    let begins_warm = lead.parameter("begins").is_some();
+    let begins_warm = matches!(lead.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM);
     if begins_warm && lead.parameter("channel").is_none() {
         words.push("warm from work before the session".into());
     }

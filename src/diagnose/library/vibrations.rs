@@ -11,8 +11,9 @@ const PEAKS: usize = 4;
 /// Frequencies at which the traces together have the most power, tried as vibration of ball and joints.
 pub(super) fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
-    let shown = lines(ground, &ground.residual_mm).into_iter().take(PEAKS).map(|line| line.hz);
-    let lines: Vec<f64> = shown.chain(aliased(ground, &ground.residual_mm)).collect();
+    let mut lines: Vec<f64> = lines(ground, &ground.residual_mm).into_iter().take(PEAKS).map(|line| line.hz).collect();
+    let aliases = aliased(ground, &ground.residual_mm, &lines);
+    lines.extend(aliases);
     if lines.is_empty() {
         return;
     }
