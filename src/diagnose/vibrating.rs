@@ -118,23 +118,36 @@ fn same_direction(ground: &Ground, one: Outlet, other: Outlet, test: usize) -> O
     (one.len() == other.len() && product.abs() > (1.0 - ONE_DIRECTION) * largest).then(|| product.signum())
 }
 
-/// Fall of the weighted squares from which a test shows what the lead has no part in.
+/// Fall of the weighted squares from which a test shows what the lead has no part in, and the least loudness there, as a share
+/// of the lead's own: a vibration along one direction shakes the others a little.
 const UNSEEN: f64 = 100.0;
+const UNSEEN_SHARE: f64 = 0.12;
 
 /// Whether a vibration moves tests that another one of its line, along one direction, cannot move: by what both were judged
 /// with.
 pub(super) fn moves_elsewhere(wider: &Candidate, lead: &Candidate, noise: &[NoiseModel]) -> bool {
-    let squares = |candidate: &Candidate, test: usize, sizes: &dyn Fn(usize) -> f64| -> f64 {
+    // sum of squares over the rows of a test, mm², and rows
+    let squares = |candidate: &Candidate, test: usize, sizes: &dyn Fn(usize) -> f64| -> (f64, usize) {
         let mut rows: Vec<f64> = Vec::new();
         for (k, column) in candidate.columns.iter().enumerate() {
             let column = &column.by_test[test];
             rows.resize(rows.len().max(column.len()), 0.0);
             rows.iter_mut().zip(column).for_each(|(sum, value)| *sum += sizes(k) * value);
         }
-        rows.iter().map(|value| value * value).sum::<f64>() / noise[test].white_mm.powi(2).max(f64::MIN_POSITIVE)
+        (rows.iter().map(|value| value * value).sum(), rows.len())
     };
-    let unseen = |test: &usize| squares(lead, *test, &|_| lead.judgement.tau) < 1.0;
-    let shown: f64 =
-        (0..noise.len()).filter(unseen).map(|test| squares(wider, test, &|k| wider.judgement.amplitudes[k])).sum();
-    shown > UNSEEN
+    let white = |test: usize| noise[test].white_mm.powi(2).max(f64::MIN_POSITIVE);
+    let (mut shown, mut elsewhere, mut own) = (0.0, (0.0, 0), (0.0, 0));
+    for test in 0..noise.len() {
+        if squares(lead, test, &|_| lead.judgement.tau).0 < white(test) {
+            let (sum, rows) = squares(wider, test, &|k| wider.judgement.amplitudes[k]);
+            shown += sum / white(test);
+            elsewhere = (elsewhere.0 + sum, elsewhere.1 + rows);
+        } else {
+            let (sum, rows) = squares(lead, test, &|k| lead.judgement.amplitudes[k]);
+            own = (own.0 + sum, own.1 + rows);
+        }
+    }
+    let loudness = |(sum, rows): (f64, usize)| (sum / rows.max(1) as f64).sqrt();
+    shown > UNSEEN && loudness(elsewhere) > UNSEEN_SHARE * loudness(own)
 }
