@@ -22,7 +22,7 @@ const ONE_LINE: usize = 3;
 /// Lines of the power spectrum in time, summed over all traces, the most prominent first; the trend of neighbouring rows is
 /// taken off before.
 pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
-    let traces: Vec<Trace> = (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect();
+    let traces = traces(ground, residual_mm);
     let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
     let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
     if traces.is_empty() || longest <= 0.0 {
@@ -52,8 +52,12 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
 
 /// Readings per second of the tests that are long enough for a spectrum.
 pub fn rates(ground: &Ground) -> Vec<f64> {
-    let traces = (0..ground.tests()).filter_map(|test| Trace::of(ground, &ground.residual_mm, test));
-    traces.map(|trace| 1.0 / trace.step_s).collect()
+    traces(ground, &ground.residual_mm).iter().map(|trace| 1.0 / trace.step_s).collect()
+}
+
+/// Traces of the tests that are long enough for a spectrum.
+fn traces(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
+    (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect()
 }
 
 /// Ratio of two sampling rates from which they are two.
@@ -69,7 +73,7 @@ const FINER: usize = 8;
 /// Frequencies that all traces together may be aliases of, the loudest first, and those of which one of `lines` is one; none where all
 /// are sampled at one rate, which does not show which alias is the true frequency.
 pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>], lines: &[f64]) -> Vec<f64> {
-    let traces: Vec<Trace> = (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect();
+    let traces = traces(ground, residual_mm);
     let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
     let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
     let slowest = traces.iter().map(|trace| trace.step_s).fold(0.0, f64::max);

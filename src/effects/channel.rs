@@ -42,9 +42,7 @@ pub(super) fn warming(context: &Context, effect: &str, channel: &str, lag_s: f64
     for &test in context.order() {
         for row in 0..context.motion(test).rows() {
             let at_s = context.session_time_s(test, row);
-            if knots.get(passed).is_some_and(|knot| knot.row.is_none()) {
-                passed += knots[passed..].iter().take_while(|knot| knot.row.is_none() && knot.at_s <= at_s).count();
-            }
+            passed += knots[passed..].iter().take_while(|knot| knot.row.is_none() && knot.at_s <= at_s).count();
             let is_read = |knot: &Knot| knot.row == Some((test, row));
             // what is left of a bridge ends where the test is read
             let bridge = knots[passed..].iter().take_while(|knot| knot.row.is_none()).count();
