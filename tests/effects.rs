@@ -879,3 +879,130 @@ fn wrong_entries_get_one_clear_message() {
         assert!(message.starts_with(&format!("m.yaml:{line}:")) && message.contains(says), "{entry}: {message}");
     }
 }
+
+#[test]
+fn a_clamp_lifts_over_its_stretch_later_on_the_way_back_and_in_its_time() {
+    let session = sweeps([241, 181]);
+    let c = session.machine.axis_index("C").unwrap();
+    let deg = |value: f64| ParameterValue::Number(value.to_radians());
+    let (from, to, late, rise_s) = (-3.3, 21.7, 2.6, 1.7);
+    let lift = Effect::new("clamp-lift", Place::Axis(c)).with("from", deg(from)).with("to", deg(to));
+    let lift = lift.with("hysteresis", deg(late)).with("rise", ParameterValue::Number(rise_s));
+    let found = profile(&session, &lift);
+    for (test, found) in found.iter().enumerate() {
+        // in small steps of time; a sweep passes both edges in one sense, half of the hysteresis late
+        let recording = session.tests[test].recording.as_ref().unwrap();
+        let time = recording.time_s().unwrap();
+        let at = |row: usize| recording.positions[c][row].to_degrees();
+        let sense = (at(found.len() - 1) - at(0)).signum();
+        let wanted = |q: f64| f64::from(u8::from((from..to).contains(&(q - sense * late / 2.0))));
+        let mut lifted = wanted(at(0));
+        assert_eq!(found[0], lifted);
+        let steps = 2000;
+        for row in 1..found.len() {
+            let dt = (time[row] - time[row - 1]) / f64::from(steps);
+            for step in 0..steps {
+                let share = (f64::from(step) + 0.5) / f64::from(steps);
+                lifted += dt / rise_s * (wanted(at(row - 1) + share * (at(row) - at(row - 1))) - lifted);
+            }
+            assert!((found[row] - lifted).abs() < 1e-3, "test {test} row {row}: {} for {lifted}", found[row]);
+        }
+        let (low, high) = found.iter().fold((1.0f64, 0.0f64), |(low, high), value| (low.min(*value), high.max(*value)));
+        assert!(low < 0.05 && high > 0.95, "{low} … {high}");
+    }
+}
+
+/// Unit vectors from a test's pivot to its spindle ball, in the frame of the pivot.
+fn bar_directions(session: &Session, test: usize) -> Vec<nalgebra::Vector3<f64>> {
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(session, &chain).unwrap();
+    let geometry = Geometry::nominal(&chain);
+    let (pivot, spindle) = session.tests[test].links(&chain).unwrap();
+    let motion = context.motion(test);
+    let row = |row: usize| {
+        let cup = geometry.pose(pivot, motion.row(row), None);
+        let ball = geometry.pose(spindle, motion.row(row), None).point(&session.tests[test].spindle_ball.at);
+        (cup.rotation.transpose() * (ball - cup.point(&session.tests[test].pivot.at))).normalize()
+    };
+    (0..motion.rows()).map(row).collect()
+}
+
+#[test]
+fn the_form_of_a_ball_is_what_spherical_harmonics_make_of_the_bars_direction() {
+    let session = walk(machines().remove(0));
+    let form = Effect::new("ball-form", Place::Pivot).with("degree", ParameterValue::Number(4.0));
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(&session, &chain).unwrap();
+    let kind = effects::kind("ball-form").unwrap();
+    let (names, profiles) = ((kind.functions)(&form), kind.shape(&context, &form).unwrap());
+    assert_eq!((names.len(), profiles.len()), (21, 21));
+    // in Cartesian form, to a factor: https://en.wikipedia.org/wiki/Table_of_spherical_harmonics#Real_spherical_harmonics
+    let known = |name: &str, x: f64, y: f64, z: f64| match name {
+        "y2-2" => x * y,
+        "y2-1" => y * z,
+        "y2+0" => 3.0 * z * z - 1.0,
+        "y2+1" => x * z,
+        "y2+2" => x * x - y * y,
+        "y3-3" => y * (3.0 * x * x - y * y),
+        "y3-2" => x * y * z,
+        "y3-1" => y * (5.0 * z * z - 1.0),
+        "y3+0" => 5.0 * z.powi(3) - 3.0 * z,
+        "y3+1" => x * (5.0 * z * z - 1.0),
+        "y3+2" => (x * x - y * y) * z,
+        "y3+3" => x * (x * x - 3.0 * y * y),
+        "y4-4" => x * y * (x * x - y * y),
+        "y4-3" => y * (3.0 * x * x - y * y) * z,
+        "y4-2" => x * y * (7.0 * z * z - 1.0),
+        "y4-1" => y * (7.0 * z.powi(3) - 3.0 * z),
+        "y4+0" => 35.0 * z.powi(4) - 30.0 * z * z + 3.0,
+        "y4+1" => x * (7.0 * z.powi(3) - 3.0 * z),
+        "y4+2" => (x * x - y * y) * (7.0 * z * z - 1.0),
+        "y4+3" => x * (x * x - 3.0 * y * y) * z,
+        "y4+4" => x * x * (x * x - 3.0 * y * y) - y * y * (3.0 * x * x - y * y),
+        other => panic!("{other}"),
+    };
+    // largest over the sphere, by a grid
+    let sphere = (0..=400).flat_map(|i| (0..800).map(move |j| (f64::from(i) / 200.0 - 1.0, f64::from(j) * 0.008)));
+    let sphere: Vec<[f64; 3]> = sphere
+        .map(|(z, turn)| {
+            let across = (1.0 - z * z).max(0.0).sqrt();
+            [across * turn.cos(), across * turn.sin(), z]
+        })
+        .collect();
+    for (name, profile) in names.iter().zip(&profiles) {
+        let largest = sphere.iter().map(|[x, y, z]| known(name, *x, *y, *z).abs()).fold(0.0, f64::max);
+        for test in 0..session.tests.len() {
+            for (value, u) in profile[test].iter().zip(bar_directions(&session, test)) {
+                let expected = known(name, u.x, u.y, u.z) / largest;
+                assert!((value - expected).abs() < 2e-3, "{name}: {value} for {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cup_sticks_until_the_bar_has_turned_in_it() {
+    let session = sweeps([121, 121]);
+    let sticks = Effect::new("cup-stiction", Place::SpindleBall).with("turned", ParameterValue::Number(4.0));
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(&session, &chain).unwrap();
+    let found = effects::kind("cup-stiction").unwrap().shape(&context, &sticks).unwrap().remove(0);
+    for (test, found) in found.iter().enumerate() {
+        // the spindle does not turn: the bar's angle at its ball is that seen from the machine
+        let seen = bar_directions(&session, test);
+        let positions = context.motion(test);
+        let c = session.machine.axis_index("C").unwrap();
+        let from_machine = |row: usize| {
+            let turn = nalgebra::Rotation3::from_axis_angle(&nalgebra::Vector3::z_axis(), positions.row(row)[c]);
+            turn * seen[row]
+        };
+        let mut turned = 0.0f64;
+        for row in 0..found.len() {
+            if row > 0 {
+                turned += from_machine(row).dot(&from_machine(row - 1)).min(1.0).acos().to_degrees();
+            }
+            assert!((found[row] - (-turned / 4.0).exp()).abs() < 1e-6, "{} at {turned} deg", found[row]);
+        }
+        assert!(found[0] == 1.0 && found[found.len() - 1] < 0.5, "{found:?}");
+    }
+}

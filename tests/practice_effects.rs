@@ -177,10 +177,12 @@ fn effects_of(session: &Session, truth: &Value) -> Vec<Effect> {
             let axis = axis.unwrap();
             let outlets: Vec<Outlet> =
                 [Component::EZ, Component::EA].map(|component| Outlet::Motion { axis, component }).to_vec();
-            let effect = Effect::new("unknown", Place::Axis(axis))
-                .with("from", number(-180.0))
-                .with("to", number(180.0))
-                .with("count", number(40.0));
+            let deg = |value: &Value| number(value.as_f64().unwrap().to_radians());
+            let effect = Effect::new("clamp-lift", Place::Axis(axis))
+                .with("from", deg(&truth["range"]["deg"][0]))
+                .with("to", deg(&truth["range"]["deg"][1]))
+                .with("hysteresis", deg(&params["hysteresis_deg"]))
+                .with("rise", number(param("lift_time_s")));
             vec![fitted(session, effect, &outlets)]
         }
         other => panic!("no model for {other}"),

@@ -6,6 +6,7 @@ use super::naming::{Cause, cause_of, unit};
 use super::stage::Stage;
 use crate::effects::kind;
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::units::Measure;
 
 /// A cause that may be there unseen.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,15 +47,20 @@ fn notable(kind: &str, is_angle: bool) -> f64 {
     }
 }
 
+/// Smallest size, µm or arcsec, from which a motion counts as hidden in any form: named forms have bounds of their own.
+const HIDES_ANY_FORM: f64 = 20.0;
+
 /// Causes that the session does not show at notable sizes.
 pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blind> {
     let machine = ground.context.machine();
     let mut list: Vec<Blind> = Vec::new();
     let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
-    for family in families
-        .iter()
-        .filter(|family| !matches!(family.kind, "unknown" | "pivot-slip" | "ball-slip" | "vibration" | "radius-loss"))
-    {
+    for family in families.iter().filter(|family| {
+        !matches!(
+            family.kind,
+            "unknown" | "clamp-lift" | "pivot-slip" | "ball-slip" | "vibration" | "beat" | "radius-loss"
+        )
+    }) {
         let effect = &family.grid[family.grid.len() / 2];
         if effect.parameter("of").is_some() {
             // what another axis drives shows as little as play of the place's own motion, which is listed
@@ -89,6 +95,7 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
         }
     }
     unseen_slips(ground, families, stage, &mut list);
+    unseen_of_any_form(ground, families, stage, &mut list);
     unmoved(machine, families, &mut list);
     list
 }
@@ -158,6 +165,47 @@ fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut 
     }
 }
 
+/// Motions over the travel of an axis that the session does not show whatever their form, lengths and angles of an axis
+/// together.
+fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
+    let machine = ground.context.machine();
+    let mut seen: Vec<Outlet> = Vec::new();
+    // by place and measure: outlets and the smallest size that shows through any of them
+    let mut hidden: Vec<(&Effect, Measure, Vec<Outlet>, Option<f64>)> = Vec::new();
+    for family in families.iter().filter(|family| family.kind == "unknown" && family.place.axis().is_some()) {
+        let Some(effect) = family.grid.first().filter(|effect| effect.tests.is_none()) else { continue };
+        for outlet in &family.outlets {
+            if seen.contains(outlet) {
+                continue;
+            }
+            seen.push(*outlet);
+            let measure = outlet.measure(machine);
+            let own = terms(machine, effect, std::slice::from_ref(outlet));
+            let Ok(columns) = ground.columns(effect, &own) else { continue };
+            let (information, _) = stage.project(&columns);
+            let strongest = (0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max);
+            let smallest = (strongest > 1e-12).then(|| (VISIBLE / strongest).sqrt()).filter(|value| *value < 1e5);
+            if smallest.is_some_and(|smallest| smallest <= HIDES_ANY_FORM) {
+                continue;
+            }
+            let own = hidden.iter_mut().find(|(of, kind, ..)| of.place == effect.place && *kind == measure);
+            match own {
+                Some((.., outlets, least)) => {
+                    outlets.push(*outlet);
+                    *least = least.iter().copied().chain(smallest).min_by(f64::total_cmp);
+                }
+                None => hidden.push((effect, measure, vec![*outlet], smallest)),
+            }
+        }
+    }
+    list.extend(hidden.into_iter().map(|(effect, measure, outlets, smallest)| Blind {
+        cause: cause_of(machine, effect, &outlets),
+        smallest,
+        unit: unit(measure),
+        test: showing_test(machine, effect.kind.as_str(), effect.place),
+    }));
+}
+
 /// Causes of axes that never moved, for which there is no family at all.
 fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
     for axis in 0..machine.axes.len() {
@@ -199,7 +247,7 @@ pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
         ("rotary-backlash" | "lateral-play", Some((name, _))) if is_arm => {
             format!("the same poses with {name} arriving from either side")
         }
-        ("rotary-error-motion" | "cyclic-error", Some((name, _))) if is_arm => {
+        ("rotary-error-motion" | "cyclic-error" | "unknown", Some((name, _))) if is_arm => {
             format!("poses over the whole range of {name}, the other joints standing still")
         }
         ("servo-lag" | "reversal-spike", Some((name, _))) if is_arm => {
@@ -208,7 +256,7 @@ pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
         ("rotary-backlash" | "cyclic-error" | "servo-lag" | "reversal-spike", Some((name, AxisKind::Rotary))) => {
             format!("{name} swept both ways with the linear axes following tangentially")
         }
-        ("rotary-error-motion" | "lateral-play", Some((name, AxisKind::Rotary))) => {
+        ("rotary-error-motion" | "lateral-play" | "unknown", Some((name, AxisKind::Rotary))) => {
             format!(
                 "{name} swept both ways with the linear axes following radially and axially, ball high above the table"
             )
@@ -218,7 +266,7 @@ pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
         }
         (
             "squareness" | "linear-scale" | "straightness" | "linear-backlash" | "reversal-spike" | "cyclic-error"
-            | "servo-lag" | "lateral-play",
+            | "servo-lag" | "lateral-play" | "unknown",
             Some((name, _)),
         ) => {
             format!("planar circles with {name} in both directions and at two feeds")
@@ -226,6 +274,7 @@ pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
         ("thermal-growth" | "bar-length" | "ball-slip" | "pivot-slip", _) => {
             "the first test again at the end, nothing remounted".to_string()
         }
+        ("ball-form" | "cup-stiction", _) => "the first test again with the ball turned in its cup".to_string(),
         ("trigger-latency", _) => "a sweep with an off-centre ball at two feeds in both directions".to_string(),
         _ => "the first test again in both directions".to_string(),
     }

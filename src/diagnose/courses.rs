@@ -136,18 +136,9 @@ fn grown((low, high): (f64, f64), settles: bool) -> f64 {
 
 /// Course of every motion over the readings, summed over the shapes (display units).
 fn growth_courses(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<(Outlet, Vec<f64>)> {
-    let mut sums: Vec<(Outlet, Vec<f64>)> = Vec::new();
-    for (part, amplitudes) in parts {
-        let all: Vec<usize> = (0..part.terms.len()).collect();
-        for (outlet, terms) in Courses::of(ground, part, &all).by_outlet {
-            let own = course(&terms, amplitudes);
-            match sums.iter_mut().find(|(other, _)| *other == outlet) {
-                Some((_, sum)) => sum.iter_mut().zip(&own).for_each(|(sum, value)| *sum += value),
-                None => sums.push((outlet, own)),
-            }
-        }
-    }
-    sums
+    let courses = Courses::of_all(ground, parts.iter().map(|(part, _)| *part));
+    let amplitudes: Vec<f64> = parts.iter().flat_map(|(_, sizes)| sizes.iter().copied()).collect();
+    courses.by_outlet.into_iter().map(|(outlet, terms)| (outlet, course(&terms, &amplitudes))).collect()
 }
 
 impl Courses {
@@ -197,6 +188,24 @@ impl Courses {
         let of_axis = lead.effect.place.axis().filter(|_| by_outlet.iter().all(is_length));
         let positions = of_axis.map(positions).unwrap_or_default();
         Courses { by_outlet, positions, ..empty }
+    }
+
+    /// The courses of several shapes of one place, which add; amplitudes are those of the first shape, then of the next.
+    pub(super) fn of_all<'s>(ground: &Ground, shapes: impl Iterator<Item = &'s Candidate>) -> Courses {
+        let mut all = Courses::default();
+        let mut first = 0;
+        for shape in shapes {
+            let terms: Vec<usize> = (0..shape.terms.len()).collect();
+            for (outlet, parts) in Courses::of(ground, shape, &terms).by_outlet {
+                let parts = parts.into_iter().map(|(k, rows)| (first + k, rows));
+                match all.by_outlet.iter_mut().find(|(other, _)| *other == outlet) {
+                    Some((_, sum)) => sum.extend(parts),
+                    None => all.by_outlet.push((outlet, parts.collect())),
+                }
+            }
+            first += terms.len();
+        }
+        all
     }
 
     /// Whether the place's axis makes whole turns.

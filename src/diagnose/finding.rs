@@ -198,6 +198,15 @@ fn finding(
     if vibrating.len() > 1 && cause.effect == "vibration" && !is_sure {
         size = super::vibrating::size_together(ground, &vibrating, &search.noise_after, size);
     }
+    // a spike whose servo is no simple one is the sum of several
+    let spikes: Vec<(&Candidate, usize)> = group
+        .iter()
+        .map(|&index| (&search.found[index].chosen, first_column[index]))
+        .filter(|(part, _)| part.effect.kind == "reversal-spike")
+        .collect();
+    if spikes.len() > 1 && cause.effect == "reversal-spike" {
+        size = super::size::size_together(ground, &spikes, &cause, stage, covariance, size);
+    }
     let without_own = || {
         let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
         Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept)
@@ -388,6 +397,9 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
             from: file(centre - width / 2.0),
             to: file(centre + width / 2.0),
         });
+    }
+    if let ("clamp-lift", Some(from), Some(to)) = (effect.kind.as_str(), effect.number("from"), effect.number("to")) {
+        return Some(RangeFound { axis: entry.name.clone(), from: file(from), to: file(to) });
     }
     // static poses have no times
     if matches!(effect.kind.as_str(), "thermal-growth") && effect.parameter("clock").is_none() {

@@ -45,6 +45,7 @@ mod told;
 mod transfer;
 mod verdict;
 mod vibrating;
+mod waves;
 mod whitened;
 
 pub use as_found::as_found;

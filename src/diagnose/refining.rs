@@ -31,6 +31,7 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
                 "cyclic-error" if may_lead => with_overtones(stage, family, candidate),
                 "vibration" if may_lead => with_wander(stage, family, candidate),
                 "thermal-growth" if may_lead => with_warm_start(stage, family, candidate),
+                "clamp-lift" if may_lead => with_other_edge(stage, family, candidate),
                 _ => candidate,
             };
             refined.columns = stages[0].ground.columns(&refined.effect, &refined.terms).ok()?;
@@ -140,6 +141,34 @@ fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate
     }
 }
 
+/// Places tried for an edge of a lift.
+const EDGES: usize = 30;
+
+/// A lift with one edge where it is and the other anywhere: of a stretch that the grid does not have, one edge is found
+/// first.
+fn with_other_edge(stage: &Stage, family: &Family, best: Candidate) -> Candidate {
+    let bounds = |name: &str| family.refined.iter().find(|refined| refined.name == name);
+    let (Some(from), Some(to)) = (bounds("from"), bounds("to")) else { return best };
+    let (Some(begins), Some(ends)) = (best.effect.number("from"), best.effect.number("to")) else { return best };
+    if best.judgement.chi2 < WORTH_OVERTONES {
+        return best;
+    }
+    let cost = best.judgement.log_evidence - best.log_odds;
+    let places = (0..EDGES).map(|k| from.least + (to.most - from.least) * k as f64 / (EDGES - 1) as f64);
+    let trials = places.flat_map(|place| [(begins, place), (ends, place)]).filter_map(|(kept, place)| {
+        let lift = best.effect.clone().with("from", ParameterValue::Number(kept.min(place)));
+        let lift = lift.with("to", ParameterValue::Number(kept.max(place)));
+        judged(stage, family, best.family, lift, cost, &mut LastShape::default())
+    });
+    match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
+        Some(trial) if trial.log_odds > best.log_odds => {
+            let refined = refine(stage, family, trial);
+            if refined.log_odds > best.log_odds { refined } else { best }
+        }
+        _ => best,
+    }
+}
+
 /// Highest degree of the wander of a vibration along one direction, and along several.
 const MOST_WANDER: [i32; 2] = [3, 2];
 
@@ -233,7 +262,7 @@ pub fn judged(
 
 /// Next value of a parameter: periods, orders and travels move by ratio, the others by difference.
 fn stepped(refined: &Refined, now: f64, step: f64) -> f64 {
-    let by_ratio = matches!(refined.name, "periods" | "travel" | "servo_hz" | "frequency");
+    let by_ratio = matches!(refined.name, "periods" | "travel" | "turned" | "servo_hz" | "frequency");
     let next = if by_ratio { now * (1.0 + step.abs()).powf(step.signum()) } else { now + step };
     next.clamp(refined.least, refined.most)
 }

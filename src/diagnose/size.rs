@@ -80,6 +80,30 @@ pub fn size_of(
     SizeFound { value, sigma, unit: unit(measure), meaning }
 }
 
+/// Size of an effect that several accepted shapes tell together, each given with its first column: the largest value of the
+/// sum of their courses. `lead` is the size of the first one alone.
+pub(super) fn size_together(
+    ground: &Ground,
+    parts: &[(&Candidate, usize)],
+    cause: &Cause,
+    stage: &Stage,
+    covariance: &DMatrix<f64>,
+    lead: SizeFound,
+) -> SizeFound {
+    let nuisance = ground.problem.unknowns.len();
+    let columns: Vec<usize> =
+        parts.iter().flat_map(|(part, first)| (*first..first + part.terms.len()).collect::<Vec<_>>()).collect();
+    let amplitudes: Vec<f64> = columns.iter().map(|&column| stage.accepted(column)).collect();
+    let sub = DMatrix::from_fn(columns.len(), columns.len(), |one, other| {
+        covariance[(nuisance + columns[one], nuisance + columns[other])]
+    });
+    let courses = Courses::of_all(ground, parts.iter().map(|(part, _)| *part));
+    let value_at = |amplitudes: &[f64]| courses.largest(cause, amplitudes);
+    let value = value_at(&amplitudes);
+    let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_sigma(&cause.effect) * value);
+    SizeFound { value, sigma, ..lead }
+}
+
 /// First-order propagation of the amplitudes' covariance.
 fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance: &DMatrix<f64>) -> f64 {
     let gradient = DVector::from_iterator(
@@ -234,7 +258,12 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Cour
             let first = main.iter().filter(|&&k| lead.terms[k].function < 2);
             first.map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()
         }
-        "gravity-sag" | "arrival-lag" => courses.largest(cause, amplitudes),
+        // two waves, one with and one against the position
+        "beat" => {
+            let wave = |with: bool| main.iter().filter(move |&&k| (lead.terms[k].function < 2) == with);
+            [true, false].map(|with| wave(with).map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()).iter().sum()
+        }
+        "gravity-sag" | "arrival-lag" | "ball-form" => courses.largest(cause, amplitudes),
         "bar-length" if grows(&lead.effect) => courses.largest(cause, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }

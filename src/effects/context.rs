@@ -41,6 +41,8 @@ pub struct Travel {
     pub seconds: Option<f64>,
     /// Distance to the row after, mm or rad; zero where none follows.
     pub next: f64,
+    /// Position reached as commanded, mm or rad.
+    pub at: f64,
 }
 
 impl<'a> Context<'a> {
@@ -215,19 +217,17 @@ impl<'a> Context<'a> {
         for &test in &self.order {
             let motion = &self.motions[test];
             for q in self.approaches[test].iter().skip(axis).step_by(axis_count) {
-                if let Some(last) = last {
-                    advance(&mut state, Travel { distance: sign * (q - last), seconds: None, next: 0.0 });
-                }
+                let distance = sign * (q - last.unwrap_or(*q));
+                advance(&mut state, Travel { distance, seconds: None, next: 0.0, at: *q });
                 last = Some(*q);
             }
             profile[test] = (0..motion.rows())
                 .map(|row| {
                     let q = motion.row(row)[axis];
-                    if let Some(last) = last {
-                        let seconds = motion.time_s.as_ref().filter(|_| row > 0).map(|time| time[row] - time[row - 1]);
-                        let next = if row + 1 < motion.rows() { motion.row(row + 1)[axis] - q } else { 0.0 };
-                        advance(&mut state, Travel { distance: sign * (q - last), seconds, next: sign * next });
-                    }
+                    let distance = sign * (q - last.unwrap_or(q));
+                    let seconds = motion.time_s.as_ref().filter(|_| row > 0).map(|time| time[row] - time[row - 1]);
+                    let next = if row + 1 < motion.rows() { motion.row(row + 1)[axis] - q } else { 0.0 };
+                    advance(&mut state, Travel { distance, seconds, next: sign * next, at: q });
                     last = Some(q);
                     read(&state)
                 })

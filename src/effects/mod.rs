@@ -8,7 +8,10 @@
 
 mod arrival;
 mod backlash;
+mod ball_seat;
+mod beat;
 mod channel;
+mod clamp_lift;
 mod compensation;
 mod context;
 mod disturbance;
@@ -38,10 +41,12 @@ pub static KINDS: &[&Kind] = &[
     &reversal_spike::REVERSAL_SPIKE,
     &harmonics::ROTARY_ERROR_MOTION,
     &harmonics::CYCLIC_ERROR,
+    &beat::BEAT,
     &gravity::GRAVITY_SAG,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,
     &straightness::STRAIGHTNESS,
+    &clamp_lift::CLAMP_LIFT,
     &slide::SQUARENESS,
     &slide::LINEAR_SCALE,
     &timing::SERVO_LAG,
@@ -50,6 +55,8 @@ pub static KINDS: &[&Kind] = &[
     &timing::TRIGGER_LATENCY,
     &slip::PIVOT_SLIP,
     &slip::BALL_SLIP,
+    &ball_seat::BALL_FORM,
+    &ball_seat::CUP_STICTION,
     &vibration::VIBRATION,
     &compensation::COMPENSATION,
     &unknown::TABLE,

@@ -47,9 +47,11 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "reversal-spike" => format!("Reversal spikes of {place}"),
         "rotary-error-motion" => format!("Error motion of the axis of {place} ({moving})"),
         "cyclic-error" => format!("Cyclic error of {place}"),
+        "beat" => format!("Ripple of {place} that beats with time"),
         "gravity-sag" => format!("Sag at {place} under gravity ({moving})"),
         "thermal-growth" => format!("Thermal growth at {place} ({moving})"),
         "straightness" => format!("{place} does not run straight ({moving})"),
+        "clamp-lift" => format!("{place} lifts over part of its travel ({moving})"),
         "squareness" => format!("{place} is out of square ({moving})"),
         "linear-scale" => format!("Scale of {place} is wrong"),
         "servo-lag" => format!("{place} follows late"),
@@ -59,6 +61,8 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "trigger-latency" => "Readings and positions are not of the same moment".into(),
         "pivot-slip" => "The pivot cup moved".into(),
         "ball-slip" => "The ball in the spindle moved".into(),
+        "ball-form" => format!("The ball at the {} is out of round", ball_words(place)),
+        "cup-stiction" => format!("The ball at the {} sticks in its cup as runs begin", ball_words(place)),
         "bar-length" => "The bar is not as long as stated".into(),
         "vibration" if place == "spindle-ball" => "Vibration at the spindle ball".into(),
         "vibration" => format!("Vibration of {place}"),
@@ -76,15 +80,23 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
 /// Jumps further apart in time are no single one that creeps, s.
 const ONE_JUMP_S: f64 = 30.0;
 
+/// A place with a ball in words.
+fn ball_words(place: &str) -> &str {
+    if place == "spindle-ball" { "spindle" } else { place }
+}
+
 /// What the size measures, after the number: `to each side of every reversal`.
 fn measures(effect: &str, meaning: &str) -> String {
     match effect {
         "rotary-backlash" | "linear-backlash" | "lateral-play" => "to each side of every reversal".into(),
         "rotary-error-motion" => "at its largest".into(),
-        "cyclic-error" | "vibration" => "amplitude".into(),
+        "cyclic-error" | "vibration" | "beat" => "amplitude".into(),
         "thermal-growth" => "in this session".into(),
         "straightness" => "at its highest".into(),
         "reversal-spike" => "at the largest".into(),
+        "ball-form" => "at its largest".into(),
+        "cup-stiction" => "as a run begins".into(),
+        "clamp-lift" => "from one seat to the other".into(),
         "gravity-sag" => "per g".into(),
         "unknown" if ["surest of", "rms of"].iter().any(|other| meaning.starts_with(other)) => meaning.into(),
         "unknown" => "to each side of its mean".into(),
@@ -162,6 +174,16 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     } else if !list("degrees").is_empty() {
         words.push("a bow over the whole travel".into());
     }
+    if let ("clamp-lift", Some(from), Some(to)) = (lead.kind.as_str(), number("from"), number("to")) {
+        let at = |value: f64| digits(value, Some(1.0));
+        words.push(format!("between {} and {} {position_unit}", at(from), at(to)));
+        let late = number("hysteresis").filter(|late| *late > 0.0);
+        words.extend(
+            late.map(|late| format!("{} {position_unit} later on the way back", digits(late, Some(0.1 * late)))),
+        );
+        let rise = number("rise").filter(|rise| *rise > 0.0);
+        words.extend(rise.map(|rise| format!("settles within {} s", digits(rise, Some(0.1 * rise)))));
+    }
     if let Some(share) = number("windup_share") {
         match (share, number("take_up")) {
             (share, Some(travel)) if share > 0.02 => words.push(format!(
@@ -178,6 +200,8 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     if !list("periods").is_empty() {
         words.push(format!("period {} mm", joined(&list("periods"))));
     }
+    let ripple = number("order").map(|order| format!("{} per turn", joined(&[order])));
+    words.extend(ripple.or(number("period").map(|period| format!("period {} mm", joined(&[period])))));
     if lead.kind != "unknown" && !list("tau").is_empty() {
         let by_pose = matches!(lead.parameter("clock"), Some(ParameterValue::Word(clock)) if clock == "poses");
         let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
@@ -238,7 +262,8 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
         words.push(format!("caught up at {} Hz", digits(hz, Some(0.05 * hz))));
     }
     if let Some(hz) = number("frequency") {
-        words.push(format!("{} Hz", digits(hz, Some(0.01 * hz))));
+        let hz = digits(hz, Some(0.01 * hz));
+        words.push(if lead.kind == "beat" { format!("beats at {hz} Hz") } else { format!("{hz} Hz") });
     }
     if let Some(bar) = number("bar") {
         words.push(format!("the bar of {bar:.2} mm"));

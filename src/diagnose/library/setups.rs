@@ -3,8 +3,8 @@
 use super::super::ground::Ground;
 use super::growth::{channels, lag_refined, lagging};
 use super::motions::slides_move;
-use super::vibrations::vibrations;
-use super::{Family, Refined, list_of, number};
+use super::vibrations::{beats, vibrations};
+use super::{Family, Refined, list_of, number, refined};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
@@ -73,7 +73,17 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
         let all = Family::new("radius-loss", Place::Control, outlets, 1e4).fast();
         list.push(Family { rarity: LOST_BY_ALL, ..all });
     }
+    for place in [Place::Pivot, Place::SpindleBall] {
+        let form = |degree: f64| number("ball-form", place, "degree", degree);
+        let family = Family::new("ball-form", place, vec![Outlet::Reading], ROUND_WITHIN);
+        list.push(Family { rarity: GOOD_BALLS, ..family.over([2.0, 3.0, 4.0].map(form).to_vec()) });
+        let sticks = |turned: f64| number("cup-stiction", place, "turned", turned);
+        let family = Family::new("cup-stiction", place, vec![Outlet::Reading], 2.0);
+        let family = family.over([2.0, 5.0, 12.0].map(sticks).to_vec()).refine(vec![refined("turned", 0.3, 60.0, 0.4)]);
+        list.push(Family { rarity: GOOD_BALLS, ..family.fast() });
+    }
     vibrations(ground, list);
+    beats(ground, list);
     let span = latest.max(60.0);
     let growing: &[&str] = if setups.bars.len() > 1 { &["by-length", "alike"] } else { &["alike"] };
     for way in growing {
@@ -100,6 +110,11 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
         }
     }
 }
+
+/// Log odds against balls that are out of round or stick: they are gauges. Amplitudes of their form are within some tenths
+/// of a micrometre, µm.
+const GOOD_BALLS: f64 = 4.0;
+const ROUND_WITHIN: f64 = 0.6;
 
 /// Log odds against a radius that all slides lose: circles of a control that was set up are round.
 const LOST_BY_ALL: f64 = 4.0;

@@ -1,9 +1,12 @@
-//! Candidates that vibrate. It judges nothing.
+//! Candidates that vibrate or ripple in time. It judges nothing.
 
 use super::super::ground::Ground;
 use super::super::spectrum::{aliased, lines};
-use super::{Family, Refined, number};
-use crate::machine::{Outlet, ParameterValue, Place};
+use super::super::waves::waves;
+use super::motions::travelled;
+use super::{Family, Refined, number, refined};
+use crate::machine::{AxisKind, Outlet, ParameterValue, Place};
+use std::f64::consts::TAU;
 
 /// Lines of the spectrum that are tried.
 const PEAKS: usize = 4;
@@ -34,5 +37,37 @@ pub(super) fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
             step: 0.004,
             element: None,
         }]));
+    }
+}
+
+/// Log odds against one of the many ripples that were looked at, and amplitudes that are plausible, µm or arcsec.
+const RARE: f64 = 12.0;
+const RIPPLES: f64 = 10.0;
+/// First step of a frequency, in beats over the session, and of a period or order, as a share of one over the travel.
+const PHASE: f64 = 0.1;
+const ALONG: f64 = 0.05;
+
+/// The loudest ripples of each moving axis that wander with time.
+pub(super) fn beats(ground: &Ground, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let ends = (0..ground.tests()).map(|test| ground.context.ends_at_s(test));
+    let session_s = ends.fold(0.0, f64::max).max(1.0);
+    for axis in 0..machine.axes.len() {
+        let Some((from, to)) = travelled(ground, axis) else { continue };
+        let (place, own) = (Place::Axis(axis), Outlet::own(machine, axis));
+        for wave in waves(ground, axis, &own) {
+            let (name, along) = match machine.axes[axis].kind {
+                AxisKind::Linear => ("period", TAU / wave.per_unit),
+                AxisKind::Rotary => ("order", wave.per_unit),
+            };
+            let beat = number("beat", place, "frequency", wave.hz).with(name, ParameterValue::Number(along));
+            let ripples = wave.per_unit * (to - from) / TAU;
+            let shape = vec![
+                refined("frequency", 1e-5, 1e3, PHASE / (session_s * wave.hz)),
+                refined(name, 0.9 * along, 1.1 * along, ALONG / ripples * along),
+            ];
+            let family = Family::new("beat", place, vec![own], RIPPLES).over(vec![beat]).refine(shape).fast();
+            list.push(Family { rarity: RARE, ..family });
+        }
     }
 }

@@ -1,0 +1,156 @@
+//! What a ball and its cup add to the reading of the bar: form of the ball, and friction as a run begins. Seats that move are
+//! in `slip`.
+//!
+//! `ball-form`: spherical harmonics of the bar's direction in the frame that carries the cup, degree 2 and up, each at
+//! most one: degree 0 is the bar's length and degree 1 the place of the cup. `cup-stiction`: `s e^(−φ/d)`, φ the angle by
+//! which the bar has turned in its cup since the run began.
+
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function};
+use super::{Context, EffectError};
+use crate::chain::Geometry;
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
+use nalgebra::Vector3;
+
+/// Form error of a ball, by the direction in which the bar reads it.
+pub static BALL_FORM: Kind = Kind {
+    name: "ball-form",
+    driver: Driver::Position,
+    formula: "reading = s Y(u), Y spherical harmonics of degree 2 .. degree, u the bar's direction in the cup's frame",
+    size_meaning: "largest over the directions read",
+    cause: "ball out of round, worn or dirty, or a cup whose seats are",
+    remedy: "clean ball and cup, turn the ball in its cup and repeat, check the ball's form",
+    parameters: &[Parameter::number(
+        "degree",
+        ParameterUnit::Plain,
+        Default::Number(2.0),
+        (2.0, HIGHEST as f64),
+        "highest degree of the harmonics",
+    )],
+    check: no_check,
+    outlets: read_at_a_ball,
+    measure: plain_measure,
+    functions: |effect| (2..=degree(effect)).flat_map(names).collect(),
+    profiles: |context, effect| {
+        let directions = directions(context, effect.place);
+        let values: Vec<Vec<Vec<f64>>> =
+            directions.iter().map(|rows| rows.iter().map(|u| harmonics(degree(effect), u)).collect()).collect();
+        let count = (2..=degree(effect)).flat_map(names).count();
+        let profile = |k: usize| values.iter().map(|rows| rows.iter().map(|row| row[k]).collect()).collect();
+        Ok((0..count).map(profile).collect())
+    },
+};
+
+/// Friction of a ball in its cup as a run begins.
+pub static CUP_STICTION: Kind = Kind {
+    name: "cup-stiction",
+    driver: Driver::Direction,
+    formula: "reading = s e^(-phi/d), phi the angle that the bar has turned in its cup since the run began",
+    size_meaning: "reading as a run begins",
+    cause: "dry or dirty cup, magnet too strong: the ball sticks until the bar has turned some degrees",
+    remedy: "clean and oil ball and cup; let the run-up be longer than the stick",
+    parameters: &[Parameter::number(
+        "turned",
+        ParameterUnit::Plain,
+        Default::Number(5.0),
+        (1e-3, 360.0),
+        "angle of the bar in its cup after which it has let go (1/e), deg",
+    )],
+    check: no_check,
+    outlets: read_at_a_ball,
+    measure: plain_measure,
+    functions: single_function,
+    profiles: stiction,
+};
+
+/// Highest degree of a form.
+const HIGHEST: usize = 4;
+
+fn read_at_a_ball(_machine: &Machine, place: Place) -> Vec<Outlet> {
+    if matches!(place, Place::Pivot | Place::SpindleBall) { vec![Outlet::Reading] } else { Vec::new() }
+}
+
+fn degree(effect: &Effect) -> usize {
+    match effect.parameter("degree") {
+        Some(ParameterValue::Number(degree)) => (*degree as usize).clamp(2, HIGHEST),
+        _ => 2,
+    }
+}
+
+/// Names of the harmonics of a degree by their order: `y2-2 … y2+2`.
+fn names(degree: usize) -> impl Iterator<Item = String> {
+    let degree = degree as i32;
+    (-degree..=degree).map(move |order| format!("y{degree}{order:+}"))
+}
+
+/// Harmonics of all degrees up to one, in the order of their names, each scaled to at most one.
+fn harmonics(highest: usize, u: &Vector3<f64>) -> Vec<f64> {
+    // cos and sin of the order times the azimuth, times the same power of the sine of the angle from z
+    let mut turns = vec![(1.0, 0.0)];
+    for order in 0..highest {
+        let (cos, sin): (f64, f64) = turns[order];
+        turns.push((cos * u.x - sin * u.y, sin * u.x + cos * u.y));
+    }
+    let mut all = Vec::with_capacity((highest + 1).pow(2) - 4);
+    for degree in 2..=highest {
+        all.extend((1..=degree).rev().map(|order| zonal(degree, order, u.z) * turns[order].1));
+        all.extend((0..=degree).map(|order| zonal(degree, order, u.z) * turns[order].0));
+    }
+    all
+}
+
+/// What a harmonic has along z: the Legendre polynomial of a degree derived as often as its order, scaled for the whole
+/// harmonic to have one as its largest value.
+fn zonal(degree: usize, order: usize, z: f64) -> f64 {
+    match (degree, order) {
+        (2, 0) => (3.0 * z * z - 1.0) / 2.0,
+        (2, 1) => 2.0 * z,
+        (3, 0) => (5.0 * z * z - 3.0) * z / 2.0,
+        (3, 1) => 0.726_184_4 * (5.0 * z * z - 1.0),
+        (3, 2) => 2.598_076_2 * z,
+        (4, 0) => (35.0 * z.powi(4) - 30.0 * z * z + 3.0) / 8.0,
+        (4, 1) => 0.946_946_2 * (7.0 * z * z - 3.0) * z,
+        (4, 2) => 7.0 / 9.0 * (7.0 * z * z - 1.0),
+        (4, 3) => 3.079_201_4 * z,
+        // of the highest order the sine of the angle from z alone is left
+        _ => 1.0,
+    }
+}
+
+/// Unit vectors from one ball to the other, in the frame that carries the one.
+fn directions(context: &Context, place: Place) -> Vec<Vec<Vector3<f64>>> {
+    let chain = context.chain();
+    let geometry = Geometry::nominal(chain);
+    let of_test = |test: usize| {
+        let balls = &context.session().tests[test];
+        let (here, there) = match place {
+            Place::Pivot => (&balls.pivot, &balls.spindle_ball),
+            _ => (&balls.spindle_ball, &balls.pivot),
+        };
+        let (Some(here_link), Some(there_link)) = (chain.link(&here.link), chain.link(&there.link)) else {
+            return vec![Vector3::z(); context.motion(test).rows()];
+        };
+        let row = |row: usize| {
+            let positions = context.motion(test).row(row);
+            let cup = geometry.pose(here_link, positions, None);
+            let way = geometry.pose(there_link, positions, None).point(&there.at) - cup.point(&here.at);
+            cup.rotation.tr_mul(&way).try_normalize(0.0).unwrap_or_else(Vector3::z)
+        };
+        (0..context.motion(test).rows()).map(row).collect()
+    };
+    (0..context.tests()).map(of_test).collect()
+}
+
+fn stiction(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let lets_go = CUP_STICTION.number(context, effect, "turned").to_radians();
+    let of_test = |rows: Vec<Vector3<f64>>| {
+        let mut turned = 0.0;
+        let mut last = rows.first().copied().unwrap_or_default();
+        let row = |u: Vector3<f64>| {
+            turned += u.cross(&last).norm().atan2(u.dot(&last));
+            last = u;
+            (-turned / lets_go).exp()
+        };
+        rows.into_iter().map(row).collect()
+    };
+    Ok(vec![directions(context, effect.place).into_iter().map(of_test).collect()])
+}

@@ -1,0 +1,76 @@
+//! A ripple along an axis that beats with time: neither position alone nor time alone repeats it. Ripples that keep to the
+//! position are in `harmonics`, those that keep to the time in `vibration`.
+//!
+//! `E = Σ± a± cos(n q ± 2πft) + b± sin(n q ± 2πft)` while the axis moves, t from the session's beginning, n the order per
+//! turn, or `n q = 2π q / period` on a slide.
+
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, plain_measure};
+use super::{Context, EffectError};
+use crate::machine::{AxisKind, Effect, Machine, Place};
+use std::f64::consts::TAU;
+
+/// Ripple of a moving axis that beats with time.
+pub static BEAT: Kind = Kind {
+    name: "beat",
+    driver: Driver::Time,
+    formula: "E = sum a cos(n q +- 2 pi f t) + b sin(n q +- 2 pi f t), while the axis moves",
+    size_meaning: "amplitude",
+    cause: "servo or converter ripple that goes with the speed, beating with the control's cycle, a pump or a neighbouring drive",
+    remedy: "repeat at another feed: the pattern wanders; tune the loop or its filters, look for what runs at that beat",
+    parameters: &[
+        Parameter::number(
+            "order",
+            ParameterUnit::Plain,
+            Default::Absent,
+            (1e-3, 1e6),
+            "periods per turn of a rotary axis",
+        ),
+        Parameter::number("period", ParameterUnit::Plain, Default::Absent, (1e-3, 1e5), "period of a linear axis, mm"),
+        Parameter::number(
+            "frequency",
+            ParameterUnit::Plain,
+            Default::Required,
+            (1e-5, 1e5),
+            "frequency of the beat, Hz",
+        ),
+    ],
+    check: period_of_its_axis,
+    outlets: |machine, place| match place {
+        Place::Axis(axis) => every_component(machine, axis),
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: |_| ["cos+", "sin+", "cos-", "sin-"].map(String::from).to_vec(),
+    profiles,
+};
+
+/// An order goes with a rotary axis, a period with a linear one.
+fn period_of_its_axis(machine: &Machine, effect: &Effect) -> Result<(), String> {
+    let kind = effect.place.axis().map(|axis| machine.axes[axis].kind);
+    match (kind, effect.number("order"), effect.number("period")) {
+        (Some(AxisKind::Rotary), Some(_), None) | (Some(AxisKind::Linear), None, Some(_)) | (None, ..) => Ok(()),
+        (Some(AxisKind::Rotary), ..) => Err("a rotary axis has an order, e.g. order: 12".into()),
+        (Some(AxisKind::Linear), ..) => Err("a linear axis has a period in mm, e.g. period: 10".into()),
+    }
+}
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
+    let along = effect.number("order").or(effect.number("period").map(|period| TAU / period)).unwrap_or(0.0);
+    let omega = TAU * BEAT.number(context, effect, "frequency");
+    let wave = |sign: f64, of: fn(f64) -> f64| {
+        let rows = |test: usize| -> Vec<f64> {
+            let motion = context.motion(test);
+            match motion.moving.contains(&axis) {
+                true => {
+                    let phase =
+                        |row: usize| along * motion.row(row)[axis] + sign * omega * context.session_time_s(test, row);
+                    (0..motion.rows()).map(|row| of(phase(row))).collect()
+                }
+                false => vec![0.0; motion.rows()],
+            }
+        };
+        (0..context.tests()).map(rows).collect()
+    };
+    Ok(vec![wave(1.0, f64::cos), wave(1.0, f64::sin), wave(-1.0, f64::cos), wave(-1.0, f64::sin)])
+}

@@ -1,0 +1,110 @@
+//! A part that sits in two ways: lifted or tipped over a stretch of its travel, later on the way back. Smooth errors over a
+//! position are in `straightness` and `harmonics`.
+//!
+//! The part is followed through a play of width h, `p ← p clamped to q ± h/2`; over `from … to` of p it is lifted, and
+//! it settles in the time s: `E′ = (1 − E)/s` within, `E′ = −E/s` outside. Between tests it comes to rest.
+
+use super::backlash::across;
+use super::context::Travel;
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function};
+use super::{Context, EffectError};
+use crate::machine::{Effect, Place};
+
+/// Lift of a part over a stretch of its travel.
+pub static CLAMP_LIFT: Kind = Kind {
+    name: "clamp-lift",
+    driver: Driver::Position,
+    formula: "s E' = 1 - E for from <= p < to, s E' = -E elsewhere; p follows q with play h",
+    size_meaning: "lift, largest direction",
+    cause: "clamp, brake or seal that rubs, a hose or cable that pulls, a chip or dent under a seat: it lifts the part over a stretch of its travel",
+    remedy: "open the clamp and repeat; look at what touches the part between the two places; clean and re-seat",
+    parameters: &[
+        Parameter::number(
+            "from",
+            ParameterUnit::Position,
+            Default::Required,
+            (-1e5, 1e5),
+            "where the lift begins, mm or deg",
+        ),
+        Parameter::number("to", ParameterUnit::Position, Default::Required, (-1e5, 1e5), "where it ends, mm or deg"),
+        Parameter::number(
+            "hysteresis",
+            ParameterUnit::Position,
+            Default::Number(0.0),
+            (0.0, 1e4),
+            "how much later it comes and goes on the way back, mm or deg",
+        ),
+        Parameter::number(
+            "rise",
+            ParameterUnit::Plain,
+            Default::Number(0.0),
+            (0.0, 1e4),
+            "time in which it settles (1/e), s",
+        ),
+    ],
+    check: no_check,
+    outlets: |machine, place| across(machine, place),
+    measure: plain_measure,
+    functions: single_function,
+    profiles,
+};
+
+/// What the part does: its place after the play, mm or rad, and how far it is lifted, 0 … 1.
+#[derive(Clone, Copy, Default)]
+struct Seat {
+    follows: Option<f64>,
+    lifted: f64,
+}
+
+/// The stretch over which the part is lifted, and how it comes and goes.
+struct Stretch {
+    from: f64,
+    to: f64,
+    half_play: f64,
+    rise_s: f64,
+}
+
+impl Stretch {
+    fn holds(&self, place: f64) -> f64 {
+        f64::from(u8::from((self.from..self.to).contains(&place)))
+    }
+
+    /// Goes on to the position `at`.
+    fn advance(&self, seat: &mut Seat, at: f64, seconds: Option<f64>) {
+        let before = seat.follows.unwrap_or(at);
+        let after = before.clamp(at - self.half_play, at + self.half_play);
+        seat.follows = Some(after);
+        let Some(seconds) = seconds else {
+            seat.lifted = self.holds(after);
+            return;
+        };
+        // shares of the way at which it comes and goes
+        let mut shares = [self.from, self.to].map(|edge| ((edge - before) / (after - before)).clamp(0.0, 1.0));
+        if after == before {
+            shares = [0.0, 0.0];
+        }
+        shares.sort_by(f64::total_cmp);
+        let mut begins = 0.0;
+        for ends in [shares[0], shares[1], 1.0] {
+            let wanted = self.holds(before + (begins + ends) / 2.0 * (after - before));
+            let left = (-(ends - begins) * seconds / self.rise_s.max(f64::MIN_POSITIVE)).exp();
+            if ends > begins {
+                seat.lifted = wanted + (seat.lifted - wanted) * left;
+            }
+            begins = ends;
+        }
+    }
+}
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
+    let number = |name| CLAMP_LIFT.number(context, effect, name);
+    let stretch = Stretch {
+        from: number("from"),
+        to: number("to"),
+        half_play: number("hysteresis") / 2.0,
+        rise_s: number("rise"),
+    };
+    let advance = |seat: &mut Seat, travel: Travel| stretch.advance(seat, travel.at, travel.seconds);
+    Ok(vec![context.along(axis, Seat::default(), advance, |seat| seat.lifted)])
+}
