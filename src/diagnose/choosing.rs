@@ -38,20 +38,26 @@ const REFINED_FREE: usize = 3;
 /// Candidates of one kind that are refined: on a coarse grid a jump may stand behind many ways to grow.
 const REFINED_ALIKE: usize = 8;
 
-/// Keeps the best candidates, but not only free curves or only one kind.
+/// Candidates judged on all rows that are refined in any case: evidence on averaged rows, under their own noise, is no
+/// measure for it.
+const REFINED_FAST: usize = 3;
+
+/// Keeps the best candidates, but not only free curves, only one kind, or only what was judged on averaged rows.
 pub(super) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
     let mut named: Vec<&'static str> = Vec::new();
-    let mut free = 0;
+    let (mut free, mut fast) = (0, 0);
     candidates.retain(|candidate| {
         if candidate.is_free() {
             free += 1;
             return free <= REFINED_FREE;
         }
-        let kind = families[candidate.family].kind;
-        let alike = named.iter().filter(|other| **other == kind).count();
-        let keep = alike < REFINED_ALIKE && named.len() < REFINED;
+        let family = &families[candidate.family];
+        let alike = named.iter().filter(|other| **other == family.kind).count();
+        let in_any_case = family.fast && fast < REFINED_FAST;
+        let keep = alike < REFINED_ALIKE && (named.len() < REFINED || in_any_case);
         if keep {
-            named.push(kind);
+            named.push(family.kind);
+            fast += usize::from(family.fast);
         }
         keep
     });

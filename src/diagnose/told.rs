@@ -185,9 +185,10 @@ pub(super) fn listen<'g, 'a>(
     // jumps beside it, and forms that hold nowhere else or for which it stands, are its own
     let alone = told.findings.first().is_some_and(|first| !first.single)
         && (1..told.findings.len()).all(|k| told.findings[k].single || has_failed(k) || stands_for[k]);
-    // many jumps that leave much are none
-    let all_jump = told.findings.len() > 1 && told.findings.iter().all(|finding| finding.single);
-    let are_no_jumps = all_jump && is_louder(told, SURELY_MORE);
+    // many jumps that leave much are none, whatever else seems to be there
+    let jumps = told.findings.iter().filter(|finding| finding.single).count();
+    let almost_all_jump = jumps > 1 && jumps + 1 >= told.findings.len();
+    let are_no_jumps = almost_all_jump && is_louder(told, SURELY_MORE);
     if (outshouts || is_driven) && alone || are_no_jumps {
         // a form that follows an irregular motion here and there
         let bare = Told::of(fine, families, &search::nothing(fine, &floor));

@@ -10,6 +10,8 @@ use std::f64::consts::TAU;
 pub struct Wave {
     pub per_unit: f64,
     pub hz: f64,
+    /// Lowest frequency that is no mere drift of a ripple, Hz.
+    pub least_hz: f64,
 }
 
 /// Readings of a test that are looked at.
@@ -18,6 +20,8 @@ const ROWS: usize = 160;
 const MOST_RIPPLES: usize = 45;
 const MOST_BEATS: usize = 25;
 const FINER: usize = 2;
+/// Beats that the longest recording must show.
+const LEAST_BEATS: f64 = 0.8;
 /// Tests in which the axis must move: one alone cannot tell ripple from beat.
 const LEAST_TESTS: usize = 3;
 /// Ripples of which the phases are compared, ripples told at most, and rounds by which each is sharpened.
@@ -54,12 +58,13 @@ pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
     let (ripple, beat) = (TAU / span, 1.0 / longest);
     let (along, in_time) = (ripple / FINER as f64, beat / FINER as f64);
     let beats: Vec<Vec<(f64, f64)>> = tests.iter().map(|rows| phasors(rows, in_time)).collect();
+    let least_hz = LEAST_BEATS * beat;
     let mut cells: Vec<(Wave, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
         .into_par_iter()
         .flat_map_iter(|k| {
             let per_unit = k as f64 * along;
             let loud = loudness_by_beat(&tests, &beats, per_unit);
-            (1..).zip(loud).map(move |(m, loud)| (Wave { per_unit, hz: f64::from(m) * in_time }, loud))
+            (1..).zip(loud).map(move |(m, loud)| (Wave { per_unit, hz: f64::from(m) * in_time, least_hz }, loud))
         })
         .collect();
     cells.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -160,7 +165,7 @@ fn sharpened(tests: &[Rows], wave: Wave, ripple: f64, beat: f64) -> Wave {
         {
             let per_unit = best.0.per_unit + along * step * ripple;
             let hz = best.0.hz + in_time * step * beat;
-            let trial = Wave { per_unit, hz: hz.max(0.1 * beat) };
+            let trial = Wave { per_unit, hz: hz.max(wave.least_hz), ..wave };
             let loud = loudness(tests, trial);
             if loud > best.1 {
                 best = (trial, loud);
@@ -196,5 +201,5 @@ fn in_phase(tests: &[Rows], wave: Wave, beat: f64) -> (Wave, f64) {
     let offs = (-reach..=reach).map(|k| k as f64 * step);
     let best = offs.map(|off| (off, together(off))).max_by(|a, b| a.1.total_cmp(&b.1));
     let (off, loud) = best.unwrap_or((0.0, 0.0));
-    (Wave { hz: (wave.hz + off).max(1e-5), ..wave }, loud)
+    (Wave { hz: (wave.hz + off).max(wave.least_hz), ..wave }, loud)
 }

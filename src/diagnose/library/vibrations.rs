@@ -63,7 +63,7 @@ pub(super) fn beats(ground: &Ground, list: &mut Vec<Family>) {
             let beat = number("beat", place, "frequency", wave.hz).with(name, ParameterValue::Number(along));
             let ripples = wave.per_unit * (to - from) / TAU;
             let shape = vec![
-                refined("frequency", 1e-5, 1e3, PHASE / (session_s * wave.hz)),
+                refined("frequency", wave.least_hz, 1e3, PHASE / (session_s * wave.hz)),
                 refined(name, 0.9 * along, 1.1 * along, ALONG / ripples * along),
             ];
             let family = Family::new("beat", place, vec![own], RIPPLES).over(vec![beat]).refine(shape).fast();
