@@ -138,8 +138,8 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
         _ => value.clamp(from, to),
     };
     Some(match (parameter.name, parameter.unit, parameter.count) {
-        ("orders", ..) if axis_kind == Some(AxisKind::Linear) => return None,
-        ("periods", ..) if axis_kind == Some(AxisKind::Rotary) => return None,
+        ("orders" | "order", ..) if axis_kind == Some(AxisKind::Linear) => return None,
+        ("periods" | "period", ..) if axis_kind == Some(AxisKind::Rotary) => return None,
         ("link", ..) => ParameterValue::Word(if place == Place::Pivot { "w" } else { "t" }.into()),
         ("at", ..) if place == Place::Pivot => ParameterValue::List(vec![70.0, 40.0, 20.0]),
         ("at", ..) => ParameterValue::List(vec![-35.0, 10.0, 110.0]),

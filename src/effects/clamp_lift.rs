@@ -6,9 +6,9 @@
 
 use super::backlash::across;
 use super::context::Travel;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, plain_measure, single_function};
 use super::{Context, EffectError};
-use crate::machine::{Effect, Place};
+use crate::machine::{Effect, Machine, Place};
 
 /// Lift of a part over a stretch of its travel.
 pub static CLAMP_LIFT: Kind = Kind {
@@ -42,12 +42,19 @@ pub static CLAMP_LIFT: Kind = Kind {
             "time in which it settles (1/e), s",
         ),
     ],
-    check: no_check,
+    check: begins_before_it_ends,
     outlets: |machine, place| across(machine, place),
     measure: plain_measure,
     functions: single_function,
     profiles,
 };
+
+fn begins_before_it_ends(_machine: &Machine, effect: &Effect) -> Result<(), String> {
+    match (effect.number("from"), effect.number("to")) {
+        (Some(from), Some(to)) if from < to => Ok(()),
+        _ => Err("'from' is below 'to': a stretch that is left out is the same lift with the other sign".into()),
+    }
+}
 
 /// What the part does: its place after the play, mm or rad, and how far it is lifted, 0 … 1.
 #[derive(Clone, Copy, Default)]

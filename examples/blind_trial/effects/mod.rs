@@ -3,6 +3,7 @@
 pub mod backlash;
 pub mod drifting;
 pub mod periodic;
+mod seats;
 pub mod shapes;
 pub mod slips;
 pub mod spikes;
@@ -66,6 +67,10 @@ pub const KINDS: &[(&str, f64, bool, Drawer)] = &[
     ("unknown-cross-tilt", 1.0, false, strangers::cross_tilt),
     ("unknown-beat", 1.0, false, strangers::beat),
     ("unknown-load", 1.0, false, strangers::load),
+    // by --only: sessions of a seed stay what they were
+    ("ball-form", 0.0, true, seats::lobes),
+    ("cup-stiction", 0.0, true, seats::sticks),
+    ("unknown-hose", 0.0, false, seats::hose),
 ];
 
 /// Undisturbed rows of a session.
