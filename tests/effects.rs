@@ -971,8 +971,8 @@ fn the_form_of_a_ball_is_what_spherical_harmonics_make_of_the_bars_direction() {
         .collect();
     for (name, profile) in names.iter().zip(&profiles) {
         let largest = sphere.iter().map(|[x, y, z]| known(name, *x, *y, *z).abs()).fold(0.0, f64::max);
-        for test in 0..session.tests.len() {
-            for (value, u) in profile[test].iter().zip(bar_directions(&session, test)) {
+        for (test, rows) in profile.iter().enumerate() {
+            for (value, u) in rows.iter().zip(bar_directions(&session, test)) {
                 let expected = known(name, u.x, u.y, u.z) / largest;
                 assert!((value - expected).abs() < 2e-3, "{name}: {value} for {expected}");
             }
@@ -997,11 +997,11 @@ fn a_cup_sticks_until_the_bar_has_turned_in_it() {
             turn * seen[row]
         };
         let mut turned = 0.0f64;
-        for row in 0..found.len() {
+        for (row, sticks) in found.iter().enumerate() {
             if row > 0 {
                 turned += from_machine(row).dot(&from_machine(row - 1)).min(1.0).acos().to_degrees();
             }
-            assert!((found[row] - (-turned / 4.0).exp()).abs() < 1e-6, "{} at {turned} deg", found[row]);
+            assert!((sticks - (-turned / 4.0).exp()).abs() < 1e-6, "{sticks} at {turned} deg");
         }
         assert!(found[0] == 1.0 && found[found.len() - 1] < 0.5, "{found:?}");
     }

@@ -310,6 +310,13 @@ impl Ways<'_, '_, '_> {
         let starts_free = |model: &Model| model.found.first().is_some_and(|first| first.chosen.is_free());
         // a free curve before a named form must stand far better, as where one effect is chosen
         let margin = if starts_free(&trial) && !starts_free(model) { BETTER_FREE_SET } else { margin };
+        // a set that acts at more places must stand better by what each further one needs
+        let places = |model: &Model| {
+            let places = model.found.iter().map(|found| found.chosen.effect.place);
+            places.collect::<std::collections::HashSet<_>>().len()
+        };
+        let further = places(&trial).saturating_sub(places(model).max(1));
+        let margin = margin.max(self.limits.accept_further * further as f64);
         let is_better = other > now + margin;
         if is_better {
             *model = trial;
