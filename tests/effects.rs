@@ -873,6 +873,10 @@ fn wrong_entries_get_one_clear_message() {
         ("  - effect: pivot-slip\n    place: pivot\n    sizes: {x: 1 um}\n", 5, "needs the key 'time'"),
         ("  - effect: servo-lag\n    place: X\n    sizes: {lag: 3 um}\n", 7, "allowed: ms, s, us"),
         ("  - effect: unknown\n    place: C\n    from: 5\n    to: 5\n    sizes: {}\n", 5, "'from' is below 'to'"),
+        ("  - effect: clamp-lift\n    place: C\n    from: 40\n    to: -10\n    sizes: {}\n", 5, "'from' is below 'to'"),
+        ("  - effect: clamp-lift\n    place: C\n    from: 40\n    sizes: {}\n", 5, "needs the key 'to'"),
+        ("  - effect: ball-form\n    place: pivot\n    degree: 2.5\n    sizes: {}\n", 5, "2, 3 or 4"),
+        ("  - effect: beat\n    place: X\n    order: 3\n    frequency: 1\n    sizes: {}\n", 5, "has a period in mm"),
         ("  - 5\n", 5, ""),
     ] {
         let message = refusal(entry);

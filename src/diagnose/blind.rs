@@ -198,11 +198,20 @@ fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list:
             }
         }
     }
-    list.extend(hidden.into_iter().map(|(effect, measure, outlets, smallest)| Blind {
-        cause: cause_of(machine, effect, &outlets),
-        smallest,
-        unit: unit(measure),
-        test: showing_test(machine, effect.kind.as_str(), effect.place),
+    list.extend(hidden.into_iter().map(|(effect, measure, outlets, smallest)| {
+        Blind {
+            cause: cause_of(machine, effect, &outlets),
+            smallest,
+            unit: unit(measure),
+            // its own motion shows along its turning or travel only
+            test: match outlets
+                .iter()
+                .all(|outlet| effect.place.axis().is_some_and(|axis| *outlet == Outlet::own(machine, axis)))
+            {
+                true => showing_test(machine, "cyclic-error", effect.place),
+                false => showing_test(machine, &effect.kind, effect.place),
+            },
+        }
     }));
 }
 
@@ -274,7 +283,10 @@ pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
         ("thermal-growth" | "bar-length" | "ball-slip" | "pivot-slip", _) => {
             "the first test again at the end, nothing remounted".to_string()
         }
-        ("ball-form" | "cup-stiction", _) => "the first test again with the ball turned in its cup".to_string(),
+        ("ball-form", _) => "the first test again with the ball turned in its cup".to_string(),
+        ("cup-stiction", _) => {
+            "a sweep in which the bar turns in that cup, read from the start without run-up".to_string()
+        }
         ("trigger-latency", _) => "a sweep with an off-centre ball at two feeds in both directions".to_string(),
         _ => "the first test again in both directions".to_string(),
     }

@@ -24,9 +24,16 @@ const LONGEST_SHIFT_MS: f64 = 5000.0;
 /// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
 const SHIFT_SHARE: f64 = 0.5;
 
+/// Largest form of a ball, µm: those of gauges are round to some tenths, worn ones to one.
+const ROUND_WITHIN: f64 = 1.1;
+
 /// Whether a candidate's size is one that it can have.
 pub(super) fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
-    let shift_ms = candidate.judgement.amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
+    let amplitudes = &candidate.judgement.amplitudes;
+    if candidate.effect.kind == "ball-form" {
+        return amplitudes.iter().map(|size| size * size).sum::<f64>().sqrt() < ROUND_WITHIN;
+    }
+    let shift_ms = amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
     let explains = candidate.judgement.chi2 > SHIFT_SHARE * misfit;
     !super::is_shift_of_one_test(&candidate.effect)
         || (explains && (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms))

@@ -398,9 +398,6 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
             to: file(centre + width / 2.0),
         });
     }
-    if let ("clamp-lift", Some(from), Some(to)) = (effect.kind.as_str(), effect.number("from"), effect.number("to")) {
-        return Some(RangeFound { axis: entry.name.clone(), from: file(from), to: file(to) });
-    }
     // static poses have no times
     if matches!(effect.kind.as_str(), "thermal-growth") && effect.parameter("clock").is_none() {
         return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });
@@ -408,5 +405,10 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
     let ends = (0..ground.tests())
         .flat_map(|test| ground.context.motion(test).axis(axis))
         .fold((f64::MAX, f64::MIN), |(from, to), q| (from.min(q), to.max(q)));
+    // what lies beyond the readings nobody knows
+    let ends = match (effect.kind.as_str(), effect.number("from"), effect.number("to")) {
+        ("clamp-lift", Some(from), Some(to)) => (from.max(ends.0), to.min(ends.1)),
+        _ => ends,
+    };
     Some(RangeFound { axis: entry.name.clone(), from: file(ends.0), to: file(ends.1) })
 }

@@ -97,6 +97,8 @@ pub(super) struct Ways<'w, 'g, 'a> {
     pub(super) whitened: [Arc<Whitened<'g, 'a>>; 2],
     /// Steps made so far.
     pub(super) steps: Cell<usize>,
+    /// Balls out of round are not looked at: what the machine does says as much.
+    pub(super) balls_are_round: Cell<bool>,
 }
 
 /// One step of a search: what it finds and what is left then.

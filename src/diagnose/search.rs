@@ -60,7 +60,8 @@ fn search_then(
     }
     let whitened = |ground, floor| Arc::new(Whitened::new(ground, floor, &ground.kept));
     let whitened = [whitened(grounds.fine, &floors[0]), whitened(grounds.coarse, &floors[1])];
-    let ways = Ways { grounds, families, floors, limits, whitened, steps: Cell::new(0) };
+    let ways =
+        Ways { grounds, families, floors, limits, whitened, steps: Cell::new(0), balls_are_round: Cell::new(false) };
     let mut model = Model::empty(&ways);
     let start = Start::of(&ways, &model);
     ways.grow(&mut model, None);
@@ -78,6 +79,15 @@ const POORLY_EXPLAINED: f64 = 1.3;
 
 /// Other first steps that are tried.
 const OTHER_STARTS: usize = 4;
+
+/// Kind of a ball out of round; the log odds, and at most the share of its gain, by which it must stand better than a few
+/// of the machine's own effects.
+const BALL_FORM: &str = "ball-form";
+const BALLS_MUST_BE_BETTER: f64 = 60.0;
+const BALLS_SHARE: f64 = 0.15;
+/// The same beside effects that were taken instead.
+const BALLS_ARE_GAUGES: f64 = 2.0;
+const MOST_FOR_A_BALL: usize = 3;
 
 /// Log odds by which another set of effects must be better.
 const BETTER_SET: f64 = 5.0;
@@ -124,6 +134,7 @@ impl Ways<'_, '_, '_> {
                 let stages = [Stage::on(fine.clone(), &model.columns[0]), Stage::on(coarse.clone(), &model.columns[1])];
                 let mut candidates = screen(&stages, families, self.grounds.cells);
                 candidates.retain(|candidate| is_sensible(candidate, stages[0].misfit));
+                candidates.retain(|candidate| !self.balls_are_round.get() || candidate.effect.kind != BALL_FORM);
                 keep_diverse(&mut candidates, families);
                 refine_all(&stages, families, candidates)
             }
@@ -170,6 +181,7 @@ impl Ways<'_, '_, '_> {
         if !model.found.is_empty() && left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 {
             self.start_otherwise(model);
         }
+        let round_ball = self.round_balls(model);
         self.take_other_motions(model);
         for index in (0..model.found.len()).rev() {
             // a model that was replaced may be shorter
@@ -209,6 +221,9 @@ impl Ways<'_, '_, '_> {
             rivals.retain(|(rival, _)| rival.family != old);
             model.found[index].rivals = rivals;
             model.found[index].ranked_odds = ranked_odds;
+        }
+        if let (Some(ball), Some(first)) = (round_ball, model.found.first_mut()) {
+            first.rivals.push(ball);
         }
     }
 
@@ -251,6 +266,33 @@ impl Ways<'_, '_, '_> {
             self.grow(&mut trial, Some(rival));
             self.replace(model, trial, BETTER_SET);
         }
+    }
+
+    /// Takes what the machine does in place of a ball out of round, which has amplitudes for all of it: on circles of one bar
+    /// the direction of the bar is the position of the slides.
+    ///
+    /// The ball that was left, with its log odds beside the machine's effects: nothing tells it from them.
+    fn round_balls(&self, model: &mut Model) -> Option<(Candidate, f64)> {
+        let first = model.found.first().filter(|first| first.chosen.effect.kind == BALL_FORM)?;
+        let of_machine = |rival: &&Candidate| rival.effect.kind != BALL_FORM && !rival.is_event();
+        let rivals: Vec<Candidate> = first.rivals.iter().map(|(rival, _)| rival).filter(of_machine).cloned().collect();
+        let (ball, stands) = (first.chosen.clone(), model.standing(self));
+        let better = BALLS_MUST_BE_BETTER.min(BALLS_SHARE * first.gain);
+        let mut tried: Vec<String> = Vec::new();
+        self.balls_are_round.set(true);
+        for rival in rivals {
+            if tried.len() < OTHER_STARTS && !tried.contains(&rival.effect.kind) {
+                tried.push(rival.effect.kind.clone());
+                let mut trial = Model::empty(self);
+                self.grow(&mut trial, Some(rival));
+                let are_few = (1..=MOST_FOR_A_BALL).contains(&trial.found.len());
+                if are_few && self.replace(model, trial, -better) {
+                    return Some((ball, (stands - model.standing(self)).min(0.0) - BALLS_ARE_GAUGES));
+                }
+            }
+        }
+        self.balls_are_round.set(false);
+        None
     }
 
     /// The model without effects that add too little to what the others explain, whichever was taken first.
@@ -316,7 +358,7 @@ impl Ways<'_, '_, '_> {
             places.collect::<std::collections::HashSet<_>>().len()
         };
         let further = places(&trial).saturating_sub(places(model).max(1));
-        let margin = margin.max(self.limits.accept_further * further as f64);
+        let margin = if margin < 0.0 { margin } else { margin.max(self.limits.accept_further * further as f64) };
         let is_better = other > now + margin;
         if is_better {
             *model = trial;

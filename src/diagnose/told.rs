@@ -185,7 +185,7 @@ pub(super) fn listen<'g, 'a>(
     // jumps beside it, and forms that hold nowhere else or for which it stands, are its own
     let alone = told.findings.first().is_some_and(|first| !first.single)
         && (1..told.findings.len()).all(|k| told.findings[k].single || has_failed(k) || stands_for[k]);
-    // many jumps that leave much are none, whatever else seems to be there
+    // many jumps that leave much are none, with one other finding at most beside them
     let jumps = told.findings.iter().filter(|finding| finding.single).count();
     let almost_all_jump = jumps > 1 && jumps + 1 >= told.findings.len();
     let are_no_jumps = almost_all_jump && is_louder(told, SURELY_MORE);

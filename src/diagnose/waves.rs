@@ -22,6 +22,8 @@ const MOST_BEATS: usize = 25;
 const FINER: usize = 2;
 /// Beats that the longest recording must show.
 const LEAST_BEATS: f64 = 0.8;
+/// Length of a session, in longest recordings, beyond which the phases of its tests say nothing of one frequency.
+const LONGEST_SESSION: f64 = 1000.0;
 /// Tests in which the axis must move: one alone cannot tell ripple from beat.
 const LEAST_TESTS: usize = 3;
 /// Ripples of which the phases are compared, ripples told at most, and rounds by which each is sharpened.
@@ -59,12 +61,17 @@ pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
     let (along, in_time) = (ripple / FINER as f64, beat / FINER as f64);
     let beats: Vec<Vec<(f64, f64)>> = tests.iter().map(|rows| phasors(rows, in_time)).collect();
     let least_hz = LEAST_BEATS * beat;
+    if session_s(&tests) > LONGEST_SESSION * longest {
+        return Vec::new();
+    }
     let mut cells: Vec<(Wave, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
         .into_par_iter()
         .flat_map_iter(|k| {
             let per_unit = k as f64 * along;
             let loud = loudness_by_beat(&tests, &beats, per_unit);
-            (1..).zip(loud).map(move |(m, loud)| (Wave { per_unit, hz: f64::from(m) * in_time, least_hz }, loud))
+            let waves =
+                (1..).zip(loud).map(move |(m, loud)| (Wave { per_unit, hz: f64::from(m) * in_time, least_hz }, loud));
+            waves.filter(|(wave, _)| wave.hz >= wave.least_hz)
         })
         .collect();
     cells.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -84,6 +91,8 @@ pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
     let mut waves: Vec<(Wave, f64)> =
         chosen.into_iter().map(|wave| in_phase(&tests, sharpened(&tests, wave, ripple, beat), beat)).collect();
     waves.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // neighbours may be sharpened to one
+    waves.dedup_by(|one, other| one.0 == other.0);
     waves.into_iter().take(MOST_WAVES).map(|(wave, _)| wave).collect()
 }
 
@@ -176,10 +185,15 @@ fn sharpened(tests: &[Rows], wave: Wave, ripple: f64, beat: f64) -> Wave {
     best.0
 }
 
+/// Time from the middle of the first test to that of the last, s.
+fn session_s(tests: &[Rows]) -> f64 {
+    let middles = || tests.iter().map(|rows| rows.middle_s);
+    middles().fold(f64::MIN, f64::max) - middles().fold(f64::MAX, f64::min)
+}
+
 /// The frequency near that of a wave at which the amplitudes of all tests have one phase, and the square of their sum.
 fn in_phase(tests: &[Rows], wave: Wave, beat: f64) -> (Wave, f64) {
-    let middle = |rows: &Rows| rows.middle_s;
-    let session = tests.iter().map(middle).fold(f64::MIN, f64::max) - tests.iter().map(middle).fold(f64::MAX, f64::min);
+    let session = session_s(tests);
     if session <= 0.0 {
         return (wave, 0.0);
     }
@@ -198,8 +212,8 @@ fn in_phase(tests: &[Rows], wave: Wave, beat: f64) -> (Wave, f64) {
     };
     let step = PHASE_STEP / session;
     let reach = (0.5 * beat / step) as i64;
-    let offs = (-reach..=reach).map(|k| k as f64 * step);
+    let offs = (-reach..=reach).map(|k| k as f64 * step).filter(|off| wave.hz + off >= wave.least_hz);
     let best = offs.map(|off| (off, together(off))).max_by(|a, b| a.1.total_cmp(&b.1));
     let (off, loud) = best.unwrap_or((0.0, 0.0));
-    (Wave { hz: (wave.hz + off).max(wave.least_hz), ..wave }, loud)
+    (Wave { hz: wave.hz + off, ..wave }, loud)
 }

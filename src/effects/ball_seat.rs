@@ -26,7 +26,10 @@ pub static BALL_FORM: Kind = Kind {
         (2.0, HIGHEST as f64),
         "highest degree of the harmonics",
     )],
-    check: no_check,
+    check: |_, effect| match effect.number("degree") {
+        Some(degree) if degree.fract() != 0.0 => Err("degree is 2, 3 or 4".into()),
+        _ => Ok(()),
+    },
     outlets: read_at_a_ball,
     measure: plain_measure,
     functions: |effect| (2..=degree(effect)).flat_map(names).collect(),
@@ -98,6 +101,13 @@ fn harmonics(highest: usize, u: &Vector3<f64>) -> Vec<f64> {
     all
 }
 
+/// Largest values over the sphere of harmonics whose maximum is no simple fraction, inverted: degree 3 of orders 1 and 2,
+/// degree 4 of orders 1 and 3.
+const MOST_31: f64 = 0.726_184_4;
+const MOST_32: f64 = 2.598_076_2;
+const MOST_41: f64 = 0.946_946_2;
+const MOST_43: f64 = 3.079_201_4;
+
 /// What a harmonic has along z: the Legendre polynomial of a degree derived as often as its order, scaled for the whole
 /// harmonic to have one as its largest value.
 fn zonal(degree: usize, order: usize, z: f64) -> f64 {
@@ -105,12 +115,12 @@ fn zonal(degree: usize, order: usize, z: f64) -> f64 {
         (2, 0) => (3.0 * z * z - 1.0) / 2.0,
         (2, 1) => 2.0 * z,
         (3, 0) => (5.0 * z * z - 3.0) * z / 2.0,
-        (3, 1) => 0.726_184_4 * (5.0 * z * z - 1.0),
-        (3, 2) => 2.598_076_2 * z,
+        (3, 1) => MOST_31 * (5.0 * z * z - 1.0),
+        (3, 2) => MOST_32 * z,
         (4, 0) => (35.0 * z.powi(4) - 30.0 * z * z + 3.0) / 8.0,
-        (4, 1) => 0.946_946_2 * (7.0 * z * z - 3.0) * z,
+        (4, 1) => MOST_41 * (7.0 * z * z - 3.0) * z,
         (4, 2) => 7.0 / 9.0 * (7.0 * z * z - 1.0),
-        (4, 3) => 3.079_201_4 * z,
+        (4, 3) => MOST_43 * z,
         // of the highest order the sine of the angle from z alone is left
         _ => 1.0,
     }

@@ -49,8 +49,8 @@ fn period_of_its_axis(machine: &Machine, effect: &Effect) -> Result<(), String> 
     let kind = effect.place.axis().map(|axis| machine.axes[axis].kind);
     match (kind, effect.number("order"), effect.number("period")) {
         (Some(AxisKind::Rotary), Some(_), None) | (Some(AxisKind::Linear), None, Some(_)) | (None, ..) => Ok(()),
-        (Some(AxisKind::Rotary), ..) => Err("a rotary axis has an order, e.g. order: 12".into()),
-        (Some(AxisKind::Linear), ..) => Err("a linear axis has a period in mm, e.g. period: 10".into()),
+        (Some(AxisKind::Rotary), ..) => Err("a rotary axis has an order and no period, e.g. order: 12".into()),
+        (Some(AxisKind::Linear), ..) => Err("a linear axis has a period in mm and no order, e.g. period: 10".into()),
     }
 }
 

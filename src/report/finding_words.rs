@@ -174,15 +174,22 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     } else if !list("degrees").is_empty() {
         words.push("a bow over the whole travel".into());
     }
-    if let ("clamp-lift", Some(from), Some(to)) = (lead.kind.as_str(), number("from"), number("to")) {
-        let at = |value: f64| digits(value, Some(1.0));
-        words.push(format!("between {} and {} {position_unit}", at(from), at(to)));
+    if lead.kind == "clamp-lift" {
         let late = number("hysteresis").filter(|late| *late > 0.0);
         words.extend(
-            late.map(|late| format!("{} {position_unit} later on the way back", digits(late, Some(0.1 * late)))),
+            late.map(|late| format!("about {} {position_unit} later on the way back", digits(late, Some(0.2 * late)))),
         );
         let rise = number("rise").filter(|rise| *rise > 0.0);
-        words.extend(rise.map(|rise| format!("settles within {} s", digits(rise, Some(0.1 * rise)))));
+        words.extend(rise.map(|rise| format!("settles in about {} s (1/e)", digits(rise, Some(0.2 * rise)))));
+        if late.is_some() && rise.is_some() {
+            words.push("one feed alone does not tell these two apart".into());
+        }
+    }
+    if let Some(degree) = number("degree") {
+        words.push(format!("spherical harmonics up to degree {degree:.0}"));
+    }
+    if let Some(turned) = number("turned") {
+        words.push(format!("lets go as the bar has turned {} ° in its cup (1/e)", digits(turned, Some(0.1 * turned))));
     }
     if let Some(share) = number("windup_share") {
         match (share, number("take_up")) {

@@ -88,7 +88,7 @@ fn seat(
         components: vec!["length".into()],
         unit: "um",
         meaning,
-        sizes: if has_lobes { (0.1, 1.0) } else { (0.3, 3.0) },
+        sizes: if has_lobes { (0.1, 0.5) } else { (0.3, 3.0) },
         range: json!({}),
         params: if has_lobes { json!({"lobes": lobes, "about": line}) } else { json!({"lets_go_deg": lets_go_deg}) },
         law: Box::new(law),

@@ -2,6 +2,7 @@
 
 mod curves;
 mod growth;
+mod lifts;
 mod linear;
 mod motions;
 mod play;

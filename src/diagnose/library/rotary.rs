@@ -3,10 +3,11 @@
 use super::super::ground::Ground;
 use super::curves::{postures, unknown};
 use super::growth::growth;
+use super::lifts::stretches;
 use super::motions::{directions, finest_step, motion, travelled, turns_against_gravity};
 use super::play::{servo_lag, windup_refined, windups};
 use super::{Family, Refined, list_of, number, refined};
-use crate::machine::{Effect, Outlet, ParameterValue, Place};
+use crate::machine::{Effect, Outlet, Place};
 use std::f64::consts::PI;
 
 /// Orders of a bearing's error motion that take part: the lowest ones, more, all.
@@ -70,7 +71,7 @@ pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .fast(),
         );
         list.extend(servo_lag(ground, axis));
-        let (stretches, shape) = stretches(place, (from, to));
+        let (stretches, shape) = stretches(place, (from, to), 6f64.to_radians());
         let lifted = [d.along, d.tilts[0], d.tilts[1]];
         let tipped = [&d.across[..], &d.tilts].concat();
         for components in [&lifted[..], &tipped, &[d.along]] {
@@ -104,28 +105,4 @@ pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     for components in [&d.across[..], &[d.along], &d.tilts, &growing, &whole] {
         list.push(growth(ground, place, motion(axis, components)));
     }
-}
-
-/// Places at which a stretch may begin or end, the ends of the travel among them.
-const EDGES: usize = 13;
-
-/// Stretches of a travel over which a part may be lifted, and how they are refined.
-fn stretches(place: Place, (from, to): (f64, f64)) -> (Vec<Effect>, Vec<Refined>) {
-    let step = (to - from) / (EDGES - 1) as f64;
-    let edge = |k: usize| ParameterValue::Number(from + step * k as f64);
-    let stretch = |begins, ends| {
-        let lift = Effect::new("clamp-lift", place).with("from", edge(begins)).with("to", edge(ends));
-        lift.with("hysteresis", ParameterValue::Number(0.0)).with("rise", ParameterValue::Number(0.0))
-    };
-    let pairs = (0..EDGES).flat_map(|begins| (begins + 1..EDGES).map(move |ends| (begins, ends)));
-    let whole = (0, EDGES - 1);
-    let grid = pairs.filter(|pair| *pair != whole).map(|(begins, ends)| stretch(begins, ends)).collect();
-    let refined = |name, least, most, step| Refined { name, least, most, step, element: None };
-    let shape = vec![
-        refined("from", from - step, to, 0.5 * step),
-        refined("to", from, to + step, 0.5 * step),
-        refined("hysteresis", 0.0, to - from, 6f64.to_radians()),
-        refined("rise", 0.0, 10.0, 0.4),
-    ];
-    (grid, shape)
 }

@@ -111,8 +111,8 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
     }
 }
 
-/// Log odds against balls that are out of round or stick: they are gauges. Amplitudes of their form are within some tenths
-/// of a micrometre, µm.
+/// Log odds against balls that are out of round or stick: they are gauges. Amplitudes of their form are plausible up to
+/// some tenths, µm.
 const GOOD_BALLS: f64 = 4.0;
 const ROUND_WITHIN: f64 = 0.6;
 

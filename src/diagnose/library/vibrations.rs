@@ -41,7 +41,7 @@ pub(super) fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
 }
 
 /// Log odds against one of the many ripples that were looked at, and amplitudes that are plausible, µm or arcsec.
-const RARE: f64 = 12.0;
+const RARE: f64 = 15.0;
 const RIPPLES: f64 = 10.0;
 /// First step of a frequency, in beats over the session, and of a period or order, as a share of one over the travel.
 const PHASE: f64 = 0.1;
@@ -50,8 +50,10 @@ const ALONG: f64 = 0.05;
 /// The loudest ripples of each moving axis that wander with time.
 pub(super) fn beats(ground: &Ground, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
-    let ends = (0..ground.tests()).map(|test| ground.context.ends_at_s(test));
-    let session_s = ends.fold(0.0, f64::max).max(1.0);
+    let tests = || 0..ground.tests();
+    let begins = tests().map(|test| ground.context.session().tests[test].started_at_s).fold(f64::MAX, f64::min);
+    let ends = tests().map(|test| ground.context.ends_at_s(test)).fold(f64::MIN, f64::max);
+    let session_s = (ends - begins).max(1.0);
     for axis in 0..machine.axes.len() {
         let Some((from, to)) = travelled(ground, axis) else { continue };
         let (place, own) = (Place::Axis(axis), Outlet::own(machine, axis));
