@@ -16,7 +16,7 @@ const LOOKED_AT: usize = 50;
 
 /// Replaces the list by what static poses can show.
 pub(super) fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
-    list.retain(|family| !needs_times(family));
+    list.retain(|family| !needs_runs(family));
     for family in list.iter_mut() {
         family.plausible = family.plausible.max(PLAUSIBLE);
         // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
@@ -34,11 +34,13 @@ pub(super) fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
     }
 }
 
-/// Whether a family depends on times, which static poses do not have.
-fn needs_times(family: &Family) -> bool {
+/// Whether a family depends on times or runs, which static poses do not have.
+fn needs_runs(family: &Family) -> bool {
     match family.kind {
         "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike" => true,
-        "pivot-slip" | "ball-slip" => true,
+        "pivot-slip" | "ball-slip" | "beat" => true,
+        // runs have a beginning and clamps are passed at a speed; artefacts of balls have other seats at every pose
+        "cup-stiction" | "clamp-lift" | "ball-form" => true,
         "thermal-growth" | "bar-length" => family.grid.iter().all(|effect| effect.parameter("tau").is_some()),
         _ => false,
     }
