@@ -123,11 +123,13 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .with("half_travel", ParameterValue::Number((to - from) / 2.0));
             list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(vec![bow]));
         }
-        let (stretches, shape) = stretches(place, (from, to), 10.0);
-        let tipped = [&d.across[..], &d.tilts].concat();
-        let lift = Family::new("clamp-lift", place, motion(axis, &tipped), 30.0).over(stretches).refine(shape);
-        // rails wear, clamps are rare
-        list.push(Family { rarity: SELDOM, ..lift });
+        // at a few places where a slide stands a lift is whatever one likes
+        if travelled(ground, axis).is_some() {
+            let (stretches, shape) = stretches(place, (from, to), 10.0);
+            let tipped = [&d.across[..], &d.tilts].concat();
+            let lift = Family::new("clamp-lift", place, motion(axis, &tipped), 30.0).over(stretches).refine(shape);
+            list.push(Family { rarity: SELDOM, ..lift });
+        }
         for tilt in d.tilts {
             list.push(Family::new("squareness", place, vec![Outlet::Location { axis, component: tilt }], 120.0));
         }
@@ -162,5 +164,5 @@ fn tilt_of(axis: usize, component: Component, machine: &Machine) -> Option<Compo
     (across < 3).then(|| Component::ALL[3 + (3 - along - across)])
 }
 
-/// Log odds against a slide that sits in two ways.
+/// Log odds against a slide that sits in two ways: rails wear, clamps are rare.
 const SELDOM: f64 = 4.0;
