@@ -3,7 +3,6 @@
 use super::super::ground::Ground;
 use super::curves::unknown;
 use super::growth::{growth, last_before_spindle};
-use super::lifts::stretches;
 use super::motions::{directions, finest_step, motion, travelled, visited};
 use super::play::{servo_lag, spikes, windup_refined, windups};
 use super::{Family, Refined, list_of, refined};
@@ -123,13 +122,6 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 .with("half_travel", ParameterValue::Number((to - from) / 2.0));
             list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(vec![bow]));
         }
-        // at a few places where a slide stands a lift is whatever one likes
-        if travelled(ground, axis).is_some() {
-            let (stretches, shape) = stretches(place, (from, to), 10.0);
-            let tipped = [&d.across[..], &d.tilts].concat();
-            let lift = Family::new("clamp-lift", place, motion(axis, &tipped), 30.0).over(stretches).refine(shape);
-            list.push(Family { rarity: SELDOM, ..lift });
-        }
         for tilt in d.tilts {
             list.push(Family::new("squareness", place, vec![Outlet::Location { axis, component: tilt }], 120.0));
         }
@@ -163,6 +155,3 @@ fn tilt_of(axis: usize, component: Component, machine: &Machine) -> Option<Compo
     let across = component.index();
     (across < 3).then(|| Component::ALL[3 + (3 - along - across)])
 }
-
-/// Log odds against a slide that sits in two ways: rails wear, clamps are rare.
-const SELDOM: f64 = 4.0;
