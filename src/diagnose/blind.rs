@@ -22,6 +22,11 @@ pub struct Blind {
 /// χ² from which a cause counts as visible: what the search demands, with the cost of shapes.
 const VISIBLE: f64 = 50.0;
 
+/// Smallest size that shows where a size of one has so much information; `None`: no size does.
+fn smallest(information: f64) -> Option<f64> {
+    (information > 1e-12).then(|| (VISIBLE / information).sqrt())
+}
+
 /// Sizes above which a machinist would want to know: a cause is listed when the session shows it only beyond.
 fn notable(kind: &str, is_angle: bool) -> f64 {
     match (kind, is_angle) {
@@ -78,8 +83,7 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
             let own: Vec<Term> = terms.iter().filter(|term| term.outlet == *outlet).copied().collect();
             let Ok(columns) = ground.columns(effect, &own) else { continue };
             let (information, _) = stage.project(&columns);
-            let strongest = (0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max);
-            let smallest = (strongest > 1e-12).then(|| (VISIBLE / strongest).sqrt());
+            let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
             if smallest.is_none_or(|smallest| smallest > notable(family.kind, is_angle)) {
@@ -114,7 +118,7 @@ fn unseen_once_a_turn(ground: &Ground, place: Place, outlet: &Outlet, stage: &St
     let columns = ground.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
     let (information, _) = stage.project(&columns);
     let weakest = (0..columns.len()).map(|k| information[(k, k)]).fold(f64::INFINITY, f64::min);
-    let smallest = (weakest > 1e-12).then(|| (VISIBLE / weakest).sqrt());
+    let smallest = smallest(weakest);
     smallest.is_none_or(|smallest| smallest > notable("rotary-error-motion", false)).then(|| Blind {
         cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
         smallest: smallest.filter(|value| *value < 1e5),
@@ -152,7 +156,7 @@ fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut 
             }
         }
         for (outlet, effect, shown) in least {
-            let smallest = (shown > 1e-12).then(|| (VISIBLE / shown).sqrt());
+            let smallest = smallest(shown);
             if smallest.is_none_or(|smallest| smallest > notable(kind, false)) {
                 list.push(Blind {
                     cause: cause_of(machine, effect, &[outlet]),
@@ -165,8 +169,8 @@ fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut 
     }
 }
 
-/// Motions over the travel of an axis that the session does not show whatever their form, lengths and angles of an axis
-/// together.
+/// Motions over the travel of an axis that the session does not show whatever their form: the lengths of
+/// an axis together, and its angles.
 fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
     let machine = ground.context.machine();
     let mut seen: Vec<Outlet> = Vec::new();
@@ -183,8 +187,8 @@ fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list:
             let own = terms(machine, effect, std::slice::from_ref(outlet));
             let Ok(columns) = ground.columns(effect, &own) else { continue };
             let (information, _) = stage.project(&columns);
-            let strongest = (0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max);
-            let smallest = (strongest > 1e-12).then(|| (VISIBLE / strongest).sqrt()).filter(|value| *value < 1e5);
+            let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
+            let smallest = smallest.filter(|value| *value < 1e5);
             if smallest.is_some_and(|smallest| smallest <= HIDES_ANY_FORM) {
                 continue;
             }
@@ -199,18 +203,14 @@ fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list:
         }
     }
     list.extend(hidden.into_iter().map(|(effect, measure, outlets, smallest)| {
+        // its own motion shows along its turning or travel only
+        let own = effect.place.axis().map(|axis| Outlet::own(machine, axis));
+        let is_own = outlets.iter().all(|outlet| Some(*outlet) == own);
         Blind {
             cause: cause_of(machine, effect, &outlets),
             smallest,
             unit: unit(measure),
-            // its own motion shows along its turning or travel only
-            test: match outlets
-                .iter()
-                .all(|outlet| effect.place.axis().is_some_and(|axis| *outlet == Outlet::own(machine, axis)))
-            {
-                true => showing_test(machine, "cyclic-error", effect.place),
-                false => showing_test(machine, &effect.kind, effect.place),
-            },
+            test: showing_test(machine, if is_own { "cyclic-error" } else { &effect.kind }, effect.place),
         }
     }));
 }

@@ -199,11 +199,7 @@ fn finding(
         size = super::vibrating::size_together(ground, &vibrating, &search.noise_after, size);
     }
     // a spike whose servo is no simple one is the sum of several
-    let spikes: Vec<(&Candidate, usize)> = group
-        .iter()
-        .map(|&index| (&search.found[index].chosen, first_column[index]))
-        .filter(|(part, _)| part.effect.kind == "reversal-spike")
-        .collect();
+    let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, "reversal-spike").collect();
     if spikes.len() > 1 && cause.effect == "reversal-spike" {
         size = super::size::size_together(ground, &spikes, &cause, stage, covariance, size);
     }
@@ -248,17 +244,27 @@ fn finding(
 /// little, and may be told in directions that hardly show it.
 const SURE_SIZE: f64 = 0.1;
 
-/// The parts of a finding that are effects of a kind, with their sizes (display units).
+/// The parts of a finding that are effects of a kind, each with its first column.
+fn of_kind<'s>(
+    search: &'s Search,
+    group: &'s [usize],
+    first_column: &'s [usize],
+    kind: &'s str,
+) -> impl Iterator<Item = (&'s Candidate, usize)> {
+    let parts = group.iter().map(|&index| (&search.found[index].chosen, first_column[index]));
+    parts.filter(move |(part, _)| part.effect.kind == kind)
+}
+
+/// The same with their sizes (display units).
 fn with_sizes<'s>(
     search: &'s Search,
-    group: &[usize],
-    first_column: &[usize],
+    group: &'s [usize],
+    first_column: &'s [usize],
     stage: &Stage,
-    kind: &str,
+    kind: &'s str,
 ) -> Vec<(&'s Candidate, Vec<f64>)> {
-    let parts = group.iter().map(|&index| (&search.found[index].chosen, first_column[index]));
-    let alike = parts.filter(|(part, _)| part.effect.kind == kind);
-    alike.map(|(part, first)| (part, (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect())).collect()
+    let sizes = |part: &Candidate, first| (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect();
+    of_kind(search, group, first_column, kind).map(|(part, first)| (part, sizes(part, first))).collect()
 }
 
 /// Standard deviation of a size over rivals that are the same effect in other components or of another driver.

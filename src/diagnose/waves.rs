@@ -54,16 +54,13 @@ pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
     let ends = tests.iter().flat_map(|rows| &rows.q).fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(*q), b.max(*q)));
     let longest = tests.iter().map(|rows| rows.t[rows.t.len() - 1] - rows.t[0]).fold(0.0, f64::max);
     let span = ends.1 - ends.0;
-    if span <= 0.0 || longest <= 0.0 {
+    if span <= 0.0 || longest <= 0.0 || session_s(&tests) > LONGEST_SESSION * longest {
         return Vec::new();
     }
     let (ripple, beat) = (TAU / span, 1.0 / longest);
     let (along, in_time) = (ripple / FINER as f64, beat / FINER as f64);
     let beats: Vec<Vec<(f64, f64)>> = tests.iter().map(|rows| phasors(rows, in_time)).collect();
     let least_hz = LEAST_BEATS * beat;
-    if session_s(&tests) > LONGEST_SESSION * longest {
-        return Vec::new();
-    }
     let mut cells: Vec<(Wave, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
         .into_par_iter()
         .flat_map_iter(|k| {

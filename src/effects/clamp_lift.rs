@@ -86,10 +86,10 @@ impl Stretch {
             return;
         };
         // shares of the way at which it comes and goes
-        let mut shares = [self.from, self.to].map(|edge| ((edge - before) / (after - before)).clamp(0.0, 1.0));
-        if after == before {
-            shares = [0.0, 0.0];
-        }
+        let mut shares = match after == before {
+            true => [0.0, 0.0],
+            false => [self.from, self.to].map(|edge| ((edge - before) / (after - before)).clamp(0.0, 1.0)),
+        };
         shares.sort_by(f64::total_cmp);
         let mut begins = 0.0;
         for ends in [shares[0], shares[1], 1.0] {
