@@ -152,6 +152,8 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
             let on_table = machine.code.workpiece_side.iter().any(|name| name == place.name(machine));
             ParameterValue::Word(if on_table { "w" } else { "t" }.into())
         }
+        // knots of a vibration
+        ("wander", ..) => ParameterValue::Number(5.0),
         // goes with friction alone
         ("warmth", ..) => return None,
         ("rates", ..) => ParameterValue::List((1..=machine.axes.len()).map(|k| k as f64).collect()),

@@ -170,7 +170,7 @@ fn over_driver(
 }
 
 /// Uniform cubic B-spline centred at 0 with support −2 … 2; 2/3 at its centre.
-fn cubic(x: f64) -> f64 {
+pub(super) fn cubic(x: f64) -> f64 {
     let x = x.abs();
     if x < 1.0 {
         2.0 / 3.0 - x * x + x * x * x / 2.0

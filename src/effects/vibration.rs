@@ -1,13 +1,13 @@
 //! Vibration of fixed frequency. Errors of fixed order per turn are in `harmonics`.
 //!
 //! `E = a cos 2πft + b sin 2πft`; t counts from the start of each recording (`clock: test`) or of the session. With `wander`
-//! a and b are polynomials over each recording: a source that breathes, or whose phase is not kept.
+//! a and b are polynomials over each recording: a source that breathes, or whose phase is not kept. With `every` as well they
+//! are cubic splines with knots every so many seconds: one that breathes many times in a recording.
 
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, no_check, plain_measure, word,
-};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, plain_measure, word};
+use super::unknown::cubic;
 use super::{Context, EffectError};
-use crate::machine::{Effect, Outlet, ParameterValue, Place};
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;
 
 /// Vibration of an axis or of the spindle ball.
@@ -31,10 +31,17 @@ pub static VIBRATION: Kind = Kind {
             ParameterUnit::Plain,
             Default::Number(0.0),
             (0.0, MOST_WANDER),
-            "degree of the polynomials (Legendre, over each recording) that a and b follow",
+            "degree of the polynomials (Legendre, over each recording) that a and b follow; with 'every' the number of knots, less one",
+        ),
+        Parameter::number(
+            "every",
+            ParameterUnit::Plain,
+            Default::Absent,
+            (0.1, 1e4),
+            "a and b are cubic splines with knots every so many seconds, the first one before each recording begins, and constant beyond the last but one",
         ),
     ],
-    check: no_check,
+    check: wander_is_whole,
     outlets: |machine, place| match place {
         Place::Axis(axis) => every_component(machine, axis),
         Place::SpindleBall => (0..3).map(Outlet::SpindleBall).collect(),
@@ -43,16 +50,37 @@ pub static VIBRATION: Kind = Kind {
     },
     measure: plain_measure,
     functions: |effect| {
-        let name = |wave: &str, degree| if degree == 0 { wave.to_string() } else { format!("{wave}-u{degree}") };
-        (0..=wander(effect)).flat_map(|degree| [name("cos", degree), name("sin", degree)]).collect()
+        let times = if effect.number("every").is_some() { 'k' } else { 'u' };
+        let name = |wave: &str, index: usize| match (index, times) {
+            (0, 'u') => wave.to_string(),
+            _ => format!("{wave}-{times}{index}"),
+        };
+        (0..=wander(effect)).flat_map(|index| [name("cos", index), name("sin", index)]).collect()
     },
     profiles,
 };
 
-/// Highest degree of wander.
-const MOST_WANDER: f64 = 8.0;
+/// Highest degree of polynomials, and most knots of splines less one.
+const MOST_DEGREE: f64 = 8.0;
+const MOST_WANDER: f64 = 100.0;
 
-/// Degree of the polynomials that the amplitudes follow.
+fn wander_is_whole(_machine: &Machine, effect: &Effect) -> Result<(), String> {
+    let degree = effect.number("wander").unwrap_or(0.0);
+    if degree.fract() != 0.0 {
+        return Err(format!("'wander' is {degree}; it is a whole number"));
+    }
+    match effect.number("every") {
+        Some(_) if degree < 3.0 => {
+            Err("'every' places knots; 'wander' says how many there are, less one, and is 3 at least".into())
+        }
+        None if degree > MOST_DEGREE => Err(format!(
+            "polynomials of degree {degree}; they go to {MOST_DEGREE}, and 'every' makes them splines of so many knots, less one"
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Highest index of the functions that the amplitudes follow.
 fn wander(effect: &Effect) -> usize {
     match effect.parameter("wander") {
         Some(ParameterValue::Number(degree)) => degree.clamp(0.0, MOST_WANDER) as usize,
@@ -66,28 +94,44 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let since =
         |test: usize, row: usize| context.session_time_s(test, row) - context.session().tests[test].started_at_s;
     let time = |test: usize, row: usize| if by_test { since(test, row) } else { context.session_time_s(test, row) };
-    let mut profiles = vec![
+    let waves = [
         context.profile(|test, row| (omega * time(test, row)).cos()),
         context.profile(|test, row| (omega * time(test, row)).sin()),
     ];
-    // Legendre polynomials over each recording by their recursion
+    let times = |wave: &Profile, factor: &Profile| -> Profile {
+        let rows = |(wave, factor): (&Vec<f64>, &Vec<f64>)| wave.iter().zip(factor).map(|(a, b)| a * b).collect();
+        wave.iter().zip(factor).map(rows).collect()
+    };
+    let envelopes = match effect.number("every") {
+        Some(every) => splines(context, since, every, wander(effect)),
+        None => polynomials(context, since, wander(effect)),
+    };
+    Ok(envelopes.iter().flat_map(|envelope| waves.each_ref().map(|wave| times(wave, envelope))).collect())
+}
+
+/// Legendre polynomials over each recording by their recursion; `since` are seconds since a recording began.
+fn polynomials(context: &Context, since: impl Fn(usize, usize) -> f64, degree: usize) -> Vec<Profile> {
     let u = context.profile(|test, row| {
         let end = since(test, context.motion(test).rows().saturating_sub(1));
         if end > 0.0 { 2.0 * since(test, row) / end - 1.0 } else { 0.0 }
     });
-    let times = |a: &Profile, factor: &dyn Fn(usize, usize) -> f64| -> Profile {
-        let rows = |(test, a): (usize, &Vec<f64>)| a.iter().enumerate().map(|(row, a)| a * factor(test, row)).collect();
-        a.iter().enumerate().map(rows).collect()
-    };
-    let (mut last, mut now) = (context.profile(|_, _| 0.0), context.profile(|_, _| 1.0));
-    for degree in 0..wander(effect) {
+    let mut list = vec![context.profile(|_, _| 1.0)];
+    let mut last = context.profile(|_, _| 0.0);
+    for degree in 0..degree {
         let n = degree as f64;
+        let now = &list[degree];
         let next = context
             .profile(|test, row| ((2.0 * n + 1.0) * u[test][row] * now[test][row] - n * last[test][row]) / (n + 1.0));
-        (last, now) = (now, next);
-        let waves =
-            [times(&profiles[0], &|test, row| now[test][row]), times(&profiles[1], &|test, row| now[test][row])];
-        profiles.extend(waves);
+        last = now.clone();
+        list.push(next);
     }
-    Ok(profiles)
+    list
+}
+
+/// Cubic B-splines centred at `every · (k − 1)` seconds after each recording began, k = 0 … `wander`.
+fn splines(context: &Context, since: impl Fn(usize, usize) -> f64, every: f64, wander: usize) -> Vec<Profile> {
+    // the sum of all is one up to the last knot but one
+    let beyond = wander.saturating_sub(2) as f64;
+    let at = context.profile(|test, row| (since(test, row) / every).min(beyond));
+    (0..=wander).map(|k| context.profile(|test, row| cubic(at[test][row] + 1.0 - k as f64))).collect()
 }
