@@ -117,6 +117,11 @@ pub(super) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
 /// wanders is no other direction.
 const ONE_DIRECTION: f64 = 0.93;
 
+/// The same beside one direction that is free, in log odds, both being as free in their course, and what two angles may gain by
+/// chance.
+const A_GIVEN_DIRECTION: f64 = 0.993;
+const TWO_ANGLES: f64 = 50.0;
+
 /// The same for error motions: what lies between the orders is no other motion.
 const FEWER_MOTIONS: f64 = 0.99;
 
@@ -126,7 +131,7 @@ const OWN_RATHER: f64 = 0.9;
 /// A candidate of the best one's kind that explains nearly as much in half as many directions or fewer; beside a part that
 /// tips as an axis reverses, lost motion of that axis itself.
 pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) -> Option<usize> {
-    let Candidate { effect, terms, judgement, .. } = &candidates[best];
+    let Candidate { effect, terms, judgement, log_odds, .. } = &candidates[best];
     if let ("lateral-play", Some(ParameterValue::Word(driving))) = (effect.kind.as_str(), effect.parameter("of")) {
         return candidates.iter().position(|other| {
             other.effect.kind.ends_with("-backlash")
@@ -134,6 +139,7 @@ pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) 
                 && other.judgement.chi2 > OWN_RATHER * judgement.chi2
         });
     }
+    let is_along = terms.iter().any(|term| term.along.is_some());
     let share = match effect.kind.as_str() {
         "vibration" => ONE_DIRECTION,
         "rotary-error-motion" => FEWER_MOTIONS,
@@ -144,9 +150,12 @@ pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) 
             && (other.effect.place == effect.place || effect.kind == "vibration")
             && 2 * directions(&other.terms) <= directions(terms)
             && other.judgement.chi2 > share * judgement.chi2
+            && (!is_along || other.log_odds > (A_GIVEN_DIRECTION * log_odds).min(log_odds - TWO_ANGLES))
     })
 }
 
+/// How many directions terms have, a free one counting as two.
 pub(super) fn directions(terms: &[Term]) -> usize {
-    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len()
+    let free = usize::from(terms.iter().any(|term| term.along.is_some()));
+    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len() + free
 }

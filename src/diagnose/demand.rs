@@ -73,8 +73,8 @@ pub(super) fn adds_enough(
     }
 }
 
-/// Growth of the bar below its own uncertainty: a gauge's zero wanders as far in a session.
-pub(super) fn is_gauge_wander(ground: &Ground, chosen: &Candidate) -> bool {
+/// Growth of the bar below its own uncertainty: a gauge's zero may wander as far in a session.
+pub(super) fn is_below_the_bar(ground: &Ground, chosen: &Candidate) -> bool {
     if chosen.effect.kind != "bar-length" || chosen.effect.parameter("bar").is_some() {
         return false;
     }

@@ -4,7 +4,7 @@ use super::choosing::directions;
 use super::found::{Candidate, Found, Search};
 use super::ground::{Ground, Term, display};
 use super::grouping::groups;
-use super::library::Family;
+use super::library::{ALONG, Family};
 use super::naming::{Cause, cause, component_name, components};
 use super::next_test::NextTest;
 use super::shape_spread::over_shapes;
@@ -98,7 +98,7 @@ pub fn findings(
     stage: &Stage,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search, &super::spectrum::rates(ground));
+    let groups = groups(search, &super::spectrum::rates_of_tests(ground));
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -301,10 +301,13 @@ fn is_same_play(lead: &Found, other: &Found) -> bool {
 fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     let Some(kind) = kind(&candidate.effect.kind) else { return Vec::new() };
     let functions = (kind.functions)(&candidate.effect);
-    let size = |term: &Term, value: f64| Size {
-        outlet: term.outlet,
-        function: functions[term.function].clone(),
-        value: value / display(term.measure),
+    let sizes_of = |term: &Term, value: f64| -> Vec<Size> {
+        let of = |(outlet, share): (Outlet, f64)| Size {
+            outlet,
+            function: functions[term.function].clone(),
+            value: share * value / display(term.measure),
+        };
+        term.shares().into_iter().map(of).collect()
     };
     let mut list: Vec<Effect> = Vec::new();
     for (term, &value) in candidate.terms.iter().zip(sizes) {
@@ -313,11 +316,12 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
             None => candidate.effect.tests.clone(),
         };
         match list.iter_mut().find(|effect| effect.tests == tests) {
-            Some(effect) => effect.sizes.push(size(term, value)),
+            Some(effect) => effect.sizes.extend(sizes_of(term, value)),
             None => {
                 let mut effect = candidate.effect.clone();
+                effect.parameters.retain(|(name, _)| name != ALONG);
                 effect.tests = tests;
-                effect.sizes = vec![size(term, value)];
+                effect.sizes = sizes_of(term, value);
                 list.push(effect);
             }
         }

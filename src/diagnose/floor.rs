@@ -108,6 +108,11 @@ fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], chosen: &[&Trace]) -> Vec
         .collect()
 }
 
+/// The same noise with an offset of each test of a share of the rest at least.
+pub fn wandering(noise: &NoiseModel, share: f64) -> NoiseModel {
+    NoiseModel { offset_mm: noise.offset_mm.max(share * noise.rms_mm()), ..*noise }
+}
+
 /// Mean variance of a reading's noise over all tests, mm².
 pub fn mean_noise_mm2(noise: &[NoiseModel]) -> f64 {
     noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64

@@ -14,6 +14,9 @@ use crate::identify::{Problem, Quantity, add_cross_products};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
 
+/// Change of the readings per unit of what moves, by test.
+pub type Gains<'g> = Cow<'g, [Vec<f64>]>;
+
 /// The session around its fit: everything the search needs is linear from here.
 pub struct Ground<'a> {
     pub context: &'a Context<'a>,
@@ -155,7 +158,7 @@ impl<'a> Ground<'a> {
     }
 
     /// Change of the reading per unit of an outlet, by test; empty where the outlet has none.
-    pub fn gains(&self, outlet: &Outlet) -> Cow<'_, [Vec<f64>]> {
+    pub fn gains(&self, outlet: &Outlet) -> Gains<'_> {
         match self.gains.get(outlet) {
             Some(gains) => Cow::Borrowed(gains),
             None => Cow::Owned(self.gain_of(outlet)),
@@ -174,51 +177,95 @@ impl<'a> Ground<'a> {
 
     /// Columns of terms whose functions are known.
     pub fn columns_of(&self, profiles: &[Profile], terms: &[Term]) -> Vec<Column> {
-        terms.iter().map(|term| self.column(&profiles[term.function], term)).collect()
+        let (gains, of_term) = self.gains_of(terms);
+        let with_gains = terms.iter().zip(of_term);
+        with_gains.map(|(term, own)| column(&gains[own], &profiles[term.function], term)).collect()
     }
 
-    fn column(&self, profile: &Profile, term: &Term) -> Column {
-        let gains = self.gains(&term.outlet);
-        let by_test = (0..gains.len())
-            .map(|test| {
-                let mut column = Vec::new();
-                column_in(&gains[test], &profile[test], (term, test), &mut column);
-                column
+    /// Gains of terms, each once, and which of them is a term's.
+    fn gains_of(&self, terms: &[Term]) -> (Vec<Gains<'_>>, Vec<usize>) {
+        let mut known: Vec<(Outlet, Option<[f64; 3]>)> = Vec::new();
+        let mut gains = Vec::new();
+        let of_term = terms.iter().map(|term| {
+            let own = (term.outlet, term.along);
+            known.iter().position(|other| *other == own).unwrap_or_else(|| {
+                known.push(own);
+                gains.push(self.gains_of_term(term));
+                known.len() - 1
             })
-            .collect();
-        Column { by_test }
+        });
+        let of_term = of_term.collect();
+        (gains, of_term)
     }
 
-    /// Sums of products of the columns of terms with others over the same rows: one row of the result per other.
-    ///
-    /// `others` holds by test which of `count` others have values there, and these one after the other.
-    pub fn products_with(
-        &self,
-        (profiles, terms): (&[Profile], &[Term]),
-        others: &[(Vec<usize>, Vec<f64>)],
-        count: usize,
-    ) -> DMatrix<f64> {
-        let mut sums = DMatrix::zeros(count, terms.len());
-        let gains: Vec<Cow<[Vec<f64>]>> = terms.iter().map(|term| self.gains(&term.outlet)).collect();
-        let (mut block, mut column, mut own) = (Vec::new(), Vec::new(), Vec::new());
-        for (test, (present, values)) in others.iter().enumerate().filter(|(_, (present, _))| !present.is_empty()) {
-            block.clear();
-            own.clear();
-            for (j, term) in terms.iter().enumerate() {
-                column_in(&gains[j][test], &profiles[term.function][test], (term, test), &mut column);
-                if !column.is_empty() {
-                    own.push(j);
-                    block.extend_from_slice(&column);
+    /// Change of the reading per unit of what a term moves, by test.
+    pub fn gains_of_term(&self, term: &Term) -> Gains<'_> {
+        match term.along {
+            None => self.gains(&term.outlet),
+            Some(direction) => Cow::Owned(self.gains_along(direction)),
+        }
+    }
+
+    /// Change of the reading as the spindle ball moves along a direction of its link, by test.
+    fn gains_along(&self, direction: [f64; 3]) -> Vec<Vec<f64>> {
+        let gains = [0, 1, 2].map(|k| self.gains(&Outlet::SpindleBall(k)));
+        let in_test = |test: usize| {
+            let mut sum = vec![0.0; self.residual_mm[test].len()];
+            for (gains, share) in gains.iter().zip(direction) {
+                sum.iter_mut().zip(&gains[test]).for_each(|(sum, gain)| *sum += share * gain);
+            }
+            sum
+        };
+        (0..self.tests()).map(in_test).collect()
+    }
+
+    /// Products of the columns of terms with others over the same rows, by test; `others` holds those one after the other.
+    pub fn products_with(&self, (profiles, terms): (&[Profile], &[Term]), others: &[Vec<f64>]) -> Vec<CrossProducts> {
+        let (gains, of_term) = self.gains_of(terms);
+        let mut column = Vec::new();
+        let in_test = |(test, others): (usize, &Vec<f64>)| {
+            let (mut block, mut own) = (Vec::new(), Vec::new());
+            if !others.is_empty() {
+                for (j, term) in terms.iter().enumerate() {
+                    column_in(&gains[of_term[j]][test], &profiles[term.function][test], (term, test), &mut column);
+                    if !column.is_empty() {
+                        own.push(j);
+                        block.extend_from_slice(&column);
+                    }
                 }
             }
-            let mut products = vec![0.0; present.len() * own.len()];
-            add_cross_products(values, &block, self.residual_mm[test].len(), &mut products);
-            for (row, &k) in products.chunks_exact(own.len().max(1)).zip(present) {
-                row.iter().zip(&own).for_each(|(product, &j)| sums[(k, j)] += product);
-            }
-        }
-        sums
+            CrossProducts::of(others, (own, &block), self.residual_mm[test].len())
+        };
+        others.iter().enumerate().map(in_test).collect()
     }
+}
+
+/// Products of columns with others over the rows of one test.
+#[derive(Debug, Clone)]
+pub struct CrossProducts {
+    /// The columns that have values there.
+    pub columns: Vec<usize>,
+    /// Others × columns.
+    pub values: DMatrix<f64>,
+}
+
+impl CrossProducts {
+    /// Products of columns that lie one after the other, `rows` numbers each, with others that do so.
+    pub fn of(left: &[f64], (columns, right): (Vec<usize>, &[f64]), rows: usize) -> CrossProducts {
+        let others = left.len().checked_div(rows).unwrap_or(0);
+        let mut sums = vec![0.0; others * columns.len()];
+        add_cross_products(left, right, rows, &mut sums);
+        CrossProducts { values: DMatrix::from_row_slice(others, columns.len(), &sums), columns }
+    }
+}
+
+fn column(gains: &[Vec<f64>], profile: &Profile, term: &Term) -> Column {
+    let in_test = |test: usize| {
+        let mut column = Vec::new();
+        column_in(&gains[test], &profile[test], (term, test), &mut column);
+        column
+    };
+    Column { by_test: (0..gains.len()).map(in_test).collect() }
 }
 
 /// Column of a term in one test; empty where it does nothing.
@@ -254,6 +301,25 @@ pub struct Term {
     pub measure: Measure,
     /// The one test in which it acts; `None`: all.
     pub test: Option<usize>,
+    /// Direction of the link along which the spindle ball moves, a unit vector: one coefficient for what its x, y and z
+    /// do together, `outlet` being x.
+    pub along: Option<[f64; 3]>,
+}
+
+impl Term {
+    /// Outlets that it moves, the ones that move most first.
+    pub fn outlets(&self) -> Vec<Outlet> {
+        self.shares().into_iter().map(|(outlet, _)| outlet).collect()
+    }
+
+    /// What outlets get of its size, the largest share first.
+    pub fn shares(&self) -> Vec<(Outlet, f64)> {
+        let Some(along) = self.along else { return vec![(self.outlet, 1.0)] };
+        let mut shares: Vec<(Outlet, f64)> =
+            along.into_iter().enumerate().map(|(k, share)| (Outlet::SpindleBall(k), share)).collect();
+        shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        shares
+    }
 }
 
 /// Change of the readings per display unit of a term, mm, by test; empty where it has none.

@@ -116,16 +116,22 @@ fn join_rests(search: &Search, groups: &mut Vec<Vec<usize>>) {
 /// Frequencies nearer than this, as a share of them, are one vibration.
 const ONE_LINE: f64 = 0.03;
 
-/// Vibrations of one frequency, or of what most rates show of it, are one that wanders, wherever the rest of it seems to act.
-fn is_same_line(one: &Found, other: &Found, rates_hz: &[f64]) -> bool {
+/// Frequencies nearer than this are, where the second one gains less than this share of the first: what shakes a resonance by
+/// chance has no line but a band.
+const ONE_BAND: f64 = 0.1;
+const SIDE_OF_A_BAND: f64 = 0.3;
+
+/// Vibrations of one frequency or band, or of what most rates show of it, are one that wanders, wherever the rest of it seems to act.
+fn is_same_line(lead: &Found, found: &Found, rates_hz: &[f64]) -> bool {
     let frequency =
         |found: &Found| found.chosen.effect.number("frequency").filter(|_| found.chosen.effect.kind == "vibration");
-    match (frequency(one), frequency(other)) {
+    match (frequency(lead), frequency(found)) {
         (Some(one), Some(other)) => {
             let is_near = |one: f64, other: f64| (one - other).abs() < ONE_LINE * one;
             let shown = |hz: f64, rate: f64| (hz - rate * (hz / rate).round()).abs();
             let alike = rates_hz.iter().filter(|&&rate| is_near(shown(one, rate), shown(other, rate))).count();
-            is_near(one, other) || 2 * alike > rates_hz.len()
+            let is_side = (one - other).abs() < ONE_BAND * one && found.gain < SIDE_OF_A_BAND * lead.gain;
+            is_near(one, other) || is_side || 2 * alike > rates_hz.len()
         }
         _ => false,
     }

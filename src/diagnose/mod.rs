@@ -40,6 +40,7 @@ mod shapes;
 mod size;
 mod spectrum;
 mod stage;
+mod swinging;
 mod thin;
 mod told;
 mod transfer;
@@ -62,8 +63,8 @@ pub use next_test::NextTest;
 pub use placebo::Placebo;
 pub use pose_floor::Left;
 pub use preflight::{DataFault, Rival};
-pub use proof::{Proof, fold_rows};
-pub use search::search;
+pub use proof::{CHUNK_S, Proof, fold_rows};
+pub use search::{search, search_unless};
 pub use stage::{Accepted, Judgement, Stage};
 pub use thin::thin;
 pub use transfer::Transfer;
@@ -93,14 +94,25 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     }
     let problem = Problem::new(session, &chain, &setups, unknowns)?;
     let fit = identify::fit(&problem)?;
+    diagnose_fit(session, (&chain, &setups), &problem, fit, true)
+}
+
+/// Diagnoses a session around its fit; `may_hide` as long as outliers may hide under what is found.
+fn diagnose_fit(
+    session: &Session,
+    (chain, setups): (&Chain, &Setups),
+    problem: &Problem,
+    fit: identify::Fit,
+    may_hide: bool,
+) -> Result<Diagnosis, DiagnoseError> {
     let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
     let kept: Vec<Vec<bool>> = fit.tests.iter().map(|test| test.kept.clone()).collect();
-    let context = Context::of(session, &chain)?;
-    let mut fine = Ground::new(&context, &problem, &values, kept.clone());
+    let context = Context::of(session, chain)?;
+    let mut fine = Ground::new(&context, problem, &values, kept.clone());
     let families = families(&fine);
     fine.prepare(families.iter().flat_map(|family| &family.outlets));
     let (thinned, groups) = thin(session, &kept);
-    let thin_context = Context::of(&thinned, &chain)?;
+    let thin_context = Context::of(&thinned, chain)?;
     let mut coarse = fine.thinned(&thin_context, &groups);
     coarse.prepare(families.iter().flat_map(|family| &family.outlets));
     let cells = Cells::of(&coarse, &families);
@@ -109,11 +121,19 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let noise_um = 1e3 * floor::mean_noise_mm2(&floors[0]).sqrt();
     let readings: usize = kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
-    let strain = refit::strain(&problem, &values, WIDER_SETUPS);
+    let strain = refit::strain(problem, &values, WIDER_SETUPS);
     let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
     let nothing = || search::nothing(&fine, &floors[0]);
     let is_certain = data_fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
-    let mut search = if is_certain { nothing() } else { search(&grounds, &floors, &families) };
+    let hides = |left_mm: &[Vec<f64>]| may_hide && without_hidden_outliers(problem, &fit, left_mm).is_some();
+    let mut search = if is_certain { nothing() } else { search_unless(&grounds, &floors, &families, hides) };
+    if may_hide
+        && fine.has_sweeps()
+        && !search.found.is_empty()
+        && let Some(fit) = without_hidden_outliers(problem, &fit, &search.residual_mm)
+    {
+        return diagnose_fit(session, (chain, setups), problem, fit, false);
+    }
     let data_fault = data_fault
         .filter(|fault| is_certain || !explains_a_shift(&fine, &search, noise_um, fault))
         .or_else(|| shift_of_one_test(&search));
@@ -134,13 +154,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     if data_fault.is_none() && fine.has_sweeps() {
         listen(&fine, &families, &mut search, &mut told, &mut proof, noise_um);
     }
-    let layout = next_test::Layout {
-        session: &thinned,
-        problem: &problem,
-        values: &values,
-        kept: &coarse.kept,
-        noise: &floors[1],
-    };
+    let layout =
+        next_test::Layout { session: &thinned, problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
     propose(&layout, &search, &mut told.findings);
     recurring::tell_as_one(&fine, &mut told.findings, &mut proof);
     // a fast effect in every recording counted as noise as long as it was not known
@@ -150,7 +165,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     let Told { columns, stage, left_mm, mut findings } = told;
     let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
-    let transfers = transfer::transfers(&fine, &setups, &findings, &columns, &search.noise_after);
+    let transfers = transfer::transfers(&fine, setups, &findings, &columns, &search.noise_after);
     let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
     let tests = before_and_after(&fit, left_mm);
     let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
@@ -171,7 +186,7 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     };
     let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(Transfer::is_right)).collect();
     temper(&mut findings, verdict, fine.has_sweeps(), proof.as_ref(), &carries);
-    let location_errors = moved(&problem, &fit, &stage);
+    let location_errors = moved(problem, &fit, &stage);
     Ok(Diagnosis {
         verdict,
         findings,
@@ -186,8 +201,29 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
         left,
         location_errors,
         tests,
-        unknowns: problem.unknowns,
+        unknowns: problem.unknowns.clone(),
     })
+}
+
+/// Share of the readings that may hide as outliers under an effect: more is the rest of its form.
+const MOST_HIDDEN: f64 = 0.005;
+
+/// The fit without readings that are far off once an effect is taken from the residuals; `None` where there are none.
+fn without_hidden_outliers(problem: &Problem, fit: &identify::Fit, left_mm: &[Vec<f64>]) -> Option<identify::Fit> {
+    let mut fit = fit.clone();
+    let (mut hidden, mut readings) = (0, 0);
+    for (test, near) in fit.tests.iter_mut().zip(identify::kept_rows(problem, left_mm)) {
+        readings += test.kept.len();
+        for row in (0..near.len()).filter(|&row| !near[row]) {
+            if test.kept[row] {
+                hidden += 1;
+                test.kept[row] = false;
+                test.left_out.push(row);
+            }
+        }
+        test.left_out.sort_unstable();
+    }
+    (hidden > 0 && (hidden as f64) < MOST_HIDDEN * readings as f64).then_some(fit)
 }
 
 /// Positions and lengths of one test that do not belong together.

@@ -84,9 +84,11 @@ pub(super) fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
     let is_common = |term: &Term| matches!(term.outlet, Outlet::SlidesAcceleration { .. });
     let only_common = terms.iter().all(is_common);
     for term in terms.iter().filter(|term| only_common || !is_common(term)) {
-        let name = component_name(machine, &term.outlet);
-        if !names.contains(&name) {
-            names.push(name);
+        for outlet in term.outlets() {
+            let name = component_name(machine, &outlet);
+            if !names.contains(&name) {
+                names.push(name);
+            }
         }
     }
     names

@@ -34,10 +34,20 @@ impl Proof {
 }
 
 /// Length of a chunk, s; of a run of static poses, in poses.
-const CHUNK_S: f64 = 5.0;
+pub const CHUNK_S: f64 = 5.0;
 const CHUNK_POSES: usize = 40;
 /// Number of folds.
 const FOLDS: usize = 2;
+
+/// Length of a chunk as a share of the time between two knots of a vibration: it must be shorter than what is to be followed
+/// across it.
+const CHUNK_SHARE: f64 = 0.25;
+
+/// Length of the chunks, s, that fits the courses of what was found.
+fn chunk_s(found: &[Found]) -> f64 {
+    let knots_s = found.iter().filter_map(|found| found.chosen.effect.number("every"));
+    knots_s.fold(CHUNK_S, |chunk, every| chunk.min(CHUNK_SHARE * every))
+}
 
 /// Cross-validates findings, `None` where a fold would be without readings; `found` are the effects that the search on all
 /// readings took.
@@ -48,7 +58,9 @@ pub fn prove(
     findings: &[Finding],
     noise: &[NoiseModel],
 ) -> Option<Proof> {
-    let is_empty = |held: bool| !fold_rows(grounds.fine, 0, held).iter().flatten().any(|row| *row);
+    let chunk_s = chunk_s(found);
+    let rows = |ground: &Ground, fold: usize, held: bool| fold_rows(ground, fold, held, chunk_s);
+    let is_empty = |held: bool| !rows(grounds.fine, 0, held).iter().flatten().any(|row| *row);
     if is_empty(true) || is_empty(false) {
         return None;
     }
@@ -59,8 +71,8 @@ pub fn prove(
     let mut again = vec![0; findings.len()];
     let mut gains = vec![Vec::new(); findings.len()];
     for fold in 0..FOLDS {
-        let train = [fold_rows(grounds.fine, fold, false), fold_rows(grounds.coarse, fold, false)];
-        let test = fold_rows(grounds.fine, fold, true);
+        let train = [rows(grounds.fine, fold, false), rows(grounds.coarse, fold, false)];
+        let test = rows(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
         let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
         let searched = search_part(&masked, &floors(&masked), families, found);
@@ -136,18 +148,18 @@ fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
         .collect()
 }
 
-/// Kept rows inside (`held` true) or outside the chunks of a fold.
+/// Kept rows inside (`held` true) or outside the chunks of a fold, each of about `chunk_s` seconds.
 ///
 /// A sweep has an odd number of chunks, and a repeat in the same setup, the same sweep back among them, has them the other
 /// way round: so what happens as sweeps begin is in both folds, and so is every place of an axis that goes there and back
 /// at a steady speed. Setups take turns with the fold that begins.
-pub fn fold_rows(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
+pub fn fold_rows(ground: &Ground, fold: usize, held: bool, chunk_s: f64) -> Vec<Vec<bool>> {
     let turns = turns(ground);
     (0..ground.tests())
         .map(|test| {
             let time = ground.context.motion(test).time_s.as_ref();
             let ends = time.and_then(|time| Some((*time.first()?, *time.last()?)));
-            let chunks = ends.map_or(1, |(begins, ends)| odd_chunks(ends - begins));
+            let chunks = ends.map_or(1, |(begins, ends)| odd_chunks((ends - begins) / chunk_s));
             let chunk = |row: usize| match (time, ends) {
                 (Some(time), Some((begins, ends))) => {
                     let share = (time[row] - begins) / (ends - begins).max(f64::MIN_POSITIVE);
@@ -161,9 +173,9 @@ pub fn fold_rows(ground: &Ground, fold: usize, held: bool) -> Vec<Vec<bool>> {
         .collect()
 }
 
-/// Odd number of chunks of about [`CHUNK_S`] in a sweep, three at least.
-fn odd_chunks(length_s: f64) -> usize {
-    2 * ((0.5 * (length_s / CHUNK_S - 1.0)).round() as usize).max(1) + 1
+/// Odd number of chunks near a number, three at least.
+fn odd_chunks(near: f64) -> usize {
+    2 * ((0.5 * (near - 1.0)).round() as usize).max(1) + 1
 }
 
 /// By test, whether its chunks are the other way round: how often its setup was swept before, and which setup it is, in time.

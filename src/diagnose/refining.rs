@@ -29,7 +29,9 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
             let stage = stage_of(stages, family);
             let mut refined = match candidate.effect.kind.as_str() {
                 "cyclic-error" if may_lead => with_overtones(stage, family, candidate),
-                "vibration" if may_lead => with_wander(stage, family, candidate),
+                "vibration" if may_lead && candidate.judgement.chi2 > WORTH_OVERTONES => {
+                    super::swinging::with_wander(stage, family, candidate)
+                }
                 "thermal-growth" if may_lead => with_warm_start(stage, family, candidate),
                 "clamp-lift" if may_lead => with_other_edge(stage, family, candidate),
                 _ => candidate,
@@ -45,7 +47,7 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
 /// Rounds of the pattern search over shape parameters.
 const ROUNDS: usize = 9;
 /// Log evidence that a refined parameter costs.
-const PARAMETER_COST: f64 = 1.5;
+pub(super) const PARAMETER_COST: f64 = 1.5;
 
 /// Improves the shape parameters of a candidate by a pattern search.
 fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
@@ -90,7 +92,7 @@ const OVERTONES_ADD: f64 = 2.0;
 /// Fall of the weighted squares from which the overtones of a cyclic error are looked for.
 const WORTH_OVERTONES: f64 = 100.0;
 /// Log odds that each of them must add.
-const OVERTONE_GAIN: f64 = 5.0;
+pub(super) const OVERTONE_GAIN: f64 = 5.0;
 /// Beats over the travel of a slide, or in a turn, by which an amplitude may swell: a bent screw, an eccentric worm wheel.
 const BEATS: [f64; 8] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0];
 
@@ -169,28 +171,6 @@ fn with_other_edge(stage: &Stage, family: &Family, best: Candidate) -> Candidate
     }
 }
 
-/// Highest degree of the wander of a vibration along one direction, and along several.
-const MOST_WANDER: [i32; 2] = [3, 2];
-
-/// A vibration whose amplitude and phase change in the course of a recording, as far as the readings ask for it.
-fn with_wander(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
-    if best.judgement.chi2 < WORTH_OVERTONES {
-        return best;
-    }
-    let cost = best.judgement.log_evidence - best.log_odds;
-    for degree in 1..=MOST_WANDER[usize::from(family.outlets.len() > 1)] {
-        let effect = best.effect.clone().with("wander", ParameterValue::Number(f64::from(degree)));
-        let trial = judged(stage, family, best.family, effect, cost, &mut LastShape::default());
-        match trial {
-            Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
-            // a phase that turns shows in the second degree, not always in the first
-            _ if degree == 1 => {}
-            _ => break,
-        }
-    }
-    best
-}
-
 /// First step of tuning, as a ratio, and its halvings: a sideband that was missing has pulled the first period.
 const TUNING_STEP: f64 = 0.004;
 const TUNINGS: i32 = 5;
@@ -244,6 +224,10 @@ fn with_further(stage: &Stage, family: &Family, base: &Candidate, name: &str, va
     judged(stage, family, base.family, effect, cost, &mut LastShape::default())
 }
 
+/// Terms of a vibration with knots beyond which they are too many: one direction in some fifty tests of half a minute, every
+/// five seconds, has half as many, and their covariance is that many squared.
+const MOST_TERMS: usize = 2400;
+
 /// A shape of a family, judged; `cost` is taken off its evidence. Its columns are not worked out.
 pub fn judged(
     stage: &Stage,
@@ -253,8 +237,15 @@ pub fn judged(
     cost: f64,
     last: &mut LastShape,
 ) -> Option<Candidate> {
-    let terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
+    let mut terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
     let profiles = stage.ground.profiles(&effect).ok()?;
+    if effect.parameter("every").is_some() {
+        // knots beyond the end of a recording; no shape of a grid has knots, so none is judged elsewhere with them
+        terms.retain(|term| term.test.is_none_or(|test| !profiles[term.function][test].is_empty()));
+        if terms.len() > MOST_TERMS {
+            return None;
+        }
+    }
     let judgement = stage.judge_shape((index, &effect), (&profiles, &terms), family.plausible, last);
     let log_odds = judgement.log_evidence - cost;
     Some(Candidate { family: index, effect, terms, columns: Vec::new(), judgement, log_odds })

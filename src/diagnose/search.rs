@@ -4,8 +4,8 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use super::choosing::{choose, compare, is_sensible, keep_diverse, simpler};
-use super::demand::{adds_enough, is_demanded, is_gauge_wander, relieves};
-use super::floor::{likely_noise, mean_noise_mm2, noise_floor};
+use super::demand::{adds_enough, is_below_the_bar, is_demanded, relieves};
+use super::floor::{likely_noise, mean_noise_mm2, noise_floor, wandering};
 use super::found::{Candidate, Floors, Found, Grounds, Search, Step, Ways};
 use super::ground::Ground;
 use super::library::Family;
@@ -14,13 +14,27 @@ use super::model::{Model, Start, joined, mean_square, pooled_misfit, rest_of, wi
 use super::pose_search::search_poses;
 use super::refining::refine_all;
 use super::screening::screen;
+use super::size::grows;
 use super::stage::{Accepted, Stage};
 use super::whitened::Whitened;
 use crate::identify::NoiseModel;
 
 /// Searches a session.
 pub fn search(grounds: &Grounds, floors: &Floors, families: &[Family]) -> Search {
+    search_unless(grounds, floors, families, |_| false)
+}
+
+/// Searches a session; the first set of effects stands where what it leaves, mm, is to be searched otherwise.
+pub fn search_unless(
+    grounds: &Grounds,
+    floors: &Floors,
+    families: &[Family],
+    otherwise: impl FnOnce(&[Vec<f64>]) -> bool,
+) -> Search {
     search_then(grounds, floors, families, SWEEPS, |ways, model| {
+        if otherwise(&model.residual_mm) {
+            return;
+        }
         ways.exchange(model);
         *model = ways.pruned(model.clone());
         model.weigh(ways);
@@ -89,11 +103,20 @@ const BALLS_SHARE: f64 = 0.15;
 const BALLS_ARE_GAUGES: f64 = 2.0;
 const MOST_FOR_A_BALL: usize = 3;
 
+/// Offsets from test to test, as shares of the rest of the noise, beside which growth must be worth telling; the larger one
+/// where all of it is less than what is not known of the bar. Log odds from which it is, and beyond which there is no question.
+const WANDERS: f64 = 0.7;
+const WANDERS_FAR: f64 = 1.0;
+const WORTH_TELLING: f64 = 6.0;
+const BEYOND_A_ZERO: f64 = 300.0;
+
 /// Log odds by which another set of effects must be better.
 const BETTER_SET: f64 = 5.0;
 
-/// The same for a set that begins with a free curve where the present one begins with a named form.
+/// The same for a set that begins with a free curve where the present one begins with a named form, at least and as a share
+/// of what that one gains: between two orders of a turn lies more than neither.
 const BETTER_FREE_SET: f64 = 60.0;
+const FREE_SHARE: f64 = 0.03;
 
 /// Log odds by which a form in one set of motions may stand worse than in another with a free curve beside it in the first.
 const ONE_CAUSE: f64 = 20.0;
@@ -114,12 +137,29 @@ impl Ways<'_, '_, '_> {
             let standing = (step.found.fall_mm2, step.found.log_odds, model.pulls.shared_relief(&step.pulls));
             let (chosen, floor) = (&step.found.chosen, &self.floors[0]);
             let demanded = is_demanded(&self.limits, &model.found, chosen, standing, fall_within_mm2, floor);
-            if !demanded || is_gauge_wander(fine, chosen) {
+            if !demanded || self.is_wander_of_the_zero(model, &step) {
                 model.best_left = step.found.log_odds;
                 break;
             }
             model.add(self, step);
         }
+    }
+
+    /// Whether a growth is not worth telling, the gauge's zero wandering from test to test more than the floor has it.
+    fn is_wander_of_the_zero(&self, model: &Model, step: &Step) -> bool {
+        let chosen = &step.found.chosen;
+        if !grows(&chosen.effect) || step.found.log_odds > BEYOND_A_ZERO {
+            return false;
+        }
+        let fine = self.grounds.fine;
+        let cost = chosen.judgement.log_evidence - chosen.log_odds;
+        let log_odds_beside = |share: f64| {
+            let noise: Vec<NoiseModel> = step.noise.iter().map(|noise| wandering(noise, share)).collect();
+            let stage = Stage::new(fine, &noise, &model.columns[0], &fine.kept);
+            stage.judge(&chosen.columns, self.families[chosen.family].plausible).log_evidence - cost
+        };
+        log_odds_beside(WANDERS) < WORTH_TELLING
+            || is_below_the_bar(fine, chosen) && log_odds_beside(WANDERS_FAR) < WORTH_TELLING
     }
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.
@@ -351,7 +391,11 @@ impl Ways<'_, '_, '_> {
         }
         let starts_free = |model: &Model| model.found.first().is_some_and(|first| first.chosen.is_free());
         // a free curve before a named form must stand far better, as where one effect is chosen
-        let margin = if starts_free(&trial) && !starts_free(model) { BETTER_FREE_SET } else { margin };
+        let margin = if starts_free(&trial) && !starts_free(model) {
+            BETTER_FREE_SET.max(model.found.first().map_or(0.0, |first| FREE_SHARE * first.gain))
+        } else {
+            margin
+        };
         // a set that acts at more places must stand better by what each further one needs
         let places = |model: &Model| {
             let places = model.found.iter().map(|found| found.chosen.effect.place);

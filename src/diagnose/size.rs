@@ -36,16 +36,13 @@ pub fn size_of(
     let main: Vec<usize> = main_terms(ground, &lead.effect, cause, &lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
     let prior = lead.judgement.tau.max(1.0);
-    let variances: Vec<f64> = (0..count).map(|k| sub[(k, k)]).collect();
     let courses = Courses::of(ground, lead, &main);
-    let value_at = |a: &[f64]| match cause.effect.as_str() {
-        "vibration" => vibration(&lead.terms, a, &variances, prior),
-        _ => size_function(lead, cause, &main, &courses, a),
-    };
+    let value_at = |a: &[f64]| size_function(lead, cause, &main, &courses, a);
     let value = value_at(&amplitudes);
     let (value, sigma) = match cause.effect.as_str() {
+        "vibration" => super::vibrating::size_alone(ground, lead, &amplitudes, &sub, prior),
         // many amplitudes of equal rank, none of them hidden
-        "vibration" | "unknown" => (value, first_order(&value_at, &amplitudes, &sub)),
+        "unknown" => (value, first_order(&value_at, &amplitudes, &sub)),
         _ => {
             // orders that placement takes up are left as they were fitted
             let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
@@ -210,38 +207,8 @@ fn main_terms(ground: &Ground, effect: &Effect, cause: &Cause, terms: &[Term]) -
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
 }
 
-/// Share of an amplitude that the readings must tell.
-const LEAST_KNOWN: f64 = 0.3;
-
-/// Amplitude over tests that have a cosine and a sine each, weighted by how well each is known: some tests hardly show it.
-/// Directions at right angles, and the degrees in which an amplitude wanders, add as their squares.
-fn vibration(terms: &[Term], amplitudes: &[f64], variances: &[f64], prior: f64) -> f64 {
-    // by outlet and degree: weighted squares and weights
-    let mut parts: Vec<((Outlet, usize), f64, f64)> = Vec::new();
-    for ((term, amplitude), variance) in terms.iter().zip(amplitudes).zip(variances) {
-        // share that the readings have in an amplitude, the prior the rest
-        let known = 1.0 - variance / (prior * prior);
-        if known < LEAST_KNOWN {
-            continue;
-        }
-        // without the prior's pull; noise alone has a square as well
-        let weight = known / variance.max(f64::MIN_POSITIVE);
-        let square = weight * (amplitude / known).powi(2) - 1.0;
-        let key = (term.outlet, term.function / 2);
-        match parts.iter_mut().find(|(part, ..)| *part == key) {
-            Some((_, squares, sum)) => (*squares, *sum) = (*squares + square, *sum + weight),
-            None => parts.push((key, square, weight)),
-        }
-    }
-    // mean square of a Legendre polynomial
-    let share = |degree: usize| 1.0 / (2 * degree + 1) as f64;
-    let squares =
-        parts.iter().map(|((_, degree), squares, weights)| share(*degree) * (2.0 * squares / weights).max(0.0));
-    squares.sum::<f64>().sqrt()
-}
-
 /// Whether an effect goes on with time or temperature.
-fn grows(effect: &Effect) -> bool {
+pub(super) fn grows(effect: &Effect) -> bool {
     ["tau", "channel"].iter().any(|parameter| effect.parameter(parameter).is_some())
 }
 

@@ -51,8 +51,27 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
 }
 
 /// Readings per second of the tests that are long enough for a spectrum.
-pub fn rates(ground: &Ground) -> Vec<f64> {
+pub fn rates_of_tests(ground: &Ground) -> Vec<f64> {
     traces(ground, &ground.residual_mm).iter().map(|trace| 1.0 / trace.step_s).collect()
+}
+
+/// Frequencies that look like another one at one of the sampling rates, and fast enough in every trace.
+pub fn aliases(ground: &Ground, hz: f64) -> Vec<f64> {
+    let traces = traces(ground, &ground.residual_mm);
+    let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s).collect());
+    let folded = rates.iter().flat_map(|rate| [(rate - hz).abs(), rate + hz]);
+    let is_fast = |hz: &f64| *hz < HIGHEST_HZ && traces.iter().all(|trace| trace.cycles(*hz) > LEAST_CYCLES);
+    folded.filter(is_fast).collect()
+}
+
+fn different(all: Vec<f64>) -> Vec<f64> {
+    let mut rates: Vec<f64> = Vec::new();
+    for rate in all {
+        if rates.iter().all(|other| (rate / other - 1.0).abs() > SAME_RATE) {
+            rates.push(rate);
+        }
+    }
+    rates
 }
 
 /// Traces of the tests that are long enough for a spectrum.
@@ -115,12 +134,7 @@ pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>], lines: &[f64]) -> Vec<
         let loudest = places.map(|hz| (hz, total(hz))).max_by(|a, b| a.1.total_cmp(&b.1));
         loudest.map_or(frequency(k as f64), |(hz, _)| hz)
     };
-    let mut rates: Vec<f64> = Vec::new();
-    for rate in traces.iter().map(|trace| 1.0 / trace.step_s) {
-        if rates.iter().all(|other| (rate / other - 1.0).abs() > SAME_RATE) {
-            rates.push(rate);
-        }
-    }
+    let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s).collect());
     let multiples = rates.iter().flat_map(|rate| (1..=MOST_FOLDS).map(move |fold| f64::from(fold) * rate));
     // in a line's own band it is seen best
     let step = 0.5 / longest / FINER as f64;
@@ -149,7 +163,7 @@ const MOST_FOLDS: u32 = 3;
 const MOST_ALIASES: usize = 3;
 
 /// Cycles that a trace must show of a vibration: drift and gravity are no vibration near a multiple of its sampling rate.
-const LEAST_CYCLES: f64 = 4.0;
+const LEAST_CYCLES: f64 = 2.5;
 /// Rows over which a rotation goes on without being renewed.
 const RENEWED: usize = 64;
 /// Shortest trace that is looked at, rows.

@@ -10,11 +10,11 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::fitted::Fitted;
-use super::ground::{Column, Ground, Term};
+use super::ground::{Column, CrossProducts, Ground, Term};
 use super::pulls::Pulls;
 use super::whitened::{LastShape, Products, Whitened};
 use crate::effects::Profile;
-use crate::identify::{NoiseModel, add_cross_products, add_products};
+use crate::identify::{NoiseModel, add_products};
 use crate::machine::Effect;
 
 /// Whitened session with what has been fitted so far.
@@ -25,9 +25,9 @@ pub struct Stage<'g, 'a> {
     white: Vec<Vec<f64>>,
     /// Places of a test's columns among all.
     seen: Vec<Vec<usize>>,
-    /// By test: which accepted columns act, and these in units of their priors, whitened twice: their products with a
-    /// column are those of both whitened.
-    twice: Vec<(Vec<usize>, Vec<f64>)>,
+    /// By test: the accepted columns that act, as [`Fitted`] has them, whitened twice: their products with a column are those
+    /// of both whitened.
+    twice: Vec<Vec<f64>>,
     /// What was fitted.
     fitted: Fitted,
     /// Prior sigma of the accepted columns, display units.
@@ -110,8 +110,12 @@ impl<'g, 'a> Stage<'g, 'a> {
         let local: Vec<bool> = (0..count).map(|i| i >= nuisance && is_local(i - nuisance)).collect();
         let fitted = Fitted::new(&local, beyond, &all_seen, &all_sums);
         let misfit = total - fitted.explained;
+        let twice = all_twice.iter().enumerate().map(|(test, (present, twice))| {
+            fitted.as_it_has_them(test, present, twice, ground.residual_mm[test].len())
+        });
+        let twice = twice.collect();
         let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
-        Stage { ground, whitened, white: all_white, seen: all_seen, twice: all_twice, fitted, accepted_prior, misfit }
+        Stage { ground, whitened, white: all_white, seen: all_seen, twice, fitted, accepted_prior, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
@@ -166,20 +170,15 @@ impl<'g, 'a> Stage<'g, 'a> {
         self.fitted.projected(&products, &self.with_accepted(columns))
     }
 
-    /// Products of the accepted columns with others.
-    fn with_accepted(&self, columns: &[Column]) -> DMatrix<f64> {
-        let mut with_accepted = DMatrix::zeros(self.accepted_prior.len(), columns.len());
-        for (test, (present, twice)) in self.twice.iter().enumerate().filter(|(_, (present, _))| !present.is_empty()) {
-            let rows = self.ground.residual_mm[test].len().max(1);
-            let own: Vec<usize> = (0..columns.len()).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
+    /// Products of the accepted columns with others, by test.
+    fn with_accepted(&self, columns: &[Column]) -> Vec<CrossProducts> {
+        let in_test = |(test, twice): (usize, &Vec<f64>)| {
+            let acts = |&j: &usize| !twice.is_empty() && !columns[j].by_test[test].is_empty();
+            let own: Vec<usize> = (0..columns.len()).filter(acts).collect();
             let block: Vec<f64> = own.iter().flat_map(|&j| columns[j].by_test[test].iter().copied()).collect();
-            let mut sums = vec![0.0; present.len() * own.len()];
-            add_cross_products(twice, &block, rows, &mut sums);
-            for (row, &k) in sums.chunks_exact(own.len().max(1)).zip(present) {
-                row.iter().zip(&own).for_each(|(sum, &j)| with_accepted[(k, j)] += sum);
-            }
-        }
-        with_accepted
+            CrossProducts::of(twice, (own, &block), self.ground.residual_mm[test].len())
+        };
+        self.twice.iter().enumerate().map(in_test).collect()
     }
 
     /// Judges a block whose amplitudes are plausible up to `plausible` display units.
@@ -202,16 +201,33 @@ impl<'g, 'a> Stage<'g, 'a> {
         last: &mut LastShape,
     ) -> Judgement {
         let products = self.whitened.products_of((family, effect), (profiles, terms), last);
-        let with_accepted = self.ground.products_with((profiles, terms), &self.twice, self.accepted_prior.len());
+        let with_accepted = self.ground.products_with((profiles, terms), &self.twice);
         let homes: Vec<Option<usize>> = terms.iter().map(|term| term.test).collect();
         self.judge_products(&products, &with_accepted, &homes, plausible)
+    }
+
+    /// By test: which terms of a shape act there, the products of their columns with each other, and those with what is left.
+    pub fn products_by_test(
+        &self,
+        (family, effect): (usize, &Effect),
+        (profiles, terms): (&[Profile], &[Term]),
+    ) -> Vec<(Vec<usize>, DMatrix<f64>, DVector<f64>)> {
+        let products = self.whitened.products_of((family, effect), (profiles, terms), &mut LastShape::default());
+        let left = self.fitted.score(&products, &self.ground.products_with((profiles, terms), &self.twice));
+        let in_test = |test: usize| {
+            let own: Vec<usize> = (0..terms.len()).filter(|&k| terms[k].test == Some(test)).collect();
+            let z = DVector::from_iterator(own.len(), own.iter().map(|&k| left[k]));
+            let gram = products.gram_in(test, &own);
+            (own, gram, z)
+        };
+        (0..self.ground.tests()).map(in_test).collect()
     }
 
     /// Judges a block by its products; `homes` are the tests in which its columns act, where that is one each.
     fn judge_products(
         &self,
         products: &Products,
-        with_accepted: &DMatrix<f64>,
+        with_accepted: &[CrossProducts],
         homes: &[Option<usize>],
         plausible: f64,
     ) -> Judgement {

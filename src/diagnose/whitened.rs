@@ -12,8 +12,8 @@ use crate::effects::Profile;
 use crate::identify::{NoiseModel, Whitener, add_cross_products, add_products};
 use crate::machine::Effect;
 
-/// Most shapes whose products are kept.
-const MOST_SHAPES: usize = 20_000;
+/// Most values of products that are kept, 8 bytes each.
+const MOST_VALUES: usize = 32_000_000;
 
 /// Readings and unknowns of a session, whitened.
 pub struct Whitened<'g, 'a> {
@@ -21,30 +21,111 @@ pub struct Whitened<'g, 'a> {
     whiteners: Vec<Whitener>,
     /// By test: whitened columns of the unknowns that it sees, one after the other, the whitened readings last.
     white: Vec<Vec<f64>>,
-    known: Mutex<HashMap<(usize, String), Arc<Products>>>,
+    known: Mutex<Known>,
+}
+
+/// Products of shapes that were judged before.
+#[derive(Default)]
+struct Known {
+    by_shape: HashMap<(usize, String), Arc<Products>>,
+    values: usize,
 }
 
 /// Products of a block's whitened columns: with each other, with the unknowns and with the readings.
 #[derive(Debug, Clone)]
 pub struct Products {
-    pub gram: DMatrix<f64>,
+    gram: Gram,
     /// Unknowns × columns.
     pub cross: DMatrix<f64>,
     pub z: DVector<f64>,
 }
 
+/// Products with each other over all tests, or by test where every column acts in one test alone.
+#[derive(Debug, Clone)]
+enum Gram {
+    Whole(DMatrix<f64>),
+    ByTest(Vec<Option<Arc<TestGram>>>),
+}
+
+impl Products {
+    /// Products with each other over all tests.
+    pub fn gram(&self) -> DMatrix<f64> {
+        match &self.gram {
+            Gram::Whole(gram) => gram.clone(),
+            Gram::ByTest(tests) => sum(tests.iter().flatten(), self.z.len()),
+        }
+    }
+
+    /// The same of some columns that act in one test alone.
+    pub fn gram_in(&self, test: usize, columns: &[usize]) -> DMatrix<f64> {
+        let places = |present: &[usize]| -> Vec<Option<usize>> {
+            columns.iter().map(|j| present.binary_search(j).ok()).collect()
+        };
+        match &self.gram {
+            Gram::Whole(gram) => DMatrix::from_fn(columns.len(), columns.len(), |a, b| gram[(columns[a], columns[b])]),
+            Gram::ByTest(tests) => match &tests[test] {
+                Some(own) => {
+                    let places = places(&own.present);
+                    DMatrix::from_fn(columns.len(), columns.len(), |a, b| match (places[a], places[b]) {
+                        (Some(a), Some(b)) => own.product(a, b),
+                        _ => 0.0,
+                    })
+                }
+                None => DMatrix::zeros(columns.len(), columns.len()),
+            },
+        }
+    }
+
+    /// Numbers that it holds.
+    fn values(&self) -> usize {
+        let gram = match &self.gram {
+            Gram::Whole(gram) => gram.len(),
+            Gram::ByTest(tests) => tests.iter().flatten().map(|own| own.sums.len()).sum(),
+        };
+        gram + self.cross.len() + self.z.len()
+    }
+}
+
+/// Sum over tests of the products of `count` columns.
+fn sum<'t>(tests: impl Iterator<Item = &'t Arc<TestGram>>, count: usize) -> DMatrix<f64> {
+    let mut gram = DMatrix::zeros(count, count);
+    for own in tests {
+        for (a, &j) in own.present.iter().enumerate() {
+            own.present.iter().enumerate().for_each(|(b, &k)| gram[(j, k)] += own.product(a, b));
+        }
+    }
+    gram
+}
+
+/// Products with each other of the columns that act in a test.
+#[derive(Debug)]
+struct TestGram {
+    present: Vec<usize>,
+    /// Row by row, lower triangle.
+    sums: Vec<f64>,
+}
+
+impl TestGram {
+    /// Product of two of the present columns.
+    fn product(&self, a: usize, b: usize) -> f64 {
+        self.sums[a.max(b) * self.present.len() + a.min(b)]
+    }
+}
+
 /// Products of a block in one test: with each other, and with what the test sees, the readings last.
 #[derive(Debug, Clone)]
 struct TestProducts {
-    present: Vec<usize>,
-    gram: Vec<f64>,
+    gram: Arc<TestGram>,
     cross: Vec<f64>,
 }
+
+/// Columns in one test with their products.
+type Remembered = (Vec<Vec<f64>>, TestProducts);
 
 /// The columns last judged with their products, by test: neighbouring shapes share those of most tests.
 #[derive(Default)]
 pub struct LastShape {
-    by_test: Vec<Option<(Vec<Vec<f64>>, TestProducts)>>,
+    by_test: Vec<Option<Remembered>>,
 }
 
 impl<'g, 'a> Whitened<'g, 'a> {
@@ -92,13 +173,14 @@ impl<'g, 'a> Whitened<'g, 'a> {
     ) -> Arc<Products> {
         let key = (family, name(effect));
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(products) = known().get(&key) {
+        if let Some(products) = known().by_shape.get(&key) {
             return products.clone();
         }
         let products = Arc::new(self.products(&self.ground.columns_of(profiles, terms), last));
         let mut known = known();
-        if known.len() < MOST_SHAPES {
-            known.insert(key, products.clone());
+        if known.values + products.values() <= MOST_VALUES {
+            known.values += products.values();
+            known.by_shape.insert(key, products.clone());
         }
         products
     }
@@ -106,14 +188,15 @@ impl<'g, 'a> Whitened<'g, 'a> {
     /// Products of a block.
     pub fn products(&self, columns: &[Column], last: &mut LastShape) -> Products {
         let count = columns.len();
+        let mut grams = Vec::with_capacity(self.ground.tests());
         let mut products = Products {
-            gram: DMatrix::zeros(count, count),
+            gram: Gram::ByTest(Vec::new()),
             cross: DMatrix::zeros(self.ground.problem.unknowns.len(), count),
             z: DVector::zeros(count),
         };
         last.by_test.resize(self.ground.tests(), None);
         for (test, memory) in last.by_test.iter_mut().enumerate() {
-            let same = |(remembered, _): &(Vec<Vec<f64>>, TestProducts)| {
+            let same = |(remembered, _): &Remembered| {
                 columns.len() == remembered.len()
                     && columns.iter().zip(remembered).all(|(column, before)| column.by_test[test] == *before)
             };
@@ -121,21 +204,24 @@ impl<'g, 'a> Whitened<'g, 'a> {
                 let own = || columns.iter().map(|column| column.by_test[test].clone()).collect();
                 *memory = self.test_products(test, columns).map(|sums| (own(), sums));
             }
+            grams.push(memory.as_ref().map(|(_, sums)| sums.gram.clone()));
             let Some((_, sums)) = memory else { continue };
-            let own = sums.present.len();
+            let own = sums.gram.present.len();
             let seen = &self.ground.problem.tests[test].columns;
             for (local, &k) in seen.iter().enumerate() {
-                for (a, &j) in sums.present.iter().enumerate() {
+                for (a, &j) in sums.gram.present.iter().enumerate() {
                     products.cross[(k, j)] += sums.cross[local * own + a];
                 }
             }
-            for (a, &j) in sums.present.iter().enumerate() {
+            for (a, &j) in sums.gram.present.iter().enumerate() {
                 products.z[j] += sums.cross[seen.len() * own + a];
-                for (b, &k) in sums.present.iter().enumerate() {
-                    products.gram[(j, k)] += sums.gram[a.max(b) * own + a.min(b)];
-                }
             }
         }
+        let acts_once = |column: &Column| column.by_test.iter().filter(|rows| !rows.is_empty()).count() < 2;
+        products.gram = match columns.iter().all(acts_once) {
+            true => Gram::ByTest(grams),
+            false => Gram::Whole(sum(grams.iter().flatten(), count)),
+        };
         products
     }
 
@@ -150,9 +236,9 @@ impl<'g, 'a> Whitened<'g, 'a> {
         let mut block = Vec::with_capacity(rows * own);
         present.iter().for_each(|&j| block.extend_from_slice(&columns[j].by_test[test]));
         self.whiteners[test].apply_all(&mut block);
-        let mut sums = TestProducts { present, gram: vec![0.0; own * own], cross: vec![0.0; (seen + 1) * own] };
-        add_products(&block, rows, own, &mut sums.gram);
-        add_cross_products(&self.white[test], &block, rows, &mut sums.cross);
-        Some(sums)
+        let (mut sums, mut cross) = (vec![0.0; own * own], vec![0.0; (seen + 1) * own]);
+        add_products(&block, rows, own, &mut sums);
+        add_cross_products(&self.white[test], &block, rows, &mut cross);
+        Some(TestProducts { gram: Arc::new(TestGram { present, sums }), cross })
     }
 }

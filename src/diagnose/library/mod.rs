@@ -135,10 +135,15 @@ pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term
                 function,
                 measure: (kind.measure)(machine, outlet, name),
                 test: None,
+                along: None,
             })
         })
         .collect()
 }
+
+/// Parameter of a candidate alone: the direction along which the spindle ball moves. In a machine file its x, y and z have
+/// sizes in that ratio.
+pub const ALONG: &str = "along";
 
 /// Terms of a family's effect in a session of so many tests.
 pub fn family_terms(machine: &Machine, family: &Family, effect: &Effect, tests: usize) -> Vec<Term> {
@@ -148,6 +153,12 @@ pub fn family_terms(machine: &Machine, family: &Family, effect: &Effect, tests: 
         let name = |term: &Term| names[term.function].as_str();
         plain.retain(|term| family.functions.is_empty() || family.functions.contains(&name(term)));
         plain.retain(|term| family.pairs.is_empty() || family.pairs.contains(&(term.outlet, name(term))));
+    }
+    if let Some(ParameterValue::List(along)) = effect.parameter(ALONG)
+        && let Ok(along) = <[f64; 3]>::try_from(along.as_slice())
+    {
+        plain.retain(|term| term.outlet == Outlet::SpindleBall(0));
+        plain.iter_mut().for_each(|term| term.along = Some(along));
     }
     if !family.by_test {
         return plain;
