@@ -24,13 +24,16 @@ const LONGEST_SHIFT_MS: f64 = 5000.0;
 /// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
 const SHIFT_SHARE: f64 = 0.5;
 
+/// Kind of a ball out of round.
+pub(super) const BALL_FORM: &str = "ball-form";
+
 /// Largest form of a ball, µm: those of gauges are round to some tenths, worn ones to one.
 const ROUND_WITHIN: f64 = 1.1;
 
 /// Whether a candidate's size is one that it can have.
 pub(super) fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
     let amplitudes = &candidate.judgement.amplitudes;
-    if candidate.effect.kind == "ball-form" {
+    if candidate.effect.kind == BALL_FORM {
         return amplitudes.iter().map(|size| size * size).sum::<f64>().sqrt() < ROUND_WITHIN;
     }
     let shift_ms = amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
@@ -139,7 +142,7 @@ pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) 
                 && other.judgement.chi2 > OWN_RATHER * judgement.chi2
         });
     }
-    let is_along = terms.iter().any(|term| term.along.is_some());
+    let is_along = is_along(terms);
     let share = match effect.kind.as_str() {
         "vibration" => ONE_DIRECTION,
         "rotary-error-motion" => FEWER_MOTIONS,
@@ -156,6 +159,10 @@ pub(super) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) 
 
 /// How many directions terms have, a free one counting as two.
 pub(super) fn directions(terms: &[Term]) -> usize {
-    let free = usize::from(terms.iter().any(|term| term.along.is_some()));
-    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len() + free
+    terms.iter().map(|term| term.outlet).collect::<HashSet<_>>().len() + usize::from(is_along(terms))
+}
+
+/// Whether terms move a ball along one direction that is free.
+fn is_along(terms: &[Term]) -> bool {
+    terms.iter().any(|term| term.along.is_some())
 }

@@ -168,9 +168,8 @@ impl Fitted {
     /// Columns of a test as products are taken with them: the shared ones behind the unknowns, then those of the test alone in
     /// the directions of their basis. `present` numbers the columns given, `rows` numbers each, behind the unknowns.
     pub fn as_it_has_them(&self, test: usize, present: &[usize], columns: &[f64], rows: usize) -> Vec<f64> {
-        let unknowns = self.unknowns;
         let column = |i: usize| {
-            let place = present.iter().position(|&k| k + unknowns == i);
+            let place = present.iter().position(|&k| k + self.unknowns == i);
             place.map(|place| &columns[place * rows..(place + 1) * rows])
         };
         let mut all: Vec<f64> = Vec::new();

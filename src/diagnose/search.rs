@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use super::choosing::{choose, compare, is_sensible, keep_diverse, simpler};
+use super::choosing::{BALL_FORM, choose, compare, is_sensible, keep_diverse, simpler};
 use super::demand::{adds_enough, is_below_the_bar, is_demanded, relieves};
 use super::floor::{likely_noise, mean_noise_mm2, noise_floor, wandering};
 use super::found::{Candidate, Floors, Found, Grounds, Search, Step, Ways};
@@ -94,9 +94,8 @@ const POORLY_EXPLAINED: f64 = 1.3;
 /// Other first steps that are tried.
 const OTHER_STARTS: usize = 4;
 
-/// Kind of a ball out of round; the log odds, and at most the share of its gain, by which it must stand better than a few
-/// of the machine's own effects.
-const BALL_FORM: &str = "ball-form";
+/// Log odds, and at most the share of its gain, by which a ball out of round must stand better than a few of the machine's own
+/// effects.
 const BALLS_MUST_BE_BETTER: f64 = 60.0;
 const BALLS_SHARE: f64 = 0.15;
 /// The same beside effects that were taken instead.

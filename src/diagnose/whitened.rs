@@ -58,21 +58,17 @@ impl Products {
 
     /// The same of some columns that act in one test alone.
     pub fn gram_in(&self, test: usize, columns: &[usize]) -> DMatrix<f64> {
-        let places = |present: &[usize]| -> Vec<Option<usize>> {
-            columns.iter().map(|j| present.binary_search(j).ok()).collect()
-        };
+        let count = columns.len();
         match &self.gram {
-            Gram::Whole(gram) => DMatrix::from_fn(columns.len(), columns.len(), |a, b| gram[(columns[a], columns[b])]),
-            Gram::ByTest(tests) => match &tests[test] {
-                Some(own) => {
-                    let places = places(&own.present);
-                    DMatrix::from_fn(columns.len(), columns.len(), |a, b| match (places[a], places[b]) {
-                        (Some(a), Some(b)) => own.product(a, b),
-                        _ => 0.0,
-                    })
-                }
-                None => DMatrix::zeros(columns.len(), columns.len()),
-            },
+            Gram::Whole(gram) => DMatrix::from_fn(count, count, |a, b| gram[(columns[a], columns[b])]),
+            Gram::ByTest(tests) => {
+                let Some(own) = &tests[test] else { return DMatrix::zeros(count, count) };
+                let places: Vec<Option<usize>> = columns.iter().map(|j| own.present.binary_search(j).ok()).collect();
+                DMatrix::from_fn(count, count, |a, b| match (places[a], places[b]) {
+                    (Some(a), Some(b)) => own.product(a, b),
+                    _ => 0.0,
+                })
+            }
         }
     }
 
