@@ -11,12 +11,14 @@ mod choosing;
 mod courses;
 mod demand;
 mod diagnosis;
+mod exchanging;
 mod finding;
 mod fitted;
 mod floor;
 mod found;
 mod ground;
 mod grouping;
+mod growing;
 mod irregular;
 mod library;
 mod limits;
@@ -125,13 +127,18 @@ fn diagnose_fit(
     let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
     let nothing = || search::nothing(&fine, &floors[0]);
     let is_certain = data_fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
-    let hides = |left_mm: &[Vec<f64>]| may_hide && without_hidden_outliers(problem, &fit, left_mm).is_some();
+    let without_hidden =
+        |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
+    let mut cleaner = None;
+    let hides = |left_mm: &[Vec<f64>]| {
+        cleaner = without_hidden(left_mm);
+        cleaner.is_some()
+    };
     let mut search = if is_certain { nothing() } else { search_unless(&grounds, &floors, &families, hides) };
-    if may_hide
-        && fine.has_sweeps()
-        && !search.found.is_empty()
-        && let Some(fit) = without_hidden_outliers(problem, &fit, &search.residual_mm)
-    {
+    if cleaner.is_none() && fine.has_sweeps() && !search.found.is_empty() {
+        cleaner = without_hidden(&search.residual_mm);
+    }
+    if let Some(fit) = cleaner {
         return diagnose_fit(session, (chain, setups), problem, fit, false);
     }
     let data_fault = data_fault
