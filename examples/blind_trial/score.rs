@@ -22,6 +22,10 @@ pub struct Score {
     pub clean: bool,
     /// Two effects that can be seen.
     pub two: bool,
+    /// Visibility of the less visible of two.
+    pub weaker: f64,
+    /// A vibration or something that happens once is among the effects that can be seen.
+    pub fleeting: bool,
     pub stranger: bool,
     /// The files are wrong, not the machine.
     pub fault: bool,
@@ -49,6 +53,8 @@ pub struct Score {
 pub struct SizeCheck {
     pub within_3_sigma: bool,
     pub within_tenth: bool,
+    /// Its stated sigma is 8 % of it at most: the recordings determine it.
+    pub determined: bool,
     pub truth: f64,
     pub stated: f64,
     pub sigma: f64,
@@ -151,6 +157,11 @@ fn in_set(truth: &Value, finding: &Value) -> bool {
     set(finding).iter().any(|s| names(truth, s))
 }
 
+/// What no other part of a recording repeats.
+fn is_fleeting(effect: &str) -> bool {
+    effect == "vibration" || effect.ends_with("-slip")
+}
+
 pub fn score(truth: &Value, answer: &Answer) -> Score {
     let empty = vec![];
     let effects = truth["effects"].as_array().unwrap_or(&empty);
@@ -164,6 +175,8 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
         visible: main.map_or(0.0, visible_of),
         clean: effects.is_empty(),
         two: effects.iter().filter(|e| visible_of(e) >= 0.3).count() > 1,
+        weaker: effects.iter().map(visible_of).fold(f64::INFINITY, f64::min),
+        fleeting: effects.iter().any(|e| visible_of(e) >= 0.3 && is_fleeting(text(e, "effect"))),
         stranger: main.is_some_and(|e| text(e, "effect") == "unknown"),
         fault: main.is_some_and(|e| text(e, "driver") == "data fault"),
         failed: answer.failed.clone(),
@@ -217,6 +230,7 @@ fn size(truth: &Value, finding: &Value) -> Option<SizeCheck> {
     Some(SizeCheck {
         within_3_sigma: off <= 3.0 * sigma,
         within_tenth: off <= 0.1 * real.abs(),
+        determined: sigma <= 0.08 * stated.abs(),
         truth: real,
         stated,
         sigma,

@@ -43,6 +43,10 @@ pub fn print(scores: &[Score]) {
     line("outside the catalogue: held-out residual halved", &stranger, |s| s.halved, "90 %");
     line("two at once: first finding true", &pick(&|s| s.two), |s| s.in_set, "–");
     line("two at once: both in the sets", &pick(&|s| s.two), |s| s.both_in_sets, "90 %");
+    for (name, low, high) in [("≥ 1.5", 1.5, f64::INFINITY), ("0.3–1.5", 0.3, 1.5)] {
+        let band = pick(&|s| s.two && s.weaker >= low && s.weaker < high);
+        line(&format!("  the weaker one visible {name}: both in the sets"), &band, |s| s.both_in_sets, "–");
+    }
     line("data faults that can be seen, named", &pick(&|s| s.fault && s.visible >= 1.5), |s| s.in_set, "–");
     let claims = scores.iter().fold((0, 0), |a, s| (a.0 + s.claims.0, a.1 + s.claims.1));
     let share = 100.0 * claims.1 as f64 / claims.0.max(1) as f64;
@@ -51,10 +55,14 @@ pub fn print(scores: &[Score]) {
     line("size within 3 stated sigmas", &sized, |s| s.size.as_ref().is_some_and(|z| z.within_3_sigma), "95 %");
     let strong = pick(&|s| s.size.is_some() && s.visible >= 3.5);
     line("size within 10 % where strong", &strong, |s| s.size.as_ref().is_some_and(|z| z.within_tenth), "95 %");
+    let known = pick(&|s| s.visible >= 3.5 && s.size.as_ref().is_some_and(|z| z.determined));
+    line("  and stated to 8 % or better", &known, |s| s.size.as_ref().is_some_and(|z| z.within_tenth), "–");
     let heldout = pick(&|s| s.heldout_over_noise.is_some());
     line("held-out residual ≤ 1.1 × stated noise", &heldout, |s| s.heldout_over_noise.is_some_and(|r| r <= 1.1), "–");
     let near = |s: &Score| s.heldout_over_true_noise.is_some_and(|r| r <= 1.1);
     line("held-out residual ≤ 1.1 × true noise", &heldout, near, "–");
+    let repeating = pick(&|s| s.heldout_over_true_noise.is_some() && !s.stranger && !s.fleeting);
+    line("  effects of the catalogue that repeat", &repeating, near, "–");
     line("sessions without an answer", &all, |s| s.failed.is_some(), "none");
     times(scores);
     let off = |s: &&Score| s.size.as_ref().is_some_and(|z| !z.within_3_sigma || (s.visible >= 3.5 && !z.within_tenth));

@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use super::choosing::{BALL_FORM, simpler};
 use super::demand::{adds_enough, relieves};
 use super::floor::mean_noise_mm2;
-use super::found::{Candidate, Ways};
+use super::found::{Candidate, Found, Ways};
 use super::model::{Model, mean_square, rest_of};
+use super::shape_spread::cancels;
 use super::stage::{Accepted, Stage};
 
 /// Residual over noise floor from which other first steps are tried as well.
@@ -34,12 +35,19 @@ const FREE_SHARE: f64 = 0.03;
 /// Log odds by which a form in one set of motions may stand worse than in another with a free curve beside it in the first.
 const ONE_CAUSE: f64 = 20.0;
 
+/// Whether an effect is growth of two nodes that nearly cancel: large ones follow whatever changes from test to test.
+fn bends_to_anything(found: &Found) -> bool {
+    let chosen = &found.chosen;
+    chosen.effect.kind == "thermal-growth" && cancels(&chosen.terms, &chosen.judgement.amplitudes)
+}
+
 impl Ways<'_, '_, '_> {
     /// Replaces what a greedy search took too early: the first effect where much stays unexplained, then each beside the others.
     pub(super) fn exchange(&self, model: &mut Model) {
         let floor_mm2 = mean_noise_mm2(&self.floors[0]);
         let left_mm2 = mean_square(self.grounds.fine, &model.residual_mm);
-        if !model.found.is_empty() && left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 {
+        let is_doubtful = |first: &Found| left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 || bends_to_anything(first);
+        if model.found.first().is_some_and(is_doubtful) {
             self.start_otherwise(model);
         }
         let round_ball = self.round_balls(model);

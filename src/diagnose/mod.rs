@@ -96,24 +96,28 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     }
     let problem = Problem::new(session, &chain, &setups, unknowns)?;
     let fit = identify::fit(&problem)?;
-    diagnose_fit(session, (&chain, &setups), &problem, fit, true)
+    let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
+    let context = Context::of(session, &chain)?;
+    diagnose_ground(Ground::new(&context, &problem, &values, kept_rows(&fit)), &setups, &values, fit, true)
 }
 
-/// Diagnoses a session around its fit; `may_hide` as long as outliers may hide under what is found.
-fn diagnose_fit(
-    session: &Session,
-    (chain, setups): (&Chain, &Setups),
-    problem: &Problem,
+fn kept_rows(fit: &identify::Fit) -> Vec<Vec<bool>> {
+    fit.tests.iter().map(|test| test.kept.clone()).collect()
+}
+
+/// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
+fn diagnose_ground(
+    mut fine: Ground,
+    setups: &Setups,
+    values: &[f64],
     fit: identify::Fit,
     may_hide: bool,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
-    let kept: Vec<Vec<bool>> = fit.tests.iter().map(|test| test.kept.clone()).collect();
-    let context = Context::of(session, chain)?;
-    let mut fine = Ground::new(&context, problem, &values, kept.clone());
+    let (problem, session) = (fine.problem, fine.context.session());
+    let chain = problem.chain;
     let families = families(&fine);
     fine.prepare(families.iter().flat_map(|family| &family.outlets));
-    let (thinned, groups) = thin(session, &kept);
+    let (thinned, groups) = thin(session, &fine.kept);
     let thin_context = Context::of(&thinned, chain)?;
     let mut coarse = fine.thinned(&thin_context, &groups);
     coarse.prepare(families.iter().flat_map(|family| &family.outlets));
@@ -121,9 +125,9 @@ fn diagnose_fit(
     let grounds = Grounds { fine: &fine, coarse: &coarse, cells: &cells };
     let floors = search::floors(&grounds);
     let noise_um = 1e3 * floor::mean_noise_mm2(&floors[0]).sqrt();
-    let readings: usize = kept.iter().map(Vec::len).sum();
+    let readings: usize = fine.kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
-    let strain = refit::strain(problem, &values, WIDER_SETUPS);
+    let strain = refit::strain(problem, values, WIDER_SETUPS);
     let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
     let nothing = || search::nothing(&fine, &floors[0]);
     let is_certain = data_fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
@@ -139,7 +143,8 @@ fn diagnose_fit(
         cleaner = without_hidden(&search.residual_mm);
     }
     if let Some(fit) = cleaner {
-        return diagnose_fit(session, (chain, setups), problem, fit, false);
+        let fine = fine.with_rows(kept_rows(&fit));
+        return diagnose_ground(fine, setups, values, fit, false);
     }
     let data_fault = data_fault
         .filter(|fault| is_certain || !explains_a_shift(&fine, &search, noise_um, fault))
@@ -150,7 +155,7 @@ fn diagnose_fit(
     let mut told = Told::of(&fine, &families, &search);
     let mut proof = None;
     if !told.findings.is_empty() {
-        let proved = proof::prove(&grounds, &families, &search.found, &told.findings, &search.noise_after);
+        let proved = proof::prove(&grounds, &floors, &families, &search.found, &told.findings, &search.noise_after);
         // what static poses show was accepted by prediction already
         proof = proved.map(|proved| match fine.has_sweeps() {
             true => confirm(&fine, &families, &mut search, &mut told, proved, noise_um),
@@ -161,8 +166,7 @@ fn diagnose_fit(
     if data_fault.is_none() && fine.has_sweeps() {
         listen(&fine, &families, &mut search, &mut told, &mut proof, noise_um);
     }
-    let layout =
-        next_test::Layout { session: &thinned, problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
+    let layout = next_test::Layout { session: &thinned, problem, values, kept: &coarse.kept, noise: &floors[1] };
     propose(&layout, &search, &mut told.findings);
     recurring::tell_as_one(&fine, &mut told.findings, &mut proof);
     // a fast effect in every recording counted as noise as long as it was not known

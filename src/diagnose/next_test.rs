@@ -60,6 +60,10 @@ pub struct Layout<'l> {
 /// Proposes a test for a finding with rivals; `candidates` are lead and rivals, the lead first, as the search left them.
 pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Candidate)]) -> Option<NextTest> {
     let (lead, rivals) = candidates.split_first()?;
+    // amplitudes that each test has for itself say nothing of a test that was not run
+    if lead.1.terms.iter().all(|term| term.test.is_some()) {
+        return None;
+    }
     let proposals = proposals(layout.session, finding);
     let mut longer = layout.session.clone();
     let mut kept = layout.kept.to_vec();

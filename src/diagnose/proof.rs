@@ -1,12 +1,12 @@
 //! Whether a finding predicts readings that its selection never saw: folds of interleaved chunks, selection redone in each.
 
 use super::finding::Finding;
-use super::found::{Found, Grounds};
+use super::found::{Floors, Found, Grounds};
 use super::ground::Ground;
 use super::library::Family;
 use super::mistakes::is_repeat;
 use super::naming::Cause;
-use super::search::{floors, search_part};
+use super::search::search_part;
 use super::stage::{Accepted, Stage};
 use crate::identify::{NoiseModel, rms};
 use crate::machine::Effect;
@@ -49,10 +49,11 @@ fn chunk_s(found: &[Found]) -> f64 {
     knots_s.fold(CHUNK_S, |chunk, every| chunk.min(CHUNK_SHARE * every))
 }
 
-/// Cross-validates findings, `None` where a fold would be without readings; `found` are the effects that the search on all
-/// readings took.
+/// Cross-validates findings, `None` where a fold would be without readings; `floors` are those of all readings, for half a
+/// trace may not show what is noise and what a line of the spectrum, and `found` the effects that the search on them took.
 pub fn prove(
     grounds: &Grounds,
+    floors: &Floors,
     families: &[Family],
     found: &[Found],
     findings: &[Finding],
@@ -75,7 +76,7 @@ pub fn prove(
         let test = rows(grounds.fine, fold, true);
         let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
         let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
-        let searched = search_part(&masked, &floors(&masked), families, found);
+        let searched = search_part(&masked, floors, families, found);
         let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
         let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);

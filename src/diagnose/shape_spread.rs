@@ -69,7 +69,7 @@ pub fn over_shapes<'s>(
 const LEAST_SUM: f64 = 0.7;
 
 /// Whether functions of one outlet nearly cancel.
-fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
+pub(super) fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
     let pairs = terms.iter().zip(amplitudes);
     pairs.clone().any(|(term, amplitude)| {
         let own = pairs.clone().filter(|(other, _)| other.outlet == term.outlet).map(|(_, amplitude)| amplitude);

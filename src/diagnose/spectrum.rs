@@ -55,14 +55,25 @@ pub fn rates_of_tests(ground: &Ground) -> Vec<f64> {
     traces(ground, &ground.residual_mm).iter().map(|trace| 1.0 / trace.step_s).collect()
 }
 
-/// Frequencies that look like another one at one of the sampling rates, and fast enough in every trace.
+/// Frequencies that look like another one at one of the sampling rates, that which shows there among them, and fast enough in
+/// every trace.
 pub fn aliases(ground: &Ground, hz: f64) -> Vec<f64> {
     let traces = traces(ground, &ground.residual_mm);
     let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s).collect());
-    let folded = rates.iter().flat_map(|rate| [(rate - hz).abs(), rate + hz]);
+    let shown = |rate: f64| (hz - rate * (hz / rate).round()).abs();
+    let folded = rates.iter().flat_map(|&rate| [(rate - hz).abs(), rate + hz, shown(rate)]);
     let is_fast = |hz: &f64| *hz < HIGHEST_HZ && traces.iter().all(|trace| trace.cycles(*hz) > LEAST_CYCLES);
-    folded.filter(is_fast).collect()
+    let mut aliases: Vec<f64> = Vec::new();
+    for alias in folded.filter(is_fast).filter(|alias| *alias != hz) {
+        if aliases.iter().all(|other| (alias / other - 1.0).abs() > SAME_LINE) {
+            aliases.push(alias);
+        }
+    }
+    aliases
 }
+
+/// Share by which two aliases may differ and be one.
+const SAME_LINE: f64 = 1e-4;
 
 fn different(all: Vec<f64>) -> Vec<f64> {
     let mut rates: Vec<f64> = Vec::new();

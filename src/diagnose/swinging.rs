@@ -91,6 +91,34 @@ fn with_splines(stage: &Stage, family: &Family, mut best: Candidate) -> Candidat
             _ => {}
         }
     }
+    if best.effect.parameter("every").is_none() {
+        return best;
+    }
+    // which alias it is could not be told as long as nothing followed its course
+    of_all_rates(stage, family, in_the_middle(stage, family, best))
+}
+
+/// First step, as a share of the cycles between two knots, by which the frequency of a vibration with splines may lie better,
+/// and how often it is halved.
+const OFF_BY: f64 = 0.1;
+const HALVINGS: usize = 2;
+
+/// At the middle of its band: splines follow a line that is not quite at its frequency, but then less of its course.
+fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
+    let Some(every) = best.effect.number("every") else { return best };
+    let mut step = OFF_BY / every;
+    for _ in 0..=HALVINGS {
+        for sign in [1.0, -1.0] {
+            while let Some(hz) = best.effect.number("frequency") {
+                let moved = best.effect.clone().with("frequency", ParameterValue::Number(hz + sign * step));
+                match varied(stage, family, &best, moved) {
+                    Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
+                    _ => break,
+                }
+            }
+        }
+        step *= 0.5;
+    }
     best
 }
 
