@@ -79,7 +79,7 @@ use crate::chain::Chain;
 use crate::effects::Context;
 use crate::identify::{self, FreePrior, Options, Problem, Quantity, rms};
 use crate::machine::Effect;
-use crate::session::{Session, Setups};
+use crate::session::{Session, Setups, Test};
 
 /// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
 const WIDER_SETUPS: f64 = 2.5;
@@ -148,6 +148,7 @@ fn diagnose_ground(
     }
     let data_fault = data_fault
         .filter(|fault| is_certain || !explains_a_shift(&fine, &search, noise_um, fault))
+        .map(|fault| beside_a_slip(&fine, &search, fault))
         .or_else(|| shift_of_one_test(&search));
     if data_fault.is_some() {
         search = nothing();
@@ -251,9 +252,38 @@ fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataF
     if !is_one || !(0..fine.tests()).any(|test| is_seen(test) && !fault.tests.contains(name(test))) {
         return false;
     }
-    let is_physics = search.found.iter().all(|found| !is_shift_of_one_test(&found.chosen.effect));
-    let left_um = 1e3 * model::mean_square(fine, &search.residual_mm).sqrt();
-    is_physics && left_um < STILL_THERE * noise_um
+    let chosen = &search.found[0].chosen;
+    !is_shift_of_one_test(&chosen.effect)
+        && left_um(fine, search) < STILL_THERE * noise_um
+        && !says_as_much(fine, search, fault)
+}
+
+/// A shift with the slip that says as much of the same tests.
+fn beside_a_slip(fine: &Ground, search: &Search, mut fault: DataFault) -> DataFault {
+    if says_as_much(fine, search, &fault) {
+        fault.causes.push(naming::cause(fine.context.machine(), &search.found[0].chosen, &[]));
+    }
+    fault
+}
+
+/// Residual with what a search found, µm.
+fn left_um(fine: &Ground, search: &Search) -> f64 {
+    1e3 * model::mean_square(fine, &search.residual_mm).sqrt()
+}
+
+/// Residual over that of another explanation up to which one is as near as the other.
+const AS_NEAR: f64 = 1.1;
+
+/// Whether the one thing found is an event that has the tests of a fault on one side and all others on the other, and leaves
+/// no less: with amplitudes for each direction it says of these what one shift says.
+fn says_as_much(fine: &Ground, search: &Search, fault: &DataFault) -> bool {
+    let [Found { chosen: event, .. }] = &search.found[..] else { return false };
+    let Some(time_s) = event.effect.number("time").filter(|_| event.is_event()) else { return false };
+    let all = fine.context.session().tests.iter();
+    let (before, after): (Vec<&Test>, Vec<&Test>) = all.partition(|test| test.started_at_s < time_s);
+    let are_its =
+        |side: &[&Test]| side.len() == fault.tests.len() && side.iter().all(|test| fault.tests.contains(&test.name));
+    fault.after_um < AS_NEAR * left_um(fine, search) && (are_its(&before) || are_its(&after))
 }
 
 /// The shift of a single test that a search found.

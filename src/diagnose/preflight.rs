@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::mistakes::{Suspicion, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions};
+use super::naming::Cause;
 use super::refit::refit;
 use super::thin::few_rows;
 use crate::identify;
@@ -29,6 +30,8 @@ pub struct DataFault {
     pub shift_ms: Option<f64>,
     /// Other mistakes that leave the same: effect, axes or columns, and in words.
     pub rivals: Vec<Rival>,
+    /// Effects of the machine that do.
+    pub causes: Vec<Cause>,
 }
 
 /// A mistake that the recordings cannot tell from the one named.
@@ -98,6 +101,7 @@ pub fn preflight(
         after_um: after,
         shift_ms: best.shift_ms,
         rivals,
+        causes: Vec::new(),
     })
 }
 
@@ -173,6 +177,7 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
         after_um: off_um(factor),
         shift_ms: None,
         rivals: Vec::new(),
+        causes: Vec::new(),
     })
 }
 
@@ -258,6 +263,7 @@ impl DataFault {
             after_um,
             shift_ms: Some(1e3 * seconds),
             rivals: Vec::new(),
+            causes: Vec::new(),
         }
     }
 }

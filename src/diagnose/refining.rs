@@ -263,7 +263,7 @@ fn parameter(effect: &Effect, refined: &Refined) -> Option<f64> {
         (Some(ParameterValue::Number(value)), None) => Some(*value),
         (Some(ParameterValue::List(values)), Some(element)) => values.get(element).copied(),
         (None, None) => match refined.name {
-            "skew" | "creep_share" => Some(0.0),
+            "skew" | "creep_share" | "curvature" => Some(0.0),
             "creep_time" => Some(20.0),
             "damping" => Some(0.7),
             _ => None,

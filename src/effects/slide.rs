@@ -1,6 +1,6 @@
-//! Errors proportional to a slide's position: squareness and scale. Periodic and local errors have files of their own.
+//! Errors that grow with a slide's position: squareness and scale. Periodic and local errors have files of their own.
 
-use super::kind::{Driver, Kind, no_check, plain_measure, single_function};
+use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, no_check, plain_measure, single_function};
 use crate::machine::{AxisKind, Component, Outlet, Place};
 use crate::units::Measure;
 
@@ -31,11 +31,17 @@ pub static SQUARENESS: Kind = Kind {
 pub static LINEAR_SCALE: Kind = Kind {
     name: "linear-scale",
     driver: Driver::Position,
-    formula: "own = s q",
+    formula: "own = s q (1 + curvature q)",
     size_meaning: "length error per length",
     cause: "temperature of scale or screw, pitch compensation missing or doubled",
     remedy: "check the scale's temperature and mounting, then set pitch compensation against an interferometer",
-    parameters: &[],
+    parameters: &[Parameter::number(
+        "curvature",
+        ParameterUnit::Plain,
+        Default::Number(0.0),
+        (-100.0, 100.0),
+        "share by which the scale's error is larger a metre on: a screw warmer at one end, or worn in the middle",
+    )],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => vec![Outlet::own(machine, axis)],
@@ -46,7 +52,8 @@ pub static LINEAR_SCALE: Kind = Kind {
     profiles: |context, effect| match effect.place {
         Place::Axis(axis) => {
             let sign = context.chain().joint(axis).sign;
-            Ok(vec![context.position_profile(axis, |q| sign * q)])
+            let per_mm = 1e-3 * LINEAR_SCALE.number(context, effect, "curvature");
+            Ok(vec![context.position_profile(axis, |q| sign * q * (1.0 + per_mm * q))])
         }
         _ => Ok(Vec::new()),
     },

@@ -205,7 +205,7 @@ const SURE_OF_FAULT: f64 = 0.99;
 
 /// A mistake in the files as the only finding.
 fn fault_json(fault: &DataFault) -> FindingJson {
-    let probability = SURE_OF_FAULT / (1 + fault.rivals.len()) as f64;
+    let probability = SURE_OF_FAULT / (1 + fault.rivals.len() + fault.causes.len()) as f64;
     let rival = |rival: &Rival| RivalJson {
         effect: rival.effect.to_string(),
         driver: "data fault",
@@ -224,7 +224,12 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         cross_validated: None,
         placebo: None,
         other_setups: None,
-        cannot_tell_from: fault.rivals.iter().map(rival).collect(),
+        cannot_tell_from: fault
+            .rivals
+            .iter()
+            .map(rival)
+            .chain(fault.causes.iter().map(|cause| rival_json(cause, probability)))
+            .collect(),
         next_test: None,
     }
 }

@@ -1,0 +1,115 @@
+//! Sessions of the blind trial in which one cause conceals another, or passes for another: what the tool must make of them.
+#![allow(dead_code)]
+
+#[path = "../examples/blind_trial/case.rs"]
+mod case;
+#[path = "../examples/blind_trial/designs.rs"]
+mod designs;
+#[path = "../examples/blind_trial/draw.rs"]
+mod draw;
+#[path = "../examples/blind_trial/effects/mod.rs"]
+mod effects;
+#[path = "../examples/blind_trial/faults.rs"]
+mod faults;
+#[path = "../examples/blind_trial/kinematics.rs"]
+mod kinematics;
+#[path = "../examples/blind_trial/machines.rs"]
+mod machines;
+#[path = "../examples/blind_trial/mounting.rs"]
+mod mounting;
+#[path = "../examples/blind_trial/noise.rs"]
+mod noise;
+#[path = "../examples/blind_trial/nuisance.rs"]
+mod nuisance;
+#[path = "../examples/blind_trial/plan.rs"]
+mod plan;
+#[path = "../examples/blind_trial/recordings.rs"]
+mod recordings;
+#[path = "../examples/blind_trial/visibility.rs"]
+mod visibility;
+
+use fiveaxis::diagnose::{Diagnosis, Finding, Verdict, diagnose};
+use fiveaxis::identify::Options;
+use fiveaxis::load::load_session;
+
+/// Diagnoses `case-NNN` of a seed; the noise of its readings, µm, beside it.
+fn diagnosed(seed: u64, number: u64) -> (Diagnosis, f64) {
+    let case = case::make(seed, number - 1, &case::Wishes::default());
+    let folder = tempfile::tempdir().expect("folder");
+    recordings::write(folder.path(), &case.name, &case.plan, &case.order, &case.recordings).expect("session");
+    let session = load_session(&folder.path().join("session.yaml")).expect("loads");
+    let noise_um = case.truth["noise_rms_um"].as_f64().expect("noise");
+    (diagnose(&session, &Options::default()).expect("diagnosis"), noise_um)
+}
+
+/// Whether a finding names a cause, first or among those that it cannot be told from.
+fn names(finding: &Finding, effect: &str, place: &str) -> bool {
+    let mut causes = std::iter::once(&finding.cause).chain(finding.rivals.iter().map(|(rival, _)| rival));
+    causes.any(|cause| cause.effect == effect && cause.place == place)
+}
+
+/// What was told, for a failure's message.
+fn told(diagnosis: &Diagnosis) -> Vec<String> {
+    let words = |finding: &Finding| format!("{:?} {:?}", finding.cause, finding.size);
+    diagnosis.findings.iter().map(words).collect()
+}
+
+/// Holds that these causes, and no others, are told, and that the residual is the noise; the diagnosis.
+fn all_told(seed: u64, number: u64, causes: &[(&str, &str)]) -> (Diagnosis, f64) {
+    let (found, noise_um) = diagnosed(seed, number);
+    assert_eq!(found.findings.len(), causes.len(), "{:?}", told(&found));
+    for (effect, place) in causes {
+        let is_told = found.findings.iter().any(|finding| names(finding, effect, place));
+        assert!(is_told, "{effect} of {place} in {:?}", told(&found));
+    }
+    assert!(found.rms_after_um < 1.1 * noise_um, "{} µm for a noise of {noise_um}", found.rms_after_um);
+    (found, noise_um)
+}
+
+#[test]
+fn lost_motion_between_tests_is_no_growth_of_two_nodes_that_cancel() {
+    let (found, _) = all_told(353_535, 11, &[("linear-backlash", "Z"), ("straightness", "X")]);
+    assert!((found.findings[0].size.value / 7.46 - 1.0).abs() < 0.1, "{:?}", told(&found));
+}
+
+#[test]
+fn a_slow_vibration_that_breathes_hides_no_screw_behind_an_alias() {
+    let (found, noise_um) = all_told(353_535, 15, &[("vibration", "Y"), ("cyclic-error", "X")]);
+    let vibration = &found.findings[0];
+    assert!((vibration.size.value / 4.28 - 1.0).abs() < 0.1, "{:?}", told(&found));
+    let hz = vibration.effects[0].number("frequency").expect("frequency");
+    assert!((hz - 0.634).abs() < 0.01, "{hz} Hz");
+    assert!(found.proof.is_some_and(|proof| proof.after_um < 1.3 * noise_um));
+}
+
+#[test]
+fn growth_beside_a_vibration_is_predicted_by_either_half_of_the_readings() {
+    let (found, noise_um) = all_told(353_535, 38, &[("vibration", "spindle-ball"), ("thermal-growth", "Z")]);
+    let proof = found.proof.expect("proof");
+    assert_eq!(proof.passed, [true, true]);
+    assert!(proof.after_um < 1.1 * noise_um, "{proof:?}");
+}
+
+#[test]
+fn a_scale_that_bends_a_little_is_no_screw_where_the_slide_stands_at_five_places() {
+    let (found, _) = all_told(282_828, 13, &[("linear-scale", "Y")]);
+    let finding = &found.findings[0];
+    assert_eq!(finding.cause.effect, "linear-scale");
+    assert!((finding.size.value / 69.34 - 1.0).abs() < 0.1, "{:?}", told(&found));
+    // a tenth over 300 mm
+    let curvature = finding.effects[0].number("curvature").expect("curvature");
+    assert!((curvature - 0.329).abs() < 0.1, "{curvature} per m");
+}
+
+#[test]
+fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
+    let (found, noise_um) = diagnosed(171_717, 46);
+    assert_eq!(found.verdict, Verdict::DataFault, "{:?}", told(&found));
+    let fault = found.data_fault.expect("fault");
+    assert_eq!((fault.effect, fault.tests.as_slice()), ("time-shift", ["b-short-ccw".to_string()].as_slice()));
+    assert!((fault.shift_ms.expect("shift").abs() / 2360.0 - 1.0).abs() < 0.1, "{:?}", fault.shift_ms);
+    assert!(fault.after_um < 1.1 * noise_um, "{fault:?}");
+    // nothing but a second look at the clocks tells it from that slip
+    let slips: Vec<&str> = fault.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!(slips, ["pivot-slip"]);
+}
