@@ -45,7 +45,7 @@ pub fn search_part(grounds: &Grounds, floors: &Floors, families: &[Family], lead
     search_then(grounds, floors, families, HALF, |ways, model| {
         let leads = (0..leads.len()).filter(|&index| rest_of(leads, index).is_none()).map(|index| &leads[index].chosen);
         for lead in leads.take(LEADS) {
-            if !ways.goes_on() || model.found.iter().any(|found| found.chosen.family == lead.family) {
+            if !ways.goes_on() || model.found.first().is_some_and(|first| first.chosen.family == lead.family) {
                 continue;
             }
             let mut trial = Model::empty(ways);
