@@ -19,26 +19,40 @@ mod machines;
 mod mounting;
 #[path = "../examples/blind_trial/noise.rs"]
 mod noise;
+mod noisy;
 #[path = "../examples/blind_trial/nuisance.rs"]
 mod nuisance;
 #[path = "../examples/blind_trial/plan.rs"]
 mod plan;
 #[path = "../examples/blind_trial/recordings.rs"]
 mod recordings;
+#[path = "schema/mod.rs"]
+mod schema;
 #[path = "../examples/blind_trial/visibility.rs"]
 mod visibility;
 
 use fiveaxis::diagnose::{Diagnosis, Finding, Verdict, diagnose};
 use fiveaxis::identify::Options;
 use fiveaxis::load::load_session;
+use fiveaxis::machine::{Effect, Outlet, ParameterValue, Place};
+use fiveaxis::report::diagnosis::diagnosis_json;
+use fiveaxis::report::diagnosis_text::verdict_words;
+use fiveaxis::report::finding_words::shape_words;
+use fiveaxis::session::Session;
+use noisy::recorded;
 
-/// Diagnoses `case-NNN` of a seed; the noise of its readings, µm, beside it.
-fn diagnosed(seed: u64, number: u64) -> (Diagnosis, f64) {
+/// `case-NNN` of a seed, in its folder and as loaded; the noise of its readings, µm.
+fn concealed(seed: u64, number: u64) -> (tempfile::TempDir, Session, f64) {
     let case = case::make(seed, number - 1, &case::Wishes::default());
     let folder = tempfile::tempdir().expect("folder");
     recordings::write(folder.path(), &case.name, &case.plan, &case.order, &case.recordings).expect("session");
     let session = load_session(&folder.path().join("session.yaml")).expect("loads");
-    let noise_um = case.truth["noise_rms_um"].as_f64().expect("noise");
+    (folder, session, case.truth["noise_rms_um"].as_f64().expect("noise"))
+}
+
+/// Diagnoses `case-NNN` of a seed; the noise of its readings, µm, beside it.
+fn diagnosed(seed: u64, number: u64) -> (Diagnosis, f64) {
+    let (_folder, session, noise_um) = concealed(seed, number);
     (diagnose(&session, &Options::default()).expect("diagnosis"), noise_um)
 }
 
@@ -93,18 +107,53 @@ fn growth_beside_a_vibration_is_predicted_by_either_half_of_the_readings() {
 #[test]
 fn a_scale_that_bends_a_little_is_no_screw_where_the_slide_stands_at_five_places() {
     let (found, _) = all_told(282_828, 13, &[("linear-scale", "Y")]);
+    let machine = concealed(282_828, 13).1.machine;
     let finding = &found.findings[0];
     assert_eq!(finding.cause.effect, "linear-scale");
     assert!((finding.size.value / 69.34 - 1.0).abs() < 0.1, "{:?}", told(&found));
-    // a tenth over 300 mm
-    let curvature = finding.effects[0].number("curvature").expect("curvature");
-    assert!((curvature - 0.329).abs() < 0.1, "{curvature} per m");
+    // the error is a tenth more at 300 mm than in proportion, so the error per length two tenths
+    let number = |name| finding.effects[0].number(name).expect("number");
+    assert!((number("curvature") - 0.659).abs() < 0.2, "{} per m", number("curvature"));
+    assert_eq!(number("centre"), 0.0);
+    assert!(shape_words(&machine, &finding.effects).contains("more with every 100 mm"));
+}
+
+#[test]
+fn a_straight_scale_stays_straight_wherever_the_slide_was() {
+    let (_, session, _) = concealed(282_828, 13);
+    let y = session.machine.axis_index("Y").expect("Y");
+    for (offset_mm, curvature) in [(0.0, 0.0), (500.0, 0.0), (500.0, 0.7)] {
+        let mut session = session.clone();
+        // the same way of the slide elsewhere on it
+        for test in &mut session.tests {
+            test.positions[y] = test.positions[y].map(|position| position + offset_mm);
+        }
+        session.machine.axes[y].range = None;
+        let scale = Effect::new("linear-scale", Place::Axis(y))
+            .with("curvature", ParameterValue::Number(curvature))
+            .with("centre", ParameterValue::Number(offset_mm))
+            .size(Outlet::own(&session.machine, y), "", 70e-6);
+        let found = diagnose(&recorded(session, vec![scale]), &Options::default()).expect("diagnosis");
+        let [finding] = found.findings.as_slice() else { panic!("{:?}", told(&found)) };
+        assert_eq!((finding.cause.effect.as_str(), finding.cause.place.as_str()), ("linear-scale", "Y"));
+        let size = &finding.size;
+        assert!((size.value - 70.0).abs() < 3.0 * size.sigma && size.sigma < 4.0, "{size:?} at {offset_mm} mm");
+        let told = finding.effects[0].number("curvature");
+        assert_eq!(told.is_some(), curvature != 0.0, "{told:?} for {curvature}");
+        assert!((told.unwrap_or(0.0) - curvature).abs() < 0.2, "{told:?} for {curvature}");
+    }
 }
 
 #[test]
 fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
     let (found, noise_um) = diagnosed(171_717, 46);
     assert_eq!(found.verdict, Verdict::DataFault, "{:?}", told(&found));
+    let json = diagnosis_json(&found);
+    assert!(verdict_words(&json).starts_with("DATA FAULT, or what is named beside it"));
+    let schema =
+        serde_json::from_str(&std::fs::read_to_string("schemas/diagnose.json").expect("schema")).expect("JSON");
+    let json = serde_json::to_value(&json).expect("JSON");
+    assert_eq!(schema::violations_of(&schema, &json), Vec::<String>::new());
     let fault = found.data_fault.expect("fault");
     assert_eq!((fault.effect, fault.tests.as_slice()), ("time-shift", ["b-short-ccw".to_string()].as_slice()));
     assert!((fault.shift_ms.expect("shift").abs() / 2360.0 - 1.0).abs() < 0.1, "{:?}", fault.shift_ms);
@@ -112,4 +161,5 @@ fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
     // nothing but a second look at the clocks tells it from that slip
     let slips: Vec<&str> = fault.causes.iter().map(|cause| cause.effect.as_str()).collect();
     assert_eq!(slips, ["pivot-slip"]);
+    assert!(fault.rivals.is_empty());
 }

@@ -42,6 +42,7 @@ fn the_scale_of_a_slide_that_only_stands_is_found() {
     assert_eq!((finding.cause.effect.as_str(), finding.cause.place.as_str()), ("linear-scale", "X"));
     let size = &finding.size;
     assert!((size.value - 60.0).abs() < 3.0 * size.sigma, "{} ± {}", size.value, size.sigma);
+    assert_eq!(finding.effects[0].parameter("curvature"), None);
 }
 
 #[test]

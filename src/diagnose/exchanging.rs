@@ -42,7 +42,8 @@ fn bends_to_anything(found: &Found) -> bool {
 }
 
 impl Ways<'_, '_, '_> {
-    /// Replaces what a greedy search took too early: the first effect where much stays unexplained, then each beside the others.
+    /// Replaces what a greedy search took too early: the first effect where much stays unexplained or it bends to anything, then
+    /// each beside the others.
     pub(super) fn exchange(&self, model: &mut Model) {
         let floor_mm2 = mean_noise_mm2(&self.floors[0]);
         let left_mm2 = mean_square(self.grounds.fine, &model.residual_mm);

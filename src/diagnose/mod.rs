@@ -79,7 +79,7 @@ use crate::chain::Chain;
 use crate::effects::Context;
 use crate::identify::{self, FreePrior, Options, Problem, Quantity, rms};
 use crate::machine::Effect;
-use crate::session::{Session, Setups, Test};
+use crate::session::{Session, Setups};
 
 /// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
 const WIDER_SETUPS: f64 = 2.5;
@@ -275,15 +275,19 @@ fn left_um(fine: &Ground, search: &Search) -> f64 {
 const AS_NEAR: f64 = 1.1;
 
 /// Whether the one thing found is an event that has the tests of a fault on one side and all others on the other, and leaves
-/// no less: with amplitudes for each direction it says of these what one shift says.
+/// as much: with amplitudes for each direction it says of these what one shift says.
 fn says_as_much(fine: &Ground, search: &Search, fault: &DataFault) -> bool {
     let [Found { chosen: event, .. }] = &search.found[..] else { return false };
     let Some(time_s) = event.effect.number("time").filter(|_| event.is_event()) else { return false };
-    let all = fine.context.session().tests.iter();
-    let (before, after): (Vec<&Test>, Vec<&Test>) = all.partition(|test| test.started_at_s < time_s);
-    let are_its =
-        |side: &[&Test]| side.len() == fault.tests.len() && side.iter().all(|test| fault.tests.contains(&test.name));
-    fault.after_um < AS_NEAR * left_um(fine, search) && (are_its(&before) || are_its(&after))
+    let tests = &fine.context.session().tests;
+    // an event is found a little before or behind the moment between two tests
+    let is_before = |test: &usize| 0.5 * (tests[*test].started_at_s + fine.context.ends_at_s(*test)) < time_s;
+    let (before, after): (Vec<usize>, Vec<usize>) = (0..tests.len()).partition(is_before);
+    let are_its = |side: &[usize]| {
+        side.len() == fault.tests.len() && side.iter().all(|test| fault.tests.contains(&tests[*test].name))
+    };
+    let ratio = fault.after_um / left_um(fine, search);
+    (AS_NEAR.recip()..AS_NEAR).contains(&ratio) && (are_its(&before) || are_its(&after))
 }
 
 /// The shift of a single test that a search found.

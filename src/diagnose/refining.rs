@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::found::Candidate;
-use super::library::{Family, Refined, family_terms};
+use super::library::{Family, Refined, family_terms, visited};
 use super::screening::stage_of;
 use super::stage::Stage;
 use super::whitened::LastShape;
@@ -33,6 +33,7 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
                     super::swinging::with_wander(stage, family, candidate)
                 }
                 "thermal-growth" if may_lead => with_warm_start(stage, family, candidate),
+                "linear-scale" if may_lead => with_curvature(stage, family, candidate),
                 "clamp-lift" if may_lead => with_other_edge(stage, family, candidate),
                 _ => candidate,
             };
@@ -141,6 +142,43 @@ fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate
         Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => refine(stage, family, trial),
         _ => best,
     }
+}
+
+/// Change of a scale's error per length over a metre, as a share of it, up to which it is one scale; the first step in which
+/// it is looked for, and how often that is halved.
+const MOST_CURVED: f64 = 2.0;
+const CURVED_STEP: f64 = 0.4;
+const CURVED_HALVINGS: usize = 5;
+
+/// A scale that is larger at one end than at the other, as far as the readings ask for it; its size is that in the middle of
+/// where the slide was.
+fn with_curvature(stage: &Stage, family: &Family, straight: Candidate) -> Candidate {
+    let Some(axis) = straight.effect.place.axis().filter(|_| straight.judgement.chi2 > WORTH_OVERTONES) else {
+        return straight;
+    };
+    let (from, to) = visited(stage.ground, axis);
+    let cost = straight.judgement.log_evidence - straight.log_odds;
+    let curved = |curvature: f64| {
+        let effect = straight.effect.clone().with("curvature", ParameterValue::Number(curvature));
+        let effect = effect.with("centre", ParameterValue::Number(0.5 * (from + to)));
+        judged(stage, family, straight.family, effect, cost, &mut LastShape::default())
+    };
+    let (mut at, mut step) = (0.0, CURVED_STEP);
+    let mut best = straight.clone();
+    for _ in 0..=CURVED_HALVINGS {
+        for sign in [1.0, -1.0] {
+            loop {
+                let next: f64 = at + sign * step;
+                match Some(next).filter(|next| next.abs() <= MOST_CURVED).and_then(curved) {
+                    Some(trial) if trial.log_odds > best.log_odds => (at, best) = (next, trial),
+                    _ => break,
+                }
+            }
+        }
+        step *= 0.5;
+    }
+    best.log_odds -= PARAMETER_COST;
+    if best.log_odds > straight.log_odds + OVERTONE_GAIN { best } else { straight }
 }
 
 /// Places tried for an edge of a lift.
@@ -263,7 +301,7 @@ fn parameter(effect: &Effect, refined: &Refined) -> Option<f64> {
         (Some(ParameterValue::Number(value)), None) => Some(*value),
         (Some(ParameterValue::List(values)), Some(element)) => values.get(element).copied(),
         (None, None) => match refined.name {
-            "skew" | "creep_share" | "curvature" => Some(0.0),
+            "skew" | "creep_share" => Some(0.0),
             "creep_time" => Some(20.0),
             "damping" => Some(0.7),
             _ => None,

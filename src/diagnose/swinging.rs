@@ -46,7 +46,7 @@ pub(super) fn with_wander(stage: &Stage, family: &Family, plain: Candidate) -> C
 /// At the frequency, or at one of which it is an alias at one of the sampling rates, that explains most at all of them.
 fn of_all_rates(stage: &Stage, family: &Family, plain: Candidate) -> Candidate {
     let Some(hz) = plain.effect.number("frequency") else { return plain };
-    let aliases = aliases(stage.ground, hz).into_iter();
+    let aliases = aliases(stage.ground, hz).into_iter().filter(|alias| is_fast_enough(&plain.effect, *alias));
     let trials = aliases.filter_map(|alias| {
         varied(stage, family, &plain, plain.effect.clone().with("frequency", ParameterValue::Number(alias)))
     });
@@ -54,6 +54,11 @@ fn of_all_rates(stage: &Stage, family: &Family, plain: Candidate) -> Candidate {
         Some(other) if other.log_odds > plain.log_odds + OVERTONE_GAIN => other,
         _ => plain,
     }
+}
+
+/// Whether a frequency has the cycles that must lie between the knots of a vibration, where it has any.
+fn is_fast_enough(vibration: &Effect, hz: f64) -> bool {
+    vibration.number("every").is_none_or(|every| every * hz > CYCLES)
 }
 
 /// With polynomials for amplitude and phase, up to a degree.
@@ -109,7 +114,9 @@ fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate) -> Candida
     let mut step = OFF_BY / every;
     for _ in 0..=HALVINGS {
         for sign in [1.0, -1.0] {
-            while let Some(hz) = best.effect.number("frequency") {
+            while let Some(hz) = best.effect.number("frequency")
+                && is_fast_enough(&best.effect, hz + sign * step)
+            {
                 let moved = best.effect.clone().with("frequency", ParameterValue::Number(hz + sign * step));
                 match varied(stage, family, &best, moved) {
                     Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,

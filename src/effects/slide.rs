@@ -31,17 +31,26 @@ pub static SQUARENESS: Kind = Kind {
 pub static LINEAR_SCALE: Kind = Kind {
     name: "linear-scale",
     driver: Driver::Position,
-    formula: "own = s q (1 + curvature q)",
+    formula: "own = s q (1 + curvature (q/2 - centre)): dE/dq = s (1 + curvature (q - centre))",
     size_meaning: "length error per length",
     cause: "temperature of scale or screw, pitch compensation missing or doubled",
     remedy: "check the scale's temperature and mounting, then set pitch compensation against an interferometer",
-    parameters: &[Parameter::number(
-        "curvature",
-        ParameterUnit::Plain,
-        Default::Number(0.0),
-        (-100.0, 100.0),
-        "share by which the scale's error is larger a metre on: a screw warmer at one end, or worn in the middle",
-    )],
+    parameters: &[
+        Parameter::number(
+            "curvature",
+            ParameterUnit::Plain,
+            Default::Number(0.0),
+            (-100.0, 100.0),
+            "share by which the error per length is larger a metre on: a screw warmer at one end",
+        ),
+        Parameter::number(
+            "centre",
+            ParameterUnit::Position,
+            Default::Number(0.0),
+            (-1e5, 1e5),
+            "position at which the size holds, mm",
+        ),
+    ],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Linear => vec![Outlet::own(machine, axis)],
@@ -52,8 +61,9 @@ pub static LINEAR_SCALE: Kind = Kind {
     profiles: |context, effect| match effect.place {
         Place::Axis(axis) => {
             let sign = context.chain().joint(axis).sign;
-            let per_mm = 1e-3 * LINEAR_SCALE.number(context, effect, "curvature");
-            Ok(vec![context.position_profile(axis, |q| sign * q * (1.0 + per_mm * q))])
+            let number = |name| LINEAR_SCALE.number(context, effect, name);
+            let (per_mm, centre) = (1e-3 * number("curvature"), number("centre"));
+            Ok(vec![context.position_profile(axis, |q| sign * q * (1.0 + per_mm * (0.5 * q - centre)))])
         }
         _ => Ok(Vec::new()),
     },

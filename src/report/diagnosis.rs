@@ -203,9 +203,13 @@ fn blind_json(blind: &Blind) -> BlindJson {
 /// What is claimed of a mistake in the files, with those that leave the same numbers.
 const SURE_OF_FAULT: f64 = 0.99;
 
+/// Causes named beside a mistake at most.
+const MOST_NAMED: usize = 4;
+
 /// A mistake in the files as the only finding.
 fn fault_json(fault: &DataFault) -> FindingJson {
-    let probability = SURE_OF_FAULT / (1 + fault.rivals.len() + fault.causes.len()) as f64;
+    let others = fault.rivals.len() + fault.causes.len();
+    let probability = SURE_OF_FAULT / (1 + others.min(MOST_NAMED)) as f64;
     let rival = |rival: &Rival| RivalJson {
         effect: rival.effect.to_string(),
         driver: "data fault",
@@ -213,6 +217,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         components: rival.components.clone(),
         probability,
     };
+    let causes = fault.causes.iter().map(|cause| rival_json(cause, probability));
     FindingJson {
         effect: fault.effect.to_string(),
         driver: "data fault",
@@ -224,12 +229,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         cross_validated: None,
         placebo: None,
         other_setups: None,
-        cannot_tell_from: fault
-            .rivals
-            .iter()
-            .map(rival)
-            .chain(fault.causes.iter().map(|cause| rival_json(cause, probability)))
-            .collect(),
+        cannot_tell_from: causes.chain(fault.rivals.iter().map(rival)).take(MOST_NAMED).collect(),
         next_test: None,
     }
 }

@@ -66,6 +66,9 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         "explained" => format!("EXPLAINED by {count}"),
         "partly explained" => format!("PARTLY EXPLAINED by {count}"),
         "unexplained" => "UNEXPLAINED: something is there, its form is unknown".to_string(),
+        _ if is_fault_or_physics(json) => {
+            "DATA FAULT, or what is named beside it: look which before anything is changed".to_string()
+        }
         _ => "DATA FAULT: nothing else of these recordings is to be believed before it is put right".to_string(),
     };
     let held_out = match (fit.heldout_before_um, fit.heldout_after_um) {
@@ -82,6 +85,11 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         None => "; noise not known: no pose has readings to spare".to_string(),
     };
     format!("{says}. {residual}{held_out}{noise}.{}", left_words(json))
+}
+
+/// Whether an effect of the machine says as much as a mistake in the files.
+fn is_fault_or_physics(json: &DiagnosisJson) -> bool {
+    json.findings.iter().flat_map(|finding| &finding.cannot_tell_from).any(|rival| rival.driver != "data fault")
 }
 
 /// What stays unexplained of static poses, and of what kind it looks.

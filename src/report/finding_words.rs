@@ -185,6 +185,12 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
             words.push("one feed alone does not tell these two apart".into());
         }
     }
+    if let Some(curvature) = number("curvature").filter(|curvature| *curvature != 0.0) {
+        let centre = digits(number("centre").unwrap_or(0.0), Some(1.0));
+        let (share, way) = (digits(10.0 * curvature.abs(), Some(1.0)), if curvature > 0.0 { "more" } else { "less" });
+        let name = axis.map_or("", |axis| machine.axes[axis].name.as_str());
+        words.push(format!("so at {name} = {centre} mm, {share} % {way} with every 100 mm further on"));
+    }
     if let Some(degree) = number("degree") {
         words.push(format!("spherical harmonics up to degree {degree:.0}"));
     }
@@ -351,7 +357,14 @@ pub fn rival_words(rival: &RivalJson) -> String {
 /// Usual cause and what to do; for data faults what the check says.
 pub fn cause_and_remedy(finding: &FindingJson) -> (String, String) {
     if finding.driver == "data fault" {
-        return ("the way in which the file was written, no physics".into(), finding.size.meaning.clone());
+        let is_one = finding.cannot_tell_from.iter().all(|rival| rival.driver == "data fault");
+        let (cause, first) = match is_one {
+            true => ("the way in which the file was written, no physics", ""),
+            false => {
+                ("the way in which the file was written", "record those tests once more; if they come out so again, ")
+            }
+        };
+        return (cause.into(), format!("{first}{}", finding.size.meaning));
     }
     kind(&finding.effect).map_or_else(Default::default, |kind| (kind.cause.to_string(), kind.remedy.to_string()))
 }

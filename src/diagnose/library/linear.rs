@@ -14,9 +14,6 @@ const SCREW_LEADS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25
 /// Places at which a slide must have stood before a period can be told.
 const LEAST_PLACES: usize = 5;
 
-/// Change of a scale's error over a metre, as a share of it: what curves more is a form of its own.
-const MOST_CURVED: f64 = 1.0;
-
 pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let machine = ground.context.machine();
     let place = Place::Axis(axis);
@@ -25,14 +22,7 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     let all_across = [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]];
     let (least, most) = visited(ground, axis);
     if most - least > 1.0 {
-        let curvature = Refined {
-            name: "curvature",
-            least: -MOST_CURVED,
-            most: MOST_CURVED,
-            step: 0.2 * MOST_CURVED,
-            element: None,
-        };
-        list.push(Family::new("linear-scale", place, vec![own], 300.0).refine(vec![curvature]));
+        list.push(Family::new("linear-scale", place, vec![own], 300.0));
         // also for a slide that only moves from test to test: it stands on one or the other flank
         list.push(
             Family::new("linear-backlash", place, vec![own], 30.0)

@@ -11,7 +11,7 @@ mod rotary;
 mod setups;
 mod vibrations;
 
-pub(super) use self::motions::travelled;
+pub(super) use self::motions::{travelled, visited};
 
 use self::growth::last_before_spindle;
 use self::linear::linear;
