@@ -33,6 +33,8 @@ pub struct Score {
     pub stated: String,
     pub failed: Option<String>,
     pub right: bool,
+    /// The first finding names the truth, or states it as at least half as likely: a class that nothing separates.
+    pub in_class: bool,
     pub in_set: bool,
     /// A finding that matches nothing true, the first excluded unless nothing true can be seen.
     pub wrong_companion: bool,
@@ -157,6 +159,15 @@ fn in_set(truth: &Value, finding: &Value) -> bool {
     set(finding).iter().any(|s| names(truth, s))
 }
 
+/// Share of a finding's probability from which a cause beside it belongs to its class.
+const INSEPARABLE: f64 = 0.5;
+
+fn in_class(truth: &Value, finding: &Value) -> bool {
+    let probability = |stated: &Value| stated["probability"].as_f64().unwrap_or(0.0);
+    let is_likely = |stated: &&Value| probability(stated) >= INSEPARABLE * probability(finding);
+    set(finding).into_iter().filter(is_likely).any(|stated| names(truth, stated))
+}
+
 /// What no other part of a recording repeats.
 fn is_fleeting(effect: &str) -> bool {
     effect == "vibration" || effect.ends_with("-slip")
@@ -193,6 +204,7 @@ pub fn score(truth: &Value, answer: &Answer) -> Score {
     if let Some(first) = first {
         // with two causes either may come first
         s.right = effects.iter().any(|e| names(e, first));
+        s.in_class = effects.iter().any(|e| in_class(e, first));
         s.in_set = effects.iter().any(|e| in_set(e, first));
     }
     let stray = |f: &Value| !effects.iter().any(|e| in_set(e, f));

@@ -29,7 +29,8 @@ pub fn print(scores: &[Score]) {
     ];
     for (name, low, high, named, in_set) in bands {
         let band = pick(&|s| single(s) && s.visible >= low && s.visible < high);
-        line(&format!("{name}: right cause first"), &band, |s| s.right, named);
+        line(&format!("{name}: right cause, or its class, first"), &band, |s| s.in_class, named);
+        line("  the cause itself", &band, |s| s.right, "–");
         line(&format!("{name}: in the stated set"), &band, |s| s.in_set, in_set);
     }
     let unseen = pick(&|s| single(s) && s.visible < 0.1);
