@@ -28,6 +28,7 @@ mod plan;
 mod recordings;
 #[path = "schema/mod.rs"]
 mod schema;
+mod shared_data;
 #[path = "../examples/blind_trial/visibility.rs"]
 mod visibility;
 
@@ -102,6 +103,16 @@ fn growth_beside_a_vibration_is_predicted_by_either_half_of_the_readings() {
     let proof = found.proof.expect("proof");
     assert_eq!(proof.passed, [true, true]);
     assert!(proof.after_um < 1.1 * noise_um, "{proof:?}");
+}
+
+#[test]
+fn small_rests_of_a_worm_end_no_search_of_half_the_readings() {
+    let Some(recordings) = shared_data::folder("recordings") else { return };
+    let session = load_session(&recordings.join("practice/case-003/session.yaml")).expect("loads");
+    let found = diagnose(&session, &Options::default()).expect("diagnosis");
+    assert!(found.findings.len() == 1 && names(&found.findings[0], "cyclic-error", "C"), "{:?}", told(&found));
+    let (proof, noise_um) = (found.proof.expect("proof"), found.noise_um.expect("noise"));
+    assert!(proof.after_um < 1.1 * noise_um, "{proof:?} for a noise of {noise_um}");
 }
 
 #[test]
