@@ -18,9 +18,6 @@ const LEAST_EVENT_RMS: f64 = 0.25;
 /// Log odds from which it is enough to show within sweeps; stray readings in a row may look like jumps.
 const BEYOND_DOUBT: f64 = 150.0;
 
-/// Log odds from which the rest of a form, of one kind with it, belongs to it however small it is.
-const SURE_REST: f64 = 50.0;
-
 /// Fall of the misfit of what was stated of balls, bars and location errors, without the one that falls most, with which
 /// nothing need show in the residual.
 const RELIEF: f64 = 22.0;
@@ -57,7 +54,7 @@ pub(super) fn is_demanded(
     let is_there = |other: &&Found| other.chosen.effect.place == chosen.effect.place;
     let same_place = found.iter().any(|other| is_there(&other));
     let same_kind = found.iter().filter(is_there).any(|other| other.chosen.effect.kind == chosen.effect.kind);
-    let is_sure_rest = same_kind && !is_event && log_odds > SURE_REST;
+    let is_sure_rest = same_kind && !is_event && log_odds > limits.sure_rest;
     let odds = if same_place { limits.accept } else { limits.accept_further };
     log_odds > if is_event { odds.max(limits.accept_event) } else { odds }
         && (adds_enough(limits, same_place, fall_mm2, explained, noise_mm2) || relieves(chosen, relief) || is_sure_rest)

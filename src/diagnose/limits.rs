@@ -12,6 +12,8 @@ pub(super) struct Limits {
     pub(super) effects: usize,
     /// Share of what was explained before that a further effect elsewhere must explain.
     pub(super) share_elsewhere: f64,
+    /// Log odds from which the rest of a form, of one kind with it, belongs to it however small it is.
+    pub(super) sure_rest: f64,
     /// Rms that a further effect elsewhere must take off the residual, in noise floors.
     pub(super) rms_elsewhere: f64,
     /// Steps after which no other set of effects is tried: readings that no form fits would go on for minutes.
@@ -25,9 +27,12 @@ pub(super) const SWEEPS: Limits = Limits {
     accept_event: 24.0,
     effects: 6,
     share_elsewhere: 0.006,
+    sure_rest: f64::INFINITY,
     rms_elsewhere: 0.25,
     steps: 26,
 };
 
-/// The same over half of the readings: by chance they may show far less than half as much.
-pub(super) const HALF: Limits = Limits { accept: 4.0, accept_further: 6.0, accept_event: 8.0, steps: 10, ..SWEEPS };
+/// The same over half of the readings: by chance they may show far less than half as much, and what is left of a form must
+/// not end a search whose findings nobody reads.
+pub(super) const HALF: Limits =
+    Limits { accept: 4.0, accept_further: 6.0, accept_event: 8.0, sure_rest: 50.0, steps: 10, ..SWEEPS };
