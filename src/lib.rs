@@ -31,6 +31,8 @@
 //! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad
 //! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.
 
+#![forbid(unsafe_code)]
+
 pub mod bodies;
 pub mod chain;
 pub mod collision;

@@ -1,5 +1,7 @@
 //! The command line: one verb per file in `verbs`.
 
+#![forbid(unsafe_code)]
+
 // std's panic when the reader of a pipe has gone; these stand in for them in all verbs
 
 /// Prints a line; a reader that stops reading ends the program quietly.

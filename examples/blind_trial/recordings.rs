@@ -116,7 +116,10 @@ fn point(p: V3) -> String {
 }
 
 pub fn machine_yaml(machine: &Machine) -> String {
-    let mut text = format!("name: {}\ncode: \"{}\"\naxes:\n", machine.name, machine.code);
+    let mut text = format!(
+        "name: {}\ncode: \"{}\"\ndirections: carried  # as the recordings were made\naxes:\n",
+        machine.name, machine.code
+    );
     for joint in &machine.joints {
         let mut fields = vec![];
         if joint.rotary {

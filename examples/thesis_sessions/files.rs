@@ -23,6 +23,8 @@ const COMMON_ASSUMPTIONS: [&str; 6] = [
 const MACHINE: &str = "# Nominal Hermle C600U, without errors; see machines/hermle-c600u.yaml for the sources.
 name: Hermle C600U
 code: \"[wCAbYXZt]\"
+# the recordings hold the sense of the thesis's HTMs: positive is right-handed for the carried part
+directions: carried
 axes:
   X: {range: [-300, 300]}
   Y: {range: [-225, 225]}

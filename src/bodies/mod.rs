@@ -11,6 +11,7 @@ pub use solid::{MAX_CORNERS, Solid, frame_along};
 use nalgebra::Vector3;
 
 use crate::chain::Pose;
+use crate::machine::Machine;
 
 /// A solid thing that a link carries.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,4 +113,15 @@ pub struct Bodies {
     pub bodies: Vec<Body>,
     pub mounts: Vec<Mount>,
     pub spindle: Option<SpindleSide>,
+    /// Pairs of bodies that touch by design, by name: a table in its bearing, a slide on its guideway. They are never compared.
+    pub touching: Vec<(String, String)>,
+}
+
+impl Bodies {
+    /// The way the tool looks out of the spindle in R with all axes at zero; of a machine without a stated spindle whose
+    /// Z runs along R's z that is −z (ISO 841: Z lies along the spindle), of others it is not known.
+    pub fn tool_direction(&self, machine: &Machine) -> Option<Vector3<f64>> {
+        let along_z = machine.axis_index("Z").is_some_and(|z| machine.axes[z].coordinate_direction() == Some(2));
+        self.spindle.as_ref().map(|spindle| -spindle.direction).or(along_z.then(|| -Vector3::z()))
+    }
 }

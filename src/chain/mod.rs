@@ -7,6 +7,7 @@ pub(crate) mod lanes;
 mod link;
 mod lower;
 mod poses;
+mod sense;
 mod sensitivity;
 mod trig;
 
@@ -15,6 +16,7 @@ pub use columns::{Column, Derivatives};
 pub use geometry::{Composition, Geometry, MotionErrors, Pose};
 pub use link::{Branch, LinkId};
 pub use poses::Poses;
+pub use sense::{View, sense_in_words};
 pub use sensitivity::Sensitivity;
 pub use trig::LARGEST_ANGLE_RAD;
 
@@ -27,11 +29,11 @@ use crate::machine::{AxisKind, Machine};
 pub struct Joint {
     /// Linear or rotary.
     pub kind: AxisKind,
-    /// Direction of positive motion of the carried part, unit vector in R at the zero position.
+    /// Direction of motion of the carried part where `sign` is positive, unit vector in R at the zero position.
     pub direction: Vector3<f64>,
     /// Point on the axis line, mm, in R at the zero position.
     pub origin: Vector3<f64>,
-    /// +1, or −1 for a reversed axis: the motion is `sign · position`.
+    /// +1 or −1 by the machine's sense of axes: the motion is `sign · position`.
     pub sign: f64,
 }
 
@@ -51,11 +53,12 @@ impl Chain {
         let joints = machine
             .axes
             .iter()
-            .map(|axis| Joint {
+            .enumerate()
+            .map(|(index, axis)| Joint {
                 kind: axis.kind,
                 direction: axis.direction,
                 origin: axis.origin,
-                sign: if axis.reversed { -1.0 } else { 1.0 },
+                sign: machine.motion_sign(index),
             })
             .collect();
         let workpiece_axes = machine.code.workpiece_side.len();

@@ -80,6 +80,17 @@ impl Convex {
         half_box(&self.core, &self.rotation)
     }
 
+    /// Farthest point along a direction of the link, mm from the link's origin.
+    pub fn farthest_mm(&self, direction: &Vector3<f64>) -> f64 {
+        let own = self.rotation.tr_mul(direction);
+        self.centre.dot(direction) + own.dot(&self.core.support(&own)) + self.round_mm * direction.norm()
+    }
+
+    /// True for a solid of revolution about the z of its frame, or a ball.
+    pub fn is_round(&self) -> bool {
+        matches!(self.core, Core::Point | Core::Segment { .. } | Core::Cylinder { .. })
+    }
+
     /// Largest distance of a point of the set from its centre, mm.
     pub fn reach_mm(&self) -> f64 {
         self.round_mm

@@ -75,6 +75,13 @@ impl Linkage {
         &self.between[one * self.count() + other]
     }
 
+    /// Axes between two link frames, from the first one outward.
+    pub fn axes_from(&self, one: usize, other: usize) -> Vec<usize> {
+        let (one, other) = (self.chain.path(self.link(one)), self.chain.path(self.link(other)));
+        let own = one.iter().rev().filter(|axis| !other.contains(axis));
+        own.chain(other.iter().filter(|axis| !one.contains(axis))).copied().collect()
+    }
+
     /// Poses at some positions, mm and rad; joints that stand where they stood are not computed again.
     pub fn place(&self, positions: &[f64], frames: &mut Frames) {
         let axes = self.chain.axis_count();

@@ -9,6 +9,13 @@ use crate::bodies::{Bodies, Kit, Mount};
 use crate::chain::Geometry;
 use crate::session::{Path, Test};
 
+/// A bar stays this far inside the cones of its cups, rad: cups stand and are made to some tenths of a degree, and the rim
+/// that a bar touches is half a millimetre farther, seen from 30 mm.
+pub const CONE_MARGIN_RAD: f64 = 1.0 / 180.0 * std::f64::consts::PI;
+/// A part of a mount's body may rise above the surface by this and still be what the stand stands on, mm: pieces of meshes
+/// are a little larger than what they cover.
+const SEAT_MM: f64 = 2.0;
+
 /// Where an instrument stands: what a test says and what the machine offers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement<'a> {
@@ -37,9 +44,9 @@ pub struct Instrument<'a> {
     parts: Vec<Part>,
     bar: BarEnds,
     cones: Vec<Cone>,
-    /// Frames and bodies under the stand and at the spindle stem: touch by design.
-    stands_on: Option<usize>,
-    clamped_by: Option<usize>,
+    /// World parts on which the stand stands and which hold the stem: touch by design.
+    stands_on: Vec<usize>,
+    clamped_by: Vec<usize>,
     stand_parts: Vec<usize>,
     stem_parts: Vec<usize>,
     /// Parts of the bar, by index.
@@ -155,11 +162,8 @@ impl<'a> Instrument<'a> {
         let rim = ball - looks * cup.rim_below_ball_mm;
         let back = rim - looks * cup.height_mm;
         parts.push(Part::new("spindle cup", spindle_frame, Convex::cylinder(rim, back, cup.radius_mm)));
+        // of a fixture the shank alone is in the spindle
         let mut stem_parts = Vec::new();
-        let mut stem = |name: &str, convex| {
-            stem_parts.push(parts.len());
-            parts.push(Part::new(name, spindle_frame, convex));
-        };
         if aside.norm() < 1e-6 {
             if gauge_mm < cup.rim_below_ball_mm + cup.height_mm {
                 return Err(no_spindle(format!(
@@ -167,7 +171,9 @@ impl<'a> Instrument<'a> {
                     cup.rim_below_ball_mm + cup.height_mm
                 )));
             }
-            stem("spindle stem", Convex::cylinder(back, spindle.nose, cup.stem_radius_mm));
+            stem_parts.push(parts.len());
+            let stem = Convex::cylinder(back, spindle.nose, cup.stem_radius_mm);
+            parts.push(Part::new("spindle stem", spindle_frame, stem));
         } else {
             let fixture = kit.fixture.as_ref().ok_or_else(|| {
                 no_spindle(format!("the spindle ball is off the tool axis and the kit '{}' has no fixture", kit.name))
@@ -180,15 +186,18 @@ impl<'a> Instrument<'a> {
                     "the fixture does not fit: the ball is {gauge_mm:.3} mm in front of the nose"
                 )));
             }
-            stem("fixture", Convex::capsule(root, arm_end, fixture.arm_radius_mm));
-            stem("fixture", Convex::cylinder(root, spindle.nose, fixture.arm_radius_mm));
+            let arm = Convex::capsule(root, arm_end, fixture.arm_radius_mm);
+            parts.push(Part::new("fixture", spindle_frame, arm));
+            stem_parts.push(parts.len());
+            let shank = Convex::cylinder(root, spindle.nose, fixture.arm_radius_mm);
+            parts.push(Part::new("fixture", spindle_frame, shank));
         }
         let lever_mm = bar.neck_length_mm;
         let cone = |name, frame, axis, half_angle_rad, at_pivot| Cone {
             name,
             frame,
             axis,
-            half_angle_rad,
+            half_angle_rad: half_angle_rad - CONE_MARGIN_RAD,
             at_pivot,
             lever_mm,
         };
@@ -197,8 +206,8 @@ impl<'a> Instrument<'a> {
             cone("cone of the spindle cup", spindle_frame, looks, kit.spindle_cup.cone_rad, false),
         ];
         Ok(Instrument {
-            stands_on: nearest_body(world, pivot_frame, &placement.mount.middle),
-            clamped_by: nearest_body(world, spindle_frame, &spindle.nose),
+            stands_on: body_behind(world, pivot_frame, &foot, &normal),
+            clamped_by: body_behind(world, spindle_frame, &spindle.nose, &-up),
             placement,
             parts,
             bar: BarEnds { pivot: (pivot_frame, pivot), spindle: (spindle_frame, ball) },
@@ -240,20 +249,16 @@ impl<'a> Instrument<'a> {
     fn pairs(&self, world: &World, mounted: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
         let first = world.parts.len();
         let mut pairs = Vec::new();
-        for (part, own) in self.parts.iter().enumerate().filter(|(part, _)| mounted(*part)) {
-            let excluded = if self.stand_parts.contains(&part) {
-                self.stands_on
+        for part in (0..self.parts.len()).filter(|part| mounted(*part)) {
+            let by_design: &[usize] = if self.stand_parts.contains(&part) {
+                &self.stands_on
             } else if self.stem_parts.contains(&part) {
-                self.clamped_by
+                &self.clamped_by
             } else {
-                None
+                &[]
             };
-            for (body, other) in world.parts.iter().enumerate() {
-                let by_design = excluded == Some(world.body_of[body]) && own.frame == other.frame;
-                if !by_design {
-                    pairs.push((body, first + part));
-                }
-            }
+            let compared = (0..first).filter(|body| !by_design.contains(body));
+            pairs.extend(compared.map(|body| (body, first + part)));
         }
         for part in 0..self.parts.len() {
             for other in part + 1..self.parts.len() {
@@ -294,13 +299,20 @@ fn fixture_look(world: &World, test: &Test, outward: &Vector3<f64>, up: &Vector3
     if in_link.dot(outward) > in_link.dot(&-up) { *outward } else { -up }
 }
 
-/// Index of the body of a frame that is nearest to a point of that frame.
-fn nearest_body(world: &World, frame: usize, at: &Vector3<f64>) -> Option<usize> {
+/// Parts of the one body of a frame that is nearest to a point of a surface, as far as they lie behind the surface.
+fn body_behind(world: &World, frame: usize, at: &Vector3<f64>, outward: &Vector3<f64>) -> Vec<usize> {
     let point = Convex::ball(*at, 0.0);
     let pose = crate::chain::Pose::identity();
-    (0..world.parts.len())
-        .filter(|&part| world.parts[part].frame == frame)
-        .map(|part| (part, super::distance(&world.parts[part].convex, &pose, &point, &pose)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(part, _)| world.body_of[part])
+    let carried = || (0..world.parts.len()).filter(|&part| world.parts[part].frame == frame);
+    let away = |part: usize| super::distance(&world.parts[part].convex, &pose, &point, &pose);
+    // of several at the same distance the one that rises least is the surface
+    let rises = |part: usize| world.parts[part].convex.farthest_mm(outward) - at.dot(outward);
+    let key = |part: usize| ((away(part) / SEAT_MM).ceil(), rises(part));
+    let nearest = carried().min_by(|&a, &b| {
+        let ((near, low), (other_near, other_low)) = (key(a), key(b));
+        near.total_cmp(&other_near).then(low.total_cmp(&other_low))
+    });
+    let Some(nearest) = nearest else { return Vec::new() };
+    let of_body = carried().filter(|&part| world.body_of[part] == world.body_of[nearest]);
+    of_body.filter(|&part| part == nearest || rises(part) <= SEAT_MM).collect()
 }

@@ -9,6 +9,7 @@
 use nalgebra::Vector3;
 
 use super::convex::Core;
+use super::instrument::CONE_MARGIN_RAD;
 use super::scene::{Scene, Scratch};
 use crate::machine::AxisKind;
 
@@ -122,6 +123,27 @@ pub fn sweep_clearance(scene: &Scene, rows: &[Vec<f64>], tolerance_mm: f64, scra
         }
     }
     best
+}
+
+/// The least that is left of the cones of both cups over a motion, margin included, rad; `None` without a bar. Found within
+/// 0.02°: the shortest step seen from where bar and rim meet.
+pub fn least_cone_rad(scene: &Scene, rows: &[Vec<f64>], scratch: &mut Scratch) -> Option<f64> {
+    let moving = moving_axes(rows);
+    let mut least: Option<f64> = None;
+    for index in 0..scene.cones.len() {
+        let watch = Watch::Cone(index);
+        let mover = scene.mover(watch, &moving);
+        let mut best = f64::INFINITY;
+        let mut place = (!rows.is_empty()).then_some((0, 0.0));
+        while let Some((row, fraction)) = place {
+            let spare = scene.watched(watch, &between(rows, row, fraction), scratch);
+            best = best.min(spare);
+            place = advance(scene, &mover, rows, row, fraction, spare - best + CONE_STEP_MM, scratch);
+        }
+        let left = best / scene.cones[index].lever_mm + CONE_MARGIN_RAD;
+        least = Some(least.map_or(left, |least| least.min(left)));
+    }
+    least.filter(|left| left.is_finite())
 }
 
 /// Shortest step when a bar lies at the edge of its cone, mm at the cup.

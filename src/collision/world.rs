@@ -1,15 +1,12 @@
-//! The machine's solids on its links and the pairs of them that may collide. Distances at a pose are the scene's.
+//! The machine's solids on its links and the pairs of them that may collide. Distances at a pose are the scene's, whole travels `meeting`'s.
 
 use nalgebra::Vector3;
 
 use super::convex::Convex;
-use super::frames::{Frames, Linkage};
+use super::frames::Linkage;
 use super::scene::Scene;
 use crate::bodies::Bodies;
 use crate::chain::{Chain, LinkId};
-
-/// Solids nearer than this with all axes at zero are taken to touch by design, mm.
-const TOUCHES_MM: f64 = 0.5;
 
 /// A convex part on a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,8 +34,9 @@ pub struct World {
     pub(super) parts: Vec<Part>,
     /// Body (by index in `Bodies`) of each part: a mesh is several parts.
     pub(super) body_of: Vec<usize>,
+    /// All pairs of parts on different links, but for those of `touching`.
     pub(super) pairs: Vec<(usize, usize)>,
-    /// Pairs left out because they touch with all axes at zero, by name.
+    /// Pairs left out because the machine file says that they touch by design, by name.
     pub touching: Vec<(String, String)>,
 }
 
@@ -58,28 +56,17 @@ impl World {
                 body_of.push(index);
             }
         }
-        let mut world = World { linkage, parts, body_of, pairs: Vec::new(), touching: Vec::new() };
-        let mut frames = Frames::default();
-        world.linkage.place(&vec![0.0; chain.axis_count()], &mut frames);
-        let frames = frames.poses;
-        for i in 0..world.parts.len() {
-            for j in i + 1..world.parts.len() {
-                let (one, other) = (&world.parts[i], &world.parts[j]);
-                if !world.may_meet(one.frame, other.frame) {
-                    continue;
-                }
-                let at_zero = super::distance(&one.convex, &frames[one.frame], &other.convex, &frames[other.frame]);
-                if at_zero < TOUCHES_MM {
-                    let names = (one.name.clone(), other.name.clone());
-                    if !world.touching.contains(&names) {
-                        world.touching.push(names);
-                    }
-                } else {
-                    world.pairs.push((i, j));
-                }
-            }
-        }
-        Ok(world)
+        let listed = |one: &str, other: &str| {
+            bodies.touching.iter().any(|(a, b)| (a == one && b == other) || (a == other && b == one))
+        };
+        let count = parts.len();
+        let pairs = (0..count).flat_map(|one| (one + 1..count).map(move |other| (one, other)));
+        let pairs = pairs.filter(|&(one, other)| {
+            let (one, other) = (&parts[one], &parts[other]);
+            one.frame != other.frame && !listed(&one.name, &other.name)
+        });
+        let pairs = pairs.collect();
+        Ok(World { linkage, parts, body_of, pairs, touching: bodies.touching.clone() })
     }
 
     /// The chain beside which the world stands.
@@ -105,11 +92,6 @@ impl World {
     /// Frame of a link.
     pub fn frame(&self, link: LinkId) -> usize {
         self.linkage.frame(link)
-    }
-
-    /// Two links that more than one joint separates.
-    fn may_meet(&self, one: usize, other: usize) -> bool {
-        self.linkage.axes_between(one, other).len() > 1
     }
 
     /// A scene without instrument.

@@ -4,8 +4,10 @@ use super::ground::{Ground, Term};
 use super::library::{Family, family_terms, terms};
 use super::naming::{Cause, cause_of, unit};
 use super::stage::Stage;
-use crate::effects::kind;
+use crate::effects::{Driver, kind};
+use crate::identify::{Fit, FitError, turned_senses};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::session::Session;
 use crate::units::Measure;
 
 /// A cause that may be there unseen.
@@ -66,7 +68,7 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
             "unknown" | "clamp-lift" | "pivot-slip" | "ball-slip" | "vibration" | "beat" | "radius-loss"
         )
     }) {
-        let effect = &family.grid[family.grid.len() / 2];
+        let Some(effect) = family.grid.get(family.grid.len() / 2) else { continue };
         if effect.parameter("of").is_some() {
             // what another axis drives shows as little as play of the place's own motion, which is listed
             continue;
@@ -102,6 +104,26 @@ pub fn blind_to(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blin
     unseen_of_any_form(ground, families, stage, &mut list);
     unmoved(machine, families, &mut list);
     list
+}
+
+/// Axes whose sense could be turned in the machine file without a worse fit.
+pub fn unseen_senses(session: &Session, fit: &Fit) -> Result<Vec<Blind>, FitError> {
+    let untold = turned_senses(session, fit)?.into_iter().filter(|sense| !sense.is_told());
+    let blind = untold.map(|sense| {
+        let name = session.machine.axes[sense.axis].name.clone();
+        Blind {
+            cause: Cause {
+                effect: "axis-sign".into(),
+                driver: Driver::Constant,
+                place: name.clone(),
+                components: vec![name],
+            },
+            smallest: None,
+            unit: "",
+            test: sense.how_to_tell(session),
+        }
+    });
+    Ok(blind.collect())
 }
 
 /// True for motion along a rotary axis's own line.

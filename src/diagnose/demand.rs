@@ -51,9 +51,9 @@ pub(super) fn is_demanded(
         return log_odds > odds && (in_noise(fall_mm2, rms) || shows_within || relieves(chosen, relief));
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2.max(0.0)).sum();
-    let is_there = |other: &&Found| other.chosen.effect.place == chosen.effect.place;
-    let same_place = found.iter().any(|other| is_there(&other));
-    let same_kind = found.iter().filter(is_there).any(|other| other.chosen.effect.kind == chosen.effect.kind);
+    let there: Vec<&Found> = found.iter().filter(|other| other.chosen.effect.place == chosen.effect.place).collect();
+    let same_place = !there.is_empty();
+    let same_kind = there.iter().any(|other| other.chosen.effect.kind == chosen.effect.kind);
     let is_sure_rest = same_kind && !is_event && log_odds > limits.sure_rest;
     let odds = if same_place { limits.accept } else { limits.accept_further };
     log_odds > if is_event { odds.max(limits.accept_event) } else { odds }

@@ -1,14 +1,16 @@
 //! What a diagnosis says: verdict, findings, residuals before and after. It works nothing out.
 
 use super::blind::Blind;
+use super::data_fault::DataFault;
+use super::examine::Examination;
 use super::finding::Finding;
 use super::placebo::Placebo;
 use super::pose_floor::Left;
-use super::preflight::{self, DataFault};
+use super::preflight;
 use super::proof::Proof;
 use super::transfer::Transfer;
 use crate::effects::EffectError;
-use crate::identify::{FitError, Unknown, rms};
+use crate::identify::{FitError, TestFit, Unknown, rms};
 use crate::machine::Effect;
 use crate::session::{MotionError, Session};
 use crate::units::Measure;
@@ -21,6 +23,7 @@ pub enum Verdict {
     PartlyExplained,
     Unexplained,
     DataFault,
+    CannotBeJudged,
 }
 
 impl Verdict {
@@ -32,6 +35,7 @@ impl Verdict {
             Verdict::PartlyExplained => "partly explained",
             Verdict::Unexplained => "unexplained",
             Verdict::DataFault => "data fault",
+            Verdict::CannotBeJudged => "cannot be judged",
         }
     }
 }
@@ -43,6 +47,12 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// A mistake in the files; findings of physics are then empty.
     pub data_fault: Option<DataFault>,
+    /// Why the readings cannot be judged, where the verdict says so.
+    pub unjudged: Option<String>,
+    /// What to look at whatever the verdict is.
+    pub warnings: Vec<String>,
+    /// Readings left out as gross outliers.
+    pub left_out: usize,
     /// Held-out proof of the findings.
     pub proof: Option<Proof>,
     /// By finding: its gain with the sense of motion drawn at random; `None` where motion does not drive it.
@@ -122,8 +132,54 @@ impl Diagnosis {
             location_errors: Vec::new(),
             tests: Vec::new(),
             unknowns: Vec::new(),
+            unjudged: None,
+            warnings: Vec::new(),
+            left_out: 0,
             data_fault: Some(fault),
         })
+    }
+
+    /// Diagnosis of a session in which a mistake was found, or whose readings cannot be judged: no physics is looked for.
+    pub(super) fn of_examination(examination: Examination) -> Diagnosis {
+        let Examination { fit, fault, unjudged, warnings, repeats_um, .. } = examination;
+        let as_fitted = |test: &TestFit| TestBeforeAfter {
+            name: test.name.clone(),
+            before_mm: test.residual_mm.clone(),
+            after_mm: test.residual_mm.clone(),
+            kept: test.kept.clone(),
+        };
+        let tests: Vec<TestBeforeAfter> = fit.iter().flat_map(|fit| &fit.tests).map(as_fitted).collect();
+        let rms_um = fit.as_ref().map_or(f64::NAN, |fit| 1e3 * fit.rms_mm);
+        let undone = fault.as_ref().filter(|fault| fault.after_um.is_finite());
+        Diagnosis {
+            verdict: if fault.is_some() { Verdict::DataFault } else { Verdict::CannotBeJudged },
+            findings: Vec::new(),
+            proof: None,
+            placebos: Vec::new(),
+            transfers: Vec::new(),
+            left: None,
+            blind_to: Vec::new(),
+            rms_before_um: undone.map_or(rms_um, |fault| fault.before_um),
+            rms_after_um: undone.map_or(rms_um, |fault| fault.after_um),
+            noise_um: repeats_um,
+            location_errors: Vec::new(),
+            tests,
+            left_out: fit.iter().flat_map(|fit| &fit.tests).map(|test| test.left_out.len()).sum(),
+            unknowns: fit.map(|fit| fit.unknowns).unwrap_or_default(),
+            unjudged,
+            warnings,
+            data_fault: fault,
+        }
+    }
+
+    /// Whether the readings and what the files say of them may be believed.
+    pub fn is_sound(&self) -> bool {
+        !matches!(self.verdict, Verdict::DataFault | Verdict::CannotBeJudged)
+    }
+
+    /// Readings that took part, or were left out.
+    pub fn readings(&self) -> usize {
+        self.tests.iter().flat_map(|test| &test.before_mm).filter(|residual| residual.is_finite()).count()
     }
 
     /// All effects found, as they go into a machine file.

@@ -213,12 +213,6 @@ impl Ways<'_, '_, '_> {
     pub(super) fn replace(&self, model: &mut Model, trial: Model, margin: f64) -> bool {
         let trial = if trial.standing(self) > model.standing(self) { self.pruned(trial) } else { trial };
         let (now, other) = (model.standing(self), trial.standing(self));
-        if std::env::var_os("FIVEAXIS_TRACE").is_some() {
-            let names = |model: &Model| -> Vec<String> {
-                model.found.iter().map(|found| found.chosen.effect.kind.clone()).collect()
-            };
-            eprintln!("exchange: {now:.1} {:?} or {other:.1} {:?}", names(model), names(&trial));
-        }
         let starts_free = |model: &Model| model.found.first().is_some_and(|first| first.chosen.is_free());
         // a free curve before a named form must stand far better, as where one effect is chosen
         let margin = if starts_free(&trial) && !starts_free(model) {

@@ -5,7 +5,7 @@ use super::found::{Candidate, Found, Search};
 use super::ground::{Ground, Term, display};
 use super::grouping::groups;
 use super::library::{ALONG, Family};
-use super::naming::{Cause, cause, component_name, components};
+use super::naming::{Cause, LEAST_PROBABILITY, MOST_RIVALS, cause, component_name, components};
 use super::next_test::NextTest;
 use super::shape_spread::over_shapes;
 use super::stage::{Accepted, Stage};
@@ -80,12 +80,6 @@ const SOFTENING: f64 = 0.01;
 /// The same between sag and error motion of a joint over part of a turn: both are smooth curves over the same arc, and
 /// neither parts under load nor bearings keep to a form.
 const SOFTENING_OF_ARCS: f64 = 0.05;
-
-/// Rivals less probable than this are not named.
-const LEAST_PROBABILITY: f64 = 0.02;
-
-/// Rivals named at most.
-const MOST_RIVALS: usize = 4;
 
 /// Free curves at a place that explain this share beside a named form show that the form is not the right one.
 const FORM_UNKNOWN: f64 = 0.4;

@@ -2,6 +2,7 @@
 
 use super::found::{Found, Search};
 use super::naming::{candidate_driver, driver_class};
+use super::spectrum::shown_at;
 use crate::effects::Driver;
 
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
@@ -128,8 +129,7 @@ fn is_same_line(lead: &Found, found: &Found, rates_hz: &[f64]) -> bool {
     match (frequency(lead), frequency(found)) {
         (Some(one), Some(other)) => {
             let is_near = |one: f64, other: f64| (one - other).abs() < ONE_LINE * one;
-            let shown = |hz: f64, rate: f64| (hz - rate * (hz / rate).round()).abs();
-            let alike = rates_hz.iter().filter(|&&rate| is_near(shown(one, rate), shown(other, rate))).count();
+            let alike = rates_hz.iter().filter(|&&rate| is_near(shown_at(rate, one), shown_at(rate, other))).count();
             let is_side = (one - other).abs() < ONE_BAND * one && found.gain < SIDE_OF_A_BAND * lead.gain;
             is_near(one, other) || is_side || 2 * alike > rates_hz.len()
         }

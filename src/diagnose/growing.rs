@@ -4,8 +4,6 @@ use super::choosing::{BALL_FORM, choose, compare, is_sensible, keep_diverse};
 use super::demand::{is_below_the_bar, is_demanded};
 use super::floor::{likely_noise, wandering};
 use super::found::{Candidate, Found, Step, Ways};
-use super::ground::Ground;
-use super::library::Family;
 use super::model::{Model, joined, mean_square, pooled_misfit, without_trends};
 use super::refining::refine_all;
 use super::screening::screen;
@@ -93,7 +91,6 @@ impl Ways<'_, '_, '_> {
         let noise = likely_noise(fine, &residual_mm, &noise_left, &self.floors[0]);
         let gain = 0.5 * (model.misfit(self) - pooled_misfit(fine, &noise, &residual_mm) - pulls.misfit());
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
-        trace(fine, families, model.found.len(), &candidates, index, (gain, log_odds), &noise);
         let fall_mm2 = mean_square(fine, &model.residual_mm) - mean_square(fine, &residual_mm);
         let lead = candidates[index].log_odds;
         let rivals = candidates.into_iter().enumerate().filter(|(k, _)| *k != index).map(|(_, rival)| {
@@ -111,36 +108,5 @@ impl Ways<'_, '_, '_> {
             form_withdrawn: false,
         };
         Some(Step { found, residual_mm, pulls, noise })
-    }
-}
-
-/// Prints the standing of the best candidates when the variable FIVEAXIS_TRACE is set: for work on the search itself.
-pub(super) fn trace(
-    ground: &Ground,
-    families: &[Family],
-    stage: usize,
-    candidates: &[Candidate],
-    index: usize,
-    (gain, log_odds): (f64, f64),
-    noise: &[NoiseModel],
-) {
-    if std::env::var_os("FIVEAXIS_TRACE").is_none() {
-        return;
-    }
-    let machine = ground.context.machine();
-    eprintln!("stage {stage}: gain {gain:.1} log odds {log_odds:.1} chosen {index}; noise {:?}", noise.first());
-    for candidate in candidates.iter().take(8) {
-        let outlets: Vec<String> =
-            families[candidate.family].outlets.iter().map(|outlet| outlet.name(machine)).collect();
-        let effect = &candidate.effect;
-        eprintln!(
-            "   {:9.1} chi2 {:9.1} {} {} {} {:?}",
-            candidate.log_odds,
-            candidate.judgement.chi2,
-            effect.kind,
-            effect.place.name(machine),
-            outlets.join(" "),
-            effect.parameters
-        );
     }
 }

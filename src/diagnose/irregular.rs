@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::finding::{Finding, SizeFound};
 use super::floor::mean_noise_mm2;
 use super::ground::{Column, Ground, display};
-use super::naming::{Cause, component_name, unit};
+use super::naming::{Cause, LEAST_PROBABILITY, MOST_RIVALS, component_name, unit};
 use super::stage::Accepted;
 use crate::effects::Driver;
 use crate::identify::NoiseModel;
@@ -27,9 +27,6 @@ const STEPS: i32 = 45;
 const STANDS_OFF: f64 = 10.0;
 /// Share of what a sweep shows below which a direction is hardly seen.
 const HARDLY_SHOWN: f64 = 1e-3;
-/// Rivals less probable than this are not named, and at most so many.
-const LEAST_PROBABILITY: f64 = 0.02;
-const MOST_RIVALS: usize = 4;
 
 /// One place with its loudness.
 struct Heard {

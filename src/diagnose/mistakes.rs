@@ -1,5 +1,10 @@
 //! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
 
+use super::data_fault::{RECORDER, SESSION};
+use super::dwells::without_dwells;
+use super::exchanged;
+use super::misplaced::on_any_link;
+use super::places::End;
 use super::thin::keep_few_rows;
 use crate::identify;
 use crate::machine::AxisKind;
@@ -8,12 +13,20 @@ use crate::session::{Clock, Recording, Session};
 /// A way in which the files may be wrong.
 pub(super) struct Suspicion {
     pub(super) effect: &'static str,
+    pub(super) place: String,
     pub(super) components: Vec<String>,
     pub(super) tests: Vec<String>,
     pub(super) says: String,
     pub(super) shift_ms: Option<f64>,
+    /// How usual the mistake is beside the others.
+    pub(super) weight: f64,
     pub(super) undone: Session,
 }
+
+/// Weights of mistakes: those that a person makes at once in a whole file, others, and those that need an odd tool.
+pub(super) const OFTEN: f64 = 1.0;
+pub(super) const SOMETIMES: f64 = 0.5;
+pub(super) const RARELY: f64 = 0.3;
 
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
 pub(super) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<f64>]) -> Vec<Suspicion> {
@@ -30,10 +43,12 @@ pub(super) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
             let undone = scale_axis(session, axis, factor);
             list.push(Suspicion {
                 effect,
+                place: RECORDER.into(),
                 components: vec![name.clone()],
                 tests: Vec::new(),
                 says,
                 shift_ms: None,
+                weight: OFTEN,
                 undone,
             });
         };
@@ -82,6 +97,10 @@ pub(super) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
         }
         list.extend(columns_of_some(session, &[test]));
     }
+    list.extend(without_dwells(session, whole));
+    list.extend(worst_tests(residual_mm).into_iter().filter_map(|test| foreign(session, test)));
+    list.extend(on_any_link(session));
+    list.extend(exchanged::with_worst(session, &worst_tests(residual_mm)));
     // recordings with the same columns come out of one conversion
     let moving = |test: usize| session.tests[test].recording.as_ref().map(|recording| &recording.axes);
     for first in 0..session.tests.len() {
@@ -91,6 +110,41 @@ pub(super) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
         }
     }
     list
+}
+
+pub(super) const FOREIGN: &str = "foreign-file";
+
+/// Spread of the balls of a test that does not belong to the others, mm: cups are set to some tenths.
+const FOREIGN_MM: f64 = 0.5;
+
+/// One test with balls of its own, between others from the same pivot: two jumps of a ball, there and exactly back, would
+/// be the only physics.
+fn foreign(session: &Session, index: usize) -> Option<Suspicion> {
+    let test = &session.tests[index];
+    let began = |other: &crate::session::Test| other.started_at_s;
+    let same = session.tests.iter().filter(|other| other.name != test.name && other.pivot == test.pivot);
+    let is_between =
+        same.clone().any(|other| began(other) < began(test)) && same.clone().any(|other| began(other) > began(test));
+    let mut undone = session.clone();
+    for end in [End::Pivot, End::Spindle] {
+        let ball = end.of_mut(&mut undone.tests[index]);
+        ball.setup = Some("not of the others".into());
+        ball.spread_mm = Some(FOREIGN_MM);
+    }
+    let says = format!(
+        "{} does not belong to the other tests: a file of another session or machine, or its balls were mounted anew; name its own file, or state 'setup: second' of its balls",
+        test.name
+    );
+    is_between.then(|| Suspicion {
+        effect: FOREIGN,
+        place: SESSION.into(),
+        components: Vec::new(),
+        tests: vec![test.name.clone()],
+        says,
+        shift_ms: None,
+        weight: SOMETIMES,
+        undone,
+    })
 }
 
 /// Signs and pairs of columns of some recordings that have the same ones.
@@ -110,17 +164,20 @@ fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
         let label = &session.machine.axes[axis].name;
         list.push(Suspicion {
             effect: "axis-sign",
+            place: RECORDER.into(),
             components: vec![label.clone()],
             tests: names.clone(),
             says: format!("{label} is counted backwards in {name}: turn the sign of column {label} there"),
             shift_ms: None,
+            weight: SOMETIMES,
             undone: alone(scale_axis(session, axis, -1.0)),
         });
         for &other in &recording.axes[index + 1..] {
             if session.machine.axes[axis].kind == session.machine.axes[other].kind {
                 let swap = swapped(session, axis, other);
                 let says = format!("in {name} {}", swap.says);
-                list.push(Suspicion { says, tests: names.clone(), undone: alone(swap.undone), ..swap });
+                let undone = alone(swap.undone);
+                list.push(Suspicion { says, tests: names.clone(), weight: SOMETIMES, undone, ..swap });
             }
         }
     }
@@ -177,10 +234,12 @@ fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
     let (one, two) = (session.machine.axes[a].name.clone(), session.machine.axes[b].name.clone());
     Suspicion {
         effect: "axis-swap",
+        place: RECORDER.into(),
         says: format!("columns {one} and {two} are exchanged: swap their headers"),
         components: vec![one, two],
         tests: Vec::new(),
         shift_ms: None,
+        weight: OFTEN,
         undone,
     }
 }
@@ -260,10 +319,12 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
     let name = session.machine.axes[axis].name.clone();
     (!tests.is_empty()).then(|| Suspicion {
         effect: "angle-reversed",
+        place: RECORDER.into(),
         says: format!("{name} of these recordings is written from the wrong end: reverse the column"),
         components: vec![name],
         tests,
         shift_ms: None,
+        weight: RARELY,
         undone,
     })
 }
@@ -295,10 +356,12 @@ pub(super) fn shifted((thinned, session): (&Session, &Session), tests: &[usize],
     };
     Suspicion {
         effect: TIME_SHIFT,
+        place: RECORDER.into(),
         says: shift_in_words(seconds, &names),
         components: Vec::new(),
         tests: names,
         shift_ms: Some(1e3 * seconds),
+        weight: RARELY,
         undone,
     }
 }

@@ -8,9 +8,16 @@ mod as_found;
 mod blind;
 mod cells;
 mod choosing;
+mod contest;
+mod contradictions;
 mod courses;
+mod data_fault;
 mod demand;
 mod diagnosis;
+mod doubts;
+mod dwells;
+mod examine;
+mod exchanged;
 mod exchanging;
 mod finding;
 mod fitted;
@@ -20,13 +27,16 @@ mod ground;
 mod grouping;
 mod growing;
 mod irregular;
+mod lean;
 mod library;
 mod limits;
+mod misplaced;
 mod mistakes;
 mod model;
 mod naming;
 mod next_test;
 mod placebo;
+mod places;
 mod pose_floor;
 mod pose_search;
 mod preflight;
@@ -54,17 +64,19 @@ mod whitened;
 pub use as_found::as_found;
 pub use blind::Blind;
 pub use cells::Cells;
+pub use data_fault::{DataFault, Rival};
 pub use diagnosis::{DiagnoseError, Diagnosis, Moved, TestBeforeAfter, Verdict};
+pub use examine::{Examination, examine};
 pub use finding::{Finding, RangeFound, SizeFound};
 pub use floor::noise_floor;
 pub use found::{Candidate, Found, Grounds, Search};
 pub use ground::{Column, Ground, Term};
+pub use lean::{Averaged, MOST_ROWS, lean};
 pub use library::{Family, families, terms};
-pub use naming::Cause;
+pub use naming::{Cause, MOST_RIVALS};
 pub use next_test::NextTest;
 pub use placebo::Placebo;
 pub use pose_floor::Left;
-pub use preflight::{DataFault, Rival};
 pub use proof::{CHUNK_S, Proof, fold_rows};
 pub use search::{search, search_unless};
 pub use stage::{Accepted, Judgement, Stage};
@@ -86,6 +98,10 @@ const WIDER_SETUPS: f64 = 2.5;
 
 /// Diagnoses a session.
 pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, DiagnoseError> {
+    let examination = examine::examined(session, options)?;
+    if !examination.is_sound() {
+        return Ok(Diagnosis::of_examination(examination));
+    }
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let free = options.free.clone().unwrap_or_else(|| identify::default_free(&session.machine));
@@ -98,7 +114,9 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let fit = identify::fit(&problem)?;
     let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
     let context = Context::of(session, &chain)?;
-    diagnose_ground(Ground::new(&context, &problem, &values, kept_rows(&fit)), &setups, &values, fit, true)
+    let ground = Ground::new(&context, &problem, &values, kept_rows(&fit));
+    let diagnosis = diagnose_ground(ground, &setups, &values, fit, true)?;
+    Ok(Diagnosis { warnings: examination.warnings, ..diagnosis })
 }
 
 fn kept_rows(fit: &identify::Fit) -> Vec<Vec<bool>> {
@@ -128,7 +146,8 @@ fn diagnose_ground(
     let readings: usize = fine.kept.iter().map(Vec::len).sum();
     let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum::<usize>() as f64 / readings.max(1) as f64;
     let strain = refit::strain(problem, values, WIDER_SETUPS);
-    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain);
+    let data_fault = preflight::preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain)
+        .or_else(|| contradictions::further_contradiction(session));
     let nothing = || search::nothing(&fine, &floors[0]);
     let is_certain = data_fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
     let without_hidden =
@@ -146,10 +165,8 @@ fn diagnose_ground(
         let fine = fine.with_rows(kept_rows(&fit));
         return diagnose_ground(fine, setups, values, fit, false);
     }
-    let data_fault = data_fault
-        .filter(|fault| is_certain || !explains_a_shift(&fine, &search, noise_um, fault))
-        .map(|fault| beside_a_slip(&fine, &search, fault))
-        .or_else(|| shift_of_one_test(&search));
+    let data_fault =
+        data_fault.and_then(|fault| beside(&fine, &search, noise_um, fault)).or_else(|| shift_of_one_test(&search));
     if data_fault.is_some() {
         search = nothing();
     }
@@ -178,15 +195,18 @@ fn diagnose_ground(
     let Told { columns, stage, left_mm, mut findings } = told;
     let placebos = placebo::placebos(&fine, &findings, &columns, &search.noise_after);
     let transfers = transfer::transfers(&fine, setups, &findings, &columns, &search.noise_after);
-    let blind_to = blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept));
+    // a wrong sense makes all numbers wrong: it stands first
+    let mut blind_to = blind::unseen_senses(session, &fit)?;
+    blind_to.extend(blind::blind_to(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept)));
+    let left_out = fit.tests.iter().map(|test| test.left_out.len()).sum();
     let tests = before_and_after(&fit, left_mm);
     let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
         let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
         1e3 * rms(kept.map(|(value, _)| *value))
     };
     let (rms_before_um, rms_after_um) = match &data_fault {
-        Some(fault) => (fault.before_um, fault.after_um),
-        None => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
+        Some(fault) if fault.after_um.is_finite() => (fault.before_um, fault.after_um),
+        _ => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
     };
     let is_static = !fine.has_sweeps();
     let after: Vec<Vec<f64>> = tests.iter().map(|test| test.after_mm.clone()).collect();
@@ -203,6 +223,9 @@ fn diagnose_ground(
         verdict,
         findings,
         data_fault,
+        unjudged: None,
+        warnings: Vec::new(),
+        left_out,
         proof,
         placebos,
         transfers,
@@ -253,17 +276,17 @@ fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataF
         return false;
     }
     let chosen = &search.found[0].chosen;
-    !is_shift_of_one_test(&chosen.effect)
-        && left_um(fine, search) < STILL_THERE * noise_um
-        && !says_as_much(fine, search, fault)
+    !is_shift_of_one_test(&chosen.effect) && left_um(fine, search) < STILL_THERE * noise_um
 }
 
-/// A shift with the slip that says as much of the same tests.
-fn beside_a_slip(fine: &Ground, search: &Search, mut fault: DataFault) -> DataFault {
+/// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where an effect explains
+/// more than it.
+fn beside(fine: &Ground, search: &Search, noise_um: f64, mut fault: DataFault) -> Option<DataFault> {
     if says_as_much(fine, search, &fault) {
         fault.causes.push(naming::cause(fine.context.machine(), &search.found[0].chosen, &[]));
+        return Some(fault.shared_evenly());
     }
-    fault
+    (!explains_a_shift(fine, search, noise_um, &fault)).then_some(fault)
 }
 
 /// Residual with what a search found, µm.

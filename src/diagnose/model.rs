@@ -62,9 +62,6 @@ impl Model {
         let whole = self.misfit(ways);
         for index in 0..self.found.len() {
             let gain = 0.5 * (self.without(ways, index).misfit(ways) - whole);
-            if std::env::var_os("FIVEAXIS_TRACE").is_some() {
-                eprintln!("{} beside the others: {gain:.1}", self.found[index].chosen.effect.kind);
-            }
             self.found[index].beside_gain = gain;
         }
     }

@@ -6,6 +6,12 @@ use crate::effects::{Driver, kind};
 use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
+/// Causes named beside one at most: the answer keeps to so many.
+pub const MOST_RIVALS: usize = 4;
+
+/// Causes less probable than this are not named beside one.
+pub(super) const LEAST_PROBABILITY: f64 = 0.02;
+
 /// A cause that was found, or a rival of one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cause {

@@ -8,7 +8,6 @@ use super::cells::Cells;
 use super::choosing::{choose, keep_diverse};
 use super::found::{Candidate, Found, Search};
 use super::ground::{Column, Ground};
-use super::growing::trace;
 use super::library::Family;
 use super::model::{joined, mean_square};
 use super::pose_floor::{Poses, readings_as_one};
@@ -118,7 +117,6 @@ impl<'g, 'a> State<'g, 'a> {
         let readings = self.ground.kept.iter().flatten().filter(|kept| **kept).count() as f64;
         let gain = 0.5 * readings / readings_as_one(self.ground, poses, &left) * (square_before / square_after).ln();
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
-        trace(self.ground, families, self.found.len(), &candidates, index, (gain, log_odds), &self.noise);
         let rivals = candidates
             .into_iter()
             .enumerate()

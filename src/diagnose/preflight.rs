@@ -5,42 +5,13 @@
 
 use rayon::prelude::*;
 
-use super::mistakes::{Suspicion, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions};
-use super::naming::Cause;
+use super::data_fault::{DataFault, RECORDER, Rival};
+use super::mistakes::{FOREIGN, Suspicion, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions};
+use super::naming::MOST_RIVALS;
 use super::refit::refit;
 use super::thin::few_rows;
 use crate::identify;
 use crate::session::Session;
-
-/// A mistake in the files.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DataFault {
-    /// `axis-sign`, `axis-swap`, `unit`, `angle-reversed` or `time-shift`.
-    pub effect: &'static str,
-    /// Axes or columns concerned.
-    pub components: Vec<String>,
-    /// Tests concerned; empty: all.
-    pub tests: Vec<String>,
-    /// In words, with what to do.
-    pub says: String,
-    /// Robust residual as recorded and with the mistake undone, µm.
-    pub before_um: f64,
-    pub after_um: f64,
-    /// Shift in ms for `time-shift`.
-    pub shift_ms: Option<f64>,
-    /// Other mistakes that leave the same: effect, axes or columns, and in words.
-    pub rivals: Vec<Rival>,
-    /// Effects of the machine that do.
-    pub causes: Vec<Cause>,
-}
-
-/// A mistake that the recordings cannot tell from the one named.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rival {
-    pub effect: &'static str,
-    pub components: Vec<String>,
-    pub says: String,
-}
 
 /// Undoing a mistake lowers the residual at least so many times.
 const LEAST_RATIO: f64 = 1.6;
@@ -82,28 +53,29 @@ pub fn preflight(
         .into_par_iter()
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
+    let foreign = judged.extract_if(.., |(_, one)| one.effect == FOREIGN).min_by(|a, b| a.0.total_cmp(&b.0));
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (best, others) = likeliest(judged)?;
     let best = finer((&thinned, session), misfit_um, best);
     let (after, best) = toggled((&thinned, session), misfit_um, best);
+    let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
     let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
-    if std::env::var_os("FIVEAXIS_TRACE").is_some() {
-        eprintln!("preflight: {before:.2} µm as it is, {after:.2} µm with '{}'", best.says);
-    }
     // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
     let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
-    undone.then_some(DataFault {
-        effect: best.effect,
-        components: best.components,
-        tests: best.tests,
-        says: best.says,
-        before_um: before,
-        after_um: after,
-        shift_ms: best.shift_ms,
-        rivals,
-        causes: Vec::new(),
-    })
+    undone
+        .then_some(DataFault {
+            components: best.components,
+            before_um: before,
+            after_um: after,
+            shift_ms: best.shift_ms,
+            rivals,
+            ..DataFault::seen(best.effect, &best.place, best.tests, best.says)
+        })
+        .map(DataFault::shared_evenly)
 }
+
+/// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
+const FOREIGN_GAIN: f64 = 1.5;
 
 /// A mistake with the misfit that undoing it leaves, µm.
 type Judged = (f64, Suspicion);
@@ -131,14 +103,17 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
         let told = is_told(best.effect, &best.components)
             || rivals.iter().any(|rival| is_told(rival.effect, &rival.components));
         if !told && rivals.len() < MOST_RIVALS {
-            rivals.push(Rival { effect: other.effect, components: other.components, says: other.says });
+            rivals.push(Rival {
+                effect: other.effect,
+                place: other.place,
+                components: other.components,
+                says: other.says,
+                probability: 0.0,
+            });
         }
     }
     rivals
 }
-
-/// Rivals named at most.
-const MOST_RIVALS: usize = 4;
 
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
@@ -168,16 +143,12 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
     };
     let (unit, factor) = LENGTH_UNITS.into_iter().find(|(_, factor)| fits(*factor))?;
     let off_um = |factor: f64| 1e3 * identify::rms(middles.iter().map(|(middle, bar)| middle * factor - bar));
+    let says = format!("lengths are in {unit}: convert the column length_mm to mm");
     Some(DataFault {
-        effect: "unit",
         components: vec!["length".into()],
-        tests: Vec::new(),
-        says: format!("lengths are in {unit}: convert the column length_mm to mm"),
         before_um: off_um(1.0),
         after_um: off_um(factor),
-        shift_ms: None,
-        rivals: Vec::new(),
-        causes: Vec::new(),
+        ..DataFault::seen("unit", RECORDER, Vec::new(), says)
     })
 }
 
@@ -254,16 +225,12 @@ impl DataFault {
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
     pub fn time_shift(seconds: f64, tests: Vec<String>, before_um: f64, after_um: f64) -> DataFault {
+        let says = shift_in_words(seconds, &tests);
         DataFault {
-            effect: TIME_SHIFT,
-            components: Vec::new(),
-            says: shift_in_words(seconds, &tests),
-            tests,
             before_um,
             after_um,
             shift_ms: Some(1e3 * seconds),
-            rivals: Vec::new(),
-            causes: Vec::new(),
+            ..DataFault::seen(TIME_SHIFT, RECORDER, tests, says)
         }
     }
 }

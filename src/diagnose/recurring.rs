@@ -3,6 +3,7 @@
 
 use super::finding::{Finding, RangeFound};
 use super::ground::Ground;
+use super::library::visited;
 use super::naming::{Cause, component_name};
 use super::proof::Proof;
 use crate::effects::Driver;
@@ -30,7 +31,7 @@ pub(super) fn tell_as_one(ground: &Ground, findings: &mut Vec<Finding>, proof: &
     let Some(passages) = passages else { return };
     let axis = passages[0].axis;
     let places = || passages.iter().map(|passage| passage.position);
-    let (low, high) = travel(ground, axis);
+    let (low, high) = visited(ground, axis);
     let reach = SAME_PLACE * (high - low);
     // sweeps begin and end at the same places
     let is_inside = |passage: &Passage| low + reach < passage.position && passage.position < high - reach;
@@ -107,10 +108,4 @@ fn passage(ground: &Ground, jump: &Finding) -> Option<Passage> {
     let [axis] = context.motion(test).moving[..] else { return None };
     let row = (0..rows(test)).find(|&row| context.session_time_s(test, row) >= time_s)?;
     Some(Passage { test, axis, position: context.motion(test).row(row)[axis] })
-}
-
-/// Ends of the travel of an axis over the session.
-fn travel(ground: &Ground, axis: usize) -> (f64, f64) {
-    let positions = (0..ground.tests()).flat_map(|test| ground.context.motion(test).axis(axis));
-    positions.fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(q), high.max(q)))
 }

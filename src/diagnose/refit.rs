@@ -8,7 +8,7 @@ use crate::session::{Session, Setups};
 const CLIPPED: f64 = 15.0;
 
 /// Offsets of balls and bars up to this are no matter of a mistake, mm: a bar may be stated ten spreads off its length.
-const LEAST_SPREAD_MM: f64 = 0.02;
+pub(super) const LEAST_SPREAD_MM: f64 = 0.02;
 
 /// Refits at a narrower robust scale, at most.
 const REFITS: usize = 6;
@@ -60,12 +60,23 @@ pub(super) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
             break;
         }
     }
-    let limit = CLIPPED * scale;
-    let clipped =
-        residual_mm.iter().flatten().filter(|value| value.is_finite()).map(|value| value.clamp(-limit, limit));
-    // offsets of balls far beyond their spreads are a misfit as well
+    // offsets of balls far beyond their spreads are a misfit as well, and so are location errors that no machine has
     let strained = 1.0 + (strain(&problem, &values, 1.0) / 6.0 - 1.0).max(0.0);
-    Some(Refit { misfit_um: 1e3 * identify::rms(clipped) * strained, values, residual_mm })
+    let displaced = 1.0 + (displacement(&problem, &values) - 1.0).max(0.0);
+    Some(Refit { misfit_um: 1e3 * robust_rms_mm(&residual_mm) * strained * displaced, values, residual_mm })
+}
+
+/// Largest location error, in units of its widest plausible size.
+fn displacement(problem: &Problem, values: &[f64]) -> f64 {
+    let errors = problem.unknowns.iter().zip(values).filter(|(unknown, _)| !unknown.quantity.is_setup());
+    errors.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).abs()).fold(0.0, f64::max)
+}
+
+/// Root mean square of residuals of which none counts for more than so many robust sigmas, mm.
+pub(super) fn robust_rms_mm(residual_mm: &[Vec<f64>]) -> f64 {
+    let limit = CLIPPED * scale_of(residual_mm);
+    let finite = residual_mm.iter().flatten().filter(|value| value.is_finite());
+    identify::rms(finite.map(|value| value.clamp(-limit, limit)))
 }
 
 /// Robust scale of residuals, mm.

@@ -59,30 +59,29 @@ pub fn rates_of_tests(ground: &Ground) -> Vec<f64> {
 /// every trace.
 pub fn aliases(ground: &Ground, hz: f64) -> Vec<f64> {
     let traces = traces(ground, &ground.residual_mm);
-    let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s).collect());
-    let shown = |rate: f64| (hz - rate * (hz / rate).round()).abs();
-    let folded = rates.iter().flat_map(|&rate| [(rate - hz).abs(), rate + hz, shown(rate)]);
+    let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s), SAME_RATE);
+    let folded = rates.iter().flat_map(|&rate| [(rate - hz).abs(), rate + hz, shown_at(rate, hz)]);
     let is_fast = |hz: &f64| *hz < HIGHEST_HZ && traces.iter().all(|trace| trace.cycles(*hz) > LEAST_CYCLES);
-    let mut aliases: Vec<f64> = Vec::new();
-    for alias in folded.filter(is_fast).filter(|alias| *alias != hz) {
-        if aliases.iter().all(|other| (alias / other - 1.0).abs() > SAME_LINE) {
-            aliases.push(alias);
-        }
-    }
-    aliases
+    different(folded.filter(is_fast).filter(|alias| *alias != hz), SAME_LINE)
+}
+
+/// Frequency that a sampling rate shows of another one, Hz.
+pub fn shown_at(rate: f64, hz: f64) -> f64 {
+    (hz - rate * (hz / rate).round()).abs()
 }
 
 /// Share by which two aliases may differ and be one.
 const SAME_LINE: f64 = 1e-4;
 
-fn different(all: Vec<f64>) -> Vec<f64> {
-    let mut rates: Vec<f64> = Vec::new();
-    for rate in all {
-        if rates.iter().all(|other| (rate / other - 1.0).abs() > SAME_RATE) {
-            rates.push(rate);
+/// The first of all that lie within a share of each other.
+fn different(all: impl Iterator<Item = f64>, share: f64) -> Vec<f64> {
+    let mut kept: Vec<f64> = Vec::new();
+    for one in all {
+        if kept.iter().all(|other| (one / other - 1.0).abs() > share) {
+            kept.push(one);
         }
     }
-    rates
+    kept
 }
 
 /// Traces of the tests that are long enough for a spectrum.
@@ -145,7 +144,7 @@ pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>], lines: &[f64]) -> Vec<
         let loudest = places.map(|hz| (hz, total(hz))).max_by(|a, b| a.1.total_cmp(&b.1));
         loudest.map_or(frequency(k as f64), |(hz, _)| hz)
     };
-    let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s).collect());
+    let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s), SAME_RATE);
     let multiples = rates.iter().flat_map(|rate| (1..=MOST_FOLDS).map(move |fold| f64::from(fold) * rate));
     // in a line's own band it is seen best
     let step = 0.5 / longest / FINER as f64;
@@ -222,8 +221,7 @@ impl Trace {
 
     /// Cycles of a frequency that the trace shows as it is sampled.
     fn cycles(&self, hz: f64) -> f64 {
-        let rate = 1.0 / self.step_s;
-        (hz - rate * (hz / rate).round()).abs() * self.length_s()
+        shown_at(1.0 / self.step_s, hz) * self.length_s()
     }
 
     /// Power at a frequency, in units of the trace's variance.

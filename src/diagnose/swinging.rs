@@ -46,7 +46,9 @@ pub(super) fn with_wander(stage: &Stage, family: &Family, plain: Candidate) -> C
 /// At the frequency, or at one of which it is an alias at one of the sampling rates, that explains most at all of them.
 fn of_all_rates(stage: &Stage, family: &Family, plain: Candidate) -> Candidate {
     let Some(hz) = plain.effect.number("frequency") else { return plain };
-    let aliases = aliases(stage.ground, hz).into_iter().filter(|alias| is_fast_enough(&plain.effect, *alias));
+    let every = plain.effect.number("every");
+    let is_fast = |alias: &f64| every.is_none_or(|every| has_cycles(every, *alias));
+    let aliases = aliases(stage.ground, hz).into_iter().filter(is_fast);
     let trials = aliases.filter_map(|alias| {
         varied(stage, family, &plain, plain.effect.clone().with("frequency", ParameterValue::Number(alias)))
     });
@@ -56,9 +58,9 @@ fn of_all_rates(stage: &Stage, family: &Family, plain: Candidate) -> Candidate {
     }
 }
 
-/// Whether a frequency has the cycles that must lie between the knots of a vibration, where it has any.
-fn is_fast_enough(vibration: &Effect, hz: f64) -> bool {
-    vibration.number("every").is_none_or(|every| every * hz > CYCLES)
+/// Whether a frequency has the cycles that must lie between two knots, so many seconds apart.
+fn has_cycles(every: f64, hz: f64) -> bool {
+    every * hz > CYCLES
 }
 
 /// With polynomials for amplitude and phase, up to a degree.
@@ -85,7 +87,7 @@ fn with_splines(stage: &Stage, family: &Family, mut best: Candidate) -> Candidat
     let length_s = |test: usize| context.ends_at_s(test) - context.session().tests[test].started_at_s;
     let longest_s = (0..stage.ground.tests()).map(length_s).fold(0.0, f64::max);
     let hz = best.effect.number("frequency").unwrap_or(0.0);
-    for every in KNOTS_S.into_iter().filter(|every| every * hz > CYCLES) {
+    for every in KNOTS_S.into_iter().filter(|every| has_cycles(*every, hz)) {
         let knots = (longest_s / every).ceil() + 2.0;
         if knots > MOST_KNOTS {
             break;
@@ -96,11 +98,11 @@ fn with_splines(stage: &Stage, family: &Family, mut best: Candidate) -> Candidat
             _ => {}
         }
     }
-    if best.effect.parameter("every").is_none() {
-        return best;
+    match best.effect.number("every") {
+        // which alias it is could not be told as long as nothing followed its course
+        Some(every) => of_all_rates(stage, family, in_the_middle(stage, family, best, every)),
+        None => best,
     }
-    // which alias it is could not be told as long as nothing followed its course
-    of_all_rates(stage, family, in_the_middle(stage, family, best))
 }
 
 /// First step, as a share of the cycles between two knots, by which the frequency of a vibration with splines may lie better,
@@ -109,13 +111,12 @@ const OFF_BY: f64 = 0.1;
 const HALVINGS: usize = 2;
 
 /// At the middle of its band: splines follow a line that is not quite at its frequency, but then less of its course.
-fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
-    let Some(every) = best.effect.number("every") else { return best };
+fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate, every: f64) -> Candidate {
     let mut step = OFF_BY / every;
     for _ in 0..=HALVINGS {
         for sign in [1.0, -1.0] {
             while let Some(hz) = best.effect.number("frequency")
-                && is_fast_enough(&best.effect, hz + sign * step)
+                && has_cycles(every, hz + sign * step)
             {
                 let moved = best.effect.clone().with("frequency", ParameterValue::Number(hz + sign * step));
                 match varied(stage, family, &best, moved) {

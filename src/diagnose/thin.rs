@@ -29,7 +29,7 @@ pub fn thin(session: &Session, kept: &[Vec<bool>]) -> (Session, Vec<Vec<Range<us
     (thinned, groups)
 }
 
-fn odd(size: usize) -> usize {
+pub(super) fn odd(size: usize) -> usize {
     if size < 3 { 1 } else { size - (size + 1) % 2 }
 }
 

@@ -2,12 +2,13 @@
 
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-use super::candidates::{Candidate, candidate_tests};
+use super::candidates::{Candidate, candidate_circles, candidate_tests};
 use super::noise::NoiseModel;
 use super::problem::Problem;
 use super::solve::Solution;
 use super::unknowns::{Quantity, Unknown, is_arm};
 use crate::chain::Sensitivity;
+use crate::machine::AxisKind;
 use crate::units::Measure;
 
 /// A combination of unknowns of which the data see only one sum.
@@ -36,9 +37,9 @@ const SMALL_WEIGHT: f64 = 0.03;
 /// Independent readings that one candidate test is worth: real sweeps of some 700 samples have about so many.
 const EFFECTIVE_READINGS: f64 = 30.0;
 
-/// The directions that the data leave open and that touch a free location error.
+/// The directions that the data leave open and that touch a free location error, with the linear axes taken as exact.
 pub fn ambiguities(problem: &Problem, solution: &Solution, noise: &[NoiseModel]) -> Vec<Ambiguity> {
-    let unknowns = &problem.unknowns;
+    let unknowns = &problem.unknowns[..problem.asked];
     let count = unknowns.len();
     let scale: Vec<f64> = unknowns
         .iter()
@@ -58,7 +59,15 @@ pub fn ambiguities(problem: &Problem, solution: &Solution, noise: &[NoiseModel])
     if directions.is_empty() {
         return Vec::new();
     }
-    let candidates = candidate_tests(problem.session, problem.chain);
+    let mut candidates = candidate_tests(problem.session, problem.chain);
+    let machine = &problem.session.machine;
+    let is_square = |unknown: &Unknown| {
+        matches!(unknown.quantity, Quantity::Location { axis, component }
+            if machine.axes[axis].kind == AxisKind::Linear && component.is_angle())
+    };
+    if unknowns.iter().any(is_square) {
+        candidates.extend(candidate_circles(problem.session, problem.chain));
+    }
     let separators = Separators::new(problem, solution, noise, &candidates);
     directions
         .into_iter()
@@ -131,8 +140,8 @@ impl<'a> Separators<'a> {
         noise: &[NoiseModel],
         candidates: &'a [Candidate],
     ) -> Separators<'a> {
-        let count = problem.unknowns.len();
-        let with_prior = &solution.information + DMatrix::identity(count, count);
+        let count = problem.asked;
+        let with_prior = solution.information_of(count) + DMatrix::identity(count, count);
         let covariance = inverse(&with_prior);
         let after = candidates
             .iter()
@@ -167,10 +176,11 @@ fn candidate_columns(problem: &Problem, solution: &Solution, candidate: &Candida
     let (pivot, spindle, _) = problem.setup_of(like, &solution.values);
     let mut s = Sensitivity::zeros(problem.chain.axis_count());
     let rows = candidate.motion.rows();
-    let mut columns = DMatrix::zeros(rows, problem.unknowns.len());
+    let unknowns = &problem.unknowns[..problem.asked];
+    let mut columns = DMatrix::zeros(rows, unknowns.len());
     for row in 0..rows {
         geometry.sensitivity((links.0, &pivot), (links.1, &spindle), candidate.motion.row(row), None, &mut s);
-        for (k, unknown) in problem.unknowns.iter().enumerate() {
+        for (k, unknown) in unknowns.iter().enumerate() {
             let derivative = match unknown.quantity {
                 Quantity::Location { axis, component } => s.location[axis][component.index()],
                 Quantity::Pivot { setup, coordinate } if problem.setups.pivot_of[like] == setup => s.pivot[coordinate],

@@ -43,6 +43,8 @@ pub struct CentreReading {
     pub sigma_mm: f64,
     /// The reading is a machine coordinate; else it counts from the axis's zero in the session.
     pub is_machine_coordinate: bool,
+    /// The axis reads less where the spindle stands farther along R's direction over the table.
+    pub counts_against: bool,
 }
 
 /// Step of the differences by which uncertainties travel, mm and rad; places are nearly linear in errors.
@@ -165,6 +167,7 @@ fn centre_at(session: &Session, chain: &Chain, line: &AxisLine) -> Vec<CentreRea
                 reading_mm: zero.unwrap_or(0.0) + place / along,
                 sigma_mm: line.shift_sigma_mm[k],
                 is_machine_coordinate: zero.is_some(),
+                counts_against: along < 0.0,
             })
         })
         .collect()

@@ -1,8 +1,8 @@
 //! Tests that could be run next on the machine of a session, with its balls as they are mounted. Reach and collision are the planner's.
 
-use crate::chain::Chain;
+use crate::chain::{Chain, Geometry};
 use crate::machine::AxisKind;
-use crate::session::{Follow, Motion, Path, Session, Test};
+use crate::session::{CirclePlane, Follow, Motion, Path, Session, Test};
 
 /// A test not yet run.
 #[derive(Debug, Clone)]
@@ -48,6 +48,65 @@ pub fn candidate_tests(session: &Session, chain: &Chain) -> Vec<Candidate> {
     list
 }
 
+/// Circles of every pair of linear axes about the pivot, rotary axes at zero: they show how square the linear axes are.
+pub fn candidate_circles(session: &Session, chain: &Chain) -> Vec<Candidate> {
+    let machine = &session.machine;
+    let linear: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let pairs = linear
+        .iter()
+        .enumerate()
+        .flat_map(|(place, &first)| linear[place + 1..].iter().map(move |&second| CirclePlane { first, second }));
+    let mut seen: Vec<&Test> = Vec::new();
+    let mut list = Vec::new();
+    let pairs: Vec<CirclePlane> = pairs.collect();
+    for (like, test) in session.tests.iter().enumerate() {
+        let is_same = |other: &&Test| other.pivot == test.pivot && other.spindle_ball == test.spindle_ball;
+        if seen.iter().any(is_same) {
+            continue;
+        }
+        seen.push(test);
+        list.extend(pairs.iter().filter_map(|plane| circle(session, chain, (like, test), plane.clone())));
+    }
+    list
+}
+
+fn circle(session: &Session, chain: &Chain, (like, test): (usize, &Test), plane: CirclePlane) -> Option<Candidate> {
+    let mut planned = test.clone();
+    planned.recording = None;
+    // bars differ by micrometres from their nominal length, and a gauge takes that up
+    let radius_mm = test.bar_length_mm?.round();
+    planned.path = Some(Path::Circle { plane: plane.clone(), radius_mm, from: 0.0, to: 360.0, step: 360.0 / SAMPLES });
+    planned.positions = vec![Some(0.0); session.machine.axes.len()];
+    // the third axis brings both balls into the plane
+    let third = (0..session.machine.axes.len())
+        .find(|&k| session.machine.axes[k].kind == AxisKind::Linear && k != plane.first && k != plane.second)?;
+    planned.positions[third] = Some(level(session, chain, &planned, third)?);
+    let motion = Motion::of(session, chain, &planned).ok()?;
+    let name = |axis: usize| &session.machine.axes[axis].name;
+    let says = format!("a circle of {} and {} about the pivot", name(plane.first), name(plane.second));
+    is_inside(session, &motion).then_some(Candidate { test: planned, motion, like, says })
+}
+
+/// Position of a linear axis at which the balls stand level along it, the other axes at zero.
+fn level(session: &Session, chain: &Chain, test: &Test, axis: usize) -> Option<f64> {
+    let links = test.links(chain).ok()?;
+    let geometry = Geometry::nominal(chain);
+    let gap = |position: f64| {
+        let mut q = vec![0.0; session.machine.axes.len()];
+        q[axis] = position;
+        geometry.point(links.0, &test.pivot.at, &q, None) - geometry.point(links.1, &test.spindle_ball.at, &q, None)
+    };
+    let along = gap(1.0) - gap(0.0);
+    (along.norm() > 0.5).then(|| -gap(0.0).dot(&along))
+}
+
+fn is_inside(session: &Session, motion: &Motion) -> bool {
+    (0..motion.axis_count).all(|k| {
+        let range = session.machine.axes[k].range;
+        range.is_none_or(|(from, to)| motion.axis(k).all(|q| q >= from - 1e-9 && q <= to + 1e-9))
+    })
+}
+
 /// Positions (axis, degrees) of the other rotary axes, within their ranges; one axis at a time leaves zero.
 fn standings(session: &Session, rotary: &[usize], swept: usize) -> Vec<Vec<(usize, f64)>> {
     let others: Vec<usize> = rotary.iter().copied().filter(|&k| k != swept).collect();
@@ -83,12 +142,7 @@ fn candidate(
         planned.positions[other] = Some(degrees.to_radians());
     }
     let motion = Motion::of(session, chain, &planned).ok()?;
-    let inside = (0..motion.axis_count).all(|k| {
-        session.machine.axes[k]
-            .range
-            .is_none_or(|(from, to)| motion.axis(k).all(|q| q >= from - 1e-9 && q <= to + 1e-9))
-    });
-    if !inside {
+    if !is_inside(session, &motion) {
         return None;
     }
     let word = match follow {

@@ -1,6 +1,7 @@
 //! A session as fitted: errors, ball places and bar errors moved to their estimates, so that simulating it predicts.
 
 use super::{Fit, Quantity};
+use crate::machine::{ComponentError, ComponentForm};
 use crate::session::{Session, Setups};
 
 /// The session whose simulation is the fit's prediction.
@@ -26,6 +27,8 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
                     test.spindle_ball.at[coordinate] += sign * estimate.value;
                 }
             }
+            // a fit is not asked for these; they stand in `linear_axes`
+            Quantity::Slide { .. } => {}
             Quantity::Bar { setup } => {
                 for (test, _) in fitted.tests.iter_mut().zip(&setups.bar_of).filter(|(_, of)| **of == Some(setup)) {
                     test.bar_error_mm += estimate.value;
@@ -33,5 +36,31 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
             }
         }
     }
+    for &(axis, component, value) in &fit.linear_axes.squareness {
+        fitted.machine.axes[axis].location_errors[component.index()] = value;
+    }
+    for (axis, error) in &fit.linear_axes.displacements {
+        add(&mut fitted.machine.axes[*axis].component_errors, error);
+    }
     fitted
+}
+
+/// Adds a component error to those that a machine file states, one form per component.
+fn add(stated: &mut Vec<ComponentError>, error: &ComponentError) {
+    let Some(same) = stated.iter_mut().find(|other| other.component == error.component) else {
+        stated.push(error.clone());
+        return;
+    };
+    let position = match (&same.form, &error.form) {
+        (ComponentForm::Table { position: one, .. }, ComponentForm::Table { position: other, .. }) => {
+            let mut both: Vec<f64> = one.iter().chain(other).copied().collect();
+            both.sort_by(f64::total_cmp);
+            both.dedup();
+            both
+        }
+        // a formula stays as it is stated: a table would lose its short waves for the sake of a fraction of a micrometre
+        _ => return,
+    };
+    let value = position.iter().map(|&q| same.form.value(q) + error.form.value(q)).collect();
+    same.form = ComponentForm::Table { position, value };
 }

@@ -1,7 +1,7 @@
 //! Location errors from recordings: one weighted nonlinear least-squares fit over all tests of a session.
 //!
 //! Minimises `Σ ‖W(reading − L(errors, balls) − bar)‖² + Σ ((x − prior)/σ_prior)²` over the free location errors, the
-//! place of every pivot and spindle ball and the reading error of every bar; W whitens each trace by a noise model
+//! place of every pivot and spindle ball, the reading error of every bar and what the linear axes do within their budget; W whitens each trace by a noise model
 //! (white + AR(1) + drift) fitted to the residuals, so that uncertainties hold for autocorrelated noise.
 
 mod absorbed;
@@ -14,6 +14,8 @@ mod gram;
 mod noise;
 mod outliers;
 mod problem;
+mod senses;
+mod slides;
 mod solve;
 mod unknowns;
 mod white;
@@ -27,6 +29,7 @@ pub use gram::{add_cross_products, add_products};
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, misfit};
 pub use outliers::{kept_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};
+pub use senses::{SenseTest, TurnedSense, turned_senses};
 pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};
 pub use unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
 pub use white::{Evidence, WhiteFit, fit_white};
@@ -36,7 +39,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use crate::chain::Chain;
 use crate::effects::EffectError;
-use crate::machine::ErrorName;
+use crate::machine::{Component, ComponentError, ErrorName};
 use crate::session::{MotionError, Session, Setups};
 
 /// What to fit and how.
@@ -63,6 +66,8 @@ pub enum FitError {
         "test '{test}' has component errors or effects, which a fit of constant errors leaves out; use the general fit"
     )]
     NotConstant { test: String },
+    #[error("errors of the linear axes are left out by a fit of constant errors; use the general fit")]
+    LinearAxes,
     #[error("the recordings do not determine {unknown}, alone or beside the unknowns before it; give it a prior")]
     Undetermined { unknown: String },
     #[error("only {readings} readings for {unknowns} unknowns; record more or free fewer errors")]
@@ -74,8 +79,10 @@ pub enum FitError {
 pub struct Fit {
     pub unknowns: Vec<Unknown>,
     pub estimates: Vec<Estimate>,
-    /// Covariance of the estimates, priors included, mm and rad.
+    /// Covariance of the estimates, priors and the budget of the linear axes included, mm and rad.
     pub covariance: DMatrix<f64>,
+    /// What the linear axes do within their budget, as fitted beside the unknowns.
+    pub linear_axes: FittedSlides,
     /// Noise of a reading, by test.
     pub noise: Vec<NoiseModel>,
     pub tests: Vec<TestFit>,
@@ -84,23 +91,57 @@ pub struct Fit {
     pub ambiguities: Vec<Ambiguity>,
 }
 
+impl Fit {
+    /// Leaves values and residuals as they are, but says of none that the data determine it: for a fit that does not fit.
+    pub fn claim_nothing(&mut self) {
+        for estimate in &mut self.estimates {
+            estimate.determined = false;
+            estimate.relative_to_spindle_ball = false;
+        }
+    }
+}
+
 /// Estimate of one unknown, mm or rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     pub value: f64,
-    /// Standard deviation, priors included.
+    /// Standard deviation, priors and the budget of the linear axes included.
     pub sigma: f64,
     /// Standard deviation if the spindle balls stood exactly where the session says.
     pub sigma_to_spindle_ball: f64,
-    /// Share of the variance that comes from priors other than the spindle balls', which are held here, 0 to 1:
-    /// `Σ_j (C_kj/σ_j)² / C_kk`; the rest comes from the noise of the data.
+    /// Standard deviation if the linear axes were exact too: what the noise of the readings leaves.
+    pub sigma_noise: f64,
+    /// Share of the variance that comes from priors other than the spindle balls', which are held here as the linear axes
+    /// are, 0 to 1: `Σ_j (C_kj/σ_j)² / C_kk`; the rest comes from the noise of the data.
     pub prior_share: f64,
     /// Share of the variance that comes from the priors of pivots, spindle balls and bars, 0 to 1.
     pub setup_share: f64,
-    /// The data fix it, given the spindle balls: prior share below half.
+    /// The data fix it, given the spindle balls and exact linear axes: prior share below half. How well is said by `sigma`.
     pub determined: bool,
     /// It is fixed only relative to the spindle ball: without that ball's prior the data say little.
     pub relative_to_spindle_ball: bool,
+}
+
+/// Errors of the linear axes that a fit took from their budget.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FittedSlides {
+    /// Squareness: axis, component, value in rad.
+    pub squareness: Vec<(usize, Component, f64)>,
+    /// Displacements, by axis.
+    pub displacements: Vec<(usize, ComponentError)>,
+}
+
+impl FittedSlides {
+    fn of(problem: &Problem, values: &[f64]) -> FittedSlides {
+        let fitted: Vec<(Quantity, f64)> =
+            problem.unknowns.iter().map(|unknown| unknown.quantity).zip(values.iter().copied()).collect();
+        let budget = &fitted[problem.asked..];
+        let square = budget.iter().filter_map(|&(quantity, value)| match quantity {
+            Quantity::Location { axis, component } => Some((axis, component, value)),
+            _ => None,
+        });
+        FittedSlides { squareness: square.collect(), displacements: problem.slides.component_errors(budget) }
+    }
 }
 
 /// Fit of one test.
@@ -127,7 +168,7 @@ pub fn identify(session: &Session, options: &Options) -> Result<Fit, FitError> {
     let free = options.free.clone().unwrap_or_else(|| default_free(&session.machine));
     let prior = options.prior.unwrap_or_else(|| FreePrior::of(&session.machine));
     let problem = Problem::new(session, &chain, &setups, unknowns(session, &setups, &free, prior))?;
-    fit(&problem)
+    fit(&problem.with_linear_axes(&session.machine.linear_axes))
 }
 
 /// Rounds of fitting errors and noise in turn; each brings the noise some five times nearer to its end.
@@ -229,6 +270,7 @@ pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
 fn summary(problem: &Problem, solution: Solution, noise: Vec<NoiseModel>, kept: Vec<Vec<bool>>) -> Fit {
     let covariance = covariance(problem, &solution.information);
     let estimates = estimates(problem, &solution, &covariance);
+    let linear_axes = FittedSlides::of(problem, &solution.values);
     let tests: Vec<TestFit> = solution
         .residual_mm
         .iter()
@@ -241,7 +283,8 @@ fn summary(problem: &Problem, solution: Solution, noise: Vec<NoiseModel>, kept: 
         .flat_map(|test| test.residual_mm.iter().zip(&test.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value));
     let rms_mm = rms(all_kept);
     let ambiguities = ambiguity::ambiguities(problem, &solution, &noise);
-    Fit { unknowns: problem.unknowns.clone(), estimates, covariance, noise, tests, rms_mm, ambiguities }
+    let unknowns = problem.unknowns[..problem.asked].to_vec();
+    Fit { unknowns, estimates, covariance, linear_axes, noise, tests, rms_mm, ambiguities }
 }
 
 fn test_fit(name: &str, residual: &[f64], kept: Vec<bool>) -> TestFit {
@@ -250,16 +293,11 @@ fn test_fit(name: &str, residual: &[f64], kept: Vec<bool>) -> TestFit {
     TestFit { name: name.to_string(), residual_mm: residual.to_vec(), kept, rms_mm, left_out }
 }
 
-/// Covariance `D(H + 1)⁻¹D`, H the data information in units of the priors D.
+/// Covariance `D(H + 1)⁻¹D` of the unknowns asked for, H the data information in units of the priors D.
 fn covariance(problem: &Problem, information: &DMatrix<f64>) -> DMatrix<f64> {
-    let count = problem.unknowns.len();
-    let mut inverse = inverse_with_prior(information, &vec![1.0; count]);
-    for i in 0..count {
-        for j in 0..count {
-            inverse[(i, j)] *= problem.unknowns[i].prior_sigma * problem.unknowns[j].prior_sigma;
-        }
-    }
-    inverse
+    let inverse = inverse_with_prior(information, &vec![1.0; problem.unknowns.len()]);
+    let sigma = |k: usize| problem.unknowns[k].prior_sigma;
+    DMatrix::from_fn(problem.asked, problem.asked, |i, j| inverse[(i, j)] * sigma(i) * sigma(j))
 }
 
 /// `(H + diag(weights))⁻¹`; weights above zero make it solvable.
@@ -276,17 +314,21 @@ fn inverse_with_prior(information: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f6
 }
 
 fn estimates(problem: &Problem, solution: &Solution, covariance: &DMatrix<f64>) -> Vec<Estimate> {
-    let unknowns = &problem.unknowns;
+    let unknowns = &problem.unknowns[..problem.asked];
     let is_reference = |unknown: &Unknown| {
         matches!(unknown.quantity, Quantity::SpindleBall { setup, .. }
             if problem.setups.spindle_balls[setup].spread_mm <= problem.session.spread.spindle_ball_mm)
     };
     // a held quantity gets a prior a thousand times tighter, a released one a thousand times wider
-    let reference_weight = |weight: f64| -> Vec<f64> {
+    let reference_weight = |unknowns: &[Unknown], weight: f64| -> Vec<f64> {
         unknowns.iter().map(|unknown| if is_reference(unknown) { weight } else { 1.0 }).collect()
     };
-    let held = inverse_with_prior(&solution.information, &reference_weight(WIDENED * WIDENED));
-    let released = inverse_with_prior(&solution.information, &reference_weight(1.0 / (WIDENED * WIDENED)));
+    let (hold, release) = (WIDENED * WIDENED, 1.0 / (WIDENED * WIDENED));
+    let held_with_budget = inverse_with_prior(&solution.information, &reference_weight(&problem.unknowns, hold));
+    // with exact linear axes
+    let information = solution.information_of(unknowns.len());
+    let held = inverse_with_prior(&information, &reference_weight(unknowns, hold));
+    let released = inverse_with_prior(&information, &reference_weight(unknowns, release));
     unknowns
         .iter()
         .enumerate()
@@ -303,7 +345,8 @@ fn estimates(problem: &Problem, solution: &Solution, covariance: &DMatrix<f64>) 
             Estimate {
                 value: solution.values[k],
                 sigma: covariance[(k, k)].sqrt(),
-                sigma_to_spindle_ball: held[(k, k)].sqrt() * unknown.prior_sigma,
+                sigma_to_spindle_ball: held_with_budget[(k, k)].sqrt() * unknown.prior_sigma,
+                sigma_noise: held[(k, k)].sqrt() * unknown.prior_sigma,
                 prior_share,
                 setup_share: (from_setups / covariance[(k, k)]).clamp(0.0, 1.0),
                 determined,

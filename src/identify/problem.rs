@@ -3,9 +3,11 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::FitError;
+use super::slides::{Slides, leaves_zero};
 use super::unknowns::{Quantity, Unknown};
 use crate::chain::{Chain, Column, Composition, Geometry, LinkId, Poses, Sensitivity};
 use crate::effects::{Context, Disturbances};
+use crate::machine::{AxisKind, LinearAxes};
 use crate::session::{Motion, Session, Setups};
 use crate::simulate::component_errors;
 
@@ -14,7 +16,12 @@ pub struct Problem<'a> {
     pub session: &'a Session,
     pub chain: &'a Chain,
     pub setups: &'a Setups,
+    /// What a fit is asked for, then what the linear axes may do within their budget.
     pub unknowns: Vec<Unknown>,
+    /// Number of unknowns that a fit is asked for; the ones after them belong to the linear axes' budget.
+    pub asked: usize,
+    /// Shapes of the linear axes' displacements.
+    pub slides: Slides,
     pub tests: Vec<PreparedTest>,
     pub composition: Composition,
     /// What the effects of the machine file do: known, so the same in every step of a fit.
@@ -63,18 +70,42 @@ impl<'a> Problem<'a> {
         });
         let tests = tests.collect::<Result<Vec<_>, FitError>>()?;
         let composition = Composition::Exact;
-        let mut problem = Problem { session, chain, setups, unknowns, tests, composition, disturbances };
-        for test in 0..problem.tests.len() {
-            problem.tests[test].columns = problem.reaching(test);
-        }
+        let (asked, slides) = (unknowns.len(), Slides::default());
+        let mut problem = Problem { session, chain, setups, unknowns, asked, slides, tests, composition, disturbances };
+        problem.find_columns();
         Ok(problem)
     }
 
-    /// Unknowns on which a test's readings depend, by topology and setup.
+    /// The same with linear axes that are not exact: their squareness and displacements as unknowns with priors.
+    pub fn with_linear_axes(mut self, budget: &LinearAxes) -> Problem<'a> {
+        let machine = &self.session.machine;
+        let recorded = self.tests.iter().filter(|test| test.reading_mm.iter().any(|reading| reading.is_finite()));
+        let motions: Vec<&Motion> = recorded.map(|test| &test.motion).collect();
+        self.slides = Slides::of(machine, budget, &motions);
+        let more = self.slides.unknowns(machine, budget, &self.unknowns);
+        self.unknowns.extend(more);
+        self.find_columns();
+        self
+    }
+
+    fn find_columns(&mut self) {
+        for test in 0..self.tests.len() {
+            self.tests[test].columns = self.reaching(test);
+        }
+    }
+
+    /// Unknowns on which a test's readings depend, by topology, setup and, for the way of a linear axis, its motion.
     fn reaching(&self, test: usize) -> Vec<usize> {
         let links = self.tests[test].links;
+        let between = |axis: usize| self.chain.carries(axis, links.0) != self.chain.carries(axis, links.1);
+        let goes = |axis: usize| leaves_zero(&self.tests[test].motion, axis);
+        let is_linear = |axis: usize| self.session.machine.axes[axis].kind == AxisKind::Linear;
         let reaches = |unknown: &Unknown| match unknown.quantity {
-            Quantity::Location { axis, .. } => self.chain.carries(axis, links.0) != self.chain.carries(axis, links.1),
+            Quantity::Location { axis, component } if is_linear(axis) && component.is_angle() => {
+                between(axis) && goes(axis)
+            }
+            Quantity::Location { axis, .. } => between(axis),
+            Quantity::Slide { axis, .. } => between(axis) && goes(axis),
             Quantity::Pivot { setup, .. } => self.setups.pivot_of[test] == setup,
             Quantity::SpindleBall { setup, .. } => self.setups.spindle_ball_of[test] == setup,
             Quantity::Bar { setup } => self.setups.bar_of[test] == Some(setup),
@@ -104,7 +135,7 @@ impl<'a> Problem<'a> {
                     spindle[coordinate] += stated.spindle_ball.sign(coordinate) * values[index];
                 }
                 Quantity::Bar { .. } => bar += values[index],
-                Quantity::Location { .. } => {}
+                Quantity::Location { .. } | Quantity::Slide { .. } => {}
             }
         }
         (pivot, spindle, bar)
@@ -129,6 +160,8 @@ impl<'a> Problem<'a> {
     pub(super) fn column(&self, test: usize, unknown: usize) -> Option<Column> {
         match self.unknowns[unknown].quantity {
             Quantity::Location { axis, component } => Some(Column::Location { axis, component: component.index() }),
+            // of the carriage's displacement, which the shape multiplies
+            Quantity::Slide { axis, direction, .. } => Some(Column::Location { axis, component: direction }),
             Quantity::Pivot { coordinate, .. } => Some(Column::Pivot(coordinate)),
             Quantity::SpindleBall { coordinate, .. } => match self.session.tests[test].spindle_ball.sign(coordinate) {
                 sign if sign < 0.0 => Some(Column::SpindleReversed(coordinate)),
@@ -164,7 +197,29 @@ impl<'a> Problem<'a> {
         }
         let residuals =
             prepared.reading_mm.iter().zip(lengths).map(|(reading, length)| reading - length - bar_error_mm);
-        Prediction { residual_mm: residuals.collect(), jacobian }
+        let mut prediction = Prediction { residual_mm: residuals.collect(), jacobian };
+        self.add_slides(test, values, &mut prediction);
+        prediction
+    }
+
+    /// Multiplies the columns of displacements by their shapes and takes what they do from the residuals: they are so small
+    /// that the length is linear in them.
+    fn add_slides(&self, test: usize, values: &[f64], prediction: &mut Prediction) {
+        let prepared = &self.tests[test];
+        for (column, &index) in prepared.columns.iter().enumerate() {
+            let Quantity::Slide { axis, shape, .. } = self.unknowns[index].quantity else { continue };
+            let (mut last, mut factor) = (f64::NAN, 0.0);
+            let derivatives = prediction.jacobian.column_mut(column);
+            for ((derivative, residual), q) in
+                derivatives.into_iter().zip(&mut prediction.residual_mm).zip(prepared.motion.axis(axis))
+            {
+                if q != last {
+                    (last, factor) = (q, self.slides.at(axis, shape, q));
+                }
+                *derivative *= factor;
+                *residual -= *derivative * values[index];
+            }
+        }
     }
 
     fn predict_by_row(&self, test: usize, geometry: &Geometry, values: &[f64]) -> Prediction {
@@ -181,10 +236,13 @@ impl<'a> Problem<'a> {
                     Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
                     Quantity::SpindleBall { coordinate, .. } => ball.sign(coordinate) * s.spindle[coordinate],
                     Quantity::Bar { .. } => 1.0,
+                    Quantity::Slide { axis, direction, .. } => s.location[axis][direction],
                 };
             }
         });
-        Prediction { residual_mm, jacobian }
+        let mut prediction = Prediction { residual_mm, jacobian };
+        self.add_slides(test, values, &mut prediction);
+        prediction
     }
 
     /// Calls `see(row, sensitivity, bar error)` for every row of a test.

@@ -35,8 +35,16 @@ pub struct Solution {
     pub converged: bool,
 }
 
-/// Steps after which a fit is given up.
-const MAX_STEPS: usize = 40;
+impl Solution {
+    /// Data information of the first unknowns with the others held where they are.
+    pub fn information_of(&self, count: usize) -> DMatrix<f64> {
+        self.information.view((0, 0), (count, count)).into_owned()
+    }
+}
+
+/// Steps after which a fit is given up. Where only a wide prior holds a direction, the data bend the valley that leads to it
+/// and damped steps are short: a hundred times as many as a determined fit takes.
+const MAX_STEPS: usize = 300;
 /// A step smaller than this share of every posterior sigma ends the iteration.
 const STEP_TOLERANCE: f64 = 1e-3;
 /// Huber's constant: residuals beyond so many scales count linearly.
@@ -60,8 +68,10 @@ pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solu
         // rounding of the sum must not reject the last, tiny steps
         if next_cost <= cost * (1.0 + 1e-12) + 1e-12 {
             (values, normal, residual_mm, cost) = (trial, next, next_residual, next_cost);
+            // a damped step is short wherever it stands: what counts is how far the minimum is without
+            let left = if damping == 0.0 { relative } else { undamped_step(problem, &values, &normal) };
             damping = if damping < 1e-9 { 0.0 } else { damping * 0.1 };
-            if relative < STEP_TOLERANCE && damping == 0.0 {
+            if left < STEP_TOLERANCE {
                 converged = true;
                 break;
             }
@@ -73,6 +83,11 @@ pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solu
         }
     }
     Solution { values, information: normal.information, residual_mm, converged }
+}
+
+/// Largest size of the undamped step in posterior sigmas; infinite when the equations are not solvable.
+fn undamped_step(problem: &Problem, values: &[f64], normal: &Normal) -> f64 {
+    step(problem, values, normal, 0.0).map_or(f64::INFINITY, |(_, relative)| relative)
 }
 
 /// Gauss–Newton step and its largest size in posterior sigmas; `None` when the equations are not solvable.

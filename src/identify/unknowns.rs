@@ -28,12 +28,15 @@ pub enum Quantity {
     SpindleBall { setup: usize, coordinate: usize },
     /// Reading minus distance, of a bar.
     Bar { setup: usize },
+    /// Displacement of a linear axis's carriage along a direction of R (0, 1, 2) in one of the shapes over its position
+    /// that `slides` has, per length.
+    Slide { axis: usize, direction: usize, shape: usize },
 }
 
 impl Quantity {
     /// Which kind of prior knowledge stands behind the unknown.
     pub fn is_setup(self) -> bool {
-        !matches!(self, Quantity::Location { .. })
+        matches!(self, Quantity::Pivot { .. } | Quantity::SpindleBall { .. } | Quantity::Bar { .. })
     }
 }
 
@@ -68,6 +71,10 @@ pub enum FreeError {
     Name(#[from] ErrorNameError),
     #[error("{0} is a component error; only location errors can be free here")]
     ComponentError(String),
+    #[error(
+        "'{0}' names no error; write names such as EX0C,EY0C or a group: rotary, squareness, linear, zero, all, none"
+    )]
+    Nothing(String),
 }
 
 /// Location errors free by default: the slots of the rotary axes, with the zero positions of an arm.
@@ -100,7 +107,11 @@ pub fn parse_free(text: &str, machine: &Machine) -> Result<Vec<ErrorName>, FreeE
             }
         }
     }
-    Ok(free)
+    // a stray comma is no wish for a fit without errors; that is 'none'
+    match text.split([',', ' ']).all(str::is_empty) {
+        true => Err(FreeError::Nothing(text.to_string())),
+        false => Ok(free),
+    }
 }
 
 /// Errors of a group: `squareness` are EC0Y, EB0Z, EA0Z (the gauge keeps EB0X, EC0X, EA0Y at zero).

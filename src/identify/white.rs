@@ -107,6 +107,9 @@ pub fn fit_white(problem: &Problem, evidence: &[Evidence], noise_mm: &[f64]) -> 
     if let Some(test) = (0..evidence.len()).find(|&test| !problem.is_constant(test)) {
         return Err(FitError::NotConstant { test: problem.session.tests[test].name.clone() });
     }
+    if problem.asked < problem.unknowns.len() {
+        return Err(FitError::LinearAxes);
+    }
     let mut equations = Equations::new(problem, evidence, noise_mm);
     let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
     equations.evaluate(&values);

@@ -6,19 +6,18 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::limits::{HULL_POINTS, MESHES, MOUNTS, SOLIDS, YAML_BYTES};
 use super::machine::{is_urdf, load_machine_with_links};
-use super::mesh::{MeshUse, machine_size_mm, mesh_solids};
+use super::mesh::{MeshUse, Meshes, machine_size_mm};
 use super::message::{LoadError, nearest};
 use super::quantity::finite;
-use super::text::{MAX_YAML_BYTES, read_limited};
+use super::text::read_limited;
 use super::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::machine::Machine;
 use crate::units::shown;
 
-/// Most solids of a machine, the pieces of meshes counted.
-pub(super) const MAX_SOLIDS: usize = 400;
 /// Largest extent of anything in a machine file, mm.
 const MAX_EXTENT_MM: f64 = 1e6;
 
@@ -31,6 +30,8 @@ struct SolidsFile {
     mounts: Vec<MountFile>,
     spindle: Option<SpindleFile>,
     gauge_length: Option<f64>,
+    #[serde(default)]
+    touching: Vec<[String; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -103,35 +104,45 @@ pub fn load_machine_and_bodies(file: &Path) -> Result<(Machine, Bodies), LoadErr
 /// Reads a machine file with its solids; `links` names the bed, workpiece and tool of a URDF.
 pub fn load_machine_and_bodies_with_links(file: &Path, links: &LinkChoice) -> Result<(Machine, Bodies), LoadError> {
     let machine = load_machine_with_links(file, links)?;
-    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let text = read_limited(file, YAML_BYTES)?;
     if is_urdf(file, &text) {
         let bodies = bodies_from_urdf(file, &text, links, &machine)?;
         return Ok((machine, bodies));
     }
     let document = Document::parse(file, text)?;
     let raw: SolidsFile = document.read()?;
+    for (key, message) in [("bodies", SOLIDS.exceeded(raw.bodies.len())), ("mounts", MOUNTS.exceeded(raw.mounts.len()))]
+    {
+        if let Some(message) = message {
+            return Err(document.refuse(&[Step::Key(key)], message));
+        }
+    }
+    let meshes = Meshes::beside(file);
     let reader =
-        Reader { document: &document, file, chain: Chain::of(&machine), machine_size_mm: machine_size_mm(&machine) };
+        Reader { document: &document, meshes, chain: Chain::of(&machine), machine_size_mm: machine_size_mm(&machine) };
+    let mut solids = 0;
     let mut bodies = Bodies::default();
     for (index, body) in raw.bodies.iter().enumerate() {
-        bodies.bodies.push(reader.body(index, body)?);
-        if bodies.bodies.iter().map(|body| body.solids.len()).sum::<usize>() > MAX_SOLIDS {
-            return Err(document.refuse(
-                &[Step::Key("bodies")],
-                format!("more than {MAX_SOLIDS} solids, the pieces of meshes counted"),
-            ));
+        let body = reader.body(index, body)?;
+        solids += body.solids.len();
+        if let Some(message) = SOLIDS.exceeded(solids) {
+            return Err(document.refuse(&[Step::Key("bodies"), Step::Index(index)], message));
         }
+        bodies.bodies.push(body);
     }
     for (index, mount) in raw.mounts.iter().enumerate() {
         bodies.mounts.push(reader.mount(index, mount)?);
     }
     bodies.spindle = raw.spindle.as_ref().map(|spindle| reader.spindle(spindle, raw.gauge_length)).transpose()?;
+    for (index, pair) in raw.touching.iter().enumerate() {
+        bodies.touching.push(reader.touching(index, pair, &bodies.bodies)?);
+    }
     Ok((machine, bodies))
 }
 
 /// Names of the mesh files of a machine, relative to its folder, in order and each once.
 pub fn mesh_files(file: &Path) -> Result<Vec<String>, LoadError> {
-    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let text = read_limited(file, YAML_BYTES)?;
     let mut names = match is_urdf(file, &text) {
         true => mesh_names(file, &text)?,
         false => {
@@ -141,12 +152,12 @@ pub fn mesh_files(file: &Path) -> Result<Vec<String>, LoadError> {
     };
     names.sort();
     names.dedup();
-    Ok(names)
+    MESHES.exceeded(names.len()).map_or(Ok(names), |message| Err(LoadError::file(file, message)))
 }
 
 struct Reader<'a> {
     document: &'a Document,
-    file: &'a Path,
+    meshes: Meshes,
     chain: Chain,
     machine_size_mm: f64,
 }
@@ -197,6 +208,9 @@ impl Reader<'_> {
             return Ok(body(vec![solid], frame_along(&((to - from) / length)), (from + to) * 0.5));
         }
         if let Some(corners) = &raw.hull {
+            if let Some(message) = HULL_POINTS.exceeded(corners.len()) {
+                return Err(refuse("hull", message));
+            }
             let corners = corners.iter().map(|corner| point("hull", corner)).collect::<Result<Vec<_>, _>>()?;
             let solid = Solid::hull_of(&corners)
                 .ok_or_else(|| refuse("hull", "its points lie in a plane; a hull encloses a volume".into()))?;
@@ -207,7 +221,6 @@ impl Reader<'_> {
         if scale <= 0.0 {
             return Err(refuse("mesh", "scale is above zero, mm per unit of the file".into()));
         }
-        let folder = self.file.parent().unwrap_or(Path::new(""));
         let how = MeshUse {
             scale: Vector3::repeat(scale),
             machine_size_mm: self.machine_size_mm,
@@ -217,7 +230,7 @@ impl Reader<'_> {
                 false => format!("write scale: {}", scale * factor),
             },
         };
-        let pieces = mesh_solids(folder, &mesh.file, &how).map_err(|why| refuse("mesh", why.to_string()))?;
+        let pieces = self.meshes.solids(&mesh.file, &how).map_err(|why| refuse("mesh", why.to_string()))?;
         let rotation = self.turned(&at("mesh"), mesh.turned)?;
         let translation_mm = point("mesh", &mesh.at.unwrap_or_default())?;
         Ok(body(pieces, rotation, translation_mm))
@@ -281,6 +294,36 @@ impl Reader<'_> {
                 .refuse(&place, "the nose lies behind the spindle ball; gauge_length is above zero"));
         }
         Ok(SpindleSide { link, nose, direction, gauge_length_mm })
+    }
+
+    /// A pair of bodies that touch by design: two different ones, each the only one of its name, on different links.
+    fn touching(&self, index: usize, pair: &[String; 2], bodies: &[Body]) -> Result<(String, String), LoadError> {
+        let place = [Step::Key("touching"), Step::Index(index)];
+        let refuse = |message: String| self.document.refuse(&place, message);
+        let named = |name: &String| {
+            let mut found = bodies.iter().filter(|body| body.name == *name);
+            match (found.next(), found.next()) {
+                (Some(body), None) => Ok(body),
+                (Some(_), Some(_)) => {
+                    Err(refuse(format!("several bodies are called '{name}'; give each a name of its own")))
+                }
+                (None, _) => {
+                    let known: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+                    let hint =
+                        nearest(name, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+                    let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+                    Err(refuse(format!("no body is called '{name}'{hint} (bodies: {known})")))
+                }
+            }
+        };
+        let [one, other] = pair;
+        let (first, second) = (named(one)?, named(other)?);
+        if self.chain.link(&first.link) == self.chain.link(&second.link) {
+            return Err(refuse(format!(
+                "'{one}' and '{other}' are on one link and never compared; list bodies of different links, or take the pair out"
+            )));
+        }
+        Ok((one.clone(), other.clone()))
     }
 
     fn link(&self, place: &[Step], name: &str) -> Result<(), LoadError> {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::limits::{FORM_TERMS, TABLE_ROWS};
 use super::message::LoadError;
 use super::quantity::{finite, quantity};
 use crate::machine::{AxisKind, ComponentForm, Harmonic};
@@ -37,6 +38,11 @@ pub(super) fn component_form(
     measure: Measure,
 ) -> Result<ComponentForm, LoadError> {
     let value = |text: &serde_yaml::Value| quantity(document, place, text, measure);
+    let terms = form.polynomial.as_ref().map_or(0, Vec::len).max(form.fourier.as_ref().map_or(0, Vec::len));
+    let rows = form.table.as_ref().map_or(0, Vec::len);
+    if let Some(message) = FORM_TERMS.exceeded(terms).or_else(|| TABLE_ROWS.exceeded(rows)) {
+        return Err(document.refuse(place, message));
+    }
     match (&form.polynomial, &form.fourier, &form.table) {
         (Some(coefficients), None, None) => {
             // coefficients are per mm^k or deg^k in the file, per mm^k or rad^k inside

@@ -2,13 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use std::fmt;
+
 use saphyr::{LoadableYamlNode, MarkedYamlOwned, YamlDataOwned};
-use serde::de::DeserializeOwned;
+use serde::de::{
+    Deserialize, DeserializeOwned, Deserializer, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor,
+};
 
+use super::limits::{DEPTH, TEXT};
 use super::message::{LoadError, nearest};
-
-/// Deepest nesting of brackets and indentation that a file of ours can need, with room to spare.
-const MAX_DEPTH: usize = 40;
+use super::printable::hidden_in;
 
 /// A parsed YAML file.
 pub struct Document {
@@ -25,7 +28,8 @@ pub enum Step<'a> {
 }
 
 impl Document {
-    /// Parses the text of `file`; malformed YAML, doubled keys and deep nesting are refused with their place.
+    /// Parses the text of `file`; malformed YAML, doubled keys, deep nesting and texts with hidden characters are refused with
+    /// their place.
     pub fn parse(file: &Path, text: String) -> Result<Document, LoadError> {
         refuse_deep_nesting(file, &text)?;
         let documents = MarkedYamlOwned::load_from_str(&text).map_err(|why| LoadError {
@@ -48,7 +52,9 @@ impl Document {
         if !is_map {
             return Err(LoadError::file(file, "is empty or no list of keys; it starts with 'name:' and further keys"));
         }
-        Ok(Document { file: file.to_path_buf(), text, root })
+        let document = Document { file: file.to_path_buf(), text, root };
+        document.read::<Plain>()?;
+        Ok(document)
     }
 
     /// The typed value; what does not fit is refused with its line and, for a key, the nearest valid one.
@@ -172,6 +178,79 @@ fn plain_type(words: &str) -> String {
 
 const ALIAS_BOMB: &str = "repeats its anchors (&name, *name) too many times; write the values out";
 
+/// A value of any kind whose texts can be shown anywhere: the border that no hidden character of a file passes.
+struct Plain;
+
+impl<'de> Deserialize<'de> for Plain {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Plain, D::Error> {
+        deserializer.deserialize_any(PlainVisitor)
+    }
+}
+
+struct PlainVisitor;
+
+impl<'de> Visitor<'de> for PlainVisitor {
+    type Value = Plain;
+
+    fn expecting(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        out.write_str("a value")
+    }
+
+    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Plain, E> {
+        if let Some(hidden) = hidden_in(text) {
+            return Err(E::custom(format!(
+                "the text holds the hidden character {hidden}; line breaks, control characters and invisible ones are not allowed, remove it"
+            )));
+        }
+        match TEXT.exceeded(text.chars().count()) {
+            Some(message) => Err(E::custom(message)),
+            None => Ok(Plain),
+        }
+    }
+
+    fn visit_bool<E>(self, _: bool) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_i64<E>(self, _: i64) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_u64<E>(self, _: u64) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_i128<E>(self, _: i128) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_u128<E>(self, _: u128) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_f64<E>(self, _: f64) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_unit<E>(self) -> Result<Plain, E> {
+        Ok(Plain)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Plain, A::Error> {
+        while list.next_element::<Plain>()?.is_some() {}
+        Ok(Plain)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Plain, A::Error> {
+        while map.next_entry::<Plain, Plain>()?.is_some() {}
+        Ok(Plain)
+    }
+
+    fn visit_enum<A: EnumAccess<'de>>(self, tagged: A) -> Result<Plain, A::Error> {
+        tagged.variant::<Plain>()?.1.newtype_variant::<Plain>()
+    }
+}
+
 /// Refuses nesting that would exhaust the parsers' stacks, judged by brackets and indentation before parsing.
 ///
 /// Brackets in quoted text count too: telling quotes from apostrophes needs the parser that this protects.
@@ -190,11 +269,11 @@ fn refuse_deep_nesting(file: &Path, text: &str) -> Result<(), LoadError> {
                 _ => {}
             }
         }
-        if open > MAX_DEPTH || indent > 4 * MAX_DEPTH {
+        if open > DEPTH.most || indent > 4 * DEPTH.most {
             return Err(LoadError::line(
                 file,
                 index + 1,
-                format!("is nested deeper than {MAX_DEPTH} levels; no such file needs that"),
+                format!("is nested deeper than {} levels; no such file needs that", DEPTH.most),
             ));
         }
     }

@@ -3,24 +3,20 @@
 use serde_yaml::{Mapping, Value};
 
 use super::document::{Document, Step};
+use super::limits::{EFFECT_LIST, EFFECTS, TESTS};
 use super::message::{LoadError, nearest};
 use super::quantity::{finite, quantity};
 use crate::effects::{self, Default, Kind, Parameter, ParameterUnit};
 use crate::machine::{AxisKind, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
 use crate::units::shown;
 
-/// Most effects of a machine.
-const MAX_EFFECTS: usize = 1000;
-/// Most values of a list.
-const MAX_LIST: usize = 1000;
 /// Keys that every effect has beside its parameters.
 const COMMON_KEYS: [&str; 4] = ["effect", "place", "sizes", "tests"];
 
 /// Reads all effects of a machine whose axes are known.
 pub(super) fn effects(document: &Document, machine: &Machine, raw: &[Mapping]) -> Result<Vec<Effect>, LoadError> {
-    if raw.len() > MAX_EFFECTS {
-        return Err(document
-            .refuse(&[Step::Key("effects")], format!("{} effects; at most {MAX_EFFECTS} are allowed", raw.len())));
+    if let Some(message) = EFFECTS.exceeded(raw.len()) {
+        return Err(document.refuse(&[Step::Key("effects")], message));
     }
     raw.iter().enumerate().map(|(index, raw)| Entry { document, machine, index, raw }.effect()).collect()
 }
@@ -120,12 +116,12 @@ impl Entry<'_> {
         let number = |value: &Value| self.number(parameter, place, value);
         match (parameter.count, value) {
             (1, value) => number(value).map(ParameterValue::Number),
-            (count, Value::Sequence(list)) if (count == 0 && list.len() <= MAX_LIST) || list.len() == count => {
+            (count, Value::Sequence(list)) if (count == 0 && list.len() <= EFFECT_LIST.most) || list.len() == count => {
                 list.iter().map(number).collect::<Result<_, _>>().map(ParameterValue::List)
             }
             (0, _) => Err(self.refuse(
                 name,
-                format!("{name} is a list of at most {MAX_LIST} numbers, e.g. [2, 3]: {}", parameter.meaning),
+                format!("{name} is a list of at most {} numbers, e.g. [2, 3]: {}", EFFECT_LIST.most, parameter.meaning),
             )),
             (count, _) => Err(self.refuse(name, format!("{name} is a list of {count} numbers: {}", parameter.meaning))),
         }
@@ -157,7 +153,7 @@ impl Entry<'_> {
     fn tests(&self) -> Result<Option<Vec<String>>, LoadError> {
         let Some(value) = self.raw.get("tests") else { return Ok(None) };
         let refuse = || self.refuse("tests", "tests is a list of test names, e.g. [c-short-cw, c-short-ccw]");
-        let list = value.as_sequence().ok_or_else(refuse)?;
+        let list = value.as_sequence().filter(|list| list.len() <= TESTS.most).ok_or_else(refuse)?;
         list.iter().map(|name| name.as_str().map(String::from).ok_or_else(refuse)).collect::<Result<_, _>>().map(Some)
     }
 

@@ -5,9 +5,10 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::limits::YAML_BYTES;
 use super::message::LoadError;
 use super::quantity::{finite, quantity};
-use super::text::{MAX_YAML_BYTES, read_limited};
+use super::text::read_limited;
 use crate::simulate::Instrument;
 use crate::units::{Measure, shown};
 
@@ -36,7 +37,7 @@ const LARGEST_MM: f64 = 1.0;
 
 /// Reads an instrument file; what it does not state is zero (noise, resolution) or without limit (stroke).
 pub fn load_instrument(file: &Path) -> Result<Instrument, LoadError> {
-    let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
+    let document = Document::parse(file, read_limited(file, YAML_BYTES)?)?;
     let raw: InstrumentFile = document.read()?;
     let length = |place: &[Step], value: &Option<serde_yaml::Value>| -> Result<f64, LoadError> {
         let Some(value) = value else { return Ok(0.0) };
@@ -81,7 +82,7 @@ pub fn load_instrument(file: &Path) -> Result<Instrument, LoadError> {
         Some(time_s) if time_s.is_finite() && time_s > 0.0 => instrument.correlation_time_s = time_s,
         Some(time_s) => {
             let place = place("correlation_time");
-            return Err(document.refuse(&place, format!("{time_s} is no time; write seconds above 0")));
+            return Err(document.refuse(&place, format!("{} is no time; write seconds above 0", shown(time_s))));
         }
         None if instrument.correlated_mm > 0.0 => {
             return Err(document.refuse(

@@ -6,8 +6,9 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::limits::{EXTENSIONS, KIT_LIST, YAML_BYTES};
 use super::message::LoadError;
-use super::text::{MAX_YAML_BYTES, read_limited};
+use super::text::read_limited;
 use crate::bodies::{Bar, Cup, Fixture, Kit, PivotStand};
 
 #[derive(Deserialize)]
@@ -71,8 +72,6 @@ struct FixtureFile {
 
 /// Kit of the common 100 mm bar; `kits/ballbar.yaml`.
 const STANDARD_KIT: &str = include_str!("../../kits/ballbar.yaml");
-/// Most extensions of a kit: lengths double with each.
-const MAX_EXTENSIONS: usize = 6;
 
 /// The kit that ships with the program.
 pub fn standard_kit() -> Result<Kit, LoadError> {
@@ -81,7 +80,7 @@ pub fn standard_kit() -> Result<Kit, LoadError> {
 
 /// Reads a kit file.
 pub fn load_kit(file: &Path) -> Result<Kit, LoadError> {
-    kit_from_yaml(file, read_limited(file, MAX_YAML_BYTES)?)
+    kit_from_yaml(file, read_limited(file, YAML_BYTES)?)
 }
 
 fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
@@ -112,8 +111,15 @@ fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
             );
         }
     }
-    if raw.bar.extensions.len() > MAX_EXTENSIONS {
-        return Err(document.refuse(&[Step::Key("bar")], format!("at most {MAX_EXTENSIONS} extensions are allowed")));
+    if let Some(message) = EXTENSIONS.exceeded(raw.bar.extensions.len()) {
+        return Err(document.refuse(&[Step::Key("bar")], message));
+    }
+    for (key, list) in
+        [("fixture", raw.fixture.as_ref().map_or(0, |f| f.arms.len())), ("calibrator", raw.calibrator.len())]
+    {
+        if let Some(message) = KIT_LIST.exceeded(list) {
+            return Err(document.refuse(&[Step::Key(key)], message));
+        }
     }
     if !(raw.spindle_reach.is_finite() && (0.0..1e5).contains(&raw.spindle_reach)) {
         return Err(document.refuse(&[Step::Key("spindle_reach")], "a finite length from 0 mm up, 0 for none"));

@@ -8,14 +8,13 @@ use serde::Deserialize;
 use super::axis::{AxisFile, axis};
 use super::document::{Document, Step};
 use super::effects::effects;
+use super::limits::{AXES, LINKS, YAML_BYTES};
+use super::linear_axes::linear_axes;
 use super::message::LoadError;
 use super::quantity::{finite, unit_vector};
-use super::text::{MAX_YAML_BYTES, read_limited};
+use super::text::read_limited;
 use super::urdf::{LinkChoice, machine_from_urdf};
-use crate::machine::{Machine, StructuralCode};
-
-/// Most axes that a chain may have.
-const MAX_AXES: usize = 24;
+use crate::machine::{Directions, Machine, StructuralCode};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,6 +22,7 @@ struct MachineFile {
     name: String,
     code: Option<String>,
     chain: Option<Vec<String>>,
+    directions: Option<String>,
     axes: BTreeMap<String, AxisFile>,
     gravity: Option<[f64; 3]>,
     #[serde(default)]
@@ -32,6 +32,9 @@ struct MachineFile {
     links: Vec<LinkFile>,
     #[serde(default)]
     effects: Vec<serde_yaml::Mapping>,
+    linear_axes: Option<serde_yaml::Value>,
+    #[serde(default)]
+    caveats: Vec<String>,
     // solids are the business of the reader in `bodies`
     #[serde(rename = "bodies")]
     _bodies: Option<serde::de::IgnoredAny>,
@@ -39,6 +42,8 @@ struct MachineFile {
     _mounts: Option<serde::de::IgnoredAny>,
     #[serde(rename = "spindle")]
     _spindle: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "touching")]
+    _touching: Option<serde::de::IgnoredAny>,
 }
 
 /// A further name of a link: places of robots are known by the names of their links.
@@ -56,7 +61,7 @@ pub fn load_machine(file: &Path) -> Result<Machine, LoadError> {
 
 /// Reads a machine file; `links` names the bed, workpiece and tool of a URDF.
 pub fn load_machine_with_links(file: &Path, links: &LinkChoice) -> Result<Machine, LoadError> {
-    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let text = read_limited(file, YAML_BYTES)?;
     if is_urdf(file, &text) {
         return machine_from_urdf(file, &text, links);
     }
@@ -80,11 +85,10 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
     let document = Document::parse(file, text)?;
     let raw: MachineFile = document.read()?;
     let code = structural_code(&document, &raw)?;
+    let directions = raw.directions.as_deref().map(|word| directions(&document, word)).transpose()?;
     let names: Vec<String> = code.axis_names().cloned().collect();
-    if names.len() > MAX_AXES {
-        return Err(
-            document.refuse(&[Step::Key("chain")], format!("{} axes; at most {MAX_AXES} are allowed", names.len()))
-        );
+    if let Some(message) = AXES.exceeded(names.len()) {
+        return Err(document.refuse(&[Step::Key("chain")], message));
     }
     for name in raw.axes.keys() {
         if !names.contains(name) {
@@ -118,10 +122,53 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
     let gauge_length_mm =
         raw.gauge_length.map(|value| finite(&document, &[Step::Key("gauge_length")], value)).transpose()?;
     let link_names = link_names(&document, &raw.links, &names)?;
-    let mut machine =
-        Machine { name: raw.name, code, axes, gravity, machine_zero, gauge_length_mm, link_names, effects: Vec::new() };
+    let mut machine = Machine {
+        name: raw.name,
+        code,
+        directions,
+        axes,
+        gravity,
+        machine_zero,
+        gauge_length_mm,
+        link_names,
+        effects: Vec::new(),
+        linear_axes: linear_axes(&document, raw.linear_axes.as_ref())?,
+        caveats: caveats(&document, raw.caveats)?,
+    };
     machine.effects = effects(&document, &machine, &raw.effects)?;
     Ok(machine)
+}
+
+/// Longest caveat, characters: one comment line of a program.
+const LONGEST_CAVEAT: usize = 160;
+/// Most caveats of a machine: they stand at the head of every program.
+const MOST_CAVEATS: usize = 12;
+
+/// What the file holds to be assumed.
+fn caveats(document: &Document, caveats: Vec<String>) -> Result<Vec<String>, LoadError> {
+    if caveats.len() > MOST_CAVEATS {
+        let found = format!("{} caveats; at most {MOST_CAVEATS} are allowed, join some", caveats.len());
+        return Err(document.refuse(&[Step::Key("caveats")], found));
+    }
+    for (index, caveat) in caveats.iter().enumerate() {
+        let length = caveat.chars().count();
+        if length == 0 || length > LONGEST_CAVEAT || caveat.chars().any(char::is_control) {
+            let found = format!(
+                "a caveat has 1 to {LONGEST_CAVEAT} characters on one line, this one has {length}; cut it into several"
+            );
+            return Err(document.refuse(&[Step::Key("caveats"), Step::Index(index)], found));
+        }
+    }
+    Ok(caveats)
+}
+
+/// The sense of the axes.
+fn directions(document: &Document, word: &str) -> Result<Directions, LoadError> {
+    Directions::named(word).ok_or_else(|| {
+        let allowed = "iso841 (a positive command moves the tool in the positive sense relative to the workpiece) or \
+                       carried (it moves the carried part right-handed)";
+        document.refuse(&[Step::Key("directions")], format!("directions '{word}' are not known; allowed are {allowed}"))
+    })
 }
 
 /// Further link names, each with the index of the axis that carries it.
@@ -130,6 +177,9 @@ fn link_names(
     links: &[LinkFile],
     axes: &[String],
 ) -> Result<Vec<(String, Option<usize>)>, LoadError> {
+    if let Some(message) = LINKS.exceeded(links.len()) {
+        return Err(document.refuse(&[Step::Key("links")], message));
+    }
     let mut found: Vec<(String, Option<usize>)> = Vec::with_capacity(links.len());
     for (index, link) in links.iter().enumerate() {
         let place = [Step::Key("links"), Step::Index(index)];
@@ -161,6 +211,10 @@ fn structural_code(document: &Document, raw: &MachineFile) -> Result<StructuralC
             StructuralCode::parse(code).map_err(|why| document.refuse(&[Step::Key("code")], why.to_string()))
         }
         (None, Some(chain)) => {
+            // workpiece, bed and tool are no axes
+            if let Some(message) = AXES.exceeded(chain.len().saturating_sub(3)) {
+                return Err(document.refuse(&[Step::Key("chain")], message));
+            }
             let words: Vec<&str> = chain.iter().map(String::as_str).collect();
             StructuralCode::from_words(&words)
                 .map_err(|(index, reason)| document.refuse(&[Step::Key("chain"), Step::Index(index)], reason))

@@ -1,20 +1,25 @@
 //! STL (binary and text) and OBJ files to triangles, mm. Paths stay in the project: beside the machine file or in `shapes`.
 
-use std::path::{Component, Path};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Vector3;
 
+use super::limits::{MESH_BYTES, MESHES};
+use super::text::{bytes_limited, lies_in};
 use crate::bodies::{MAX_TRIANGLES, MeshError, Solid, Triangle, convex_pieces};
 use crate::machine::{AxisKind, Machine};
-
-/// Largest mesh file, bytes: a text STL at the triangle limit takes about 60 MB.
-const MAX_MESH_BYTES: u64 = 64 << 20;
 
 /// Why a mesh file was not read.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum MeshFileError {
     #[error("mesh '{0}' leaves the machine's folder; put it beside the machine file or in ../shapes")]
     Outside(String),
+    #[error("mesh '{0}' is a link out of the machine's folder and of ../shapes; put a copy there")]
+    Linked(String),
+    #[error("{0}")]
+    TooMany(String),
     #[error("mesh {file} cannot be read: {why}")]
     Unreadable { file: String, why: String },
     #[error("mesh {file} line {line}: {found}")]
@@ -51,12 +56,39 @@ pub(super) fn machine_size_mm(machine: &Machine) -> f64 {
     if stated > 0.0 { stated.max(200.0) } else { 600.0 }
 }
 
+/// Name, bits of the scale, and whether a small size is meant.
+type MeshKey = (String, [u64; 3], bool);
+
+/// The meshes of one machine: a file that several bodies name is read and cut up once.
+pub(super) struct Meshes {
+    /// Folder that names are relative to.
+    folder: PathBuf,
+    /// Pieces of the files read so far.
+    read: RefCell<HashMap<MeshKey, Vec<Solid>>>,
+}
+
+impl Meshes {
+    /// Meshes named in a machine file or robot description.
+    pub fn beside(file: &Path) -> Meshes {
+        Meshes { folder: file.parent().map(PathBuf::from).unwrap_or_default(), read: RefCell::default() }
+    }
+
+    /// Convex solids that cover the mesh of a file.
+    pub fn solids<F: Fn(f64) -> String>(&self, name: &str, how: &MeshUse<F>) -> Result<Vec<Solid>, MeshFileError> {
+        let scale = [how.scale.x, how.scale.y, how.scale.z].map(f64::to_bits);
+        let key = (name.to_string(), scale, how.small_is_meant);
+        if let Some(solids) = self.read.borrow().get(&key) {
+            return Ok(solids.clone());
+        }
+        let solids = mesh_solids(&self.folder, name, how)?;
+        let mut read = self.read.borrow_mut();
+        read.insert(key, solids.clone());
+        MESHES.exceeded(read.len()).map_or(Ok(solids), |message| Err(MeshFileError::TooMany(message)))
+    }
+}
+
 /// Convex solids that cover the mesh of a file named relative to `folder`.
-pub(super) fn mesh_solids<F: Fn(f64) -> String>(
-    folder: &Path,
-    name: &str,
-    how: &MeshUse<F>,
-) -> Result<Vec<Solid>, MeshFileError> {
+fn mesh_solids<F: Fn(f64) -> String>(folder: &Path, name: &str, how: &MeshUse<F>) -> Result<Vec<Solid>, MeshFileError> {
     let triangles = load_mesh(folder, name, &how.scale)?;
     let (low, high) = triangles
         .iter()
@@ -86,19 +118,10 @@ fn load_mesh(folder: &Path, name: &str, scale: &Vector3<f64>) -> Result<Vec<Tria
     }
     let unreadable = |why: String| MeshFileError::Unreadable { file: name.into(), why };
     let file = folder.join(name);
-    let about = std::fs::metadata(&file).map_err(|why| unreadable(why.to_string()))?;
-    if !about.is_file() {
-        return Err(unreadable("it is no file".into()));
+    if file.exists() && !lies_in(&file, &[folder, &folder.join("../shapes")]) {
+        return Err(MeshFileError::Linked(name.into()));
     }
-    let size = about.len();
-    if size > MAX_MESH_BYTES {
-        return Err(unreadable(format!(
-            "it has {} MB; at most {} MB are allowed, simplify the mesh to {MAX_TRIANGLES} triangles",
-            size >> 20,
-            MAX_MESH_BYTES >> 20
-        )));
-    }
-    let bytes = std::fs::read(&file).map_err(|why| unreadable(why.to_string()))?;
+    let bytes = bytes_limited(&file, MESH_BYTES).map_err(|why| unreadable(format!("it {why}")))?;
     let extension = Path::new(inner).extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("stl") => match binary_stl(&bytes, scale) {

@@ -3,6 +3,13 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use super::printable::{escaped, escaped_lines, shortened};
+
+/// Longest message, characters: lists of names are cut after it.
+const LONGEST: usize = 2000;
+/// Longest misspelt word for which a near one is looked for, bytes.
+const LONGEST_WORD: usize = 100;
+
 /// Why a file was not accepted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoadError {
@@ -30,14 +37,15 @@ impl LoadError {
 
 impl fmt::Display for LoadError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}", self.file.display())?;
+        // a file's name and what was found in it may hold what a terminal obeys
+        write!(out, "{}", escaped(&self.file.to_string_lossy()))?;
         if let Some(line) = self.line {
             write!(out, ":{line}")?;
         }
         if let (Some(_), Some(column)) = (self.line, self.column) {
             write!(out, ":{column}")?;
         }
-        write!(out, ": {}", self.message)
+        write!(out, ": {}", escaped_lines(&shortened(&self.message, LONGEST)))
     }
 }
 
@@ -45,6 +53,9 @@ impl std::error::Error for LoadError {}
 
 /// The valid name nearest to a misspelt one, if any is near.
 pub fn nearest<'a>(found: &str, valid: &[&'a str]) -> Option<&'a str> {
+    if found.len() > LONGEST_WORD {
+        return None;
+    }
     let near = |name: &&&str| edit_distance(found, name) <= 1 + found.chars().count() / 3;
     valid.iter().filter(near).min_by_key(|name| edit_distance(found, name)).copied()
 }

@@ -1,21 +1,40 @@
 //! Recordings (CSV) to a [`Recording`]: separators, headers and numbers. What the rows may say is judged in `rows`.
 
+use std::borrow::Cow;
 use std::path::Path;
 
+use super::limits::{COLUMNS, CSV_BYTES, LINE_BYTES, ROWS};
 use super::message::{LoadError, nearest};
+use super::printable::{hidden_in, shortened};
 use super::rows::{Rows, check_rows};
-use super::text::{MAX_CSV_BYTES, read_limited};
+use super::text::read_limited;
 use crate::machine::Machine;
 use crate::session::{Clock, Recording};
 
-/// Reads a recording; `bar_length_mm` is the calibrated length that readings must lie near to.
-pub fn load_recording(
-    file: &Path,
-    machine: &Machine,
-    bar_length_mm: Option<f64>,
-    rows: Rows,
-) -> Result<Recording, LoadError> {
-    recording_with(file, &read_limited(file, MAX_CSV_BYTES)?, machine, bar_length_mm, rows)
+/// A recording as its file has it, not yet judged for a bar.
+pub(super) struct Parsed {
+    pub recording: Recording,
+    /// Line of each row in the file.
+    line_of_row: Vec<u32>,
+}
+
+impl Parsed {
+    /// Reads a file.
+    pub fn load(file: &Path, machine: &Machine) -> Result<Parsed, LoadError> {
+        Parsed::of(file, &read_limited(file, CSV_BYTES)?, machine)
+    }
+
+    /// Judges the rows; `bar_length_mm` is the calibrated length that readings must lie near to.
+    pub fn check(
+        &self,
+        file: &Path,
+        machine: &Machine,
+        bar_length_mm: Option<f64>,
+        rows: Rows,
+    ) -> Result<(), LoadError> {
+        let line = |row: usize| self.line_of_row.get(row).map_or(row + 1, |&line| line as usize);
+        check_rows(file, &self.recording, line, machine, bar_length_mm, rows)
+    }
 }
 
 /// What a column holds.
@@ -38,6 +57,10 @@ impl Column {
     }
 }
 
+/// Longest header, characters.
+const LONGEST_HEADER: usize = 100;
+/// Longest field that a message repeats, characters.
+const LONGEST_FIELD: usize = 40;
 /// What a header looks like, for messages.
 const HEADER_EXAMPLE: &str = "time_s,A_deg,length_mm";
 
@@ -56,49 +79,90 @@ pub fn recording_from_csv(
     machine: &Machine,
     bar_length_mm: Option<f64>,
 ) -> Result<Recording, LoadError> {
-    recording_with(file, text, machine, bar_length_mm, Rows::Plausible)
+    let parsed = Parsed::of(file, text, machine)?;
+    parsed.check(file, machine, bar_length_mm, Rows::Plausible)?;
+    Ok(parsed.recording)
 }
 
-fn recording_with(
-    file: &Path,
-    text: &str,
-    machine: &Machine,
-    bar_length_mm: Option<f64>,
-    rows: Rows,
-) -> Result<Recording, LoadError> {
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let Some((first, header)) = lines.next() else {
-        return Err(LoadError::file(
-            file,
-            format!("is empty; a recording has a header such as {HEADER_EXAMPLE} and a row per sample"),
-        ));
-    };
-    let header = header_of(file, first + 1, header, machine)?;
-    let mut values: Vec<Vec<f64>> = vec![Vec::new(); header.columns.len()];
-    let mut leading_texts = Vec::new();
-    let mut line_of_row = Vec::new();
-    for (index, line) in lines {
-        let fields: Vec<&str> = line.split(header.separator).map(str::trim).collect();
-        read_row(file, index + 1, &header, &fields, &mut values)?;
-        let leading = header.columns.iter().zip(&fields).filter(|(column, _)| column.is_leading());
-        leading_texts.push(leading.map(|(_, field)| plain(field, header.separator)).collect::<Vec<_>>().join(","));
-        line_of_row.push(index + 1);
+impl Parsed {
+    fn of(file: &Path, text: &str, machine: &Machine) -> Result<Parsed, LoadError> {
+        refuse_many_rows(file, text)?;
+        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let Some((first, header)) = lines.next() else {
+            return Err(LoadError::file(
+                file,
+                format!("is empty; a recording has a header such as {HEADER_EXAMPLE} and a row per sample"),
+            ));
+        };
+        let header = header_of(file, first + 1, header, machine)?;
+        let mut values: Vec<Vec<f64>> = vec![Vec::new(); header.columns.len()];
+        let mut leading_texts = Vec::new();
+        let mut line_of_row: Vec<u32> = Vec::new();
+        let mut fields = Vec::with_capacity(header.columns.len());
+        for (index, line) in lines {
+            fields.clear();
+            fields.extend(line.split(header.separator).map(str::trim));
+            read_row(file, index + 1, &header, &fields, &mut values)?;
+            leading_texts.push(leading_text(&header, &fields));
+            line_of_row.push((index + 1) as u32);
+        }
+        let Some(&last_line) = line_of_row.last() else {
+            return Err(LoadError::file(file, "has a header but no row; a recording has a row per sample"));
+        };
+        refuse_cut_number(file, text, header.separator, last_line as usize)?;
+        Ok(Parsed { recording: assemble(&header, values, leading_texts, machine), line_of_row })
     }
-    let Some(&last_line) = line_of_row.last() else {
-        return Err(LoadError::file(file, "has a header but no row; a recording has a row per sample"));
-    };
-    refuse_cut_number(file, text, header.separator, last_line)?;
-    let recording = assemble(&header, values, leading_texts, machine);
-    check_rows(file, &recording, &line_of_row, machine, bar_length_mm, rows)?;
-    Ok(recording)
+}
+
+/// Refuses a file by its lines before their numbers take memory.
+fn refuse_many_rows(file: &Path, text: &str) -> Result<(), LoadError> {
+    let mut rows = 0usize;
+    for (index, line) in text.lines().enumerate() {
+        if let Some(message) = LINE_BYTES.exceeded(line.len()) {
+            return Err(LoadError::line(file, index + 1, message));
+        }
+        rows += usize::from(!line.trim().is_empty());
+    }
+    // the header is no row
+    ROWS.exceeded(rows.saturating_sub(1)).map_or(Ok(()), |message| Err(LoadError::file(file, message)))
+}
+
+/// Fields of clock and positions with commas between them.
+fn leading_text(header: &Header, fields: &[&str]) -> String {
+    let mut text = String::new();
+    for (column, field) in header.columns.iter().zip(fields) {
+        if column.is_leading() {
+            if !text.is_empty() {
+                text.push(',');
+            }
+            text.push_str(&plain(field, header.separator));
+        }
+    }
+    text.shrink_to_fit();
+    text
 }
 
 fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> Result<Header<'a>, LoadError> {
     let separator = [';', '\t'].into_iter().find(|&separator| text.contains(separator)).unwrap_or(',');
     let names: Vec<&str> = text.split(separator).map(|name| name.trim().trim_matches('"')).collect();
     let refuse = |message: String| LoadError::line(file, line, message);
+    if let Some(message) = COLUMNS.exceeded(names.len()) {
+        return Err(refuse(message));
+    }
     let mut columns = Vec::new();
     for (index, name) in names.iter().enumerate() {
+        if let Some(hidden) = hidden_in(name) {
+            return Err(refuse(format!(
+                "column {} has the hidden character {hidden} in its name; remove it",
+                index + 1
+            )));
+        }
+        if name.chars().count() > LONGEST_HEADER {
+            let start = shortened(name, LONGEST_FIELD);
+            return Err(refuse(format!(
+                "column '{start}' has a longer name than {LONGEST_HEADER} characters; shorten it"
+            )));
+        }
         if names[..index].contains(name) {
             return Err(refuse(format!("column '{name}' stands twice; each column stands once")));
         }
@@ -181,12 +245,13 @@ fn read_row(
         let name = header.names[index];
         let Some(value) = number(field, header.separator) else {
             return refuse(format!(
-                "column {name}: '{field}' is not a number; correct it or leave a missing length_mm empty"
+                "column {name}: '{}' is not a number; correct it or leave a missing length_mm empty",
+                shortened(field, LONGEST_FIELD)
             ));
         };
         let is_missing = field.is_empty() && header.columns[index].may_be_empty();
         if !value.is_finite() && !is_missing {
-            let shown = if field.is_empty() { "an empty field" } else { field };
+            let shown = if field.is_empty() { "an empty field".into() } else { shortened(field, LONGEST_FIELD) };
             return refuse(format!(
                 "column {name}: {shown} is not a finite number; only a missing length_mm or channel may be empty"
             ));
@@ -205,9 +270,12 @@ fn number(field: &str, separator: char) -> Option<f64> {
 }
 
 /// A field without quotes and with a decimal point.
-fn plain(field: &str, separator: char) -> String {
+fn plain(field: &str, separator: char) -> Cow<'_, str> {
     let field = field.trim_matches('"');
-    if separator == ',' { field.to_string() } else { field.replacen(',', ".", 1) }
+    match separator != ',' && field.contains(',') {
+        true => Cow::Owned(field.replacen(',', ".", 1)),
+        false => Cow::Borrowed(field),
+    }
 }
 
 /// Refuses a last number that a broken transfer has cut: no line end and fewer decimals than every row before.
@@ -229,7 +297,7 @@ fn refuse_cut_number(file: &Path, text: &str, separator: char, last_line: usize)
             last_line,
             format!(
                 "the last line ends after '{}' without a line end, where all rows before have at least {usual} decimals; the file is cut off, fetch it again or remove the line",
-                last.rsplit(separator).next().unwrap_or_default().trim()
+                shortened(last.rsplit(separator).next().unwrap_or_default().trim(), LONGEST_FIELD)
             ),
         )),
         _ => Ok(()),

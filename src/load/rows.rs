@@ -26,16 +26,15 @@ pub enum Rows {
     AsRecorded,
 }
 
-/// Checks a recording against its machine and bar; `line_of_row` gives the line of each row in the file.
+/// Checks a recording against its machine and bar; `line` gives the line of a row in the file.
 pub fn check_rows(
     file: &Path,
     recording: &Recording,
-    line_of_row: &[usize],
+    line: impl Fn(usize) -> usize,
     machine: &Machine,
     bar_length_mm: Option<f64>,
     rows: Rows,
 ) -> Result<(), LoadError> {
-    let line = |row: usize| line_of_row.get(row).copied().unwrap_or(row + 1);
     if recording.readings() == 0 {
         return Err(LoadError::file(file, "has no reading: every length_mm is empty"));
     }

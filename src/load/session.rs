@@ -6,18 +6,17 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
 use super::machine::{is_urdf, load_machine_with_links};
 use super::message::{LoadError, nearest};
 use super::quantity::positive_length;
+use super::recordings::RecordingReader;
 use super::rows::Rows;
 use super::test::{TestFile, TestReader};
-use super::text::{MAX_YAML_BYTES, read_limited};
+use super::text::read_limited;
 use super::urdf::LinkChoice;
 use crate::chain::Chain;
-use crate::session::{Session, Spread, Test};
-
-/// Most tests of a session.
-const MAX_TESTS: usize = 5000;
+use crate::session::{Session, Setups, Spread, Test};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,7 +33,7 @@ struct SessionFile {
 
 /// True for a file that is written as a session and not as a machine: it names tests or a machine file.
 pub fn names_tests(file: &Path) -> Result<bool, LoadError> {
-    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let text = read_limited(file, YAML_BYTES)?;
     if is_urdf(file, &text) {
         return Ok(false);
     }
@@ -49,7 +48,7 @@ pub fn load_session(file: &Path) -> Result<Session, LoadError> {
 
 /// Reads a session file; with [`Rows::AsRecorded`] recordings that cannot be true are read as well.
 pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> {
-    let document = Document::parse(file, read_limited(file, MAX_YAML_BYTES)?)?;
+    let document = Document::parse(file, read_limited(file, YAML_BYTES)?)?;
     let raw: SessionFile = document.read()?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let links =
@@ -57,14 +56,20 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
     let machine = load_machine_with_links(&folder.join(&raw.machine), &links)?;
     let chain = Chain::of(&machine);
     let spread = spread(&document, &raw.spread)?;
-    if raw.tests.is_empty() || raw.tests.len() > MAX_TESTS {
+    if raw.tests.is_empty() || raw.tests.len() > TESTS.most {
         return Err(document
-            .refuse(&[Step::Key("tests")], format!("{} tests; a session has 1 to {MAX_TESTS}", raw.tests.len())));
+            .refuse(&[Step::Key("tests")], format!("{} tests; a session has 1 to {}", raw.tests.len(), TESTS.most)));
     }
-    let reader = TestReader { document: &document, folder, machine: &machine, chain: &chain, rows };
+    let recordings = RecordingReader::new(&document, folder, &raw.tests, rows);
+    let reader = TestReader { document: &document, recordings, machine: &machine, chain: &chain };
+    let mut session_rows = 0;
     let mut tests: Vec<Test> = Vec::with_capacity(raw.tests.len());
     for (index, test) in raw.tests.iter().enumerate() {
         let test = reader.test(index, test)?;
+        session_rows += test.rows();
+        if let Some(message) = SESSION_ROWS.exceeded(session_rows) {
+            return Err(document.refuse(&[Step::Key("tests"), Step::Index(index)], message));
+        }
         if tests.iter().any(|other| other.name == test.name) {
             return Err(document.refuse(
                 &[Step::Key("tests"), Step::Index(index), Step::Key("name")],
@@ -76,7 +81,12 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
     let name = raw
         .name
         .unwrap_or_else(|| file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default());
-    Ok(Session { name, machine_file: raw.machine, machine, spread, tests })
+    let session = Session { name, machine_file: raw.machine, machine, spread, tests };
+    let setups = Setups::of(&session);
+    match SETUPS.exceeded(setups.pivots.len() + setups.spindle_balls.len() + setups.bars.len()) {
+        Some(message) => Err(document.refuse(&[Step::Key("tests")], message)),
+        None => Ok(session),
+    }
 }
 
 fn spread(document: &Document, raw: &BTreeMap<String, serde_yaml::Value>) -> Result<Spread, LoadError> {

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::limits::YAML_BYTES;
 use super::message::LoadError;
-use super::text::{MAX_YAML_BYTES, read_limited};
+use super::text::read_limited;
 use crate::machine::StructuralCode;
 use crate::plan::OnePivot;
 use crate::survey::{Family, Outcome, Shard};
@@ -30,7 +31,7 @@ pub fn shard_title(conditions: &str, shard: Shard) -> String {
 
 /// Reads a shard file; `header` is the line of column names it must have.
 pub fn load_shard(file: &Path, header: &str) -> Result<ShardFile, LoadError> {
-    let text = read_limited(file, MAX_YAML_BYTES)?;
+    let text = read_limited(file, YAML_BYTES)?;
     let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
     let torn = whole.len() < text.len();
     let mut lines = whole.lines();

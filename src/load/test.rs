@@ -1,17 +1,16 @@
 //! One test of a session file with its recording: balls, bar and axes that stand still. Paths are read in `test_path`.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::limits::TEST_NAME;
 use super::message::{LoadError, nearest};
 use super::quantity::{LARGEST, finite, positive_length, quantity};
 use super::range::outside_range;
-use super::recording::load_recording;
-use super::rows::Rows;
+use super::recordings::RecordingReader;
 use super::test_path::{CircleFile, SweepFile};
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
@@ -50,22 +49,18 @@ pub(super) struct BallFile {
 
 /// Smallest bar length, mm, and feed, mm/min.
 const SMALLEST: f64 = 1e-3;
-/// Longest name of a test, bytes.
-const MAX_NAME: usize = 200;
 
 /// True for names that can be a file's: a simulation writes its recordings under them.
 fn names_a_file(name: &str) -> bool {
-    let is_plain = name.chars().all(|c| !c.is_control() && c != '/' && c != '\\');
-    is_plain && !name.trim_matches(['.', ' ']).is_empty() && name.len() <= MAX_NAME
+    !name.contains(['/', '\\']) && !name.trim_matches(['.', ' ']).is_empty() && name.len() <= TEST_NAME.most
 }
 
 /// What reading one test needs.
 pub(super) struct TestReader<'a> {
     pub(super) document: &'a Document,
-    pub(super) folder: &'a Path,
+    pub(super) recordings: RecordingReader<'a>,
     pub(super) machine: &'a Machine,
     pub(super) chain: &'a Chain,
-    pub(super) rows: Rows,
 }
 
 impl TestReader<'_> {
@@ -80,8 +75,7 @@ impl TestReader<'_> {
         if !names_a_file(&raw.name) {
             return Err(refuse(
                 "name",
-                "recordings are named after their tests; a name is 1 to 200 characters without / \\ and control characters"
-                    .into(),
+                "recordings are named after their tests; a name is 1 to 200 characters without / and \\".into(),
             ));
         }
         for (key, value, least, unit) in [
@@ -99,7 +93,7 @@ impl TestReader<'_> {
         }
         let path = self.path(index, raw)?;
         let recording = match &raw.recording {
-            Some(name) => self.recording(index, raw, name)?,
+            Some(name) => self.recordings.recording(index, raw, name, self.machine)?,
             None => None,
         };
         if let Some(recording) = &recording {
@@ -111,6 +105,14 @@ impl TestReader<'_> {
                         .into(),
                 ));
             }
+        }
+        if let Some(recording) = recording.as_ref().filter(|recording| matches!(recording.clock, Clock::Absent))
+            && recording.len() < 2
+        {
+            return Err(refuse(
+                "recording",
+                "the recording has one row and no column of positions; one length lies nowhere on an arc, add the column".into(),
+            ));
         }
         if recording.is_none() && path.is_none() {
             return Err(refuse("name", "has neither a recording nor a sweep or circle; add one".into()));
@@ -200,30 +202,6 @@ impl TestReader<'_> {
             setup: raw.setup.clone(),
             spread_mm: raw.spread.as_ref().map(|value| positive_length(self.document, &place, value)).transpose()?,
         })
-    }
-
-    fn recording(
-        &self,
-        index: usize,
-        raw: &TestFile,
-        name: &str,
-    ) -> Result<Option<crate::session::Recording>, LoadError> {
-        let refuse = |message: String| {
-            self.document.refuse(&[Step::Key("tests"), Step::Index(index), Step::Key("recording")], message)
-        };
-        let relative = PathBuf::from(name);
-        let stays_inside = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-        if !stays_inside || name.is_empty() {
-            return Err(refuse(format!(
-                "recording '{name}' leaves the session's folder; put the file beside the session"
-            )));
-        }
-        let file = self.folder.join(&relative);
-        if !file.exists() && (raw.sweep.is_some() || raw.circle.is_some()) {
-            // a planned test names the file that its recording will have
-            return Ok(None);
-        }
-        load_recording(&file, self.machine, raw.bar_length, self.rows).map(Some)
     }
 
     fn every_axis_known(&self, index: usize, test: &Test) -> Result<(), LoadError> {

@@ -3,15 +3,13 @@
 use serde::Deserialize;
 
 use super::document::Step;
+use super::limits::ROWS;
 use super::message::LoadError;
 use super::quantity::finite;
 use super::range::outside_range;
 use super::test::{TestFile, TestReader};
 use crate::machine::AxisKind;
 use crate::session::{CirclePlane, Follow, Path as TestPath};
-
-/// Most samples of a planned path.
-const MAX_PATH_SAMPLES: f64 = 1e6;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -71,7 +69,7 @@ impl TestReader<'_> {
             (None, Some(circle)) => {
                 let step = self.step(&at("circle"), circle.from, circle.to, circle.step)?;
                 let plane = self.plane(&at("circle"), &circle.plane)?;
-                if !(circle.radius.is_finite() && circle.radius > 0.0) {
+                if finite(self.document, &at("circle"), circle.radius)? <= 0.0 {
                     return Err(self.document.refuse(&at("circle"), "radius is above zero, in mm"));
                 }
                 Ok(Some(TestPath::Circle { plane, radius_mm: circle.radius, from: circle.from, to: circle.to, step }))
@@ -84,7 +82,7 @@ impl TestReader<'_> {
         for value in [from, to, step] {
             finite(self.document, place, value)?;
         }
-        if step == 0.0 || from == to || ((to - from) / step).abs() > MAX_PATH_SAMPLES {
+        if step == 0.0 || from == to || ((to - from) / step).abs() > ROWS.most as f64 {
             return Err(self
                 .document
                 .refuse(place, "from and to differ, step is above zero and gives at most a million samples"));

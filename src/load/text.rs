@@ -1,42 +1,61 @@
-//! Reads text files of bounded size; knows no format.
+//! Reads regular files of bounded size and says whether they lie in a folder; knows no format.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::LoadError;
-
-/// Largest machine or session file, bytes: a generous multiple of any real one.
-pub const MAX_YAML_BYTES: u64 = 4 << 20;
-/// Largest recording, bytes: about two million samples.
-pub const MAX_CSV_BYTES: u64 = 128 << 20;
+use super::limits::Limit;
+use super::printable::hidden_in;
 
 /// Text of a file of at most `limit` bytes; a byte order mark is dropped.
-pub fn read_limited(file: &Path, limit: u64) -> Result<String, LoadError> {
-    let refuse = |message: String| LoadError::file(file, message);
-    let metadata = std::fs::metadata(file).map_err(|why| match why.kind() {
-        std::io::ErrorKind::NotFound => refuse("is not there; check its name and folder".into()),
-        _ => refuse(format!("cannot be read: {why}")),
-    })?;
-    if metadata.is_dir() {
-        return Err(refuse("is a folder; name a file in it".into()));
-    }
-    let too_large = |found: String| {
-        refuse(format!("is {found} large; a file of this kind has at most {} MB, is it the right one?", limit >> 20))
-    };
-    if metadata.len() > limit {
-        return Err(too_large(format!("{} MB", metadata.len().div_ceil(1 << 20))));
-    }
-    let opened = File::open(file).map_err(|why| refuse(format!("cannot be opened: {why}")))?;
-    let mut bytes = Vec::new();
-    opened.take(limit + 1).read_to_end(&mut bytes).map_err(|why| refuse(format!("cannot be read: {why}")))?;
-    // a pipe or device reports no size, so the limit is checked on what came
-    if bytes.len() as u64 > limit {
-        return Err(too_large("too".into()));
-    }
+pub fn read_limited(file: &Path, limit: Limit) -> Result<String, LoadError> {
+    let bytes = bytes_limited(file, limit).map_err(|message| LoadError::file(file, message))?;
     let text = String::from_utf8(bytes).map_err(|why| {
         let line = 1 + why.as_bytes()[..why.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         LoadError::line(file, line, "is not UTF-8 text; save it as UTF-8")
     })?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// Content of a regular file of at most `limit` bytes; a refusal names no file.
+pub(super) fn bytes_limited(file: &Path, limit: Limit) -> Result<Vec<u8>, String> {
+    if let Some(hidden) = file.file_name().and_then(|name| hidden_in(&name.to_string_lossy())) {
+        return Err(format!("has the hidden character {hidden} in its name; rename it"));
+    }
+    let metadata = std::fs::metadata(file).map_err(|why| match why.kind() {
+        ErrorKind::NotFound => "is not there; check its name and folder".into(),
+        _ => format!("cannot be read: {why}"),
+    })?;
+    if metadata.is_dir() {
+        return Err("is a folder; name a file in it".into());
+    }
+    // opening a pipe would wait for its writer
+    if !metadata.is_file() {
+        return Err("is a pipe, socket or device; save what it holds to a file and name that".into());
+    }
+    let too_large = |found: String| {
+        format!("is {found} large; a file of this kind has at most {} MB, is it the right one?", limit.megabytes())
+    };
+    let most = limit.most as u64;
+    if metadata.len() > most {
+        return Err(too_large(format!("{} MB", metadata.len().div_ceil(1 << 20))));
+    }
+    let opened = File::open(file).map_err(|why| format!("cannot be opened: {why}"))?;
+    let mut bytes = Vec::new();
+    opened.take(most + 1).read_to_end(&mut bytes).map_err(|why| format!("cannot be read: {why}"))?;
+    // a file may grow while it is read
+    if bytes.len() as u64 > most {
+        return Err(too_large("too".into()));
+    }
+    Ok(bytes)
+}
+
+/// True when a file lies, links followed, in one of some folders or below.
+pub(super) fn lies_in(file: &Path, folders: &[&Path]) -> bool {
+    let Ok(file) = file.canonicalize() else { return false };
+    folders.iter().any(|folder| {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        folder.canonicalize().is_ok_and(|folder| file.starts_with(folder))
+    })
 }

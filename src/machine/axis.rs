@@ -53,7 +53,7 @@ pub struct Axis {
     pub origin: Vector3<f64>,
     /// Travel, lower and upper end, mm or rad.
     pub range: Option<(f64, f64)>,
-    /// The control's positive sense is opposite to the right-handed motion of the carried part.
+    /// The control's positive sense is opposite to what the machine's `directions` say.
     pub reversed: bool,
     /// Location errors EX0 EY0 EZ0 (mm) EA0 EB0 EC0 (rad) as known in the machine file.
     pub location_errors: [f64; 6],

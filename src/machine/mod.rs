@@ -3,14 +3,18 @@
 mod axis;
 mod code;
 mod component;
+mod directions;
 mod effect;
 mod error_name;
+mod linear_axes;
 
 pub use axis::{Axis, AxisKind};
 pub use code::{CodeError, StructuralCode, refuse_axis_name};
 pub use component::{ComponentError, ComponentForm, Harmonic};
+pub use directions::{Directions, DirectionsDiffer, DirectionsUnstated};
 pub use effect::{Effect, Outlet, ParameterValue, Place, Size};
 pub use error_name::{Component, ErrorName, ErrorNameError};
+pub use linear_axes::{LinearAxes, LinearClass, is_by_choice_of_r, squareness};
 
 use nalgebra::Vector3;
 
@@ -21,6 +25,8 @@ pub struct Machine {
     pub name: String,
     /// Order of the axes between workpiece and tool, with the bed's place.
     pub code: StructuralCode,
+    /// Sense of the axes; a file that does not state it reads as [`Directions::Carried`].
+    pub directions: Option<Directions>,
     /// Axes in the code's order, workpiece side first.
     pub axes: Vec<Axis>,
     /// Direction of gravity in the reference frame R, unit length.
@@ -33,6 +39,10 @@ pub struct Machine {
     pub link_names: Vec<(String, Option<usize>)>,
     /// Physics beyond constant location errors.
     pub effects: Vec<Effect>,
+    /// How far the linear axes may be from straight, square and true to scale.
+    pub linear_axes: LinearAxes,
+    /// What the file itself holds to be assumed, in words that setup sheets and programs repeat.
+    pub caveats: Vec<String>,
 }
 
 impl Machine {
@@ -44,6 +54,29 @@ impl Machine {
     /// Names of all axes in the code's order.
     pub fn axis_names(&self) -> Vec<&str> {
         self.axes.iter().map(|axis| axis.name.as_str()).collect()
+    }
+
+    /// +1 or −1 by axis index: a command q moves the carried part by `sign · q`, right-handed along the axis's direction.
+    pub fn motion_sign(&self, axis: usize) -> f64 {
+        let carries_workpiece = axis < self.code.workpiece_side.len();
+        let against = carries_workpiece && self.directions == Some(Directions::Iso841);
+        if against != self.axes[axis].reversed { -1.0 } else { 1.0 }
+    }
+
+    /// Says the sense of the axes where the file does not state it.
+    pub fn say_directions(&mut self, said: Directions) -> Result<(), DirectionsDiffer> {
+        match self.directions {
+            Some(in_file) if in_file != said => Err(DirectionsDiffer { in_file, said }),
+            _ => {
+                self.directions = Some(said);
+                Ok(())
+            }
+        }
+    }
+
+    /// The sense of the axes, for what leaves the desk for a machine.
+    pub fn stated_directions(&self) -> Result<Directions, DirectionsUnstated> {
+        self.directions.ok_or(DirectionsUnstated)
     }
 
     /// Location errors of all axes, mm and rad, by axis index: what `chain::Geometry` takes.

@@ -1,110 +1,287 @@
 //! Steps of runs in which several axes move: linear axes following a rotary one, and planar circles. Words and ways to them are `steps`'s.
 //!
-//! A following run is many short straight blocks, since no control draws that curve by itself, each with the time that it
-//! takes (G93, FT): a feed in mm/min would mean something else on every control when a rotary axis moves along. A block is
-//! so short that its chord keeps the bar's length to [`CHORD_MM`]; rows of the session lie on ends of blocks.
+//! Where the slides of a following run draw a circle in a coordinate plane, arcs carry the rotary axis along: the control
+//! draws the very path and keeps its feed. Else a run is many short straight blocks, each with the time that it takes (G93,
+//! FT): a feed in mm/min would mean something else on every control when a rotary axis moves along. A block is so short
+//! that its chord keeps the bar's length to [`CHORD_MM`]. Run-in and run-out go on along the same curve.
 
-use super::{Coordinates, Step};
+use std::f64::consts::PI;
+
+use super::{Coordinates, Curves, Step};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
-use crate::plan::{PlannedTest, rows_with_run_in};
-use crate::session::{CirclePlane, Motion, Path, Session, Spread, Test, way_mm};
+use crate::plan::{CHORD_MM, PlannedTest, bare_session, beyond_path};
+use crate::session::{Motion, Path, Test, way_mm};
 
-/// Most that a chord may change the bar's length, mm: the resolution of a ball bar.
-const CHORD_MM: f64 = 1e-4;
-/// Longest arc of a circle in one block, deg: no control asks which way an end that is not the start is meant.
-const ARC_DEG: f64 = 180.0;
+/// Longest arc of a circle in one block, deg: centre and sense say which way is meant, an end near the start might be read
+/// as a whole turn.
+const ARC_DEG: f64 = 300.0;
 /// Feed when a test states none, mm/min.
-const FEED_MM_PER_MIN: f64 = 500.0;
+pub(super) const FEED_MM_PER_MIN: f64 = 500.0;
+
+/// The path of one direction with run-in and run-out.
+struct Course {
+    /// Ends of run-in, arc and run-out, deg of the path.
+    from: f64,
+    begin: f64,
+    end: f64,
+    to: f64,
+    /// Step of the session's rows, deg.
+    step: f64,
+}
+
+impl Course {
+    fn of(machine: &Machine, test: &Test) -> Option<Course> {
+        let path = test.path.as_ref()?;
+        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = path;
+        let motion = Motion::of(&bare_session(machine), &Chain::of(machine), test).ok()?;
+        let [before, after] = beyond_path(machine, test, &motion)?;
+        let way = (to - from).signum();
+        Some(Course { from: from - way * before, begin: *from, end: *to, to: to + way * after, step: step.abs() })
+    }
+}
+
+/// Rows of the path between two of its places in so many equal steps, run from the first to the last.
+fn between(machine: &Machine, test: &Test, from: f64, to: f64, steps: f64) -> Option<Motion> {
+    let mut path = test.path.as_ref()?.between(from, to);
+    let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = &mut path;
+    *step = (to - from).abs() / steps.max(1.0);
+    Motion::of(&bare_session(machine), &Chain::of(machine), &Test { path: Some(path), ..test.clone() }).ok()
+}
 
 /// One direction of a following run from the start of its run-in: rising, or falling.
-pub(super) fn follow(machine: &Machine, planned: &PlannedTest, test: &Test, coordinates: &Coordinates) -> Vec<Step> {
-    let Some(Path::Sweep { axis, from, to, step, follow }) = &test.path else { return Vec::new() };
-    let radius_mm = planned.way_radius_mm.max(1.0);
-    let finest_deg = (8.0 * CHORD_MM / radius_mm).sqrt().to_degrees();
-    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
-    let step_ms = step.to_radians() * radius_mm / feed * 60_000.0;
-    let step = step / parts(step_ms, (step / finest_deg).ceil().max(1.0));
-    let fine =
-        Test { path: Some(Path::Sweep { axis: *axis, from: *from, to: *to, step, follow: *follow }), ..test.clone() };
-    let (Some((ends, _)), Some((_, motion))) = (rows(machine, test), rows(machine, &fine)) else { return Vec::new() };
-    let (Some(first), Some(last), Some(time_s)) = (ends.first(), ends.last(), &motion.time_s) else {
-        return Vec::new();
+pub(super) fn follow(
+    machine: &Machine,
+    planned: &PlannedTest,
+    test: &Test,
+    coordinates: &Coordinates,
+    curves: Curves,
+) -> Vec<Step> {
+    let Some((course, motion)) = whole(machine, test) else { return Vec::new() };
+    let round = match curves {
+        Curves::Carrying => Round::of(machine, planned.axis, &motion),
+        Curves::Plain => None,
     };
-    let mut steps = Vec::new();
-    let count = motion.rows();
+    match round {
+        Some(round) => arcs_with_turn(machine, planned.axis, test, &course, &round),
+        None => straight_blocks(machine, test, coordinates, &course, &motion),
+    }
+}
+
+/// The path of one direction and its motion at the session's steps.
+fn whole(machine: &Machine, test: &Test) -> Option<(Course, Motion)> {
+    let course = Course::of(machine, test)?;
+    let motion = between(machine, test, course.from, course.to, (course.to - course.from).abs() / course.step)?;
+    Some((course, motion))
+}
+
+/// Straight blocks over run-in, arc and run-out.
+fn straight_blocks(
+    machine: &Machine,
+    test: &Test,
+    coordinates: &Coordinates,
+    course: &Course,
+    whole: &Motion,
+) -> Vec<Step> {
     let chain = Chain::of(machine);
     let (Ok(links), geometry) = (test.links(&chain), Geometry::nominal(&chain)) else { return Vec::new() };
-    let straight = |from: &[f64], to: &[f64]| Step::Move {
-        to: place(machine, coordinates, to),
-        minutes: way_mm(&geometry, test, links, from, to) / feed,
-    };
-    steps.push(straight(first, motion.row(0)));
-    steps.extend((1..count).map(|row| Step::Move {
-        to: place(machine, coordinates, motion.row(row)),
-        minutes: (time_s[row] - time_s[row - 1]) / 60.0,
-    }));
-    steps.push(straight(motion.row(count - 1), last));
+    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
+    let way = |from: &[f64], to: &[f64]| way_mm(&geometry, test, links, from, to);
+    let rows = whole.rows();
+    let arc_deg = (course.end - course.begin).abs();
+    let arc_ms = (1..rows).map(|row| way(whole.row(row - 1), whole.row(row))).sum::<f64>() / feed * 60_000.0 * arc_deg
+        / (course.to - course.from).abs();
+    let block_deg = arc_deg / blocks(arc_ms, (arc_deg / longest_deg(&geometry, test, whole, course.step)).ceil());
+    // all that moves in the run; the rest stands where the way to the start has brought it
+    let moving: Vec<usize> = (0..whole.axis_count)
+        .filter(|&k| (0..rows).any(|row| (whole.row(row)[k] - whole.row(0)[k]).abs() > STANDS))
+        .collect();
+    let mut steps = Vec::new();
+    for (from, to) in [(course.from, course.begin), (course.begin, course.end), (course.end, course.to)] {
+        let count = ((to - from).abs() / block_deg - 1e-6).ceil();
+        let Some(motion) = between(machine, test, from, to, count).filter(|_| count >= 1.0) else { continue };
+        let ends = on_grid(machine, coordinates, &motion);
+        steps.extend(ends.windows(2).map(|pair| Step::Move {
+            to: place(machine, coordinates, &moving, &pair[1]),
+            minutes: way(&pair[0], &pair[1]) / feed,
+        }));
+    }
     steps
 }
 
-/// Into how many blocks a step of the session is cut: as many as the chord asks for or up to twice that, so that a block
-/// takes hardly less than whole milliseconds. That is as fine as `FT` states a time, and it is rounded up.
-fn parts(step_ms: f64, fewest: f64) -> f64 {
-    let slower = |parts: f64| (step_ms / parts).ceil() * parts / step_ms;
-    (0..=fewest as usize)
+/// Readings of rotary axes that every control can write, deg: at 500 mm half of it is 0.4 um.
+const GRID_DEG: f64 = 1e-4;
+
+/// Rows moved along the path to readings that programs can write in full, so that no rotary digit is lost: the slides then
+/// stand where they belong to the turn that is written.
+fn on_grid(machine: &Machine, coordinates: &Coordinates, motion: &Motion) -> Vec<Vec<f64>> {
+    let rows = motion.rows();
+    let Some(turning) = motion.moving.iter().copied().find(|&k| machine.axes[k].kind == AxisKind::Rotary) else {
+        return (0..rows).map(|row| motion.row(row).to_vec()).collect();
+    };
+    (0..rows)
+        .map(|row| {
+            let here = motion.row(row);
+            let (one, other) = if row + 1 < rows { (row, row + 1) } else { (rows.saturating_sub(2), row) };
+            let (from, to) = (motion.row(one), motion.row(other));
+            let reading = coordinates.reading(machine, turning, here[turning]);
+            let off = ((reading / GRID_DEG).round() * GRID_DEG - reading).to_radians();
+            let turn = to[turning] - from[turning];
+            let part = if turn == 0.0 { 0.0 } else { off / turn };
+            here.iter().zip(from.iter().zip(to)).map(|(q, (from, to))| q + (to - from) * part).collect()
+        })
+        .collect()
+}
+
+/// Positions that differ by less are the same, mm or rad: programs state tens of nanometres.
+const STANDS: f64 = 1e-7;
+
+/// Longest block, deg, whose chord changes the bar by no more than [`CHORD_MM`], and no longer than a step of the session.
+fn longest_deg(geometry: &Geometry, test: &Test, motion: &Motion, step: f64) -> f64 {
+    let Ok((pivot, spindle)) = test.links(geometry.chain()) else { return step };
+    let bar = |q: &[f64]| {
+        (geometry.point(spindle, &test.spindle_ball.at, q, None) - geometry.point(pivot, &test.pivot.at, q, None))
+            .norm()
+    };
+    let middle = |row: usize| -> f64 {
+        let (from, to) = (motion.row(row - 1), motion.row(row));
+        let half: Vec<f64> = from.iter().zip(to).map(|(from, to)| 0.5 * (from + to)).collect();
+        (bar(&half) - 0.5 * (bar(from) + bar(to))).abs()
+    };
+    let worst = (1..motion.rows()).map(middle).fold(0.0, f64::max);
+    // a chord leaves its circle by the square of its length
+    step * (CHORD_MM / worst.max(1e-12)).sqrt().min(1.0)
+}
+
+/// Into how many blocks an arc is cut: as many as the chord asks for or up to a quarter more, so that a block takes hardly
+/// less than whole milliseconds. That is as fine as `FT` states a time, and it is rounded up.
+fn blocks(arc_ms: f64, fewest: f64) -> f64 {
+    let slower = |count: f64| (arc_ms / count).ceil() * count / arc_ms;
+    (0..=(0.25 * fewest) as usize)
         .map(|more| fewest + more as f64)
         .min_by(|a, b| slower(*a).total_cmp(&slower(*b)))
         .unwrap_or(fewest)
 }
 
-/// One direction of a circle from the start of its run-in.
-pub(super) fn circle(machine: &Machine, test: &Test, coordinates: &Coordinates) -> Vec<Step> {
-    let Some(Path::Circle { plane, radius_mm, from, to, .. }) = &test.path else { return Vec::new() };
-    let Some((ends, _)) = rows(machine, test) else { return Vec::new() };
-    let [before, start, .., end, after] = ends.as_slice() else { return Vec::new() };
-    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
-    let straight = |from: &[f64], to: &[f64]| {
-        let way = from.iter().zip(to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-        Step::Move { to: place(machine, coordinates, to), minutes: way / feed }
-    };
-    let mut steps = vec![straight(before, start)];
-    let count = ((to - from).abs() / ARC_DEG).ceil().max(1.0) as usize;
-    let at = |k: usize| (from + (to - from) * k as f64 / count as f64).to_radians();
-    steps.extend((0..count).map(|k| arc(machine, plane, *radius_mm, at(k), at(k + 1), feed)));
-    steps.push(straight(end, after));
-    steps
+/// A circle of two slides on which a rotary axis is carried along.
+struct Round {
+    /// The slides of a coordinate plane in its order, by index.
+    slides: [usize; 2],
+    centre: [f64; 2],
+    radius_mm: f64,
+    /// Angle in the plane where the rotary axis stands at zero, rad, and its sense as that axis rises.
+    zero: f64,
+    sense: f64,
 }
 
-fn arc(machine: &Machine, plane: &CirclePlane, radius_mm: f64, from: f64, to: f64, feed_mm_per_min: f64) -> Step {
-    let on = |angle: f64| [radius_mm * angle.cos(), radius_mm * angle.sin()];
-    let (start, end) = (on(from), on(to));
-    Step::Arc {
-        axes: [plane.first, plane.second].map(|axis| machine.axes[axis].name.clone()),
-        centre: [-start[0], -start[1]],
-        end: [end[0] - start[0], end[1] - start[1]],
-        counter_clockwise: to > from,
-        feed_mm_per_min,
+/// Coordinate planes of controls, the axis that carries the cosine first.
+const PLANES: [[&str; 2]; 3] = [["X", "Y"], ["Y", "Z"], ["Z", "X"]];
+/// Most that rows may lie off a circle that is drawn by arcs, mm.
+const ROUND_MM: f64 = 1e-6;
+
+impl Round {
+    /// The circle of a motion in which nothing but two slides of a plane and one rotary axis move, angle for angle.
+    fn of(machine: &Machine, axis: usize, motion: &Motion) -> Option<Round> {
+        let rows = motion.rows();
+        if machine.axes[axis].kind != AxisKind::Rotary || rows < 3 {
+            return None;
+        }
+        let moves = |k: usize| (0..rows).any(|row| (motion.row(row)[k] - motion.row(0)[k]).abs() > STANDS);
+        let moving: Vec<usize> = (0..motion.axis_count).filter(|&k| k != axis && moves(k)).collect();
+        let slides = PLANES
+            .iter()
+            .filter_map(|names| Some([machine.axis_index(names[0])?, machine.axis_index(names[1])?]))
+            .find(|plane| moving.len() == 2 && moving.iter().all(|k| plane.contains(k)))?;
+        let at = |row: usize| slides.map(|k| motion.row(row)[k]);
+        let turned = |row: usize| motion.row(row)[axis];
+        let (first, last) = (at(0), at(rows - 1));
+        [1.0, -1.0].into_iter().find_map(|sense| {
+            // places a and b of a circle, seen under the turn t: m = (a + b)/2 + cot(t/2)/2 · (b - a) turned left
+            let middle_row = rows / 2;
+            let (other, turn) = (at(middle_row), sense * (turned(middle_row) - turned(0)));
+            let half_cot = 0.5 / (0.5 * turn).tan();
+            let centre = [
+                0.5 * (first[0] + other[0]) - half_cot * (other[1] - first[1]),
+                0.5 * (first[1] + other[1]) + half_cot * (other[0] - first[0]),
+            ];
+            let radius_mm = (first[0] - centre[0]).hypot(first[1] - centre[1]);
+            let zero = (first[1] - centre[1]).atan2(first[0] - centre[0]) - sense * turned(0);
+            let round = Round { slides, centre, radius_mm, zero, sense };
+            let off = |row: usize| {
+                let (on, is) = (round.at(turned(row)), at(row));
+                (on[0] - is[0]).hypot(on[1] - is[1])
+            };
+            let fits = last.iter().all(|q| q.is_finite()) && (0..rows).all(|row| off(row) < ROUND_MM);
+            fits.then_some(round)
+        })
+    }
+
+    /// Place of the slides at a turn of the rotary axis, rad.
+    fn at(&self, turned: f64) -> [f64; 2] {
+        let (sin, cos) = (self.zero + self.sense * turned).sin_cos();
+        [self.centre[0] + self.radius_mm * cos, self.centre[1] + self.radius_mm * sin]
     }
 }
 
-/// Rows with run-in and run-out, and the motion on the arc.
-fn rows(machine: &Machine, test: &Test) -> Option<(Vec<Vec<f64>>, Motion)> {
-    let session = Session {
-        name: String::new(),
-        machine_file: String::new(),
-        machine: machine.clone(),
-        spread: Spread::default(),
-        tests: Vec::new(),
-    };
-    let motion = Motion::of(&session, &Chain::of(machine), test).ok()?;
-    Some((rows_with_run_in(machine, test, &motion), motion)).filter(|(rows, _)| rows.len() >= 4)
+/// Arcs that carry the rotary axis along, from the start of the run-in to the end of the run-out.
+fn arcs_with_turn(machine: &Machine, axis: usize, test: &Test, course: &Course, round: &Round) -> Vec<Step> {
+    let chain = Chain::of(machine);
+    let (Ok(links), geometry) = (test.links(&chain), Geometry::nominal(&chain)) else { return Vec::new() };
+    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
+    // the slides' way for that of the ball, from any small turn
+    let Some(small) = between(machine, test, course.begin, course.begin + course.step, 1.0) else { return Vec::new() };
+    let ball = way_mm(&geometry, test, links, small.row(0), small.row(1));
+    let share = 2.0 * round.radius_mm * (0.5 * course.step.to_radians()).sin() / ball;
+    let names = round.slides.map(|k| machine.axes[k].name.clone());
+    let count = ((course.to - course.from).abs() / ARC_DEG).ceil().max(1.0) as usize;
+    let at = |k: usize| course.from + (course.to - course.from) * k as f64 / count as f64;
+    (0..count)
+        .map(|k| {
+            let (from, to) = (at(k), at(k + 1));
+            let (start, end) = (round.at(from.to_radians()), round.at(to.to_radians()));
+            Step::Arc {
+                axes: names.clone(),
+                centre: [round.centre[0] - start[0], round.centre[1] - start[1]],
+                end: [end[0] - start[0], end[1] - start[1]],
+                counter_clockwise: (to > from) == (round.sense > 0.0),
+                turn: Some((machine.axes[axis].name.clone(), to - from)),
+                feed_mm_per_min: feed * share,
+            }
+        })
+        .collect()
 }
 
-/// What the control reads, mm or deg, for every axis that can move in a coupled run: all, so that nothing is left to modality.
-fn place(machine: &Machine, coordinates: &Coordinates, row: &[f64]) -> Vec<(String, f64)> {
-    let shown = |k: usize| (machine.axes[k].name.clone(), coordinates.reading(machine, k, row[k]));
-    let linear = (0..row.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
-    let rotary = (0..row.len()).filter(|&k| machine.axes[k].kind == AxisKind::Rotary);
-    linear.chain(rotary).map(shown).collect()
+/// One direction of a circle from the start of its run-in: arcs over run-in, arc and run-out, straight blocks where the
+/// control draws no arc in that plane.
+pub(super) fn circle(machine: &Machine, test: &Test, coordinates: &Coordinates, curves: Curves) -> Vec<Step> {
+    let Some(Path::Circle { plane, radius_mm, .. }) = &test.path else { return Vec::new() };
+    let Some((course, motion)) = whole(machine, test) else { return Vec::new() };
+    let names = [plane.first, plane.second].map(|axis| machine.axes[axis].name.as_str());
+    if curves == Curves::Plain && names == ["Z", "X"] {
+        return straight_blocks(machine, test, coordinates, &course, &motion);
+    }
+    let count = ((course.to - course.from).abs() / ARC_DEG).ceil().max(1.0) as usize;
+    let at = |k: usize| (course.from + (course.to - course.from) * k as f64 / count as f64) * PI / 180.0;
+    let on = |angle: f64| [radius_mm * angle.cos(), radius_mm * angle.sin()];
+    (0..count)
+        .map(|k| {
+            let (start, end) = (on(at(k)), on(at(k + 1)));
+            Step::Arc {
+                axes: [plane.first, plane.second].map(|axis| machine.axes[axis].name.clone()),
+                centre: [-start[0], -start[1]],
+                end: [end[0] - start[0], end[1] - start[1]],
+                counter_clockwise: course.to > course.from,
+                turn: None,
+                feed_mm_per_min: test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN),
+            }
+        })
+        .collect()
+}
+
+/// What the control reads, mm or deg, for the axes of a run: linear ones first.
+fn place(machine: &Machine, coordinates: &Coordinates, moving: &[usize], row: &[f64]) -> Vec<(String, f64)> {
+    let shown = |k: &usize| (machine.axes[*k].name.clone(), coordinates.reading(machine, *k, row[*k]));
+    let is_linear = |k: &&usize| machine.axes[**k].kind == AxisKind::Linear;
+    let (linear, rotary): (Vec<&usize>, Vec<&usize>) = moving.iter().partition(is_linear);
+    linear.into_iter().chain(rotary).map(shown).collect()
 }

@@ -3,25 +3,25 @@
 use super::{Coordinates, Dialect};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::{CupLooks, PlannedTest};
-use crate::session::Path;
+use crate::session::{Follow, Path};
 
-/// What the operator must know before the first block, one line each.
-pub(super) fn head(
+/// What the operator must know before the first block of a test, one line each.
+pub(super) fn test_head(
     machine: &Machine,
     planned: &PlannedTest,
     dialect: Dialect,
     coordinates: &Coordinates,
 ) -> Vec<String> {
     let test = &planned.test;
-    let mut lines = vec![format!("machine {}", machine.name)];
+    let mut lines = machine_lines(machine);
     let parts: Vec<String> = planned.mounting.bar_parts_mm.iter().map(f64::to_string).collect();
     let parts = if parts.len() > 1 { format!(" = {}", parts.join(" + ")) } else { String::new() };
-    lines.push(format!(
-        "ball bar {} mm{parts}, {} mm/min at the ball",
-        test.bar_length_mm.unwrap_or(0.0),
-        test.feed_mm_per_min.unwrap_or(0.0)
-    ));
-    let mut gauge = format!("gauge length {:.3} mm from spindle nose to ball", planned.mounting.nose_to_ball_mm);
+    lines.push(format!("ball bar {} mm{parts}, {}", test.bar_length_mm.unwrap_or(0.0), ball_speed(planned)));
+    let known = (planned.placing.gauge_length_mm * 1e3).floor() / 1e3;
+    let mut gauge = format!(
+        "gauge length {:.3} mm from spindle nose to ball, known within {known} mm",
+        planned.mounting.nose_to_ball_mm
+    );
     if let Some(arm) = &planned.mounting.arm {
         let looks = match arm.cup {
             CupLooks::DownTheTool => "down the tool",
@@ -29,13 +29,7 @@ pub(super) fn head(
         };
         gauge.push_str(&format!(", ball {:.3} mm aside on the fixture, cup looks {looks}", arm.length_mm));
     }
-    match dialect {
-        // no word switches it off but a tool call, which may change the tool
-        Dialect::Heidenhain => {
-            lines.extend([gauge, "a tool of length 0 must be active: call it before the cup is mounted".into()])
-        }
-        _ => lines.push(gauge + ", tool length off"),
-    }
+    lines.push(gauge);
     if planned.mounting.arm.is_some() {
         lines.push(
             "the fixture's arm turns with the spindle: orient the spindle and lock it before anything is mounted"
@@ -49,9 +43,48 @@ pub(super) fn head(
         let name = &machine.axes[*axis].name;
         let arc_deg = (to - from).abs();
         lines.push(format!(
-            "{name} turns by {arc_deg:.0} degrees in one block: a control that counts {name} modulo 360 must count on instead"
+            "{name} turns by {arc_deg:.0} degrees and run-in in one block: a control that counts {name} modulo 360 must count on instead"
         ));
     }
+    lines.extend(control_lines(machine, dialect, coordinates));
+    lines
+}
+
+/// The same for the run without the bar.
+pub(super) fn dry_run_head(machine: &Machine, dialect: Dialect, coordinates: &Coordinates) -> Vec<String> {
+    let mut lines = machine_lines(machine);
+    lines.extend(control_lines(machine, dialect, coordinates));
+    lines
+}
+
+/// Which machine, and what its file holds to be assumed.
+fn machine_lines(machine: &Machine) -> Vec<String> {
+    let caveats = machine.caveats.iter().map(|caveat| format!("assumed: {caveat}"));
+    std::iter::once(format!("machine {}", machine.name)).chain(caveats).collect()
+}
+
+/// `500 mm/min at the ball`: whose speed the feed of a test is.
+pub fn ball_speed(planned: &PlannedTest) -> String {
+    let feed = planned.test.feed_mm_per_min.unwrap_or(0.0);
+    match &planned.test.path {
+        Some(Path::Sweep { follow: Follow::Axial, .. }) => {
+            format!("{feed} mm/min of the ball about the turning axis, neither ball moves as seen from the other")
+        }
+        Some(Path::Sweep { follow: Follow::Radial | Follow::Tangential, .. }) => {
+            format!("{feed} mm/min of one ball as seen from the other, linear axes may go faster")
+        }
+        _ => format!("{feed} mm/min at the ball"),
+    }
+}
+
+/// What the control must be told or must have: tool, coordinates, words of the dialect.
+fn control_lines(machine: &Machine, dialect: Dialect, coordinates: &Coordinates) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    lines.push(match dialect {
+        // no word switches it off but a tool call, which may change the tool
+        Dialect::Heidenhain => "a tool of length 0 must be active: call it before the cup is mounted".into(),
+        _ => "tool length off".into(),
+    });
     let zeros = machine.axes.iter().zip(&machine.machine_zero);
     let stated: Vec<String> = zeros.filter_map(|(axis, zero)| Some(format!("{} {:.4}", axis.name, (*zero)?))).collect();
     match coordinates {
@@ -83,11 +116,17 @@ pub(super) fn head(
             lines.push("turned coordinates are switched off, a basic rotation of the offset must be zero".into());
         }
     }
+    if let Some(directions) = machine.directions {
+        lines.push(format!("sense of axes: {directions}, {}", directions.meaning()));
+    }
     if dialect == Dialect::Generic {
         lines.push("G4 X is a dwell in seconds, change it where the control wants P".into());
         let axes: Vec<&str> =
             machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).map(|axis| axis.name.as_str()).collect();
-        lines.push(format!("F of a block with {} alone is deg/min", axes.join(" or ")));
+        lines.push(format!(
+            "F of a block with {0} alone is deg/min, of an arc with {0} mm/min along the arc",
+            axes.join(" or ")
+        ));
     }
     lines
 }

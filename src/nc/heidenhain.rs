@@ -27,15 +27,16 @@ pub(super) fn program(name: &str, head: &[String], steps: &[Step], in_machine_co
                 lines.push("STOP M0".into());
             }
             Step::Rapid { axis, to } => lines.push(format!("L {} R0 FMAX{after}", word(axis, *to))),
-            Step::Turn { axis, to_deg, feed_deg_per_min } => {
-                lines.push(format!("L {} R0 F{}{after}", word(axis, *to_deg), feed(*feed_deg_per_min)));
+            Step::Feed { axis, to, per_minute } => {
+                lines.push(format!("L {} R0 F{}{after}", word(axis, *to), feed(*per_minute)));
             }
             // FT: the time of the block, s
             Step::Move { to, minutes } => {
                 let words: Vec<String> = to.iter().map(|(axis, value)| word(axis, *value)).collect();
                 lines.push(format!("L {} R0 FT{}{after}", words.join(" "), seconds(minutes * 60.0)));
             }
-            Step::Arc { axes: [one, other], centre, end, counter_clockwise, feed_mm_per_min } => {
+            // conversational arcs carry no rotary axis: none is asked for
+            Step::Arc { axes: [one, other], centre, end, counter_clockwise, feed_mm_per_min, .. } => {
                 lines.push(format!("CC I{} I{}", word(one, centre[0]), word(other, centre[1])));
                 let turn = if *counter_clockwise { '+' } else { '-' };
                 let (one, other) = (word(one, end[0]), word(other, end[1]));

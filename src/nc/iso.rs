@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::dialect::{feed, plain, rounded};
+use super::dialect::{Title, capitals, feed, plain, rounded};
 use super::{Dialect, Step};
 
 /// Groups of Sinumerik's G words that a program changes: plane, exact stop and smoothing, inch and metric, absolute and
@@ -11,7 +11,7 @@ const SINUMERIK_GROUPS: [u8; 5] = [6, 10, 13, 14, 15];
 
 /// A program that leaves the modes that it found where the control can tell them, else those named at its end.
 pub(super) fn program(
-    name: &str,
+    title: &Title,
     head: &[String],
     steps: &[Step],
     in_machine_coordinates: bool,
@@ -19,11 +19,12 @@ pub(super) fn program(
 ) -> String {
     let comment = |text: &str| match dialect {
         Dialect::Sinumerik => format!("; {}\n", plain(text)),
+        Dialect::Generic => format!("({})\n", capitals(text)),
         _ => format!("({})\n", plain(text)),
     };
     let mut out = String::new();
     if dialect == Dialect::Generic {
-        out.push_str("%\n");
+        let _ = writeln!(out, "%\nO{:04} ({})", title.number, capitals(&title.name.replace('_', "-")));
     }
     if dialect == Dialect::Sinumerik {
         // definitions come before all else
@@ -31,7 +32,9 @@ pub(super) fn program(
             let _ = writeln!(out, "DEF INT GROUP{group}");
         }
     }
-    out.push_str(&comment(name));
+    if dialect != Dialect::Generic {
+        out.push_str(&comment(&title.name));
+    }
     head.iter().for_each(|line| out.push_str(&comment(line)));
     // the operator's hands are at the spindle next; off before modes are saved, so that they come back off
     out.push_str("M5\nM9\n");
@@ -91,7 +94,7 @@ fn restore(dialect: Dialect) -> String {
     match dialect {
         Dialect::LinuxCnc => "M72\n".into(),
         Dialect::Sinumerik => SINUMERIK_GROUPS.iter().map(|group| format!("G[{group}]=GROUP{group}\n")).collect(),
-        _ => format!("(no word of ISO 6983 tells the modes found: left as here)\n{}", modes(dialect)),
+        _ => format!("(NO WORD OF ISO 6983 TELLS THE MODES FOUND: LEFT AS HERE)\n{}", modes(dialect)),
     }
 }
 
@@ -113,45 +116,33 @@ fn blocks(
         let equals = if dialect == Dialect::Sinumerik && axis.len() > 1 { "=" } else { "" };
         format!("{axis}{equals}{:.decimals$}", rounded(value, decimals))
     };
-    let mut by_time = false;
+    let mut now = Modes { by_time: false, relative_in: None };
     for step in steps {
-        // each block of coupled axes has its time (G93), every other feed is per minute (G94)
-        let timed = matches!(step, Step::Move { .. });
-        let per_minute = matches!(step, Step::Turn { .. } | Step::Arc { .. } | Step::Rapid { .. });
-        if timed && !by_time || per_minute && by_time {
-            // some controls want a feed with the change
-            out.push_str(if timed { "G93\n" } else { "G94 F500\n" });
-            by_time = timed;
-        }
+        now.change_for(step, out);
         match step {
             Step::Say(text) => out.push_str(&comment(text)),
             Step::Stop(text) => {
-                out.push_str(&comment(text));
+                // LinuxCNC shows the operator what begins so
+                let shown = if dialect == Dialect::LinuxCnc { format!("MSG,{text}") } else { text.clone() };
+                out.push_str(&comment(&shown));
                 out.push_str("M0\n");
             }
             Step::Rapid { axis, to } => {
                 let _ = writeln!(out, "{before}G0 {}{after}", word(axis, *to));
             }
-            Step::Turn { axis, to_deg, feed_deg_per_min } => {
-                let _ = writeln!(out, "{before}G1 {} F{}{after}", word(axis, *to_deg), feed(*feed_deg_per_min));
+            Step::Feed { axis, to, per_minute } => {
+                let _ = writeln!(out, "{before}G1 {} F{}{after}", word(axis, *to), feed(*per_minute));
             }
             Step::Move { to, minutes } => {
                 let words: Vec<String> = to.iter().map(|(axis, value)| word(axis, *value)).collect();
                 let _ = writeln!(out, "{before}G1 {} F{}{after}", words.join(" "), feed(1.0 / minutes));
             }
-            Step::Arc { axes, centre, end, counter_clockwise, feed_mm_per_min } => {
-                let turn = if *counter_clockwise { 3 } else { 2 };
-                let [one, other] = axes;
-                let _ = writeln!(
-                    out,
-                    "G{} G91\nG{turn} {} {} {} {} F{}\nG17 G90",
-                    plane(axes),
-                    word(one, end[0]),
-                    word(other, end[1]),
-                    word(centre_letter(one), centre[0]),
-                    word(centre_letter(other), centre[1]),
-                    feed(*feed_mm_per_min),
-                );
+            Step::Arc { axes: [one, other], centre, end, counter_clockwise, turn, feed_mm_per_min } => {
+                let g = if *counter_clockwise { 3 } else { 2 };
+                let mut words = vec![word(one, end[0]), word(other, end[1])];
+                words.extend(turn.iter().map(|(axis, deg)| word(axis, *deg)));
+                words.extend([(one, centre[0]), (other, centre[1])].map(|(axis, to)| word(centre_letter(axis), to)));
+                let _ = writeln!(out, "G{g} {} F{}", words.join(" "), feed(*feed_mm_per_min));
             }
             Step::Dwell(seconds) => {
                 let letter = match dialect {
@@ -162,6 +153,46 @@ fn blocks(
                 let _ = writeln!(out, "G4 {letter}{seconds:.1}");
             }
         }
+    }
+    now.back(out);
+}
+
+/// Modes that steps change on the way: absolute positions in XY at a feed per minute else.
+struct Modes {
+    /// Each block has its time (G93).
+    by_time: bool,
+    /// Relative ends (G91) of arcs in this plane.
+    relative_in: Option<u8>,
+}
+
+impl Modes {
+    /// Words before a step that needs other modes; steps that do not move need none.
+    fn change_for(&mut self, step: &Step, out: &mut String) {
+        let wanted = match step {
+            Step::Say(_) | Step::Stop(_) | Step::Dwell(_) => return,
+            Step::Move { .. } => Modes { by_time: true, relative_in: None },
+            Step::Arc { axes, .. } => Modes { by_time: false, relative_in: Some(plane(axes)) },
+            Step::Feed { .. } | Step::Rapid { .. } => Modes { by_time: false, relative_in: None },
+        };
+        self.turn_to(wanted, out);
+    }
+
+    /// The modes in which a program began.
+    fn back(&mut self, out: &mut String) {
+        self.turn_to(Modes { by_time: false, relative_in: None }, out);
+    }
+
+    fn turn_to(&mut self, wanted: Modes, out: &mut String) {
+        if wanted.by_time != self.by_time {
+            out.push_str(if wanted.by_time { "G93\n" } else { "G94\n" });
+        }
+        if wanted.relative_in != self.relative_in {
+            let _ = match wanted.relative_in {
+                Some(plane) => writeln!(out, "G{plane} G91"),
+                None => writeln!(out, "G17 G90"),
+            };
+        }
+        *self = wanted;
     }
 }
 

@@ -137,16 +137,26 @@ pub(super) fn candidates_at(
     let lengths = kit.lengths_mm();
     for &axis in &rotary {
         let Some((from, to)) = sweep_wanted(machine, axis, avoid) else { continue };
-        let (mine, misses) = turning(machine, &geometry, &all, &lengths, (axis, from, to), avoid, offer);
+        let mut starts = static_positions(machine, &chain, axis, avoid);
+        if offer == Offer::Common {
+            // the first one has the other rotary axes at zero
+            starts.truncate(1);
+        }
+        let (mine, misses) = turning(machine, &geometry, &all, &lengths, (axis, from, to), &starts, avoid, offer);
         let most = match chain.carried_by(axis).branch {
             Branch::Workpiece => MOST_SETUPS_OF_TABLES,
             Branch::Tool => MOST_SETUPS_OF_HEADS,
         };
         // what is left out for one axis may be what serves all
-        all.list.extend(if offer == Offer::Common { mine } else { thinned(mine, most) });
+        let is_kept = |site: usize| offer == Offer::Level && stands_on_line(&chain, axis, &all.sites[site]);
+        let mine = if offer == Offer::Common { mine } else { thinned(mine, most, is_kept) };
+        all.list.extend(mine);
         all.misses.insert(axis, misses);
-        let more = following(machine, &geometry, &all, &lengths, (axis, from, to), avoid, &coupled.follow);
-        all.list.extend(more);
+        let starts = static_positions(machine, &chain, axis, avoid);
+        let kinds = &coupled.follow;
+        let more =
+            following(machine, &geometry, &all, &lengths, (axis, from, to), &starts, avoid, kinds, Offer::Spread);
+        all.list.extend(thinned(more, MOST_FOLLOWING, |_| false));
     }
     if coupled.circles {
         all.list.extend(circles(machine, &geometry, bodies, &all, &lengths, avoid));
@@ -155,12 +165,14 @@ pub(super) fn candidates_at(
 }
 
 /// Setups in which one axis turns alone, and what kept others from being reachable.
-fn turning(
+#[allow(clippy::too_many_arguments)]
+pub(super) fn turning(
     machine: &Machine,
     geometry: &Geometry,
     all: &Candidates,
     lengths_mm: &[f64],
     (axis, from, to): (usize, f64, f64),
+    starts: &[Vec<f64>],
     avoid: &Avoid,
     offer: Offer,
 ) -> (Vec<Candidate>, Misses) {
@@ -168,13 +180,8 @@ fn turning(
     let longest_mm = lengths_mm.last().copied().unwrap_or(0.0);
     let pairings = pairings(all, chain, axis, offer);
     let (mut list, mut misses) = (Vec::new(), Misses::default());
-    let mut starts = static_positions(machine, chain, axis, avoid);
-    if offer == Offer::Common {
-        // the first one has the other rotary axes at zero
-        starts.truncate(1);
-    }
     for start in starts {
-        let stance = Stance::new(machine, geometry, axis, &start);
+        let stance = Stance::new(machine, geometry, axis, start);
         let at_sites: Vec<Vector3<f64>> = all.sites.iter().map(|site| stance.point((site.link, &site.at))).collect();
         let at_places: Vec<Vector3<f64>> =
             all.places.iter().map(|place| stance.point((place.link, &place.at))).collect();
@@ -236,7 +243,11 @@ pub(super) fn pairings(all: &Candidates, chain: &Chain, axis: usize, offer: Offe
         }
         for (site_index, site) in all.sites.iter().enumerate() {
             // a pivot that stands still may stand anywhere: every third place is enough
-            let is_taken = !on_tool || offer == Offer::Common || site_index % 3 == place_index % 3;
+            let is_taken = match offer {
+                Offer::Common | Offer::Near => true,
+                Offer::Level if stands_on_line(chain, axis, site) => true,
+                Offer::Level | Offer::Spread => !on_tool || site_index % 3 == place_index % 3,
+            };
             if chain.carries(axis, site.link) != on_tool && is_taken {
                 list.push(Pairing { place: place_index, site: site_index, on_tool });
             }
@@ -245,15 +256,22 @@ pub(super) fn pairings(all: &Candidates, chain: &Chain, axis: usize, offer: Offe
     list
 }
 
-/// Every n-th pivot place when there are more setups than needed: whole places, so that their bars stay together.
-pub(super) fn thinned(mut list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
+/// A pivot on the line of an axis with all axes at zero: methods of the thesis set it there, and no slide has to move far.
+fn stands_on_line(chain: &Chain, axis: usize, site: &PivotSite) -> bool {
+    let joint = chain.joint(axis);
+    (site.at - joint.origin).cross(&joint.direction).norm() < SAME_LENGTH_MM
+}
+
+/// Every n-th pivot place when there are more setups than needed, and those that are kept in any case: whole places, so that
+/// their bars stay together.
+fn thinned(mut list: Vec<Candidate>, most: usize, is_kept: impl Fn(usize) -> bool) -> Vec<Candidate> {
     let stride = list.len().div_ceil(most);
     if stride > 1 {
         let mut sites: Vec<usize> = list.iter().map(|candidate| candidate.site).collect();
         sites.sort_unstable();
         sites.dedup();
         let kept: Vec<usize> = sites.into_iter().step_by(stride).collect();
-        list.retain(|candidate| kept.binary_search(&candidate.site).is_ok());
+        list.retain(|candidate| kept.binary_search(&candidate.site).is_ok() || is_kept(candidate.site));
     }
     list
 }
@@ -278,6 +296,8 @@ const CARRYING_DEG: [f64; 3] = [0.0, 90.0, -90.0];
 /// Most setups kept for one axis. A pivot that turns with the axis must stand just right, one beside a head anywhere.
 const MOST_SETUPS_OF_TABLES: usize = 15_000;
 const MOST_SETUPS_OF_HEADS: usize = 4_000;
+/// The same with linear axes following.
+const MOST_FOLLOWING: usize = 1500;
 
 /// Start positions: linear axes at the place in their range nearest zero, other rotary axes at some static places.
 pub(super) fn static_positions(machine: &Machine, chain: &Chain, axis: usize, avoid: &Avoid) -> Vec<Vec<f64>> {

@@ -7,11 +7,13 @@ use std::rc::Rc;
 
 use super::approach::Parking;
 use super::candidates::{Candidate, Candidates, candidates_at};
+use super::finer::Finer;
 use super::indexed::{INDEX_MIN, IndexError};
-use super::information::{BLOCK_ROWS, Block, Nuisance, Unknowns};
+use super::information::{BLOCK_ROWS, Balls, Block, Nuisance, Unknowns, place_in_arc};
 use super::knowledge::{Knowledge, Mix};
 use super::method::{Method, MethodError, method_choice};
 use super::out_of_reach::{self, OutOfReach};
+use super::pace::feed_mm_per_min;
 use super::places::Offer;
 use super::planned::Plan;
 use super::reach::ClearArc;
@@ -102,9 +104,14 @@ pub(super) struct Desk<'a> {
     pub kit: &'a Kit,
     pub settings: &'a Settings,
     pub geometry: Geometry<'a>,
+    /// Pairs of bodies that may come as near as the margin; setups are looked for among these.
     pub world: &'a World,
+    /// All pairs of bodies; clearances are told of these.
+    pub whole_world: &'a World,
     pub unknowns: Unknowns,
     pub all: &'a Candidates,
+    /// Places and setups that were added as a choice was refined.
+    pub finer: &'a Finer,
     pub parking: Parking,
     pub scratch: Scratch,
     /// Time that is to be filled, min; `None`: tests until the goals are reached.
@@ -161,7 +168,10 @@ fn at_desk<T>(
     work: impl for<'a> FnOnce(Desk<'a>) -> Result<T, PlanError>,
 ) -> Result<T, PlanError> {
     let chain = Chain::of(machine);
-    let world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
+    let whole_world = World::new(&chain, bodies).map_err(PlanError::Bodies)?;
+    whole_world.refuse_overlaps(machine).map_err(PlanError::Bodies)?;
+    whole_world.refuse_always_near(machine, settings.margin_mm).map_err(PlanError::Bodies)?;
+    let world = whole_world.without_settled_pairs(machine, settings.margin_mm);
     let offer = match settings.method {
         None => Offer::Spread,
         Some(Method::Chapter5) => Offer::Common,
@@ -169,6 +179,7 @@ fn at_desk<T>(
     };
     let all = candidates_at(machine, bodies, kit, &settings.avoid, &settings.coupled, offer);
     out_of_reach::refuse(machine, bodies, kit, &all)?;
+    let finer = Finer::new();
     let unknowns = match settings.coupled.circles {
         true => Unknowns::with_squareness(machine, settings.uncertainty),
         false => Unknowns::of(machine, settings.uncertainty),
@@ -182,8 +193,10 @@ fn at_desk<T>(
         settings,
         geometry: Geometry::nominal(&chain),
         world: &world,
+        whole_world: &whole_world,
         unknowns,
         all: &all,
+        finer: &finer,
         parking: Parking::of(machine, bodies, &settings.avoid),
         scratch: Scratch::default(),
         sights: Vec::new(),
@@ -309,28 +322,33 @@ impl<'a> Desk<'a> {
             Some(clear) => (clear.from_deg.to_radians(), clear.to_deg.to_radians()),
             None => (candidate.from, candidate.to),
         };
-        let site = &self.all.sites[candidate.site];
+        let site = self.site(candidate.site);
         let place = &self.all.places[candidate.place];
         let link = &self.bodies.mounts[site.mount].link;
-        let poses: Vec<Vec<f64>> = (0..BLOCK_ROWS)
-            // middles of equal parts: no angle counts twice in a full turn
-            .map(|k| candidate.pose(from + (to - from) * (k as f64 + 0.5) / BLOCK_ROWS as f64))
-            .collect();
-        let (pivot, spindle) = ((site.link, link.as_str(), &site.at), (place.link, &place.at));
-        self.unknowns.block(&self.geometry, pivot, spindle, candidate.bar_mm, &poses, to - from)
+        let balls = Balls {
+            pivot: (site.link, link.as_str(), &site.at),
+            spindle: (place.link, &place.at),
+            bar_mm: candidate.bar_mm,
+        };
+        if candidate.is_plain() {
+            return self.unknowns.turn_block(&self.geometry, balls, |angle| candidate.pose(angle), (from, to));
+        }
+        let poses: Vec<Vec<f64>> = (0..BLOCK_ROWS).map(|row| candidate.pose(place_in_arc(from, to, row))).collect();
+        self.unknowns.block(&self.geometry, balls, &poses, to - from)
     }
 
     /// Minutes that a test adds to what is mounted already.
     pub fn cost(&self, entry: &Entry, mounted: &Knowledge) -> f64 {
         let mounting: f64 = entry
             .block
-            .uses()
-            .filter(|nuisance| !mounted.knows(nuisance))
-            .map(|nuisance| match nuisance {
+            .nuisances
+            .iter()
+            .map(|part| match part.of {
+                Nuisance::Stand(_) | Nuisance::Scale(_) => 0.0,
+                _ if mounted.knows(part) => 0.0,
                 Nuisance::Pivot(..) => PIVOT_MIN,
                 Nuisance::SpindleBall(_) => SPINDLE_MIN,
                 Nuisance::Bar(_) => BAR_MIN,
-                Nuisance::Stand(_) | Nuisance::Scale(_) => 0.0,
             })
             .sum();
         let index = if entry.indexed_about.is_some() { INDEX_MIN } else { 0.0 };
@@ -344,7 +362,8 @@ impl<'a> Desk<'a> {
             .as_ref()
             .map_or(entry.candidate.to - entry.candidate.from, |sweep| (sweep.to_deg - sweep.from_deg).to_radians());
         let way = (arc + 2.0 * RUN_IN.to_radians()) * entry.candidate.way_radius_mm();
-        2.0 * (way / self.settings.feed_mm_per_min + RUN_MIN)
+        let feed = feed_mm_per_min(self.machine, entry.candidate, self.settings.feed_mm_per_min);
+        2.0 * (way / feed + RUN_MIN)
     }
 
     /// Σ ln max(σ², goal²).

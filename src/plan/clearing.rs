@@ -3,6 +3,7 @@
 use super::approach::Approach;
 use super::candidates::Candidate;
 use super::choose::Desk;
+use super::pace::feed_mm_per_min;
 use super::reach::{ClearArc, ClearSweep, longest_sweep, measured};
 use super::run_in::RUN_IN;
 use crate::collision::{Instrument, NoWay};
@@ -11,7 +12,7 @@ use crate::session::{Ball, Test};
 impl<'a> Desk<'a> {
     /// The session test of a candidate.
     pub fn test(&self, candidate: &Candidate, name: String, (from, to): (f64, f64)) -> Test {
-        let site = &self.all.sites[candidate.site];
+        let site = self.site(candidate.site);
         let place = &self.all.places[candidate.place];
         let ball = |link: &str, at| Ball { link: link.into(), at, setup: None, spread_mm: None, indexed_about: None };
         let spindle_link = self.bodies.spindle.as_ref().map_or("t", |spindle| spindle.link.as_str());
@@ -27,7 +28,7 @@ impl<'a> Desk<'a> {
             pivot: ball(&self.bodies.mounts[site.mount].link, site.at),
             spindle_ball: ball(spindle_link, place.at),
             positions: candidate.standing(self.machine),
-            feed_mm_per_min: Some(self.settings.feed_mm_per_min),
+            feed_mm_per_min: Some(feed_mm_per_min(self.machine, candidate, self.settings.feed_mm_per_min)),
             overshoot: Some(RUN_IN),
         }
     }
@@ -71,6 +72,8 @@ impl<'a> Desk<'a> {
         let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
         let scene = instrument.scene(self.world);
         let found = longest_sweep(&scene, self.machine, candidate, self.settings.margin_mm, &mut self.scratch);
+        // reasons speak of the setups that every plan begins with
+        let is_added = self.is_added(candidate);
         let (pairs, pair) = match found {
             Ok(sweep) => match self.no_way(candidate, &sweep) {
                 None => return Some(sweep),
@@ -78,16 +81,18 @@ impl<'a> Desk<'a> {
             },
             Err(pair) => (&mut self.forbidden, pair),
         };
-        *pairs.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
+        if !is_added {
+            *pairs.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
+        }
         None
     }
 
     /// A clear arc of a candidate with its least clearance.
     pub fn measured(&mut self, candidate: &Candidate, arc: &ClearArc) -> Option<ClearSweep> {
         let test = self.test(candidate, String::new(), (arc.from_deg, arc.to_deg));
-        let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
+        let instrument = Instrument::of(self.whole_world, self.bodies, self.kit, &test).ok()?;
         let (rows, _) = candidate.rows(self.machine, arc.from_deg, arc.to_deg);
-        Some(measured(&instrument.scene(self.world), arc, &rows, &mut self.scratch))
+        Some(measured(&instrument.scene(self.whole_world), arc, &rows, &mut self.scratch))
     }
 
     /// What stands in every way from every park position to the start of a sweep; `None` when one is clear.

@@ -1,7 +1,7 @@
 //! How the axes move in a test: one alone, one with linear axes following, or two on a circle. Nominal positions only.
 
 use super::candidates::Candidate;
-use super::run_in::{RUN_IN, with_run_in};
+use super::run_in::{RUN_IN, RunIn};
 use crate::machine::{AxisKind, Machine};
 use crate::session::{CirclePlane, Follow, Path};
 
@@ -84,10 +84,18 @@ impl Candidate {
         };
         let mut angles: Vec<f64> =
             (0..=steps).map(|k| from_deg + (to_deg - from_deg) * k as f64 / steps as f64).collect();
-        let way = angles.iter().map(|deg| self.pose(deg.to_radians())).collect();
-        angles.insert(0, from_deg - RUN_IN);
-        angles.push(to_deg + RUN_IN);
-        (with_run_in(machine, way, RUN_IN), angles)
+        let mut way: Vec<Vec<f64>> = angles.iter().map(|deg| self.pose(deg.to_radians())).collect();
+        let ends = [(from_deg, -1.0), (to_deg, 1.0)].map(|(end, way)| {
+            let at = |beyond: f64| self.pose((end + way * beyond).to_radians());
+            let reach = RunIn::of(machine, RUN_IN, &at);
+            (end + way * reach.kept, at(reach.kept))
+        });
+        let [(before, first), (after, last)] = ends;
+        angles.insert(0, before);
+        angles.push(after);
+        way.insert(0, first);
+        way.push(last);
+        (way, angles)
     }
 
     /// The session's path over an arc.
@@ -111,14 +119,12 @@ impl Candidate {
         self.solved.positions.iter().enumerate().map(|(axis, &q)| (!moves(axis)).then_some(q)).collect()
     }
 
-    /// Radius on which the faster ball goes round, mm.
+    /// Radius on which one ball goes round as seen from the other, mm; of the carried ball about the axis where the bar keeps
+    /// its direction. The feed is counted on it.
     pub fn way_radius_mm(&self) -> f64 {
-        let (rho, bar) = (self.solved.rho_mm, self.bar_mm);
         match &self.drive {
-            Drive::Turn | Drive::Follow(Follow::None | Follow::Axial, _) => rho,
-            Drive::Follow(Follow::Radial, _) => rho + bar,
-            Drive::Follow(Follow::Tangential, _) => rho.hypot(bar),
-            Drive::Circle(..) => bar,
+            Drive::Turn | Drive::Follow(Follow::None | Follow::Axial, _) => self.solved.rho_mm,
+            Drive::Follow(Follow::Radial | Follow::Tangential, _) | Drive::Circle(..) => self.bar_mm,
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::candidates::{Avoid, Candidate, Candidates, LEAST_LEVER_MM, Pairing, pairings, static_positions, thinned};
+use super::candidates::{Avoid, Candidate, Candidates, LEAST_LEVER_MM, Pairing, pairings};
 use super::course::{Drive, Swing};
 use super::places::Offer;
 use super::slides::{Slides, arc_within};
@@ -15,27 +15,28 @@ use crate::session::{Follow, Path};
 
 /// Bars tried, shortest first: the reading does not depend on the bar's length, the travel does.
 const BARS: usize = 3;
-/// Most setups kept for one axis.
-const MOST_SETUPS: usize = 1500;
 
 /// Setups of one axis with linear axes following, by the kinds asked for.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn following(
     machine: &Machine,
     geometry: &Geometry,
     all: &Candidates,
     lengths_mm: &[f64],
     (axis, from, to): (usize, f64, f64),
+    starts: &[Vec<f64>],
     avoid: &Avoid,
     kinds: &[Follow],
+    offer: Offer,
 ) -> Vec<Candidate> {
     let chain = geometry.chain();
     let mut list = Vec::new();
     if kinds.is_empty() {
         return list;
     }
-    let mut pairings = pairings(all, chain, axis, Offer::Spread);
+    let mut pairings = pairings(all, chain, axis, offer);
     pairings.retain(|pairing| all.places[pairing.place].aside_mm == 0.0);
-    for start in static_positions(machine, chain, axis, avoid) {
+    for start in starts {
         // the circle through three places is the whole motion: a quarter turn apart
         let turned: Vec<Vec<f64>> = [0.0, 0.5, 1.0]
             .iter()
@@ -64,7 +65,7 @@ pub(super) fn following(
             for (&bar_mm, &kind) in
                 lengths_mm.iter().take(BARS).flat_map(|bar| kinds.iter().map(move |kind| (bar, kind)))
             {
-                let Some((positions, swing)) = slides.swing(&stances, &start, carried, other, bar_mm, kind) else {
+                let Some((positions, swing)) = slides.swing(&stances, start, carried, other, bar_mm, kind) else {
                     continue;
                 };
                 let Some((from, to)) = arc_within(machine, avoid, &positions, &swing, from, to) else { continue };
@@ -82,7 +83,7 @@ pub(super) fn following(
             }
         }
     }
-    thinned(list, MOST_SETUPS)
+    list
 }
 
 impl Slides {

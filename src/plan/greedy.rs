@@ -25,9 +25,25 @@ const MAX_TESTS: usize = 24;
 const SAME_RATE: f64 = 1e-9;
 
 /// Heap order: gain per minute, then the candidate's place in the list so that plans repeat.
-#[derive(PartialEq)]
-struct Bound(f64, usize, usize);
+struct Bound {
+    /// Gain per minute in steps of what counts as equal.
+    rate: f64,
+    order: (u64, usize),
+    /// In which round it was found.
+    round: usize,
+}
 
+impl Bound {
+    fn new(rate: f64, k: usize, round: usize) -> Bound {
+        Bound { rate: (rate / SAME_RATE).round(), order: scatter(k), round }
+    }
+}
+
+impl PartialEq for Bound {
+    fn eq(&self, other: &Bound) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
 impl Eq for Bound {}
 impl PartialOrd for Bound {
     fn partial_cmp(&self, other: &Bound) -> Option<std::cmp::Ordering> {
@@ -36,8 +52,7 @@ impl PartialOrd for Bound {
 }
 impl Ord for Bound {
     fn cmp(&self, other: &Bound) -> std::cmp::Ordering {
-        let rate = |bound: &Bound| (bound.0 / SAME_RATE).round();
-        rate(self).total_cmp(&rate(other)).then(scatter(other.1).cmp(&scatter(self.1)))
+        self.rate.total_cmp(&other.rate).then(other.order.cmp(&self.order))
     }
 }
 
@@ -127,11 +142,11 @@ impl<'a> Desk<'a> {
         let count = search.entries.len();
         let mut gains = vec![f64::MAX; count];
         let alive = |dead: &[bool]| -> BinaryHeap<Bound> {
-            (0..count).filter(|k| !dead[*k]).map(|k| Bound(f64::MAX, k, 0)).collect()
+            (0..count).filter(|k| !dead[*k]).map(|k| Bound::new(f64::MAX, k, 0)).collect()
         };
         let mut heap = alive(&search.dead);
         let (mut round, mut worth) = (1, self.worth(&search.knowledge.variances()));
-        while let Some(Bound(_, k, seen)) = heap.pop() {
+        while let Some(Bound { order: (_, k), round: seen, .. }) = heap.pop() {
             if search.dead[k] || search.chosen.len() >= MAX_TESTS || !self.may_mount(search, k) {
                 continue;
             }
@@ -146,7 +161,7 @@ impl<'a> Desk<'a> {
                         true => self.worth(&self.variances_alone(entry, &search.knowledge)),
                         false => self.worth(&search.knowledge.variances_with(&entry.block)),
                     };
-                heap.push(Bound(gains[k] / cost, k, round));
+                heap.push(Bound::new(gains[k] / cost, k, round));
                 continue;
             }
             if gains[k] / cost <= LEAST_GAIN {
@@ -172,7 +187,7 @@ impl<'a> Desk<'a> {
                 match self.clear(candidate) {
                     Some(sweep) => {
                         search.entries[k] = self.entry(candidate, Some(sweep));
-                        heap.push(Bound(f64::MAX, k, 0));
+                        heap.push(Bound::new(f64::MAX, k, 0));
                     }
                     None => {
                         search.dead[k] = true;
@@ -187,14 +202,20 @@ impl<'a> Desk<'a> {
             // gains only fall, but costs fall too when a setup is mounted: bounds anew
             heap = (0..count)
                 .filter(|k| !search.dead[*k])
-                .map(|k| Bound(gains[k] / self.cost(&search.entries[k], &search.knowledge), k, 0))
+                .map(|k| Bound::new(gains[k] / self.cost(&search.entries[k], &search.knowledge), k, 0))
                 .collect();
         }
     }
 
     /// Takes a test that was found clear in another search, if it fits in the time left.
     fn take_again(&self, search: &mut Search<'a>, known: &Entry<'a>) {
-        let place = search.entries.iter().position(|entry| std::ptr::eq(entry.candidate, known.candidate));
+        let listed = search.entries.iter().position(|entry| std::ptr::eq(entry.candidate, known.candidate));
+        // a refined choice has setups of its own
+        let place = listed.or_else(|| {
+            search.entries.push(known.clone());
+            search.dead.push(false);
+            Some(search.entries.len() - 1)
+        });
         let cost = self.cost(known, &search.knowledge);
         let fits = self.budget.is_none_or(|budget| search.minutes + cost <= budget);
         if let Some(k) = place.filter(|_| fits) {

@@ -5,10 +5,13 @@
 //! they stand, growing with the distance from where the spindle ball was set up; where they move, what they go too far about
 //! the middle of their motion. A test adds rows `δL = H·x + ε`.
 
-use nalgebra::{DMatrix, SMatrix, SymmetricEigen, Vector3};
+use std::hash::{Hash, Hasher};
 
-use crate::chain::{Geometry, Sensitivity};
-use crate::machine::{AxisKind, Component, ErrorName, Machine};
+use nalgebra::{DMatrix, Matrix3, RowVector3, SMatrix, SymmetricEigen, Vector3};
+
+use super::knowledge::Mix;
+use crate::chain::{Geometry, LinkId, Sensitivity};
+use crate::machine::{AxisKind, Component, ErrorName, LinearAxes, Machine, is_by_choice_of_r};
 use crate::session::Spread;
 
 /// Spreads and noise that the forecast takes, mm and rad.
@@ -19,10 +22,6 @@ pub struct Uncertainty {
     pub noise_mm: f64,
     /// Effective samples of a full turn; shorter arcs have their share.
     pub samples_per_turn: f64,
-    /// Position error of linear axes per length moved from the reference, mm/mm.
-    pub linear_per_mm: f64,
-    /// Squareness of linear axes, rad.
-    pub squareness_rad: f64,
     /// Prior of wanted positions, mm: wide, so that only data count; the same as a fit's.
     pub wanted_mm: f64,
     /// Prior of wanted orientations, rad; the same as a fit's.
@@ -30,14 +29,12 @@ pub struct Uncertainty {
 }
 
 impl Default for Uncertainty {
-    /// Noise and effective samples as seen in ball-bar sweeps (about 30 in a turn); linear axes of a sound machine, 5 µm/m and 10 µrad.
+    /// Noise and effective samples as seen in ball-bar sweeps (about 30 in a turn).
     fn default() -> Uncertainty {
         Uncertainty {
             spread: Spread::default(),
             noise_mm: 0.5e-3,
             samples_per_turn: 30.0,
-            linear_per_mm: 5e-6,
-            squareness_rad: 10e-6,
             wanted_mm: 1.0,
             wanted_rad: 0.1 * std::f64::consts::PI / 180.0,
         }
@@ -69,14 +66,47 @@ impl Nuisance {
 pub struct Block {
     /// Rows × errors (wanted first).
     pub(super) errors: DMatrix<f64>,
-    /// Setup quantities with their columns (1 or 3) and prior variance, mm².
-    pub(super) nuisances: Vec<(Nuisance, DMatrix<f64>, f64)>,
+    pub(super) nuisances: Vec<Part>,
     /// Variance of a row, mm².
     pub(super) row_variance: f64,
 }
 
+/// A setup quantity in the rows of a test.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    pub of: Nuisance,
+    /// Hash of the quantity: it is looked up for every candidate of every round.
+    pub hash: u64,
+    /// One column or three.
+    pub columns: DMatrix<f64>,
+    /// Prior variance, mm².
+    pub variance: f64,
+}
+
+impl Part {
+    fn new(of: Nuisance, columns: DMatrix<f64>, variance: f64) -> Part {
+        let mut mix = Mix::default();
+        of.hash(&mut mix);
+        Part { hash: mix.finish(), of, columns, variance }
+    }
+}
+
 /// Poses of a block: enough for the three numbers that a sweep carries, with the ends weighted like the middle.
 pub const BLOCK_ROWS: usize = 8;
+
+/// The angle in the middle of the `row`-th of equal parts of an arc, rad: no angle counts twice in a full turn.
+pub(super) fn place_in_arc(from: f64, to: f64, row: usize) -> f64 {
+    from + (to - from) * (row as f64 + 0.5) / BLOCK_ROWS as f64
+}
+
+/// The two balls of a test and the bar between them.
+#[derive(Debug, Clone, Copy)]
+pub struct Balls<'a> {
+    /// Link, its name and the place on it.
+    pub pivot: (LinkId, &'a str, &'a Vector3<f64>),
+    pub spindle: (LinkId, &'a Vector3<f64>),
+    pub bar_mm: f64,
+}
 
 /// Which errors are unknown, and their priors.
 #[derive(Debug, Clone)]
@@ -87,15 +117,8 @@ pub struct Unknowns {
     pub wanted: usize,
     pub(super) prior_variance: Vec<f64>,
     uncertainty: Uncertainty,
-}
-
-/// Errors of linear axes that are zero by the choice of R.
-fn is_gauge(machine: &Machine, (axis, component, _): &(usize, usize, ErrorName)) -> bool {
-    match machine.axes[*axis].coordinate_direction() {
-        Some(0) => true,
-        Some(1) => *component == Component::EA.index(),
-        _ => false,
-    }
+    /// What the linear axes may be off, by the machine file.
+    linear: LinearAxes,
 }
 
 /// A ball's place to the nanometre, so that balls at one place are one.
@@ -106,13 +129,14 @@ pub(super) fn key(at: &Vector3<f64>) -> [i64; 3] {
 impl Unknowns {
     /// Location errors of the rotary axes as wanted, those of the linear axes as spread.
     pub fn of(machine: &Machine, uncertainty: Uncertainty) -> Unknowns {
-        let mut unknowns = Unknowns { errors: Vec::new(), wanted: 0, prior_variance: Vec::new(), uncertainty };
+        let linear = machine.linear_axes;
+        let mut unknowns = Unknowns { errors: Vec::new(), wanted: 0, prior_variance: Vec::new(), uncertainty, linear };
         unknowns.push(machine, AxisKind::Rotary, |component| match component.is_angle() {
             false => uncertainty.wanted_mm,
             true => uncertainty.wanted_rad,
         });
         unknowns.wanted = unknowns.errors.len();
-        unknowns.push(machine, AxisKind::Linear, |_| uncertainty.squareness_rad);
+        unknowns.push(machine, AxisKind::Linear, |_| linear.squareness_rad);
         unknowns
     }
 
@@ -122,7 +146,8 @@ impl Unknowns {
     pub fn with_squareness(machine: &Machine, uncertainty: Uncertainty) -> Unknowns {
         let mut unknowns = Unknowns::of(machine, uncertainty);
         for k in (unknowns.wanted..unknowns.errors.len()).rev() {
-            if is_gauge(machine, &unknowns.errors[k]) {
+            let (axis, component, _) = &unknowns.errors[k];
+            if is_by_choice_of_r(&machine.axes[*axis], Component::ALL[*component]) {
                 unknowns.errors.remove(k);
                 unknowns.prior_variance.remove(k);
             } else {
@@ -147,6 +172,11 @@ impl Unknowns {
         self.uncertainty
     }
 
+    /// What the linear axes may be off.
+    pub fn linear_axes(&self) -> LinearAxes {
+        self.linear
+    }
+
     /// Prior standard deviation of an error, mm or rad.
     pub fn prior(&self, error: usize) -> f64 {
         self.prior_variance[error].sqrt()
@@ -159,16 +189,51 @@ impl Unknowns {
         exact
     }
 
-    /// Rows of a test that visits `poses`; `arc_rad` is the length of its sweep.
-    pub fn block(
+    /// Rows of a test that visits `poses`, evenly over its sweep; `arc_rad` is the length of that.
+    pub fn block(&self, geometry: &Geometry, balls: Balls, poses: &[Vec<f64>], arc_rad: f64) -> Block {
+        let block = self.rows(geometry, balls, poses, self.row_variance(poses.len(), arc_rad));
+        let turned = self.seen_rows(&block);
+        block.with_rows(&turned)
+    }
+
+    /// The same for an axis that turns alone, which asks for three poses only.
+    ///
+    /// One ball stands still and the other goes round a circle, so every derivative is `c₀ + c₁·cos φ + c₂·sin φ`. Three
+    /// places a third of a turn apart tell c, wherever the arc lies; over the poses of the arc the rows are `V·c` with
+    /// `V = [1 cos φ sin φ]`, and with `V = Q·R` the three rows `R·c` tell all that they do.
+    pub fn turn_block(
         &self,
         geometry: &Geometry,
-        pivot: (crate::chain::LinkId, &str, &Vector3<f64>),
-        spindle: (crate::chain::LinkId, &Vector3<f64>),
-        bar_mm: f64,
-        poses: &[Vec<f64>],
-        arc_rad: f64,
+        balls: Balls,
+        pose: impl Fn(f64) -> Vec<f64>,
+        (from, to): (f64, f64),
     ) -> Block {
+        let third = std::f64::consts::TAU / 3.0;
+        let thirds = [0.0, third, 2.0 * third];
+        let block = self.rows(geometry, balls, &thirds.map(pose), self.row_variance(BLOCK_ROWS, to - from));
+        let of_values = Matrix3::from_rows(&[
+            RowVector3::repeat(1.0 / 3.0),
+            RowVector3::from(thirds.map(|angle| 2.0 / 3.0 * angle.cos())),
+            RowVector3::from(thirds.map(|angle| 2.0 / 3.0 * angle.sin())),
+        ]);
+        let over_arc = SMatrix::<f64, BLOCK_ROWS, 3>::from_fn(|row, column| {
+            let angle = place_in_arc(from, to, row);
+            [1.0, angle.cos(), angle.sin()][column]
+        });
+        let turned = over_arc.qr().r() * of_values;
+        block.with_rows(&DMatrix::from_column_slice(3, 3, turned.as_slice()))
+    }
+
+    /// Variance of each of some rows over an arc, mm².
+    fn row_variance(&self, rows: usize, arc_rad: f64) -> f64 {
+        // both directions are run: twice the samples
+        let samples = (2.0 * self.uncertainty.samples_per_turn * arc_rad / std::f64::consts::TAU).max(6.0);
+        self.uncertainty.noise_mm.powi(2) * rows as f64 / samples
+    }
+
+    /// A row for each pose.
+    fn rows(&self, geometry: &Geometry, balls: Balls, poses: &[Vec<f64>], row_variance: f64) -> Block {
+        let Balls { pivot, spindle, bar_mm } = balls;
         let chain = geometry.chain();
         let rows = poses.len();
         let mut errors = DMatrix::zeros(rows, self.errors.len());
@@ -192,7 +257,11 @@ impl Unknowns {
         let slides: Vec<usize> = (0..chain.axis_count()).filter(is_linear).collect();
         let middle = |axis: usize| poses.iter().map(|q| q[axis]).sum::<f64>() / rows.max(1) as f64;
         let linear: Vec<f64> = slides.iter().map(|&axis| middle(axis)).collect();
-        let moved = linear.iter().map(|q| q * q).sum::<f64>().sqrt();
+        // in each direction of R what the axes get wrong together, each along or across its way
+        let moved_to = slides.iter().zip(&linear).fold(Vector3::zeros(), |sum: Vector3<f64>, (&axis, q)| {
+            sum + self.linear.per_length(&chain.joint(axis).direction).map(|sigma| (sigma * q).powi(2))
+        });
+        let stand_variance = moved_to.max();
         let place: Vec<i64> = linear.iter().map(|q| (q * 1e6).round() as i64).collect();
         let from_middle = |row: usize, k: usize| match poses[row][slides[k]] - linear[k] {
             // rounding of a mean is no motion
@@ -201,30 +270,26 @@ impl Unknowns {
         };
         let scale = DMatrix::from_fn(rows, slides.len(), |row, k| by_position[(row, slides[k])] * from_middle(row, k));
         let mut nuisances = vec![
-            (Nuisance::Pivot(pivot.1.to_string(), key(pivot.2)), at_pivot, u.spread.pivot_mm.powi(2)),
-            (Nuisance::SpindleBall(key(spindle.1)), at_spindle, u.spread.spindle_ball_mm.powi(2)),
-            (
+            Part::new(Nuisance::Pivot(pivot.1.to_string(), key(pivot.2)), at_pivot, u.spread.pivot_mm.powi(2)),
+            Part::new(Nuisance::SpindleBall(key(spindle.1)), at_spindle, u.spread.spindle_ball_mm.powi(2)),
+            Part::new(
                 Nuisance::Bar((bar_mm * 1e6).round() as i64),
                 DMatrix::from_element(rows, 1, 1.0),
                 u.spread.bar_length_mm.powi(2),
             ),
         ];
-        if moved > 1e-6 {
-            nuisances.push((Nuisance::Stand(place.clone()), stand, (u.linear_per_mm * moved).powi(2)));
+        if stand_variance > 0.0 && linear.iter().any(|q| q.abs() > 1e-6) {
+            (0..3).for_each(|k| stand.column_mut(k).scale_mut((moved_to[k] / stand_variance).sqrt()));
+            nuisances.push(Part::new(Nuisance::Stand(place.clone()), stand, stand_variance));
         }
-        if scale.amax() > 0.0 {
-            nuisances.push((Nuisance::Scale(place), scale, u.linear_per_mm.powi(2)));
+        if scale.amax() > 0.0 && self.linear.positioning > 0.0 {
+            nuisances.push(Part::new(Nuisance::Scale(place), scale, self.linear.positioning.powi(2)));
         }
-        // both directions are run: twice the samples
-        let samples = (2.0 * u.samples_per_turn * arc_rad / std::f64::consts::TAU).max(6.0);
-        let row_variance = u.noise_mm.powi(2) * rows as f64 / samples;
-        let block = Block { errors, nuisances, row_variance };
-        let turned = self.seen_rows(&block);
-        block.with_rows(&turned)
+        Block { errors, nuisances, row_variance }
     }
 
-    /// Orthonormal combinations of a block's rows that carry more than noise: three for a sweep of one axis, where constant,
-    /// cosine and sine are all there is. White noise stays white in them, so they tell what all rows tell.
+    /// Orthonormal combinations of a block's rows that carry more than noise. White noise stays white in them, so they tell
+    /// what all rows tell.
     fn seen_rows(&self, block: &Block) -> DMatrix<f64> {
         let mut products = SMatrix::<f64, BLOCK_ROWS, BLOCK_ROWS>::zeros();
         let mut add = |column: nalgebra::DVectorView<f64>, variance: f64| {
@@ -235,8 +300,8 @@ impl Unknowns {
             }
         };
         self.prior_variance.iter().enumerate().for_each(|(k, variance)| add(block.errors.column(k), *variance));
-        for (nuisance, columns, variance) in &block.nuisances {
-            let factor = if nuisance.is_fitted() { LOOSE } else { 1.0 };
+        for Part { of, columns, variance, .. } in &block.nuisances {
+            let factor = if of.is_fitted() { LOOSE } else { 1.0 };
             columns.column_iter().for_each(|column| add(column, variance * factor));
         }
         products.fill_upper_triangle_with_lower_triangle();
@@ -258,20 +323,20 @@ pub(super) const HELD: f64 = 1e-6;
 impl Block {
     /// Combinations of the rows in place of the rows.
     fn with_rows(&self, turned: &DMatrix<f64>) -> Block {
-        let nuisances = self.nuisances.iter().map(|(of, columns, variance)| (of.clone(), turned * columns, *variance));
+        let nuisances = self.nuisances.iter().map(|part| Part { columns: turned * &part.columns, ..part.clone() });
         Block { errors: turned * &self.errors, nuisances: nuisances.collect(), row_variance: self.row_variance }
     }
 
     /// Setup quantities that the test uses.
     pub fn uses(&self) -> impl Iterator<Item = &Nuisance> {
-        self.nuisances.iter().map(|(nuisance, ..)| nuisance)
+        self.nuisances.iter().map(|part| &part.of)
     }
 
     /// The same test with the spindle indexed by 180° about a direction of R (0, 1, 2).
     pub fn indexed(&self, about: usize) -> Block {
         let mut block = self.clone();
-        for (_, columns, _) in block.nuisances.iter_mut().filter(|(n, ..)| matches!(n, Nuisance::SpindleBall(_))) {
-            (0..3).filter(|&k| k != about).for_each(|k| columns.column_mut(k).neg_mut());
+        for part in block.nuisances.iter_mut().filter(|part| matches!(part.of, Nuisance::SpindleBall(_))) {
+            (0..3).filter(|&k| k != about).for_each(|k| part.columns.column_mut(k).neg_mut());
         }
         block
     }
@@ -279,10 +344,8 @@ impl Block {
     /// The same test with the prior variance of some setup quantities multiplied.
     pub fn with_prior_scaled(&self, scaled: impl Fn(&Nuisance) -> bool, factor: f64) -> Block {
         let mut block = self.clone();
-        for (nuisance, _, variance) in &mut block.nuisances {
-            if scaled(nuisance) {
-                *variance *= factor;
-            }
+        for part in block.nuisances.iter_mut().filter(|part| scaled(&part.of)) {
+            part.variance *= factor;
         }
         block
     }

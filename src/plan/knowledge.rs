@@ -1,11 +1,10 @@
 //! What is known after some tests: the covariance of errors and setup quantities, updated test by test. First order, no files.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::Hasher;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::information::{Block, LOOSE, Nuisance, Unknowns};
+use super::information::{BLOCK_ROWS, Block, LOOSE, Nuisance, Part, Unknowns};
 
 /// Covariance of all unknowns after some tests.
 #[derive(Debug, Clone)]
@@ -15,7 +14,10 @@ pub struct Knowledge {
     priors: Vec<f64>,
     /// Columns of pivots and bars, whose priors count as such in a fit.
     is_fitted_setup: Vec<bool>,
-    place_of: HashMap<Nuisance, usize, BuildHasherDefault<Mix>>,
+    /// Setup quantities with their hash and first column: a few dozen at most, so a hash compares faster than a table finds.
+    places: Vec<(u64, Nuisance, usize)>,
+    /// Bits of their hashes: most quantities that are asked for are new, and one look tells.
+    seen: u64,
     wanted: usize,
     setup_factor: f64,
 }
@@ -26,8 +28,15 @@ impl Knowledge {
         let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&unknowns.prior_variance));
         let priors = unknowns.prior_variance.clone();
         let is_fitted_setup = vec![false; priors.len()];
-        let place_of = HashMap::default();
-        Knowledge { covariance, priors, is_fitted_setup, place_of, wanted: unknowns.wanted, setup_factor: 1.0 }
+        Knowledge {
+            covariance,
+            priors,
+            is_fitted_setup,
+            places: Vec::new(),
+            seen: 0,
+            wanted: unknowns.wanted,
+            setup_factor: 1.0,
+        }
     }
 
     /// Before any test, with pivots and bars that count as unknown: so that no plan rests on how well they are known.
@@ -59,38 +68,75 @@ impl Knowledge {
     }
 
     /// True when a test used this setup quantity.
-    pub fn knows(&self, nuisance: &Nuisance) -> bool {
-        self.place_of.contains_key(nuisance)
+    pub(super) fn knows(&self, part: &Part) -> bool {
+        self.place_of(part).is_some()
     }
 
-    /// Variances of the wanted errors if this test were added.
+    /// First column of a setup quantity that a test used.
+    fn place_of(&self, part: &Part) -> Option<usize> {
+        if self.seen & bit(part.hash) == 0 {
+            return None;
+        }
+        let is_it = |(hash, of, _): &&(u64, Nuisance, usize)| *hash == part.hash && *of == part.of;
+        self.places.iter().find(is_it).map(|(.., place)| *place)
+    }
+
+    /// Variances of the wanted errors if this test were added: `P_kk − |L⁻¹·(H·P)_k|²` with `L·Lᵀ = H·P·Hᵀ + R`.
     pub fn variances_with(&self, block: &Block) -> Vec<f64> {
-        let Some((cross, weighted)) = self.gain(block) else { return self.variances() };
-        (0..self.wanted).map(|k| self.covariance[(k, k)] - cross.row(k).dot(&weighted.row(k))).collect()
-    }
-
-    /// `P Hᵀ` of the wanted errors and the same times `S⁻¹`.
-    fn gain(&self, block: &Block) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-        let rows = block.errors.nrows();
-        // P Hᵀ over the columns that the block touches
-        let mut ph = self.covariance.columns(0, block.errors.ncols()) * block.errors.transpose();
-        let mut s = DMatrix::identity(rows, rows) * block.row_variance;
-        for (nuisance, columns, variance) in &block.nuisances {
-            match self.place_of.get(nuisance) {
-                Some(&place) => ph += self.covariance.columns(place, columns.ncols()) * columns.transpose(),
-                None => s += columns * columns.transpose() * self.prior(nuisance, *variance),
+        let (rows, errors) = block.errors.shape();
+        // columns of the covariance that the rows touch, as runs: first, derivatives
+        let mut touched: Vec<(usize, &DMatrix<f64>)> = vec![(0, &block.errors)];
+        let mut s = [[0.0; BLOCK_ROWS]; BLOCK_ROWS];
+        (0..rows).for_each(|row| s[row][row] = block.row_variance);
+        for part in &block.nuisances {
+            match self.place_of(part) {
+                Some(place) => touched.push((place, &part.columns)),
+                None => add_spread(&mut s, &part.columns, self.prior(&part.of, part.variance)),
             }
         }
-        s += &block.errors * ph.rows(0, block.errors.ncols());
-        for (nuisance, columns, _) in &block.nuisances {
-            if let Some(&place) = self.place_of.get(nuisance) {
-                s += columns * ph.rows(place, columns.ncols());
+        // P Hᵀ, a stretch for every row, over the columns touched
+        let count: usize = touched.iter().map(|(_, columns)| columns.ncols()).sum();
+        let mut ph = vec![0.0; rows * count];
+        let mut start = 0;
+        for (place, columns) in &touched {
+            let width = columns.ncols();
+            for (other_place, other) in &touched {
+                for (k, derivative) in other.column_iter().enumerate() {
+                    let source = self.covariance.column(other_place + k);
+                    let source = &source.as_slice()[*place..place + width];
+                    for (row, value) in derivative.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                        let target = &mut ph[row * count + start..row * count + start + width];
+                        target.iter_mut().zip(source).for_each(|(to, from)| *to += value * from);
+                    }
+                }
             }
+            start += width;
         }
-        let factor = s.cholesky()?;
-        let cross = ph.rows(0, self.wanted).into_owned();
-        let weighted = factor.solve(&cross.transpose()).transpose();
-        Some((cross, weighted))
+        let mut start = 0;
+        for (_, columns) in &touched {
+            for (k, derivative) in columns.column_iter().enumerate() {
+                for (row, value) in derivative.iter().enumerate() {
+                    (0..=row).for_each(|other| s[row][other] += value * ph[other * count + start + k]);
+                }
+            }
+            start += columns.ncols();
+        }
+        if !cholesky(&mut s, rows) {
+            return self.variances();
+        }
+        debug_assert!(self.wanted <= errors);
+        (0..self.wanted)
+            .map(|k| {
+                let mut solved = [0.0; BLOCK_ROWS];
+                let mut told = 0.0;
+                for row in 0..rows {
+                    let before: f64 = (0..row).map(|other| s[row][other] * solved[other]).sum();
+                    solved[row] = (ph[row * count + k] - before) / s[row][row];
+                    told += solved[row] * solved[row];
+                }
+                self.covariance[(k, k)] - told
+            })
+            .collect()
     }
 
     /// Adds a test.
@@ -99,15 +145,16 @@ impl Knowledge {
         // P Hᵀ over the columns that the block touches
         let errors = block.errors.ncols();
         let mut ph = self.covariance.columns(0, errors) * block.errors.transpose();
-        for (nuisance, columns, _) in &block.nuisances {
-            let place = self.place_of[nuisance];
-            ph.gemm(1.0, &self.covariance.columns(place, columns.ncols()), &columns.transpose(), 1.0);
+        let places: Vec<(usize, &DMatrix<f64>)> =
+            block.nuisances.iter().filter_map(|part| Some((self.place_of(part)?, &part.columns))).collect();
+        for (place, columns) in &places {
+            ph.gemm(1.0, &self.covariance.columns(*place, columns.ncols()), &columns.transpose(), 1.0);
         }
         let rows = block.errors.nrows();
         let mut s = DMatrix::identity(rows, rows) * block.row_variance;
         s.gemm(1.0, &block.errors, &ph.rows(0, errors), 1.0);
-        for (nuisance, columns, _) in &block.nuisances {
-            s.gemm(1.0, columns, &ph.rows(self.place_of[nuisance], columns.ncols()), 1.0);
+        for (place, columns) in &places {
+            s.gemm(1.0, columns, &ph.rows(*place, columns.ncols()), 1.0);
         }
         // P − P Hᵀ (L Lᵀ)⁻¹ H P as a square, so that it stays symmetric
         let Some(factor) = s.cholesky() else { return };
@@ -123,15 +170,16 @@ impl Knowledge {
     fn make_room(&mut self, block: &Block) {
         let old = self.covariance.nrows();
         let mut size = old;
-        for (nuisance, columns, variance) in &block.nuisances {
-            if self.place_of.contains_key(nuisance) {
+        for part in &block.nuisances {
+            if self.knows(part) {
                 continue;
             }
-            let prior = self.prior(nuisance, *variance);
-            self.priors.extend(columns.column_iter().map(|_| prior));
-            self.is_fitted_setup.extend(columns.column_iter().map(|_| nuisance.is_fitted()));
-            self.place_of.insert(nuisance.clone(), size);
-            size += columns.ncols();
+            let (prior, width) = (self.prior(&part.of, part.variance), part.columns.ncols());
+            self.priors.extend((0..width).map(|_| prior));
+            self.is_fitted_setup.extend((0..width).map(|_| part.of.is_fitted()));
+            self.places.push((part.hash, part.of.clone(), size));
+            self.seen |= bit(part.hash);
+            size += width;
         }
         if size > old {
             self.covariance.resize_mut(size, size, 0.0);
@@ -140,7 +188,39 @@ impl Knowledge {
     }
 }
 
-/// Hashes setup quantities: a few integers each, looked up for every candidate of every round.
+/// One bit for a hash.
+fn bit(hash: u64) -> u64 {
+    1 << (hash & 63)
+}
+
+/// Adds `variance·C·Cᵀ` to the lower triangle of a matrix.
+fn add_spread(s: &mut [[f64; BLOCK_ROWS]; BLOCK_ROWS], columns: &DMatrix<f64>, variance: f64) {
+    for column in columns.column_iter() {
+        for (row, value) in column.iter().enumerate() {
+            (0..=row).for_each(|other| s[row][other] += variance * value * column[other]);
+        }
+    }
+}
+
+/// Replaces the lower triangle of a matrix by its Cholesky factor; false where it is not positive definite.
+fn cholesky(s: &mut [[f64; BLOCK_ROWS]; BLOCK_ROWS], rows: usize) -> bool {
+    for row in 0..rows {
+        for column in 0..=row {
+            let before: f64 = (0..column).map(|k| s[row][k] * s[column][k]).sum();
+            let rest = s[row][column] - before;
+            if row > column {
+                s[row][column] = rest / s[column][column];
+            } else if rest > 0.0 {
+                s[row][row] = rest.sqrt();
+            } else {
+                return false;
+            }
+        }
+    }
+    true
+}
+
+/// Hashes setup quantities and addresses of candidates: a few integers each.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Mix(u64);
 

@@ -1,9 +1,9 @@
 //! The thesis's chapters 4 to 7 as choices from the generic solver's setups; nothing here knows a particular machine.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::candidates::Candidate;
-use super::choose::{Choice, Desk, Entry};
+use super::choose::{Choice, Desk, Entry, SAME_WORTH};
 use super::knowledge::Knowledge;
 use super::reach::ClearArc;
 use super::unfit::{no_lengths, no_pivot_for_all, no_places};
@@ -32,8 +32,10 @@ pub struct MethodError {
 
 /// Least distance between the two places of chapter 6, mm.
 pub(super) const APART_MM: f64 = 30.0;
-/// Groups looked at for each axis before the best is taken.
+/// Places looked at before the best is taken, by the methods that have few.
 const GROUPS: usize = 40;
+/// The same for pairs of lengths, which are looked at in the order of what they would tell at most.
+const MOST_GROUPS: usize = 4000;
 /// h = 0 within this, mm.
 pub(super) const LEVEL_MM: f64 = 1e-3;
 
@@ -95,20 +97,22 @@ fn groups<'a>(desk: &Desk<'a>, axis: usize) -> BTreeMap<(usize, usize, Vec<i64>)
     groups
 }
 
-/// Short bar level with the carried ball and the next longer bar, with the longest sweeps that are clear.
+/// Short bar level with the carried ball and the next longer bar, with the longest sweeps that are clear: of the places of the
+/// longer one that which tells most of the axis.
 fn lengths_in<'a>(desk: &mut Desk<'a>, group: &[&'a Candidate]) -> Option<Pair<'a>> {
     let level = *group.iter().find(|candidate| candidate.solved.h_mm.abs() < LEVEL_MM)?;
-    let extended: Vec<&Candidate> = next_longer(group, level.bar_mm);
     let short = desk.clear(level)?;
-    let mut best: Option<(&Candidate, ClearArc)> = None;
-    for candidate in extended {
-        if let Some(sweep) = desk.clear(candidate)
-            && best.as_ref().is_none_or(|(_, other)| width(&sweep) > width(other) + 0.5)
-        {
-            best = Some((candidate, sweep));
+    let mut best: Option<(f64, &Candidate, ClearArc)> = None;
+    for candidate in next_longer(group, level.bar_mm) {
+        if let Some(sweep) = desk.clear(candidate) {
+            let left = left_by(desk, [(level, Some(&short)), (candidate, Some(&sweep))].into_iter());
+            if best.as_ref().is_none_or(|(least, ..)| left < least - SAME_WORTH) {
+                best = Some((left, candidate, sweep));
+            }
         }
     }
-    Some(vec![(level, short), best?])
+    let (_, extended, sweep) = best?;
+    Some(vec![(level, short), (extended, sweep)])
 }
 
 fn next_longer<'a>(group: &[&'a Candidate], bar_mm: f64) -> Vec<&'a Candidate> {
@@ -116,46 +120,64 @@ fn next_longer<'a>(group: &[&'a Candidate], bar_mm: f64) -> Vec<&'a Candidate> {
     group.iter().filter(|candidate| (candidate.bar_mm - next).abs() < 1e-6).copied().collect()
 }
 
-fn width(sweep: &ClearArc) -> f64 {
-    sweep.to_deg - sweep.from_deg
+/// What tests leave unknown of the errors of the axes that they sweep, pivots and bars unknown: Σ ln σ². Without an arc the
+/// whole one wanted is taken, which leaves no more than any part of it.
+fn left_by<'a: 'b, 'b>(desk: &Desk<'a>, tests: impl Iterator<Item = (&'a Candidate, Option<&'b ClearArc>)>) -> f64 {
+    let mut knowledge = Knowledge::before_with_loose_setups(&desk.unknowns);
+    let mut swept = BTreeSet::new();
+    for (candidate, arc) in tests {
+        knowledge.add(&desk.entry(candidate, arc.cloned()).block);
+        swept.insert(candidate.axis);
+    }
+    let mine = (0..desk.unknowns.wanted).filter(|&k| swept.contains(&desk.unknowns.errors[k].0));
+    mine.map(|k| knowledge.covariance(k, k).ln()).sum()
 }
 
-/// Sum of the sweeps: what a method's setups are ranked by.
-fn total(pair: &Pair) -> f64 {
-    pair.iter().map(|(_, sweep)| width(sweep)).sum()
+fn left_by_pair<'a>(desk: &Desk<'a>, pair: &Pair<'a>) -> f64 {
+    left_by(desk, pair.iter().map(|(candidate, sweep)| (*candidate, Some(sweep))))
 }
 
+/// The pair of lengths that tells most of an axis, with the shortest bar that is clear anywhere.
 fn two_lengths<'a>(desk: &mut Desk<'a>, axis: usize) -> Option<Pair<'a>> {
     let groups = groups(desk, axis);
-    let mut level: Vec<_> = groups
-        .values()
-        .filter_map(|group| {
-            let bar = group.iter().filter(|c| c.solved.h_mm.abs() < LEVEL_MM).map(|c| c.bar_mm).next()?;
-            let moved: f64 = group.iter().map(|c| travel(desk, c)).fold(f64::MAX, f64::min);
-            Some((bar, group.first()?.place, moved, group))
-        })
-        .collect();
-    // the ball as near the nose as works: a longer stem is only for where nothing else does
-    level.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.total_cmp(&b.2)));
-    best_of(desk, level.into_iter().map(|(.., group)| group.clone()))
-}
-
-fn best_of<'a>(desk: &mut Desk<'a>, groups: impl Iterator<Item = Vec<&'a Candidate>>) -> Option<Pair<'a>> {
-    let mut best: Option<Pair> = None;
-    for (looked, group) in groups.enumerate() {
-        // more than enough once something is found; without it, go on through everything
-        let place = group.first().map(|candidate| candidate.place);
-        let settled = best.as_ref().is_some_and(|pair| pair.first().map(|(c, _)| c.place) != place);
-        if settled || looked >= GROUPS && best.is_some() {
-            break;
-        }
-        if let Some(pair) = lengths_in(desk, &group)
-            && best.as_ref().is_none_or(|other| total(&pair) > total(other) + 0.5)
-        {
-            best = Some(pair);
+    let mut by_bar: BTreeMap<i64, Vec<Vec<&'a Candidate>>> = BTreeMap::new();
+    for group in groups.into_values() {
+        if let Some(level) = group.iter().find(|c| c.solved.h_mm.abs() < LEVEL_MM) {
+            by_bar.entry((level.bar_mm * 1e3).round() as i64).or_default().push(group);
         }
     }
-    best
+    by_bar.into_values().find_map(|groups| most_telling_lengths(desk, groups))
+}
+
+/// The group whose clear sweeps tell most; of equals the one with the ball nearest the nose, then the linear axes nearest zero.
+fn most_telling_lengths<'a>(desk: &mut Desk<'a>, groups: Vec<Vec<&'a Candidate>>) -> Option<Pair<'a>> {
+    let mut ranked: Vec<_> = groups
+        .into_iter()
+        .filter_map(|group| {
+            let level = *group.iter().find(|c| c.solved.h_mm.abs() < LEVEL_MM)?;
+            let whole = |extended: &'a Candidate| left_by(desk, [(level, None), (extended, None)].into_iter());
+            let least = next_longer(&group, level.bar_mm).into_iter().map(whole).reduce(f64::min)?;
+            let moved: f64 = group.iter().map(|c| travel(desk, c)).fold(f64::MAX, f64::min);
+            Some(((least / SAME_WORTH).floor(), level.place, moved, group))
+        })
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.total_cmp(&b.2)));
+    let mut best: Option<(f64, usize, Pair)> = None;
+    for (looked, (bound, place, _, group)) in ranked.into_iter().enumerate() {
+        let is_settled = |(least, ..): &(f64, usize, Pair)| looked >= MOST_GROUPS || bound * SAME_WORTH >= *least;
+        if best.as_ref().is_some_and(is_settled) {
+            break;
+        }
+        let Some(pair) = lengths_in(desk, &group) else { continue };
+        let left = left_by_pair(desk, &pair);
+        let is_better = |(least, nearest, _): &(f64, usize, Pair)| {
+            left < least - SAME_WORTH || left < least + SAME_WORTH && place < *nearest
+        };
+        if best.as_ref().is_none_or(is_better) {
+            best = Some((left, place, pair));
+        }
+    }
+    best.map(|(.., pair)| pair)
 }
 
 /// How far the linear axes stand from zero, mm: setups near zero feel their errors least.
@@ -189,21 +211,22 @@ fn one_pivot<'a>(desk: &mut Desk<'a>, axes: &[usize]) -> Option<Pair<'a>> {
     let mut ranked: Vec<_> =
         keys.drain(..).filter_map(|key| bar(&key).map(|bars| (bars, key.1, moved(&key), key))).collect();
     ranked.sort();
-    let mut best: Option<Pair> = None;
+    let mut best: Option<(f64, Pair)> = None;
     for (looked, (_, place, _, key)) in ranked.iter().enumerate() {
-        let settled = best.as_ref().is_some_and(|pair| pair.first().is_some_and(|(c, _)| c.place != *place));
+        let settled = best.as_ref().is_some_and(|(_, pair)| pair.first().is_some_and(|(c, _)| c.place != *place));
         if settled || looked >= GROUPS && best.is_some() {
             break;
         }
         let pairs: Option<Vec<Pair>> = by_axis.iter().map(|groups| lengths_in(desk, groups.get(key)?)).collect();
         if let Some(pairs) = pairs {
             let all: Pair = pairs.into_iter().flatten().collect();
-            if best.as_ref().is_none_or(|other| total(&all) > total(other) + 0.5) {
-                best = Some(all);
+            let left = left_by_pair(desk, &all);
+            if best.as_ref().is_none_or(|(least, _)| left < least - SAME_WORTH) {
+                best = Some((left, all));
             }
         }
     }
-    best
+    best.map(|(_, pair)| pair)
 }
 
 /// Tests of one place along an axis that are paired with those of other places: the ones that tell most alone.

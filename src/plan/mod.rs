@@ -23,6 +23,8 @@
 //! | `pairs` | which two tell together what neither tells alone? |
 //! | `one_pivot` | which tests, all from one pivot setup? |
 //! | `searches` | which goals are searched for, and which choice is kept? |
+//! | `finer` | which places and setups lie between those? |
+//! | `refine` | what do they save of a choice? |
 //! | `part` | what is the cheapest part of a choice that is as good? |
 //! | `planned` | in which order, and what comes out? |
 //! | `mounting` | which parts of the kit make a test's bar and carry its spindle ball? |
@@ -40,22 +42,27 @@ mod candidates;
 mod choose;
 mod clearing;
 mod course;
+mod finer;
 mod following;
 mod free_range;
 mod greedy;
 mod indexed;
 mod information;
 mod knowledge;
+mod little_moves;
 mod method;
 mod mounting;
 mod one_pivot;
 mod out_of_reach;
+mod pace;
 mod pairs;
 mod part;
 mod places;
+mod placing;
 mod planar;
 mod planned;
 mod reach;
+mod refine;
 mod run_in;
 mod searches;
 mod settings;
@@ -76,12 +83,15 @@ pub use free_range::free_parts;
 pub use indexed::IndexError;
 pub use information::{Block, Nuisance, Uncertainty, Unknowns};
 pub use knowledge::Knowledge;
+pub use little_moves::LittleMove;
 pub use method::{Method, MethodError};
 pub use mounting::{Arm, CupLooks, Mounting};
 pub use out_of_reach::OutOfReach;
+pub use pace::CHORD_MM;
+pub use placing::Placing;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearArc, ClearSweep, longest_sweep};
-pub use run_in::{CutRunIn, OFF_LIMIT, RUN_IN, RunEnd, cut_run_ins, rows_with_run_in};
+pub use run_in::{CutRunIn, OFF_LIMIT, RUN_IN, RunEnd, bare_session, beyond_path, cut_run_ins, rows_with_run_in};
 pub use settings::{Goal, Settings};
 pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;

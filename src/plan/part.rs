@@ -25,6 +25,29 @@ struct Least {
 /// What a part must tell: of each wanted error that the reference sees.
 pub(super) struct Demand(Vec<Option<Least>>);
 
+impl Demand {
+    /// Number of errors of which something is demanded.
+    pub fn errors(&self) -> usize {
+        self.0.iter().flatten().count()
+    }
+
+    /// By how much variances miss it: Σ ln (σ/σ demanded) over those that are too large; 0 when it is met.
+    pub fn open(&self, variances: &[f64]) -> f64 {
+        let over = |(variance, least): (&f64, &Option<Least>)| {
+            least.map_or(0.0, |least| 0.5 * (variance / (least.variance * (1.0 + 1e-9))).ln().max(0.0))
+        };
+        variances.iter().zip(&self.0).map(over).sum()
+    }
+
+    /// By how much tests leave more to priors than it allows: Σ of the shares that are too large.
+    pub fn open_by_priors(&self, desk: &Desk, blocks: Vec<&Block>) -> f64 {
+        let over = |(fit, least): (super::words::Fitted, &Option<Least>)| {
+            least.map_or(0.0, |least| (fit.prior_share - least.prior_share - 1e-9).max(0.0))
+        };
+        fitted(desk, &blocks).into_iter().zip(&self.0).map(over).sum()
+    }
+}
+
 /// A branch of the search: tests decided upon so far.
 struct Branch {
     kept: Vec<usize>,
@@ -119,18 +142,11 @@ impl Parts<'_, '_> {
     }
 
     fn is_sharp(&self, knowledge: &Knowledge) -> bool {
-        let fits = |(variance, least): (&f64, &Option<Least>)| {
-            least.is_none_or(|least| *variance <= least.variance * (1.0 + 1e-9))
-        };
-        knowledge.variances().iter().zip(&self.demand.0).all(fits)
+        self.demand.open(&knowledge.variances()) == 0.0
     }
 
     fn is_enough(&self, knowledge: &Knowledge, kept: &[usize]) -> bool {
         let blocks: Vec<&Block> = kept.iter().map(|&k| &*self.tests[k].block).collect();
-        self.is_sharp(knowledge)
-            && fitted(self.desk, &blocks)
-                .iter()
-                .zip(&self.demand.0)
-                .all(|(fit, least)| least.is_none_or(|least| fit.prior_share <= least.prior_share + 1e-9))
+        self.is_sharp(knowledge) && self.demand.open_by_priors(self.desk, blocks) == 0.0
     }
 }

@@ -33,12 +33,14 @@ pub(super) enum Offer {
     Level,
     /// The same, and every pivot with every spindle ball: one pivot and one ball are to serve all axes.
     Common,
+    /// One pivot near one that was chosen, with every spindle ball of a free choice.
+    Near,
 }
 
 impl Offer {
     /// The places that methods of the thesis ask for are among them.
     fn is_for_methods(self) -> bool {
-        self != Offer::Spread
+        matches!(self, Offer::Level | Offer::Common)
     }
 }
 
@@ -63,6 +65,24 @@ pub(super) fn pivot_sites(
         }
     }
     all
+}
+
+/// The place on the same mount that lies some way along, across and above from another, to the millimetre; `None` where the stand
+/// has no room.
+pub(super) fn moved_site(bodies: &Bodies, kit: &Kit, site: &PivotSite, way_mm: [f64; 3]) -> Option<PivotSite> {
+    let mount = &bodies.mounts[site.mount];
+    let from = site.at - mount.middle;
+    let beside = [from.dot(&mount.along), from.dot(&mount.across()), from.dot(&mount.normal)];
+    // what does not move keeps its place to the nanometre
+    let [u, mut v, height_mm] =
+        [0, 1, 2].map(|k| if way_mm[k] == 0.0 { beside[k] } else { (beside[k] + way_mm[k]).round() + 0.0 });
+    if let Some(pitch) = mount.slot_pitch_mm {
+        v = (v / pitch).round() * pitch;
+    }
+    let [lowest, highest] = kit.pivot_stand.height_mm;
+    let stands = mount.holds(u, v, kit.pivot_stand.base_radius_mm) && (lowest..=highest).contains(&height_mm);
+    let at = (mount.point(u, v) + mount.normal * height_mm).map(|x| tidy(x, NANOMETRE));
+    stands.then_some(PivotSite { at, height_mm, ..*site })
 }
 
 /// Mounts with their indices; a surface listed twice, under whatever name, offers nothing new and counts once.

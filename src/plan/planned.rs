@@ -7,7 +7,9 @@ use super::candidates::Candidate;
 use super::choose::{Choice, Desk, Entry};
 use super::course::Drive;
 use super::knowledge::Knowledge;
+use super::little_moves::{LittleMove, little_moves};
 use super::mounting::Mounting;
+use super::placing::Placing;
 use super::reach::ClearSweep;
 use super::words::{ErrorForecast, forecasts};
 use crate::collision::Instrument;
@@ -17,6 +19,8 @@ use crate::session::{Follow, Path, Test};
 /// One test of a plan, run in both directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedTest {
+    /// Place in the order of the plan, from 1.
+    pub number: usize,
     /// The session test from lower to upper end.
     pub test: Test,
     /// The axis that turns; on a circle the linear axis that carries the cosine.
@@ -25,7 +29,8 @@ pub struct PlannedTest {
     pub rho_mm: f64,
     /// Distance of the still ball along the axis line from the foot of the other, mm.
     pub h_mm: f64,
-    /// Radius on which the faster ball goes round, mm.
+    /// Radius on which one ball goes round as seen from the other, mm; of the carried ball about the axis where the bar keeps
+    /// its direction.
     pub way_radius_mm: f64,
     pub sweep: ClearSweep,
     /// Both directions, mounting apart, min.
@@ -42,6 +47,8 @@ pub struct PlannedTest {
     pub approach: Approach,
     /// Parts of the kit that are mounted.
     pub mounting: Mounting,
+    /// How the pivot's place is found.
+    pub placing: Placing,
 }
 
 impl PlannedTest {
@@ -97,9 +104,30 @@ pub struct Plan {
     /// Avoided regions that lie between park positions; what would bring errors below the goal that the linear axes keep above
     /// it, in words with the figures.
     pub advice: Vec<String>,
+    /// Little moves from the park position of the first test that show the sense of the axes that the plan moves.
+    pub little_moves: Vec<LittleMove>,
 }
 
+/// Axes that stand within this of one place are not moved, mm or rad.
+const STANDS: f64 = 1e-6;
+
 impl<'a> Desk<'a> {
+    /// Little moves of all axes that the tests move, from the park position of the first.
+    fn little_moves(&mut self, tests: &[PlannedTest]) -> Vec<LittleMove> {
+        let Some(first) = tests.first() else { return Vec::new() };
+        let Ok(instrument) = Instrument::of(self.world, self.bodies, self.kit, &first.test) else { return Vec::new() };
+        let park = &first.approach.park;
+        let moves = |axis: usize| {
+            tests.iter().any(|test| {
+                let corners = test.approach.corners();
+                test.run.iter().chain(&corners).any(|row| (row[axis] - park[axis]).abs() > STANDS)
+            })
+        };
+        let axes: Vec<usize> = first.approach.park_order.iter().copied().filter(|&axis| moves(axis)).collect();
+        let scene = instrument.scene_without_bar(self.world);
+        little_moves(self.machine, &scene, park, &axes, self.settings.margin_mm, &mut self.scratch)
+    }
+
     /// Ways to the tests: from one park position for all where there is such a one, else each from its own.
     fn approaches(&mut self, order: &[&Entry]) -> Vec<Option<Approach>> {
         let mut best: Vec<Option<Approach>> = vec![None; order.len()];
@@ -158,7 +186,7 @@ impl<'a> Desk<'a> {
         let errors = forecasts(self, &order);
         let approaches = self.approaches(&order);
         let mut names: HashMap<String, usize> = HashMap::new();
-        let tests: Vec<PlannedTest> = order
+        let mut tests: Vec<PlannedTest> = order
             .iter()
             .zip(approaches)
             .filter_map(|(entry, approach)| {
@@ -171,12 +199,14 @@ impl<'a> Desk<'a> {
                 let count = names.entry(base.clone()).or_default();
                 *count += 1;
                 let name = format!("{base}-{count}");
-                let site = &self.all.sites[candidate.site];
+                let site = self.site(candidate.site);
                 let mut test = self.test(candidate, name, (sweep.from_deg, sweep.to_deg));
                 test.spindle_ball.indexed_about = entry.indexed_about;
                 let instrument = Instrument::of(self.world, self.bodies, self.kit, &test).ok()?;
                 let mounting = Mounting::of(self.bodies, self.kit, &test, &instrument)?;
                 Some(PlannedTest {
+                    number: 0,
+                    placing: Placing::of(self.machine, self.kit, &test, &self.settings.uncertainty),
                     test,
                     axis: candidate.axis,
                     rho_mm: candidate.solved.rho_mm,
@@ -193,6 +223,7 @@ impl<'a> Desk<'a> {
                 })
             })
             .collect();
+        tests.iter_mut().enumerate().for_each(|(index, test)| test.number = index + 1);
         let pivots: HashSet<usize> = order.iter().map(|entry| entry.candidate.site).collect();
         let goal = &self.settings.goal;
         let goal_reached = errors.iter().all(|error| {
@@ -201,13 +232,15 @@ impl<'a> Desk<'a> {
         });
         let parked: Vec<_> = tests.iter().map(|test| (test.test.name.as_str(), &test.approach)).collect();
         let advice = crossings(self.machine, &self.settings.avoid, &parked);
+        let little_moves = self.little_moves(&tests);
         Plan {
+            little_moves,
             tests,
             errors,
             minutes,
             pivot_setups: pivots.len(),
             curve,
-            considered: self.all.list.len(),
+            considered: self.all.list.len() + self.finer.count(),
             goal_reached,
             one_pivot: None,
             advice,

@@ -32,8 +32,8 @@ pub struct ClearSweep {
 const COARSE_DEG: f64 = 5.0;
 /// Shortest capture arc worth running, deg.
 pub const SHORTEST_DEG: f64 = 40.0;
-/// Resolution of the least clearance reported, mm.
-const TOLERANCE_MM: f64 = 0.1;
+/// Resolution of the least clearance reported, mm: with the rounding to 0.01 mm it is right to 0.05.
+const TOLERANCE_MM: f64 = 0.04;
 
 /// The least clearance over the rows of a clear arc: it takes as long as finding the arc, so only what is planned is measured.
 pub fn measured(scene: &Scene, arc: &ClearArc, rows: &[Vec<f64>], scratch: &mut Scratch) -> ClearSweep {

@@ -86,11 +86,16 @@ impl<'a> Desk<'a> {
         let half = scaled(&default, TIGHTEST_OF_DEFAULT);
         let asked = self.goals.clone();
         let mut found: Vec<(Goal, Found<'a>)> = Vec::new();
+        let mut refined: Vec<Choice<'a>> = Vec::new();
         for rung in self.rungs() {
             self.goals = goals(&self.unknowns, &rung);
             // what only a search of all pairs finds, one of these two rungs has found
             self.tries_all_pairs = is_within(&half, &rung) && is_within(&rung, &default);
             found.push((rung, self.once()));
+            // a tighter rung is refined where it is what is asked for: what it finds serves a looser goal too seldom
+            if is_within(&default, &rung) {
+                refined.push(self.refined_of(&found, &refined));
+            }
         }
         self.goals = asked;
         self.tries_all_pairs = true;
@@ -98,7 +103,22 @@ impl<'a> Desk<'a> {
         if !is_covered {
             found.push((goal, self.once()));
         }
-        // as good as the search at a rung no looser than the default that determines most, the loosest of equals
+        if refined.is_empty() || !is_covered && !is_within(&default, &goal) {
+            refined.push(self.refined_of(&found, &refined));
+        }
+        let best = self.best_of(&found, &refined);
+        let one = self.one_pivot(&best).or_else(|| {
+            let ones: Vec<&Choice<'a>> = found.iter().filter_map(|(_, found)| found.one_pivot.as_ref()).collect();
+            let reference = found[self.reference(&found)].1.one_pivot.as_ref().or(ones.last().copied())?;
+            self.one_pivot(&self.cheapest_of(ones.clone(), reference))
+        });
+        (best, one)
+    }
+
+    /// The search whose choice the others must be as good as: at a rung no looser than the default the one that determines most,
+    /// the loosest of equals.
+    fn reference(&self, found: &[(Goal, Found<'a>)]) -> usize {
+        let default = Settings::default().goal;
         let mut reference = 0;
         for (place, (rung, one)) in found.iter().enumerate() {
             let determined = self.reached(&one.choice).determined;
@@ -106,14 +126,21 @@ impl<'a> Desk<'a> {
                 reference = place;
             }
         }
-        let ones: Vec<&Choice<'a>> = found.iter().filter_map(|(_, found)| found.one_pivot.as_ref()).collect();
-        let choices = found.iter().map(|(_, found)| &found.choice).chain(ones.iter().copied());
-        let best = self.cheapest_of(choices.collect(), &found[reference].1.choice);
-        let one = self.one_pivot(&best).or_else(|| {
-            let reference = found[reference].1.one_pivot.as_ref().or(ones.last().copied())?;
-            self.one_pivot(&self.cheapest_of(ones.clone(), reference))
-        });
-        (best, one)
+        reference
+    }
+
+    /// The cheapest part of all choices found by now.
+    fn best_of(&self, found: &[(Goal, Found<'a>)], refined: &[Choice<'a>]) -> Choice<'a> {
+        let ones = found.iter().filter_map(|(_, found)| found.one_pivot.as_ref());
+        let choices = found.iter().map(|(_, found)| &found.choice).chain(ones).chain(refined);
+        self.cheapest_of(choices.collect(), &found[self.reference(found)].1.choice)
+    }
+
+    /// The same made cheaper.
+    fn refined_of(&mut self, found: &[(Goal, Found<'a>)], refined: &[Choice<'a>]) -> Choice<'a> {
+        let best = self.best_of(found, refined);
+        let demand = self.demand(&found[self.reference(found)].1.choice);
+        self.refined(best, &demand)
     }
 
     /// The cheapest part of some choices that is as good as the reference, or reaches the goals.

@@ -18,6 +18,8 @@ pub(super) struct Sight {
 
 /// Setups of each axis that stand for all when it is asked what lengths can show.
 const SAMPLE: usize = 16;
+/// Setups in which errors that the sample does not show are looked for.
+const LOOKED_AT: usize = 12_000;
 /// Correlation from which two errors that no length shows are named together: three that share a sum have about a half.
 const TOGETHER: f64 = 0.4;
 
@@ -31,6 +33,20 @@ pub(super) fn sights(desk: &Desk) -> Vec<Sight> {
         let step = mine.len().div_ceil(SAMPLE).max(1);
         for candidate in mine.iter().step_by(step) {
             let block = desk.entry(candidate, None).block;
+            loose.add(&block);
+            known.add(&block);
+        }
+    }
+    // what the sample does not show, some other setup may
+    for candidate in desk.all.list.iter().step_by(desk.all.list.len().div_ceil(LOOKED_AT).max(1)) {
+        let is_unseen = |k: &usize| loose.prior_share(*k) >= HALF;
+        let unseen: Vec<usize> = (0..unknowns.wanted).filter(is_unseen).collect();
+        if unseen.is_empty() {
+            break;
+        }
+        let block = desk.entry(candidate, None).block;
+        let with = loose.variances_with(&block);
+        if unseen.iter().any(|&k| with[k] < HALF * loose.covariance(k, k)) {
             loose.add(&block);
             known.add(&block);
         }
@@ -70,11 +86,11 @@ pub(super) fn no_length_tells(desk: &Desk, k: usize) -> Option<String> {
 }
 
 /// Errors that lengths show in one sum only.
-pub(super) fn only_together(names: &[String], by_pivot: bool) -> String {
+fn only_together(names: &[String], by_pivot: bool) -> String {
     let shared = if by_pivot { " and the pivot's place" } else { "" };
     format!("only together with {}{shared}: what moves both alike changes no ball-bar length", names.join(", "))
 }
 
 /// An error that stands for the pivot's own place.
-pub(super) const ONLY_BY_PIVOT: &str =
+const ONLY_BY_PIVOT: &str =
     "only through how well the pivot's place is known: what moves the whole branch changes no ball-bar length";

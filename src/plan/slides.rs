@@ -54,8 +54,8 @@ impl Slides {
 
 /// Resolution at which the arc within ranges is looked for, deg.
 const RANGE_STEP_DEG: f64 = 2.0;
-/// Linear axes stay this far inside their ranges, mm: off the limit, and what a straight run-in of 4 mm or 4 deg leaves the
-/// circle by, at most 0.14 mm (where both are the same way), which is more than between two neighbours of that resolution.
+/// Linear axes stay this far inside their ranges, mm: off the limit, and what they do between two neighbours of that
+/// resolution, r·(2°)²/8, 0.15 mm at a radius of 1 m.
 const INSIDE_MM: f64 = OFF_LIMIT + 0.15;
 
 /// The longest part of an arc over which, run-in included, the linear axes stay in range and out of avoided regions, rad.

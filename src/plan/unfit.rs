@@ -13,7 +13,7 @@ pub(super) fn no_lengths(desk: &Desk, axis: usize) -> String {
         let name = &desk.machine.axes[axis].name;
         let bars = level_bars(desk, axis).first().map(|short| bar_and_next(desk, *short)).unwrap_or_default();
         format!(
-            "axis {name} has no pair of tests{bars} that is clear by {} mm{}",
+            "axis {name} has no pair of tests{bars} that is clear by {} mm from the places tried{}",
             desk.settings.margin_mm,
             pairs(desk, axis)
         )
@@ -30,7 +30,7 @@ pub(super) fn no_pivot_for_all(desk: &Desk, axes: &[usize]) -> String {
     if common.is_empty() {
         let names: Vec<&str> = axes.iter().map(|&axis| desk.machine.axes[axis].name.as_str()).collect();
         return format!(
-            "none of the {} pivot places tried, with {} places of the spindle ball, stands a bar's length from the lines of {} alike; add a mount or a stand that does, or use chapter4 or chapter7 with several pivots",
+            "none of the {} pivot places tried, with {} places of the spindle ball, stands a bar's length from the lines of {} alike; add a mount or a stand that does; chapter4 and chapter7 use several pivots",
             desk.all.sites.len(),
             desk.all.places.len(),
             names.join(" and ")
@@ -52,12 +52,12 @@ pub(super) fn no_places(desk: &Desk, axis: usize) -> String {
     let (low, high) = along.iter().fold((f64::MAX, f64::MIN), |(low, high), &at| (low.min(at), high.max(at)));
     if high - low <= APART_MM {
         return format!(
-            "axis {name}: the places for the short bar ({short} mm) lie {:.1} mm apart along it, and {APART_MM:.0} mm are needed; add a mount or a stand of another height",
+            "axis {name}: the places tried for the short bar ({short} mm) lie {:.1} mm apart along it, and {APART_MM:.0} mm are needed; add a mount or a stand of another height",
             high - low
         );
     }
     format!(
-        "axis {name} has no two places {APART_MM:.0} mm apart along it where the short bar ({short} mm) is clear by {} mm{}",
+        "axis {name} has no two places {APART_MM:.0} mm apart along it, of those tried, where the short bar ({short} mm) is clear by {} mm{}",
         desk.settings.margin_mm,
         pairs(desk, axis)
     )
@@ -87,7 +87,7 @@ fn lengths(desk: &Desk, axis: usize) -> Option<String> {
             Some(format!(": the nearest setup needs {name} = {at:.1} mm, {beyond:.1} mm beyond its range"))
         });
         format!(
-            "axis {name}: no longer bar reaches from where the short one ({short} mm) is level{}",
+            "axis {name}: no longer bar reaches from the places tried where the short one ({short} mm) is level{}",
             limit.unwrap_or_default()
         )
     })
@@ -112,7 +112,7 @@ fn no_level(desk: &Desk, axis: usize) -> String {
         String::new()
     };
     format!(
-        "no place tried brings a ball a bar's length from the line of axis {name}, as the short bar needs{least}: the kit '{}' makes {}{}; add a mount at that distance, or try the free plan",
+        "no place tried brings a ball a bar's length from the line of axis {name}, as the short bar needs{least}: the kit '{}' makes {}{}; add a mount at that distance, or plan without --method",
         desk.kit.name,
         kit_lengths(desk),
         slots.unwrap_or_default()

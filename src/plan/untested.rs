@@ -38,17 +38,19 @@ pub(super) fn untested(desk: &Desk, axis: usize) -> Option<String> {
     }
     if let Some((limit, (at, beyond))) = misses.limits.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
         return Some(format!(
-            "limits leave no setup of axis {name}: the nearest one needs {} = {at:.1} mm, {beyond:.1} mm beyond its range",
+            "limits leave no setup of axis {name} from the places tried: the nearest one needs {} = {at:.1} mm, {beyond:.1} mm beyond its range",
             machine.axes[*limit].name
         ));
     }
     if let Some(by) = misses.bar_short_mm {
-        return Some(format!("no bar of the kit reaches for axis {name}: the longest is {by:.1} mm too short"));
+        return Some(format!(
+            "no bar of the kit reaches for axis {name} from the places tried: the longest is {by:.1} mm too short"
+        ));
     }
     if misses.tried == 0 {
         return Some(format!("no mounting surface lets a ball be carried by axis {name} at a lever"));
     }
-    Some(format!("the linear axes cannot bring the balls onto the line of axis {name}"))
+    Some(format!("the linear axes cannot bring the balls onto the line of axis {name} from the places tried"))
 }
 
 /// The range, or what is left of it, is too narrow for any capture arc.
@@ -101,8 +103,15 @@ fn in_the_way(desk: &Desk, axis: usize, reachable: usize) -> Option<String> {
         Some(deg) => format!(" of {SHORTEST_DEG:.0}° in the {deg:.0}° that range and --avoid leave"),
         None => String::new(),
     };
-    let sweeps = most_often(&sweeps)
-        .map(|most| format!("no setup of axis {name} stays {margin} mm clear over a useful sweep{of_what}: {most}"));
+    // a search gives up what proves hopeless: the rest was not looked at
+    let of_how_many = if count < reachable {
+        format!("none of {count} setups looked at, of {reachable} reachable ones,")
+    } else {
+        "no reachable setup tried".into()
+    };
+    let sweeps = most_often(&sweeps).map(|most| {
+        format!("{of_how_many} of axis {name} stays {margin} mm clear over a useful sweep{of_what}: {most}")
+    });
     let ways = most_often(&ways)
         .map(|most| format!("where the sweep of {name} is clear, no way from a park position to its start is: {most}"));
     Some([sweeps, ways].into_iter().flatten().collect::<Vec<_>>().join("; "))

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::choose::{Desk, Entry};
 use super::information::{Block, HELD, LOOSE, Nuisance};
 use super::knowledge::Knowledge;
-use super::sight::{ONLY_BY_PIVOT, no_length_tells, only_together};
+use super::sight::no_length_tells;
 use super::untested::untested;
 use crate::machine::AxisKind;
 
@@ -130,7 +130,7 @@ const LIMITS_BELOW: f64 = 0.7;
 
 /// What keeps a determined error above its goal.
 fn missed_goal(desk: &Desk, k: usize, by_square: bool, by_slides: bool) -> Option<String> {
-    let of = &desk.unknowns.uncertainty();
+    let of = desk.unknowns.linear_axes();
     if desk.untimed.as_ref().is_some_and(|untimed| untimed.reaches[k]) {
         return out_of_time(desk);
     }
@@ -140,23 +140,23 @@ fn missed_goal(desk: &Desk, k: usize, by_square: bool, by_slides: bool) -> Optio
         }
         (false, true) => Some(format!(
             "above the goal: the linear axes may stand {:.0} um per metre from where they are told to",
-            of.linear_per_mm * 1e6
+            of.positioning.max(of.straightness) * 1e6
         )),
         (false, false) if desk.settings.method.is_some() => Some(
-            "above the goal: what noise and setups leave in the tests of this --method; plan without it for more"
+            "above the goal: what noise and setups leave in the tests of this --method; a plan without it may tell more"
                 .into(),
         ),
         (false, false) => {
-            Some("above the goal: what noise and setups leave, and no further test is worth its time".into())
+            Some("above the goal: what noise and setups leave, and no further test that was tried pays".into())
         }
     }
 }
 
-/// What the time allowed leaves out, and the time that is needed.
+/// What the time allowed leaves out, and the time that the plan found for the whole goal takes, which is no least one.
 fn out_of_time(desk: &Desk) -> Option<String> {
     let (allowed, untimed) = (desk.settings.goal.minutes?, desk.untimed.as_ref()?);
     Some(format!(
-        "not within {allowed} minutes: the plan that brings it takes {:.1}; write --minutes {:.0} or more",
+        "not within {allowed} minutes: the shortest plan found for the whole goal has it and takes {:.1} (--minutes {:.0}); shorter ones may exist",
         untimed.minutes,
         untimed.minutes.ceil()
     ))
@@ -176,7 +176,9 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
         return why;
     }
     if desk.machine.axes[axis].kind == AxisKind::Linear {
-        return format!("no circle or other test that is reachable and clear tells how square {name} is");
+        return format!(
+            "no circle or other test that is chosen tells how square {name} is, and no further one that was tried pays"
+        );
     }
     if let Some(why) = no_length_tells(desk, k) {
         return why;
@@ -204,11 +206,12 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
         });
         return match untested {
             Some(why) => format!("only together with {}: {why}", names.join(", ")),
-            None => only_together(&names, by_pivot),
+            None => told_together(&names, by_pivot),
         };
     }
     if by_pivot {
-        return ONLY_BY_PIVOT.into();
+        return "the chosen tests tell it only through how well the pivot's place is known, and no further test that was tried pays"
+            .into();
     }
     let rotary = (0..desk.machine.axes.len()).filter(|&k| desk.machine.axes[k].kind == AxisKind::Rotary);
     let other =
@@ -217,14 +220,28 @@ fn reason(desk: &Desk, plain: &Knowledge, k: usize, tested: &HashSet<usize>, by_
         (Some(why), _) => why,
         (None, Some(why)) => format!("tests of axis {name} alone do not tell it, and {why}"),
         (None, None) if !tested.contains(&axis) => {
-            format!("no test of axis {name} is chosen: none of its clear setups pays within what the plan may take")
+            format!(
+                "no test of axis {name} is chosen: none of its setups that were tried pays within what the plan may take"
+            )
         }
-        (None, None) => format!("no chosen test of axis {name} sees it at a useful lever"),
+        (None, None) => format!("no chosen test of axis {name} tells it, and no further one that was tried pays"),
     }
+}
+
+/// Errors that the chosen tests show in one sum only, which other tests might part.
+fn told_together(names: &[String], by_pivot: bool) -> String {
+    let shared = if by_pivot { " and the pivot's place" } else { "" };
+    format!(
+        "the chosen tests tell it only together with {}{shared}, and no further test that was tried parts them at a price that pays",
+        names.join(", ")
+    )
 }
 
 /// The method asked for, and no property of the machine, leaves an error out that lengths show.
 fn by_method(desk: &Desk, k: usize) -> Option<String> {
     let by_method = desk.sights[k].is_seen && desk.settings.method.is_some();
-    by_method.then(|| "the tests of this --method do not show it; other tests do: plan without --method".into())
+    by_method.then(|| {
+        "the tests of this --method do not show it; lengths of other reachable setups would, clear or not: plan without --method"
+            .into()
+    })
 }

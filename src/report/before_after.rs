@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::course::path_data;
 use super::diagnosis::{FindingJson, RangeJson};
 use super::polar::{PolarPlot, PolarTrace, escape};
 use super::trace_plots::{Swept, swept};
@@ -211,16 +212,11 @@ fn unrolled(
     for (class, colour, values) in
         [("ba-before", "#0063a6", &residuals.before_mm), ("ba-after", "#c8500a", &residuals.after_mm)]
     {
-        let mut path = String::new();
-        let mut pen = 'M';
-        for row in 0..rows {
-            if taken(row, values) {
-                let _ = write!(path, "{pen}{:.1} {:.1}", x(abscissa[row]), y(values[row] * UM_PER_MM));
-                pen = 'L';
-            } else {
-                pen = 'M';
-            }
-        }
+        let path = path_data(
+            rows,
+            |row| taken(row, values).then(|| values[row] * UM_PER_MM),
+            |row, um| (x(abscissa[row]), y(um)),
+        );
         let _ = writeln!(
             svg,
             "<path class=\"{class}\" d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\" stroke-linejoin=\"round\"/>"

@@ -2,12 +2,15 @@
 
 use std::fmt::Write as _;
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::linear_axes::{LinearAxesJson, linear_axes_json};
+use super::meetings::{BodyPairs, BodyPairsJson, body_pairs_json, body_pairs_text};
 use super::number::position;
 use super::table::Table;
-use crate::chain::Pose;
-use crate::machine::{Axis, AxisKind, Component, ErrorName, Machine};
+use crate::chain::{Pose, View};
+use crate::machine::{Axis, AxisKind, Component, Directions, DirectionsUnstated, ErrorName, Machine};
 
 /// A link's transforms: bed from link, mm.
 #[derive(Debug, Clone)]
@@ -23,6 +26,14 @@ pub struct LinkPose {
 pub struct Placement {
     pub positions: Vec<f64>,
     pub links: Vec<LinkPose>,
+}
+
+/// The sense of every axis in words, by axis index.
+#[derive(Debug, Clone)]
+pub struct Senses {
+    pub as_read: Vec<String>,
+    /// What it would be under `iso841`, where the file states no sense; else empty.
+    pub else_iso841: Vec<String>,
 }
 
 /// What a session holds.
@@ -54,13 +65,20 @@ pub struct TestCheck {
 pub struct CheckJson {
     pub name: String,
     pub code: String,
+    /// `iso841` or `carried` as stated; null where the file states neither, which reads as `carried`.
+    pub directions: Option<&'static str>,
     pub axes: Vec<AxisJson>,
+    /// What the linear axes are taken to be; null without linear axes.
+    pub linear_axes: Option<LinearAxesJson>,
     /// Further link names with the axis that carries them, `b` for the bed.
     pub links: Vec<(String, String)>,
     /// The zero position, then the one asked for.
     pub placements: Vec<PlacementJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub session: Option<SessionCheck>,
+    /// Pairs of bodies, where the file has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<BodyPairsJson>,
 }
 
 /// One axis.
@@ -76,6 +94,11 @@ pub struct AxisJson {
     /// `mm` or `deg`.
     pub position_unit: &'static str,
     pub reversed: bool,
+    /// What a positive command does, in words.
+    pub sense: String,
+    /// What it would do under `iso841`, where the file states no sense.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sense_iso841: Option<String>,
     /// Location errors that the axis has, zero position included, with their values; others only when the file states them.
     pub location_errors: Vec<ErrorJson>,
     /// Names of component errors that the file states.
@@ -108,19 +131,29 @@ pub struct LinkJson {
 }
 
 /// The JSON value of a check.
-pub fn check_json(machine: &Machine, placements: &[Placement], session: Option<&SessionCheck>) -> CheckJson {
+pub fn check_json(
+    machine: &Machine,
+    senses: &Senses,
+    placements: &[Placement],
+    session: Option<&SessionCheck>,
+    bodies: Option<&BodyPairs>,
+) -> CheckJson {
     let carrier = |axis: &Option<usize>| axis.map_or("b", |axis| &machine.axes[axis].name).to_string();
     CheckJson {
         name: machine.name.clone(),
         code: machine.code.to_string(),
-        axes: machine.axes.iter().map(axis_json).collect(),
+        directions: machine.directions.map(Directions::name),
+        axes: (0..machine.axes.len()).map(|axis| axis_json(machine, axis, senses)).collect(),
+        linear_axes: linear_axes_json(machine),
         links: machine.link_names.iter().map(|(name, axis)| (name.clone(), carrier(axis))).collect(),
         placements: placements.iter().map(|placement| placement_json(machine, placement)).collect(),
         session: session.cloned(),
+        bodies: bodies.map(|pairs| body_pairs_json(machine, pairs)),
     }
 }
 
-fn axis_json(axis: &Axis) -> AxisJson {
+fn axis_json(machine: &Machine, index: usize, senses: &Senses) -> AxisJson {
+    let axis = &machine.axes[index];
     AxisJson {
         name: axis.name.clone(),
         kind: kind_name(axis.kind),
@@ -129,6 +162,8 @@ fn axis_json(axis: &Axis) -> AxisJson {
         range: axis.range.map(|(from, to)| [position(axis.kind, from), position(axis.kind, to)]),
         position_unit: axis.kind.position_unit(),
         reversed: axis.reversed,
+        sense: senses.as_read.get(index).cloned().unwrap_or_default(),
+        sense_iso841: senses.else_iso841.get(index).cloned(),
         location_errors: shown_errors(axis)
             .map(|component| ErrorJson {
                 name: ErrorName::location(component, &axis.name).to_string(),
@@ -193,18 +228,31 @@ fn without_minus_zero(value: f64) -> f64 {
 }
 
 /// The terminal text of a check.
-pub fn check_text(machine: &Machine, placements: &[Placement], session: Option<&SessionCheck>) -> String {
+pub fn check_text(
+    machine: &Machine,
+    senses: &Senses,
+    placements: &[Placement],
+    session: Option<&SessionCheck>,
+    bodies: Option<&BodyPairs>,
+) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}  {}", machine.name, machine.code);
     let _ = writeln!(out, "\nChain: {}\n", chain_words(machine));
     out.push_str(&axes_table(machine));
+    out.push_str(&senses_text(machine, senses));
     out.push_str("\nLocation errors\n");
     out.push_str(&errors_table(machine));
+    if let Some(budget) = linear_axes_json(machine) {
+        let _ = writeln!(out, "  {}", budget.says);
+    }
     for axis in machine.axes.iter().filter(|axis| !axis.component_errors.is_empty()) {
         let _ = writeln!(out, "  component errors of {}: {}", axis.name, component_names(axis).join(" "));
     }
     if let Some(session) = session {
         out.push_str(&session_text(machine, session));
+    }
+    if let Some(pairs) = bodies {
+        out.push_str(&body_pairs_text(machine, pairs));
     }
     let has_errors = machine
         .axes
@@ -233,7 +281,7 @@ fn chain_words(machine: &Machine) -> String {
 }
 
 fn axes_table(machine: &Machine) -> String {
-    let mut table = Table::new(&["axis", "kind", "direction", "origin mm", "range", "unit", "sense"]);
+    let mut table = Table::new(&["axis", "kind", "direction", "origin mm", "range", "unit"]);
     for axis in &machine.axes {
         let range = axis.range.map_or("unlimited".into(), |(from, to)| {
             format!("{} … {}", position(axis.kind, from), position(axis.kind, to))
@@ -245,10 +293,43 @@ fn axes_table(machine: &Machine) -> String {
             triple(axis.origin.into(), 3),
             range,
             axis.kind.position_unit().into(),
-            if axis.reversed { "reversed" } else { "right-handed" }.into(),
         ]);
     }
     table.text()
+}
+
+/// What a positive command does to each axis; both readings where the file states none.
+fn senses_text(machine: &Machine, senses: &Senses) -> String {
+    let mut out = String::new();
+    let stated = match machine.directions {
+        Some(directions) => directions.name(),
+        None => "NOT stated, read as carried",
+    };
+    let reversed: Vec<&str> = machine.axes.iter().filter(|axis| axis.reversed).map(|axis| axis.name.as_str()).collect();
+    let beside = if reversed.is_empty() { String::new() } else { format!("; reversed: {}", reversed.join(" ")) };
+    let _ = writeln!(out, "\nSense of axes ({stated}{beside}), seen by who looks along {}", looking(machine));
+    senses.as_read.iter().for_each(|words| {
+        let _ = writeln!(out, "  {words}");
+    });
+    if !senses.else_iso841.is_empty() {
+        out.push_str("with 'directions: iso841', the sense of most controls, it would be\n");
+        let other = senses.else_iso841.iter().zip(&senses.as_read).filter(|(other, read)| other != read);
+        other.for_each(|(words, _)| {
+            let _ = writeln!(out, "  {words}");
+        });
+        let _ = writeln!(out, "{}", DirectionsUnstated);
+    }
+    out
+}
+
+/// Where the operator looks.
+fn looking(machine: &Machine) -> String {
+    let along = |direction: &Vector3<f64>| match direction.iter().position(|part| (part.abs() - 1.0).abs() < 1e-9) {
+        Some(k) => format!("{}{}", if direction[k] > 0.0 { '+' } else { '-' }, ["x", "y", "z"][k]),
+        None => triple((*direction).into(), 4),
+    };
+    let view = View::of(machine);
+    format!("{} of R, {} to the right and {} up", along(&view.away), along(&view.right), along(&view.up))
 }
 
 /// Three numbers with at most `decimals` decimals.

@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, Placebo, Rival, Transfer};
+use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, MOST_RIVALS, Placebo, Rival, Transfer};
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct DiagnosisJson {
     pub verdict: &'static str,
+    /// Why the readings cannot be judged; null else.
+    pub reason: Option<String>,
+    /// What to look at whatever the verdict is.
+    pub warnings: Vec<String>,
     pub findings: Vec<FindingJson>,
     pub blind_to: Vec<BlindJson>,
     pub fit: FitBeforeAfterJson,
@@ -86,6 +90,8 @@ pub struct RivalJson {
     pub place: String,
     pub components: Vec<String>,
     pub probability: f64,
+    /// What is wrong and what to do, of a mistake in the files; null for physics.
+    pub says: Option<String>,
 }
 
 /// Test that would separate a finding from its rivals.
@@ -115,6 +121,11 @@ pub struct SmallestJson {
 /// Fit before and after.
 #[derive(Debug, Clone, Serialize)]
 pub struct FitBeforeAfterJson {
+    /// Readings, and how many of them were left out as gross outliers, with their share.
+    pub readings: usize,
+    pub left_out: usize,
+    pub left_out_share: f64,
+    /// Null where nothing could be fitted.
     pub rms_before_um: f64,
     pub rms_after_um: f64,
     /// Null for static poses without readings to spare, and where nothing could be fitted.
@@ -150,6 +161,8 @@ pub struct MovedJson {
 pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
     DiagnosisJson {
         verdict: diagnosis.verdict.name(),
+        reason: diagnosis.unjudged.clone(),
+        warnings: diagnosis.warnings.clone(),
         findings: match &diagnosis.data_fault {
             Some(fault) => vec![fault_json(fault)],
             None => diagnosis
@@ -161,6 +174,9 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
         },
         blind_to: diagnosis.blind_to.iter().map(blind_json).collect(),
         fit: FitBeforeAfterJson {
+            readings: diagnosis.readings(),
+            left_out: diagnosis.left_out,
+            left_out_share: diagnosis.left_out as f64 / diagnosis.readings().max(1) as f64,
             rms_before_um: diagnosis.rms_before_um,
             rms_after_um: diagnosis.rms_after_um,
             noise_um: diagnosis.noise_um,
@@ -200,36 +216,29 @@ fn blind_json(blind: &Blind) -> BlindJson {
     }
 }
 
-/// What is claimed of a mistake in the files, with those that leave the same numbers.
-const SURE_OF_FAULT: f64 = 0.99;
-
-/// Causes named beside a mistake at most.
-const MOST_NAMED: usize = 4;
-
 /// A mistake in the files as the only finding.
 fn fault_json(fault: &DataFault) -> FindingJson {
-    let others = fault.rivals.len() + fault.causes.len();
-    let probability = SURE_OF_FAULT / (1 + others.min(MOST_NAMED)) as f64;
     let rival = |rival: &Rival| RivalJson {
         effect: rival.effect.to_string(),
         driver: "data fault",
-        place: "recorder".into(),
+        place: rival.place.clone(),
         components: rival.components.clone(),
-        probability,
+        probability: rival.probability,
+        says: Some(rival.says.clone()),
     };
-    let causes = fault.causes.iter().map(|cause| rival_json(cause, probability));
+    let causes = fault.causes.iter().map(|cause| rival_json(cause, fault.probability));
     FindingJson {
         effect: fault.effect.to_string(),
         driver: "data fault",
-        place: "recorder".into(),
+        place: fault.place.clone(),
         components: fault.components.clone(),
         size: SizeJson { value: fault.shift_ms, unit: "ms", sigma: None, meaning: fault.says.clone() },
         located: WhereJson { tests: fault.tests.clone(), range: None },
-        probability,
+        probability: fault.probability,
         cross_validated: None,
         placebo: None,
         other_setups: None,
-        cannot_tell_from: causes.chain(fault.rivals.iter().map(rival)).take(MOST_NAMED).collect(),
+        cannot_tell_from: causes.chain(fault.rivals.iter().map(rival)).take(MOST_RIVALS).collect(),
         next_test: None,
     }
 }
@@ -293,5 +302,6 @@ fn rival_json(cause: &Cause, probability: f64) -> RivalJson {
         place: cause.place.clone(),
         components: cause.components.clone(),
         probability,
+        says: None,
     }
 }

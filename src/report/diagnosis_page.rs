@@ -41,6 +41,9 @@ pub fn diagnosis_page(
         escape(&session.machine.code.to_string())
     );
     let _ = writeln!(page, "<p class=\"verdict {}\">{}</p>", identifier(json.verdict), escape(&verdict_words(json)));
+    for warning in &json.warnings {
+        let _ = writeln!(page, "<p>{}</p>", escape(warning));
+    }
     figures(&mut page, json);
     let _ = write!(
         page,
@@ -72,12 +75,12 @@ fn figures(page: &mut String, json: &DiagnosisJson) {
     let shown = [
         Card {
             label: "residual before",
-            figure: format!("{:.2} µm", fit.rms_before_um),
+            figure: micrometres(fit.rms_before_um),
             note: "rms, location errors, balls and bars fitted".to_string(),
         },
         Card {
             label: "residual after",
-            figure: format!("{:.2} µm", fit.rms_after_um),
+            figure: micrometres(fit.rms_after_um),
             note: "rms, findings fitted with them".to_string(),
         },
         Card {
@@ -92,6 +95,11 @@ fn figures(page: &mut String, json: &DiagnosisJson) {
         },
     ];
     cards(page, &shown);
+}
+
+/// A residual, or a dash where nothing was fitted.
+fn micrometres(value_um: f64) -> String {
+    if value_um.is_finite() { format!("{value_um:.2} µm") } else { "–".into() }
 }
 
 fn section(

@@ -27,6 +27,9 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &Diagnosis
     let mut text = String::new();
     let _ = writeln!(text, "{} on {} {}", session.name, session.machine.name, session.machine.code);
     paragraph(&mut text, "", 0, &verdict_words(json));
+    for warning in &json.warnings {
+        paragraph(&mut text, "  ! ", 4, warning);
+    }
     for (index, finding) in json.findings.iter().enumerate() {
         let number = format!("\n{}. ", index + 1);
         paragraph(&mut text, &number, 3, &headline(finding));
@@ -66,6 +69,9 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         "explained" => format!("EXPLAINED by {count}"),
         "partly explained" => format!("PARTLY EXPLAINED by {count}"),
         "unexplained" => "UNEXPLAINED: something is there, its form is unknown".to_string(),
+        "cannot be judged" => {
+            format!("THESE READINGS CANNOT BE JUDGED: {}", json.reason.as_deref().unwrap_or_default())
+        }
         _ if is_fault_or_physics(json) => {
             "DATA FAULT, or what is named beside it: look which before anything is changed".to_string()
         }
@@ -76,15 +82,29 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         _ => String::new(),
     };
     let residual = match json.verdict {
+        _ if !fit.rms_before_um.is_finite() => "Nothing was fitted".to_string(),
+        _ if fit.rms_before_um == fit.rms_after_um => format!("Residual {:.2} µm rms", fit.rms_before_um),
         "clean" => format!("Residual {:.2} µm rms", fit.rms_before_um),
         _ => format!("Residual {:.2} → {:.2} µm rms", fit.rms_before_um, fit.rms_after_um),
     };
     let noise = match fit.noise_um {
         Some(noise_um) => format!("; noise floor {noise_um:.2}"),
-        None if json.verdict == "data fault" => String::new(),
+        None if ["data fault", "cannot be judged"].contains(&json.verdict) => String::new(),
         None => "; noise not known: no pose has readings to spare".to_string(),
     };
-    format!("{says}. {residual}{held_out}{noise}.{}", left_words(json))
+    format!("{says}. {residual}{held_out}{noise}{}.{}", outlier_words(json), left_words(json))
+}
+
+/// How many readings were left out.
+fn outlier_words(json: &DiagnosisJson) -> String {
+    match json.fit.readings {
+        0 => String::new(),
+        readings => format!(
+            "; {} of {readings} readings ({:.1} %) left out as gross outliers",
+            json.fit.left_out,
+            100.0 * json.fit.left_out_share
+        ),
+    }
 }
 
 /// Whether an effect of the machine says as much as a mistake in the files.
@@ -122,6 +142,9 @@ fn blind(text: &mut String, json: &DiagnosisJson) {
 
 /// What is not seen, from which size it would be, and by which test.
 pub fn blind_words(blind: &BlindJson) -> String {
+    if blind.effect == "axis-sign" {
+        return format!("the sense of {}: turned round it would fit as well; {}", blind.place, blind.test);
+    }
     let mut name = what(&blind.effect, &blind.place, &blind.components);
     if !name.contains('(') && !blind.components.is_empty() {
         let _ = write!(name, " ({})", blind.components.join(" "));
@@ -150,7 +173,7 @@ pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
 
 fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     let names: Vec<&String> = diagnosis.location_errors.iter().map(|moved| &moved.name).collect();
-    if json.verdict == "data fault" || names.is_empty() {
+    if ["data fault", "cannot be judged"].contains(&json.verdict) || names.is_empty() {
         return;
     }
     let shift = |name: &str| {

@@ -4,8 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::linear_axes::{LinearAxesJson, linear_axes_json};
+use super::sense_words::{SenseJson, senses_json};
 use super::words::{ControlJson, control_json, sign_in_words};
-use crate::identify::{AxisLine, Fit, NoiseModel, Quantity};
+use crate::diagnose::{DataFault, Examination, Rival};
+use crate::identify::{AxisLine, Fit, NoiseModel, Quantity, TurnedSense};
+use crate::machine::Directions;
 use crate::methods::CircleFigures;
 use crate::session::Session;
 use crate::units::UM_PER_MM;
@@ -16,6 +20,16 @@ pub struct FitJson {
     pub session: String,
     pub machine: String,
     pub code: String,
+    /// What the linear axes were taken to be; null without linear axes.
+    pub linear_axes: Option<LinearAxesJson>,
+    /// `fits`, `data fault` or `cannot be judged`; unless it fits nothing is determined.
+    pub verdict: &'static str,
+    /// Why it does not fit; null where it does.
+    pub reason: Option<String>,
+    /// The mistake in the files that explains the misfit; null where none is known.
+    pub mistake: Option<MistakeJson>,
+    /// What to look at although the fit stands.
+    pub warnings: Vec<String>,
     /// By ISO 230-1 name.
     pub location_errors: BTreeMap<String, LocationErrorJson>,
     /// Root mean square of the residuals that took part, µm.
@@ -25,6 +39,9 @@ pub struct FitJson {
     /// Readings that took part and readings left out as gross outliers.
     pub readings: usize,
     pub left_out: usize,
+    pub left_out_share: f64,
+    /// Noise of readings from row to row, whatever the model, µm; null for static poses.
+    pub repeats_um: Option<f64>,
     /// Root mean square over all readings whose residual is below 5 mm, µm.
     pub rms_below_5mm_um: f64,
     /// Parts of the noise model of sweeps, or of static poses where there is no sweep.
@@ -32,10 +49,73 @@ pub struct FitJson {
     pub tests: Vec<TestJson>,
     pub setups: Vec<SetupJson>,
     pub cannot_tell_apart: Vec<String>,
-    /// The rotary axes' lines as a control needs them.
+    /// Sense of the axes as the machine file or an option states it.
+    pub directions: Option<&'static str>,
+    /// Why no numbers for a control are given.
+    pub control_withheld: Option<String>,
+    /// The rotary axes' lines as a control needs them; none where the sense of the axes is not stated.
     pub control: Vec<ControlJson>,
+    /// Axes that the tests move, and whether the recordings tell their sense.
+    pub senses: Vec<SenseJson>,
     /// ISO 230-4 figures of the planar circles.
     pub circles: Vec<CircleFigures>,
+}
+
+/// A mistake in the files, with those that the recordings cannot tell from it.
+#[derive(Debug, Clone, Serialize)]
+pub struct MistakeJson {
+    pub effect: &'static str,
+    pub place: String,
+    pub components: Vec<String>,
+    pub tests: Vec<String>,
+    pub says: String,
+    pub probability: f64,
+    pub cannot_tell_from: Vec<RivalMistakeJson>,
+}
+
+/// A mistake that leaves the same.
+#[derive(Debug, Clone, Serialize)]
+pub struct RivalMistakeJson {
+    pub effect: &'static str,
+    pub place: String,
+    pub says: String,
+    pub probability: f64,
+}
+
+impl MistakeJson {
+    fn of(fault: &DataFault) -> MistakeJson {
+        let rival = |rival: &Rival| RivalMistakeJson {
+            effect: rival.effect,
+            place: rival.place.clone(),
+            says: rival.says.clone(),
+            probability: rival.probability,
+        };
+        MistakeJson {
+            effect: fault.effect,
+            place: fault.place.clone(),
+            components: fault.components.clone(),
+            tests: fault.tests.clone(),
+            says: fault.says.clone(),
+            probability: fault.probability,
+            cannot_tell_from: fault.rivals.iter().map(rival).collect(),
+        }
+    }
+}
+
+impl FitJson {
+    /// The same with what stands against believing the fit.
+    pub fn examined(mut self, examination: &Examination) -> FitJson {
+        self.verdict = match (&examination.fault, &examination.unjudged) {
+            (Some(_), _) => "data fault",
+            (None, Some(_)) => "cannot be judged",
+            (None, None) => "fits",
+        };
+        self.reason = examination.says().map(str::to_string);
+        self.mistake = examination.fault.as_ref().map(MistakeJson::of);
+        self.warnings = examination.warnings.clone();
+        self.repeats_um = examination.repeats_um;
+        self
+    }
 }
 
 /// The noise model of a reading.
@@ -65,7 +145,7 @@ impl NoiseJson {
 #[derive(Debug, Clone, Serialize)]
 pub struct LocationErrorJson {
     pub value: f64,
-    /// Standard deviation, priors included.
+    /// Standard deviation, priors and the budget of the linear axes included.
     pub sigma: f64,
     /// `um` or `arcsec`.
     pub unit: &'static str,
@@ -73,6 +153,8 @@ pub struct LocationErrorJson {
     pub determined: bool,
     /// Standard deviation if the spindle ball stood exactly where the session says.
     pub sigma_to_spindle_ball: f64,
+    /// Standard deviation if the linear axes were exact too: what noise leaves.
+    pub sigma_noise: f64,
     /// Known only relative to the place of the spindle ball.
     pub relative_to_spindle_ball: bool,
     /// Share of the variance that comes from priors (spindle balls held), 0 to 1; the rest comes from the data.
@@ -110,8 +192,14 @@ const COMPARABLE_LIMIT_MM: f64 = 5.0;
 /// Stands for the noise of a session without tests.
 static NO_NOISE: NoiseModel = NoiseModel { white_mm: 0.0, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0, offset_mm: 0.0 };
 
-/// The JSON value of a fit, its axis lines and the figures of its planar circles.
-pub fn fit_json(session: &Session, fit: &Fit, lines: &[AxisLine], circles: Vec<CircleFigures>) -> FitJson {
+/// The JSON value of a fit, its axis lines, what it says of senses, and the figures of its planar circles.
+pub fn fit_json(
+    session: &Session,
+    fit: &Fit,
+    lines: &[AxisLine],
+    senses: &[TurnedSense],
+    circles: Vec<CircleFigures>,
+) -> FitJson {
     let machine = &session.machine;
     let mut location_errors = BTreeMap::new();
     let mut setups = Vec::new();
@@ -127,6 +215,7 @@ pub fn fit_json(session: &Session, fit: &Fit, lines: &[AxisLine], circles: Vec<C
                         unit: unknown.measure.output_unit(),
                         determined: estimate.determined,
                         sigma_to_spindle_ball: out(estimate.sigma_to_spindle_ball),
+                        sigma_noise: out(estimate.sigma_noise),
                         relative_to_spindle_ball: estimate.relative_to_spindle_ball,
                         prior_share: estimate.prior_share,
                         setup_share: estimate.setup_share,
@@ -147,16 +236,26 @@ pub fn fit_json(session: &Session, fit: &Fit, lines: &[AxisLine], circles: Vec<C
     let sweep_noise = fit.noise.iter().find(is_sweep).or(fit.noise.first()).unwrap_or(&NO_NOISE);
     let near =
         fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|value| value.abs() < COMPARABLE_LIMIT_MM);
+    let (readings, left_out): (Vec<usize>, Vec<usize>) =
+        fit.tests.iter().map(|test| (test.kept.iter().filter(|kept| **kept).count(), test.left_out.len())).unzip();
+    let (readings, left_out): (usize, usize) = (readings.iter().sum(), left_out.iter().sum());
     FitJson {
+        verdict: "fits",
+        reason: None,
+        mistake: None,
+        warnings: Vec::new(),
+        left_out_share: left_out as f64 / (readings + left_out).max(1) as f64,
+        repeats_um: None,
         session: session.name.clone(),
         machine: machine.name.clone(),
         code: machine.code.to_string(),
+        linear_axes: linear_axes_json(machine),
         location_errors,
         rms_um: fit.rms_mm * 1e3,
         noise_um: noise.sqrt() * 1e3,
         noise: NoiseJson::of(sweep_noise),
-        readings: fit.tests.iter().map(|test| test.kept.iter().filter(|kept| **kept).count()).sum(),
-        left_out: fit.tests.iter().map(|test| test.left_out.len()).sum(),
+        readings,
+        left_out,
         rms_below_5mm_um: crate::identify::rms(near) * 1e3,
         tests: fit
             .tests
@@ -170,7 +269,13 @@ pub fn fit_json(session: &Session, fit: &Fit, lines: &[AxisLine], circles: Vec<C
             .collect(),
         setups,
         cannot_tell_apart: fit.ambiguities.iter().map(|ambiguity| ambiguity.says()).collect(),
-        control: lines.iter().map(|line| control_json(machine, line)).collect(),
+        directions: machine.directions.map(Directions::name),
+        control_withheld: machine.stated_directions().err().map(|why| why.to_string()),
+        control: match machine.directions {
+            Some(_) => lines.iter().map(|line| control_json(machine, line)).collect(),
+            None => Vec::new(),
+        },
+        senses: senses_json(session, fit, senses),
         circles,
     }
 }

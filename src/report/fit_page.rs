@@ -30,6 +30,7 @@ pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[TestPlots]) -> String {
     errors(&mut page, json, fit);
     open_directions(&mut page, fit);
     control(&mut page, json);
+    senses(&mut page, json);
     setups(&mut page, json);
     circles(&mut page, json);
     tests(&mut page, json, plots);
@@ -73,7 +74,7 @@ fn figures(page: &mut String, json: &FitJson) {
 fn errors(page: &mut String, json: &FitJson, fit: &Fit) {
     page.push_str(
         "<section>\n<h2>Location errors</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>error</th><th class=\"n\">value</th>\
-         <th class=\"n\">σ</th><th>unit</th><th class=\"n\">σ to spindle ball</th><th>data | priors</th><th>verdict</th></tr></thead>\n<tbody>\n",
+         <th class=\"n\">σ</th><th>unit</th><th class=\"n\">σ to spindle ball</th><th class=\"n\">σ of noise alone</th><th>data | priors</th><th>verdict</th></tr></thead>\n<tbody>\n",
     );
     let names: Vec<&String> =
         fit.unknowns.iter().filter(|unknown| !unknown.quantity.is_setup()).map(|unknown| &unknown.label).collect();
@@ -84,22 +85,23 @@ fn errors(page: &mut String, json: &FitJson, fit: &Fit) {
         let _ = writeln!(
             page,
             "<tr{class}><th scope=\"row\">{}</th><td class=\"n\">{}</td><td class=\"n\">{sigma}</td><td>{}</td>\
-             <td class=\"n\">{}</td><td>{}</td><td>{}</td></tr>",
+             <td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td></tr>",
             escape(name),
             minus(&value),
             unit(error),
             shown(0.0, error.sigma_to_spindle_ball).1,
+            shown(0.0, error.sigma_noise).1,
             share_bar(error),
-            verdict(error)
+            verdict(json, error)
         );
     }
     page.push_str("</tbody></table></div>\n<details><summary>What the signs mean on the machine</summary>\n<ul>\n");
     for name in names {
         let _ = writeln!(page, "<li>{}</li>", escape(&json.location_errors[name].sign));
     }
-    page.push_str("</ul>\n</details>\n<p class=\"small\">σ is one standard deviation and includes the priors. <em>Determined</em>: the data and not a \
-        prior fix it (share of priors below half), given the spindle ball. <em>Relative to the spindle ball</em>: it moves with \
-        the assumed place of that ball; the column σ to spindle ball holds if the ball stands exactly where the session says.</p>\n</section>\n");
+    page.push_str("</ul>\n</details>\n<p class=\"small\">σ is one standard deviation and includes the priors and what the linear axes may be off. <em>Determined</em>: the data and not a \
+        prior fix it (share of priors below half), given the spindle ball and exact linear axes. <em>Relative to the spindle ball</em>: it moves with \
+        the assumed place of that ball; the column σ to spindle ball holds if the ball stands exactly where the session says, σ of noise alone if the linear axes are exact too.</p>\n</section>\n");
 }
 
 /// Data and prior shares as a bar.
@@ -141,7 +143,24 @@ fn open_directions(page: &mut String, fit: &Fit) {
     page.push_str("</section>\n");
 }
 
+fn senses(page: &mut String, json: &FitJson) {
+    let untold: Vec<&str> =
+        json.senses.iter().map(|sense| sense.says.as_str()).filter(|says| !says.is_empty()).collect();
+    if untold.is_empty() {
+        return;
+    }
+    page.push_str("<section>\n<h2>All this holds for the senses of the machine file</h2>\n<ul>\n");
+    for says in untold {
+        let _ = writeln!(page, "<li>{}</li>", minus(&escape(says)));
+    }
+    page.push_str("</ul>\n</section>\n");
+}
+
 fn control(page: &mut String, json: &FitJson) {
+    if let Some(why) = &json.control_withheld {
+        let _ = writeln!(page, "<section>\n<h2>Numbers for the control</h2>\n<p>None: {}</p>\n</section>", escape(why));
+        return;
+    }
     if json.control.is_empty() {
         return;
     }
@@ -243,10 +262,17 @@ fn method(page: &mut String, json: &FitJson) {
         page,
         "<section>\n<h2>How it was found</h2>\n<p>One weighted least-squares fit over all recordings, with the location errors, the place of \
          every pivot and spindle ball and the error of every bar as unknowns; balls and bars with the session's spreads as prior \
-         knowledge. Gross outliers are judged on the residuals of a robust fit. Readings are weighted by a noise model fitted to the \
+         knowledge. {}Gross outliers are judged on the residuals of a robust fit. Readings are weighted by a noise model fitted to the \
          residuals (white {:.3} µm, autoregressive {:.3} µm with a correlation of {:.3} from sample to sample, drift {:.3} µm by the end of \
          a trace), so that neighbouring readings do not count as independent.</p>\n</section>\n",
-        noise.white_um, noise.ar_um, noise.ar_rho, noise.drift_um
+        json.linear_axes.as_ref().map_or(String::new(), |budget| format!(
+            "What the linear axes may be off is fitted beside them, with this budget (one standard deviation): {}. ",
+            escape(&budget.says)
+        )),
+        noise.white_um,
+        noise.ar_um,
+        noise.ar_rho,
+        noise.drift_um
     );
 }
 

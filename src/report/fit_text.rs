@@ -23,28 +23,60 @@ pub fn fit_text(json: &FitJson, fit: &Fit) -> String {
     let mut text = String::new();
     let left_out = match json.left_out {
         0 => String::new(),
-        count => format!(" ({count} left out as gross outliers)"),
+        count => format!(" ({count} left out as gross outliers, {:.1} %)", 100.0 * json.left_out_share),
     };
     let _ = writeln!(text, "{} on {} {}", json.session, json.machine, json.code);
     let _ = writeln!(
         text,
-        "{} tests, {} readings{left_out}; residual {:.2} µm rms, noise {:.2} µm\n",
+        "{} tests, {} readings{left_out}; residual {:.2} µm rms, noise {:.2} µm",
         json.tests.len(),
         json.readings,
         json.rms_um,
         json.noise_um
     );
+    if let Some(budget) = &json.linear_axes {
+        let _ = writeln!(text, "{}", budget.says);
+    }
+    text.push('\n');
+    misfit(&mut text, json);
     errors(&mut text, json, fit);
     open_directions(&mut text, &fit.ambiguities);
     control(&mut text, json);
+    senses(&mut text, json);
     setups(&mut text, json);
+    for warning in &json.warnings {
+        text.push_str(&wrapped(warning, "  ! ", "    "));
+    }
     tests(&mut text, &json.tests);
     text
 }
 
+/// Why nothing is determined, and which mistakes the recordings cannot tell apart.
+fn misfit(text: &mut String, json: &FitJson) {
+    let Some(reason) = &json.reason else { return };
+    let lead = match json.verdict {
+        "data fault" => "DATA FAULT, so nothing is determined: ",
+        _ => "THE FIT IS NOT TO BE BELIEVED, so nothing is determined: ",
+    };
+    let sure =
+        json.mistake.as_ref().map_or(String::new(), |mistake| format!(" ({:.0} %)", 100.0 * mistake.probability));
+    text.push_str(&wrapped(&format!("{lead}{reason}{sure}"), "", "  "));
+    for rival in json.mistake.iter().flat_map(|mistake| &mistake.cannot_tell_from) {
+        text.push_str(&wrapped(&format!("{} ({:.0} %)", rival.says, 100.0 * rival.probability), "  or ", "     "));
+    }
+    if let Some(repeats_um) = json.repeats_um {
+        let says =
+            format!("residual {:.2} µm rms, where readings repeat to {repeats_um:.2} µm from row to row", json.rms_um);
+        text.push_str(&wrapped(&says, "  ", "  "));
+    }
+    text.push('\n');
+}
+
 /// Verdict on one error.
-pub(super) fn verdict(error: &LocationErrorJson) -> &'static str {
+pub(super) fn verdict(json: &FitJson, error: &LocationErrorJson) -> &'static str {
     match (error.determined, error.relative_to_spindle_ball) {
+        _ if json.verdict == "data fault" => "NOT determined: a mistake in the files",
+        _ if json.verdict != "fits" => "NOT determined: the model does not fit the recordings",
         (true, true) => "determined, relative to the spindle ball",
         (true, false) => "determined",
         (false, _) => "NOT determined by these recordings",
@@ -61,7 +93,8 @@ fn errors(text: &mut String, json: &FitJson, fit: &Fit) {
         fit.unknowns.iter().filter(|unknown| !unknown.quantity.is_setup()).map(|unknown| &unknown.label).collect();
     let open: Vec<&str> =
         names.iter().filter(|name| !json.location_errors[**name].determined).map(|name| name.as_str()).collect();
-    let mut table = Table::new(&["error", "value", "± sigma", "unit", "to spindle ball", "from priors", "verdict"]);
+    let mut table =
+        Table::new(&["error", "value", "± sigma", "unit", "to spindle ball", "noise alone", "from priors", "verdict"]);
     for name in names {
         let error = &json.location_errors[name];
         if open.len() > OPEN_ROWS && !error.determined {
@@ -74,8 +107,9 @@ fn errors(text: &mut String, json: &FitJson, fit: &Fit) {
             sigma,
             unit(error).to_string(),
             format!("± {}", shown(0.0, error.sigma_to_spindle_ball).1),
+            format!("± {}", shown(0.0, error.sigma_noise).1),
             format!("{:.0} %", 100.0 * error.prior_share),
-            verdict(error).to_string(),
+            verdict(json, error).to_string(),
         ]);
     }
     text.push_str(&table.text());
@@ -119,6 +153,11 @@ pub(super) fn by_remedy(ambiguities: &[Ambiguity]) -> Vec<(&str, Vec<&str>)> {
 }
 
 fn control(text: &mut String, json: &FitJson) {
+    if let Some(why) = &json.control_withheld {
+        text.push_str("\nNo numbers for the control:\n");
+        text.push_str(&wrapped(why, "  ", "  "));
+        return;
+    }
     let known: Vec<&str> =
         json.control.iter().filter(|control| control.determined).map(|control| control.says.as_str()).collect();
     if known.is_empty() {
@@ -127,6 +166,19 @@ fn control(text: &mut String, json: &FitJson) {
     text.push_str("\nFor the control (which parameter: docs/control.md):\n");
     for says in known {
         text.push_str(&wrapped(says, "  ", "     "));
+    }
+}
+
+/// Senses that the recordings do not tell, or speak against: the numbers above stand and fall with them.
+fn senses(text: &mut String, json: &FitJson) {
+    let untold: Vec<&str> =
+        json.senses.iter().map(|sense| sense.says.as_str()).filter(|says| !says.is_empty()).collect();
+    if untold.is_empty() {
+        return;
+    }
+    text.push_str("\nAll this holds for the senses of the machine file:\n");
+    for says in untold {
+        text.push_str(&wrapped(says, "  ! ", "    "));
     }
 }
 
@@ -147,14 +199,6 @@ fn setups(text: &mut String, json: &FitJson) {
         table.row(cells);
     }
     text.push_str(&table.text());
-    for setup in json.setups.iter().filter(|setup| setup.value_um.abs() > 3.0 * setup.spread_um) {
-        let says = format!(
-            "{} is off by {:.1} times its spread: check the session, or state a wider spread",
-            setup.name,
-            (setup.value_um / setup.spread_um).abs()
-        );
-        text.push_str(&wrapped(&says, "  ! ", "    "));
-    }
 }
 
 /// Coordinates of a ball together, by its name without the coordinate; bars alone.

@@ -35,9 +35,10 @@ pub fn path_csv(machine: &Machine, motion: &Motion, length_mm: &[f64]) -> String
         .map(|&axis| format!("{}_{}", machine.axes[axis].name, machine.axes[axis].kind.position_unit()))
         .collect();
     let mut text = format!("time_s,{},length_mm\n", headers.join(","));
+    let decimals = time_decimals(motion.time_s.as_deref().unwrap_or_default());
     for (row, length) in length_mm.iter().enumerate() {
         let time = motion.time_s.as_ref().map_or(row as f64, |time| time[row]);
-        let _ = write!(text, "{time:.4}");
+        let _ = write!(text, "{time:.decimals$}");
         for &axis in &motion.moving {
             // positions as fine as the lengths: a coarser command would be another motion
             let _ = write!(text, ",{:.9}", machine.axes[axis].kind.to_file_unit(motion.row(row)[axis]));
@@ -45,6 +46,15 @@ pub fn path_csv(machine: &Machine, motion: &Motion, length_mm: &[f64]) -> String
         let _ = writeln!(text, ",{}", field(*length));
     }
     text
+}
+
+/// Decimals of times: 0.1 ms, and finer where rows follow each other faster, to a hundredth of the least step.
+fn time_decimals(time_s: &[f64]) -> usize {
+    const USUAL: f64 = 4.0;
+    const FINEST: f64 = 15.0;
+    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
+    let least = steps.fold(1.0, f64::min);
+    (2.0 - least.log10()).ceil().clamp(USUAL, FINEST) as usize
 }
 
 /// A length to 1e-10 mm, empty when there is none.

@@ -2,9 +2,13 @@
 
 use std::fmt::Write as _;
 
+use super::course::path_data;
 use super::polar::escape;
 use crate::identify::TestFit;
 use crate::units::UM_PER_MM;
+
+/// Most crosses drawn: one for each pixel across.
+const MOST_CROSSES: usize = 600;
 
 const WIDTH: f64 = 600.0;
 const HEIGHT: f64 = 230.0;
@@ -111,22 +115,20 @@ fn graticule(svg: &mut String, frame: &Frame, label: &str) {
 }
 
 fn trace(svg: &mut String, frame: &Frame, abscissa: &[f64], fit: &TestFit) {
-    let mut path = String::new();
-    let mut pen = 'M';
-    for ((&at, &residual_mm), &kept) in abscissa.iter().zip(&fit.residual_mm).zip(&fit.kept) {
-        if kept && residual_mm.is_finite() {
-            let _ = write!(path, "{pen}{:.1} {:.1}", frame.x(at), frame.y(residual_mm * UM_PER_MM));
-            pen = 'L';
-        } else {
-            pen = 'M';
-        }
-    }
+    let rows = abscissa.len().min(fit.residual_mm.len()).min(fit.kept.len());
+    let um = |row: usize| fit.residual_mm[row] * UM_PER_MM;
+    let path = path_data(
+        rows,
+        |row| (fit.kept[row] && um(row).is_finite()).then(|| um(row)),
+        |row, um| (frame.x(abscissa[row]), frame.y(um)),
+    );
     let _ = writeln!(
         svg,
         "<path class=\"unrolled-trace\" d=\"{path}\" fill=\"none\" stroke=\"#00805c\" stroke-width=\"1.2\" \
          stroke-linejoin=\"round\"/>"
     );
-    for &row in &fit.left_out {
+    let every = fit.left_out.len().div_ceil(MOST_CROSSES).max(1);
+    for &row in fit.left_out.iter().step_by(every) {
         let Some(&at) = abscissa.get(row) else { continue };
         // one far outside stands at the edge
         let um = (fit.residual_mm[row] * UM_PER_MM).clamp(-frame.reach_um, frame.reach_um);

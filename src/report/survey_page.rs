@@ -18,13 +18,16 @@ f.oninput=o.onchange=show;show();\
 [...t.tHead.rows[0].cells].forEach((h,i)=>h.onclick=()=>{const d=h.dataset.d=h.dataset.d=='1'?'-1':'1';const v=r=>{const x=r.cells[i].textContent;return x==''?NaN:isNaN(x)?x:+x};\
 [...b.rows].sort((p,q)=>{const x=v(p),y=v(q);return (x!==x)-(y!==y)||(x>y?1:x<y?-1:0)*d}).forEach(r=>b.append(r))});";
 
+/// How the page begins: a page of an older survey is known by it.
+pub const PAGE_HEAD: &str =
+    "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Survey of five-axis topologies</title>";
+
 /// The page.
 pub fn survey_page(outcomes: &[Outcome]) -> String {
     let mut out = String::new();
     let _ = write!(
         out,
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Survey of five-axis topologies</title>\
-         <style>{STYLE}</style></head><body><h1>What a ball bar determines on {} serial five-axis topologies</h1>",
+        "{PAGE_HEAD}<style>{STYLE}</style></head><body><h1>What a ball bar determines on {} serial five-axis topologies</h1>",
         outcomes.len()
     );
     answer(&mut out, outcomes);

@@ -141,6 +141,19 @@ pub fn control_in_words(machine: &Machine, line: &AxisLine) -> String {
         let from = if first.is_machine_coordinate { "machine coordinates" } else { "from the zeros of this session" };
         says.push_str(&format!("; the spindle stands over the line at {} mm ({from})", readings.join(", ")));
     }
+    let against = line.centre_at.iter().filter(|reading| reading.counts_against);
+    let against: Vec<String> = against
+        .filter_map(|reading| {
+            let entry = &machine.axes[reading.axis];
+            Some(format!("{} counts against {}", entry.name, LETTERS[entry.coordinate_direction()?]))
+        })
+        .collect();
+    if !against.is_empty() {
+        says.push_str(&format!(
+            "; {}: a parameter that holds readings takes that part with the opposite sign",
+            against.join(", ")
+        ));
+    }
     if !line.determined {
         says.push_str("; NOT determined by these recordings: do not enter it");
     }

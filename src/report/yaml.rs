@@ -22,6 +22,9 @@ pub fn machine_yaml(machine: &Machine) -> String {
     } else {
         let _ = writeln!(out, "code: \"{code}\"");
     }
+    if let Some(directions) = machine.directions {
+        let _ = writeln!(out, "directions: {directions}");
+    }
     out.push_str("axes:\n");
     for axis in &machine.axes {
         axis_yaml(&mut out, axis);
@@ -41,6 +44,22 @@ pub fn machine_yaml(machine: &Machine) -> String {
     if let Some(length) = machine.gauge_length_mm {
         let _ = writeln!(out, "gauge_length: {length}");
     }
+    let budget = &machine.linear_axes;
+    match budget.class {
+        _ if !budget.is_stated => {}
+        Some(class) => {
+            let _ = writeln!(out, "linear_axes: {}", class.name());
+        }
+        None => {
+            let _ = writeln!(
+                out,
+                "linear_axes: {{positioning: {}, straightness: {}, squareness: {}}}",
+                quantity(Measure::Strain, budget.positioning),
+                quantity(Measure::Strain, budget.straightness),
+                quantity(Measure::Angle, budget.squareness_rad)
+            );
+        }
+    }
     if !machine.link_names.is_empty() {
         out.push_str("links:\n");
         for (name, carrier) in &machine.link_names {
@@ -51,6 +70,12 @@ pub fn machine_yaml(machine: &Machine) -> String {
     if !machine.effects.is_empty() {
         out.push_str("effects:\n");
         machine.effects.iter().for_each(|effect| out.push_str(&effect_yaml(machine, effect)));
+    }
+    if !machine.caveats.is_empty() {
+        out.push_str("caveats:\n");
+        machine.caveats.iter().for_each(|caveat| {
+            let _ = writeln!(out, "  - {}", text(caveat));
+        });
     }
     out
 }

@@ -82,6 +82,17 @@ pub struct Test {
     pub overshoot: Option<f64>,
 }
 
+impl Test {
+    /// Rows of the recording, or samples of the planned path.
+    pub fn rows(&self) -> usize {
+        match (&self.recording, &self.path) {
+            (Some(recording), _) => recording.len(),
+            (None, Some(path)) => path.sample_count(),
+            (None, None) => 0,
+        }
+    }
+}
+
 /// Tests on one machine in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Session {

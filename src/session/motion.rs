@@ -279,13 +279,20 @@ fn ball_links(chain: &Chain, test: &Test) -> Result<(LinkId, LinkId), MotionErro
 /// Feed of the moving ball when the test states none, mm/min.
 const DEFAULT_FEED_MM_PER_MIN: f64 = 500.0;
 
-/// Way between two rows that the feed counts, mm: of the ball that moves farther relative to the bed, or of the linear
-/// axes together where they move farther (a head that swings about a ball which stays in place; a table under a spindle).
+/// Part of what the linear axes move below which a ball stands still as seen from the other: rounding.
+const STANDS_STILL: f64 = 1e-3;
+
+/// Way between two rows that the feed counts, mm: of one ball as seen from the other, whatever carries them. Where a bar
+/// keeps its direction (axial following) neither ball moves for the other: there it is the way of the linear axes together,
+/// on which the carried ball goes about the turning axis.
 pub fn way_mm(geometry: &Geometry, test: &Test, links: (LinkId, LinkId), from: &[f64], to: &[f64]) -> f64 {
-    let moved = |link, at| (geometry.point(link, at, to, None) - geometry.point(link, at, from, None)).norm();
+    let bar = |q: &[f64]| {
+        geometry.point(links.1, &test.spindle_ball.at, q, None) - geometry.point(links.0, &test.pivot.at, q, None)
+    };
     let linear = (0..to.len()).filter(|&axis| geometry.chain().joint(axis).kind == AxisKind::Linear);
     let slides = linear.map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>().sqrt();
-    slides.max(moved(links.0, &test.pivot.at)).max(moved(links.1, &test.spindle_ball.at))
+    let seen = (bar(to) - bar(from)).norm();
+    if seen > STANDS_STILL * slides { seen } else { slides }
 }
 
 /// Times at which the samples are passed at the stated feed.

@@ -47,10 +47,21 @@ pub enum Path {
 }
 
 impl Path {
+    /// Steps between the samples.
+    fn steps(&self) -> usize {
+        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = self;
+        ((to - from).abs() / step.abs()).round().max(1.0) as usize
+    }
+
+    /// Number of samples.
+    pub fn sample_count(&self) -> usize {
+        self.steps() + 1
+    }
+
     /// Samples of the path parameter in file units.
     pub fn samples(&self) -> Vec<f64> {
-        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = self;
-        let count = ((to - from).abs() / step.abs()).round().max(1.0) as usize;
+        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = self;
+        let count = self.steps();
         (0..=count).map(|k| from + (to - from) * k as f64 / count as f64).collect()
     }
 

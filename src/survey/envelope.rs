@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::Pose;
-use crate::machine::{Axis, AxisKind, Machine, StructuralCode};
+use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode};
 
 /// The envelope in words, for the report.
 pub const ENVELOPE: &str = "X, Y and Z travel ±400 mm, A and B ±110°, C ±360°. Axes of the table meet in the spindle's \
@@ -43,12 +43,15 @@ pub fn envelope(code: &StructuralCode) -> (Machine, Bodies) {
     let machine = Machine {
         name: format!("Survey envelope {code}"),
         code: code.clone(),
+        directions: Some(Directions::Iso841),
         axes,
         gravity: -Vector3::z(),
         machine_zero: vec![None; count],
         gauge_length_mm: None,
         link_names: Vec::new(),
         effects: Vec::new(),
+        linear_axes: Default::default(),
+        caveats: Vec::new(),
     };
     (machine, bodies(code))
 }
@@ -104,6 +107,7 @@ fn bodies(code: &StructuralCode) -> Bodies {
             slot_pitch_mm: None,
         }],
         spindle: Some(SpindleSide { link: "t".into(), nose: up * NOSE_MM, direction: up, gauge_length_mm: NOSE_MM }),
+        touching: Vec::new(),
     };
     let link = beside_the_table(code);
     for (letter, along) in [("A", Vector3::x()), ("B", Vector3::y())] {

@@ -3,26 +3,29 @@
 //! | file | question |
 //! |---|---|
 //! | `codes` | which topologies are there? |
+//! | `alike` | which of them are one machine on the envelope? |
 //! | `envelope` | what machine stands for a topology? |
 //! | `outcome` | what does its plan reach, and from one pivot setup? |
 //! | `shard` | which topologies are one shard's? |
 
+mod alike;
 mod codes;
 mod envelope;
 mod outcome;
 mod shard;
 
+pub use alike::representative;
 pub use codes::codes;
 pub use envelope::{ENVELOPE, envelope};
-pub use outcome::{Family, Outcome, outcome};
+pub use outcome::{Family, Outcome, outcome, outcome_of};
 pub use shard::{MAX_SHARDS, Shard, ShardError};
 
 use crate::bodies::Kit;
 use crate::machine::StructuralCode;
-use crate::plan::{Coupled, Settings};
+use crate::plan::Settings;
 
 /// Number of the rules by which topologies are planned and rows written: one more with every change that changes a row.
-const RULES: u32 = 2;
+const RULES: u32 = 3;
 
 /// What must be the same for rows of two files to belong to one survey.
 pub fn conditions(kit: &Kit, settings: &Settings, codes: &[StructuralCode]) -> String {
@@ -38,7 +41,7 @@ pub fn conditions(kit: &Kit, settings: &Settings, codes: &[StructuralCode]) -> S
     )
 }
 
-/// How the survey plans: sweeps of one axis alone, which any control runs, tests as long as a fit asks for them, and one search.
+/// How the survey plans: as `plan` does when nothing is asked for.
 pub fn settings() -> Settings {
-    Settings { coupled: Coupled::default(), sure_share: 0.5, rungs: Vec::new(), ..Settings::default() }
+    Settings::default()
 }

@@ -1,5 +1,6 @@
 //! What a topology's plan reaches, freely and from one pivot setup. One topology at a time; nothing here draws or writes.
 
+use super::alike::representative;
 use super::envelope::envelope;
 use crate::bodies::Kit;
 use crate::machine::StructuralCode;
@@ -71,20 +72,23 @@ impl Outcome {
     }
 }
 
-/// Plans one topology.
+/// Plans one topology, as the one that stands for it.
 pub fn outcome(code: &StructuralCode, kit: &Kit, settings: &Settings) -> Result<Outcome, PlanError> {
-    let (machine, bodies) = envelope(code);
-    let free = plan(&machine, &bodies, kit, settings)?;
-    let determined = |plan: &Plan| plan.errors.iter().filter(|error| error.determined).count();
+    let (machine, bodies) = envelope(&representative(code));
+    Ok(outcome_of(code, &plan(&machine, &bodies, kit, settings)?))
+}
+
+/// The row of a topology from its plan.
+pub fn outcome_of(code: &StructuralCode, free: &Plan) -> Outcome {
     let worst = |angle: bool| {
         let of_kind = free.errors.iter().filter(|error| error.determined && error.is_angle == angle);
         of_kind.map(|error| error.sigma).reduce(f64::max)
     };
-    Ok(Outcome {
+    Outcome {
         code: code.clone(),
         family: Family::of(code),
         errors: free.errors.len(),
-        determined: determined(&free),
+        determined: free.errors.iter().filter(|error| error.determined).count(),
         visible: free.errors.iter().filter(|error| error.visible).count(),
         undetermined: free.errors.iter().filter(|error| !error.determined).map(|error| error.name.clone()).collect(),
         tests: free.tests.len(),
@@ -94,5 +98,5 @@ pub fn outcome(code: &StructuralCode, kit: &Kit, settings: &Settings) -> Result<
         orientation_rad: worst(true),
         one_pivot: free.one_pivot,
         considered: free.considered,
-    })
+    }
 }

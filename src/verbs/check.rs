@@ -1,17 +1,22 @@
 //! `fiveaxis check`: validates a machine or session file and shows chain, axes, error slots and link transforms.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use fiveaxis::chain::{Chain, Composition, Geometry};
+use fiveaxis::bodies::Bodies;
+use fiveaxis::chain::{Chain, Composition, Geometry, sense_in_words};
+use fiveaxis::collision::{Meeting, World};
 use fiveaxis::load::{LinkChoice, load_machine_and_bodies_with_links, load_session, names_tests, positions_from_text};
-use fiveaxis::machine::Machine;
-use fiveaxis::report::check::{LinkPose, Placement, SessionCheck, TestCheck, check_json, check_text};
+use fiveaxis::machine::{Directions, Machine};
+use fiveaxis::report::check::{LinkPose, Placement, Senses, SessionCheck, TestCheck, check_json, check_text};
+use fiveaxis::report::meetings::BodyPairs;
 use fiveaxis::session::{Session, Setups};
 use fiveaxis::simulate::{component_errors_of, simulate};
+use nalgebra::Vector3;
 
 use super::Refusal;
-use super::output::print;
+use super::output::{print, settle};
+use super::solids;
 
 /// Arguments of `check`.
 #[derive(Args)]
@@ -43,7 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         workpiece: arguments.workpiece_link.clone(),
         tool: arguments.tool_link.clone(),
     };
-    let (machine, session) = if names_tests(&arguments.file)? {
+    settle(&arguments.file)?;
+    let (machine, tool, session, pairs) = if names_tests(&arguments.file)? {
         if !links.is_empty() {
             return Err(format!(
                 "{}: is a session; it names links itself, with root_link, workpiece_link and tool_link",
@@ -52,22 +58,59 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             .into());
         }
         let session = load_session(&arguments.file)?;
-        (session.machine.clone(), Some(session_check(&session)?))
+        // a session has read its machine without the solids
+        let tool = Bodies::default().tool_direction(&session.machine);
+        (session.machine.clone(), tool, Some(session_check(&session)?), None)
     } else {
         // solids, mounts and the spindle stand in the same file and are validated with it
-        let (machine, _) = load_machine_and_bodies_with_links(&arguments.file, &links)?;
-        (machine, None)
+        let (machine, bodies) = load_machine_and_bodies_with_links(&arguments.file, &links)?;
+        let pairs = body_pairs(&arguments.file, &machine, &bodies)?;
+        let tool = bodies.tool_direction(&machine);
+        (machine, tool, None, pairs)
     };
     let mut placements = vec![placement(&machine, vec![0.0; machine.axes.len()])];
     if let Some(at) = &arguments.at {
         placements.push(placement(&machine, positions_from_text(at, &machine)?));
     }
+    let senses = senses(&machine, tool.as_ref());
     if arguments.json {
-        let value = check_json(&machine, &placements, session.as_ref());
+        let value = check_json(&machine, &senses, &placements, session.as_ref(), pairs.as_ref());
         print(&format!("{}\n", serde_json::to_string_pretty(&value)?))
     } else {
-        print(&check_text(&machine, &placements, session.as_ref()))
+        print(&check_text(&machine, &senses, &placements, session.as_ref(), pairs.as_ref()))
     }
+}
+
+/// Every axis's sense in words with all axes at zero; both readings where the file states none.
+fn senses(machine: &Machine, tool: Option<&Vector3<f64>>) -> Senses {
+    let zero = vec![0.0; machine.axes.len()];
+    let of = |directions: Directions| {
+        let machine = Machine { directions: Some(directions), ..machine.clone() };
+        (0..machine.axes.len()).map(|axis| sense_in_words(&machine, axis, &zero, tool)).collect()
+    };
+    match machine.directions {
+        Some(directions) => Senses { as_read: of(directions), else_iso841: Vec::new() },
+        None => Senses { as_read: of(Directions::Carried), else_iso841: of(Directions::Iso841) },
+    }
+}
+
+/// Which bodies touch and can meet. Nothing is planned or cleared with the bodies of a URDF, whose neighbours overlap as a rule.
+fn body_pairs(file: &Path, machine: &Machine, bodies: &Bodies) -> Result<Option<BodyPairs>, Refusal> {
+    if bodies.bodies.is_empty() || solids::is_urdf(file) {
+        return Ok(None);
+    }
+    let world = World::new(&Chain::of(machine), bodies)?;
+    let at_zero = world.meetings_at_zero(machine);
+    let elsewhere = |found: Vec<Meeting>| -> Vec<Meeting> {
+        let new = |meeting: &Meeting| at_zero.iter().all(|known| known.pair != meeting.pair);
+        found.into_iter().filter(new).collect()
+    };
+    Ok(Some(BodyPairs {
+        touching: world.touching.clone(),
+        by_one_axis: elsewhere(world.meetings_by_one_axis(machine)),
+        by_several_axes: elsewhere(world.meetings_by_several_axes(machine)),
+        at_zero,
+    }))
 }
 
 /// Poses of every link, nominal and with the errors of the file.

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fiveaxis::chain::Chain;
-use fiveaxis::collision::{Instrument, Scratch, World, sweep_clearance};
+use fiveaxis::collision::{CONE_MARGIN_RAD, Instrument, Scratch, least_cone_rad, sweep_clearance};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::Machine;
 use fiveaxis::plan::{CutRunIn, RunEnd, cut_run_ins, rows_with_run_in};
+use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
 use fiveaxis::session::Motion;
 use serde_json::{Map, Value, json};
 
+use super::output::settle;
 use super::{Refusal, solids};
 
 /// Arguments of `clearance`.
@@ -34,6 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if !(arguments.tolerance >= 1e-3 && arguments.tolerance <= 10.0) {
         return Err(format!("--tolerance {} is not between 0.001 and 10 mm", arguments.tolerance).into());
     }
+    settle(&arguments.session)?;
     let session = load_session(&arguments.session)?;
     let folder = arguments.session.parent().map(PathBuf::from).unwrap_or_default();
     let machine_file = folder.join(&session.machine_file);
@@ -41,14 +44,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     solids::require(&machine_file, &bodies)?;
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
     let chain = Chain::of(&machine);
-    let world = World::new(&chain, &bodies)?;
+    let world = solids::world(&machine_file, &machine, &bodies)?;
+    let can_touch = world.meetings_by_one_axis(&machine);
     let mut scratch = Scratch::default();
     let mut tests = Vec::new();
     for test in &session.tests {
         let instrument = Instrument::of(&world, &bodies, &kit, test)?;
         let motion = Motion::of(&session, &chain, test)?;
         let rows = rows_with_run_in(&machine, test, &motion);
-        let least = sweep_clearance(&instrument.scene(&world), &rows, arguments.tolerance, &mut scratch);
+        let scene = instrument.scene(&world);
+        let least = sweep_clearance(&scene, &rows, arguments.tolerance, &mut scratch);
+        let cone_left = least_cone_rad(&scene, &rows, &mut scratch).map(|left| (left.to_degrees() * 1e2).round() / 1e2);
         let positions: Map<String, Value> = machine
             .axes
             .iter()
@@ -60,12 +66,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             "clearance_mm": (least.mm * 1e3).round() / 1e3,
             "pair": [least.pair.0, least.pair.1],
             "positions": positions,
+            "cone_left_deg": cone_left,
             "run_in_cut": cut_run_ins(&machine, test, &motion).iter().map(|cut| cut_json(&machine, cut)).collect::<Vec<_>>(),
         }));
     }
     if arguments.json {
-        let touching: Vec<Value> = world.touching.iter().map(|(a, b)| json!([a, b])).collect();
-        println!("{}", json!({ "tests": tests, "tolerance_mm": arguments.tolerance, "touch_at_zero": touching }));
+        let value = json!({
+            "tests": tests,
+            "tolerance_mm": arguments.tolerance,
+            "cone_margin_deg": CONE_MARGIN_RAD.to_degrees(),
+            "touching": touching_json(&world.touching),
+            "can_touch": meetings_json(&machine, &can_touch),
+        });
+        println!("{value}");
         return Ok(());
     }
     println!("{:<24} {:>12}  nearest pair and pose", "test", "clearance mm");
@@ -75,15 +88,27 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             .map(|map| map.iter().map(|(axis, q)| format!("{axis} {q}")).collect())
             .unwrap_or_default();
         let text = |value: &Value| value.as_str().unwrap_or_default().to_string();
-        let verdict = if test["clearance_mm"].as_f64().unwrap_or(0.0) <= 0.0 { "COLLIDES " } else { "" };
+        let least_mm = test["clearance_mm"].as_f64();
+        let is_cone = text(&test["pair"][1]).starts_with("cone");
+        let verdict = match least_mm.is_some_and(|mm| mm <= 0.0) {
+            true if is_cone => "TOO STEEP ",
+            true => "COLLIDES ",
+            false => "",
+        };
         println!(
-            "{:<24} {:>12.3}  {verdict}{} – {} at {}",
+            "{:<24} {:>12}  {verdict}{} – {} at {}",
             text(&test["name"]),
-            test["clearance_mm"].as_f64().unwrap_or(f64::NAN),
+            least_mm.map_or("nothing near".into(), |mm| format!("{mm:.3}")),
             text(&test["pair"][0]),
             text(&test["pair"][1]),
             pose.join(" ")
         );
+        if let Some(left) = test["cone_left_deg"].as_f64().filter(|left| *left < CONE_MARGIN_RAD.to_degrees()) {
+            println!(
+                "  the bar comes to {left:.2} deg from the edge of a cup's cone, and {} deg are to stay",
+                CONE_MARGIN_RAD.to_degrees()
+            );
+        }
         for cut in test["run_in_cut"].as_array().into_iter().flatten() {
             let what = if cut["end"] == "start" { "run-in begins" } else { "run-out ends" };
             println!(
@@ -94,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             );
         }
     }
-    if let Some(note) = touching_note(&world) {
+    if let Some(note) = can_touch_note(&machine, &can_touch) {
         println!("{note}");
     }
     Ok(())
@@ -109,15 +134,4 @@ fn cut_json(machine: &Machine, cut: &CutRunIn) -> Value {
         RunEnd::End => "end",
     };
     json!({ "end": end, "axis": axis.name, "wanted": wanted, "limit": limit })
-}
-
-/// What is left out because it touches with all axes at zero: by design, or a body in the wrong place.
-pub fn touching_note(world: &World) -> Option<String> {
-    let pairs: Vec<String> = world.touching.iter().map(|(one, other)| format!("{one} – {other}")).collect();
-    (!pairs.is_empty()).then(|| {
-        format!(
-            "note: not checked against each other, as they touch with all axes at zero: {}; a body in the wrong place shows here",
-            pairs.join(", ")
-        )
-    })
 }

@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use fiveaxis::diagnose::{Diagnosis, as_found, diagnose};
+use fiveaxis::diagnose::{Diagnosis, MOST_ROWS, as_found, diagnose, lean};
 use fiveaxis::identify::{Options, parse_free};
 use fiveaxis::load::{LoadError, Rows, load_session, load_session_with};
 use fiveaxis::report::diagnosis::diagnosis_json;
 use fiveaxis::report::diagnosis_text::diagnosis_text;
 
 use super::Refusal;
-use super::output::print;
+use super::output::{Foreign, print, session_inputs, settle, write_all};
 use super::progress::Working;
-use super::report::write_diagnosis;
-use super::save::save;
+use super::report::diagnosis_report;
+use super::save::saved;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Write report.html (one page, opens offline) and its plots as SVG files into this folder
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
+    /// Replace files in the way that fiveaxis did not write; never the session's own
+    #[arg(long)]
+    force: bool,
     /// Print JSON instead of the story
     #[arg(long)]
     json: bool,
@@ -37,30 +40,41 @@ pub struct Arguments {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    settle(&arguments.session)?;
     let session = match load_session(&arguments.session) {
         Ok(session) => session,
         Err(refusal) => return tell_mistake(arguments, refusal),
     };
+    let leaner = lean(&session);
+    for long in leaner.iter().flat_map(|(_, averaged)| averaged) {
+        eprintln!(
+            "test '{}': its {} rows are averaged in groups of {}; {MOST_ROWS} rows of a session are searched",
+            long.test, long.rows, long.group
+        );
+    }
+    let searched = leaner.as_ref().map_or(&session, |(searched, _)| searched);
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
     let working = Working::on(format!("looking for causes in {}", session.name));
-    let diagnosis = diagnose(&session, &Options { free, prior: None })?;
-    let saved = arguments
-        .save
-        .as_ref()
-        .map(|folder| Ok::<_, Refusal>((folder, as_found(&session, &diagnosis)?)))
-        .transpose()?;
-    drop(working);
-    if let Some((folder, found)) = saved {
-        save(&arguments.session, &session, found, folder)?;
+    let diagnosis = diagnose(searched, &Options { free, prior: None })?;
+    if arguments.save.is_some() && !diagnosis.is_sound() {
+        let fault = diagnosis.data_fault.as_ref().map(|fault| fault.says.as_str());
+        let says = fault.or(diagnosis.unjudged.as_deref()).unwrap_or_default();
+        return Err(format!("nothing is saved, for the model is not to be believed: {says}").into());
     }
+    let mut sets = Vec::new();
+    if let Some(folder) = &arguments.save {
+        sets.push((folder.clone(), saved(&arguments.session, &session, as_found(&session, &diagnosis)?)?));
+    }
+    drop(working);
     let json = diagnosis_json(&diagnosis);
     if let Some(folder) = &arguments.report {
-        write_diagnosis(&arguments.session, &session, &diagnosis, &json, folder)?;
+        sets.push((folder.clone(), diagnosis_report(searched, &diagnosis, &json)?));
     }
+    write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     if arguments.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
     } else {
-        print(&diagnosis_text(&session, &diagnosis, &json))
+        print(&diagnosis_text(searched, &diagnosis, &json))
     }
 }
 

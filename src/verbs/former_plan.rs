@@ -23,7 +23,7 @@ pub fn head(files: &[String]) -> String {
 /// Files of an earlier plan that a new one replaces or removes, relative to the folder; refuses a folder in which a new plan
 /// would write over something that no plan wrote. `input` is left to [`super::output::OutputFolder::write`].
 pub fn former_files(folder: &Path, input: &Path) -> Result<Vec<PathBuf>, Refusal> {
-    let session = std::fs::read(folder.join("session.yaml")).unwrap_or_default();
+    let session = content(&folder.join("session.yaml")).unwrap_or_default();
     let session = String::from_utf8_lossy(&session);
     let is_planned = session.starts_with(MARKER);
     let listed = |line: &str| line.strip_prefix("# ").map(PathBuf::from);
@@ -43,7 +43,7 @@ pub fn former_files(folder: &Path, input: &Path) -> Result<Vec<PathBuf>, Refusal
         }
         // a plan without tests leaves a sheet alone
         let sheet = there(SHEET).filter(|sheet| {
-            let text = std::fs::read(sheet).unwrap_or_default();
+            let text = content(sheet).unwrap_or_default();
             !text.starts_with(setup_sheet::MARKER.as_bytes())
         });
         if let Some(found) = sheet {
@@ -53,7 +53,7 @@ pub fn former_files(folder: &Path, input: &Path) -> Result<Vec<PathBuf>, Refusal
     let home = input.parent().unwrap_or(Path::new(""));
     for mesh in mesh_files(input)?.iter().filter(|mesh| !mesh.starts_with("../")) {
         let Some(found) = there(mesh) else { continue };
-        let is_copy = std::fs::read(&found).is_ok_and(|old| std::fs::read(home.join(mesh)).is_ok_and(|new| new == old));
+        let is_copy = content(&found).is_some_and(|old| content(&home.join(mesh)).is_some_and(|new| new == old));
         if !is_copy && !listed.iter().any(|file| file == Path::new(mesh)) {
             return Err(not_planned(&found));
         }
@@ -61,6 +61,11 @@ pub fn former_files(folder: &Path, input: &Path) -> Result<Vec<PathBuf>, Refusal
     let programs = listed.into_iter().filter(|file| is_program(file));
     let own = is_planned.then_some(["session.yaml", "machine.yaml"]).into_iter().flatten();
     Ok(own.map(PathBuf::from).chain(programs).collect())
+}
+
+/// Content of a regular file: reading a pipe would wait for its writer.
+fn content(file: &Path) -> Option<Vec<u8>> {
+    file.is_file().then(|| std::fs::read(file).ok()).flatten()
 }
 
 fn not_planned(found: &Path) -> Refusal {

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::identify::{Options, axis_lines, fitted_session, identify, parse_free};
+use fiveaxis::diagnose::examine;
+use fiveaxis::identify::{Options, axis_lines, fitted_session, parse_free, turned_senses};
 use fiveaxis::load::load_session;
 use fiveaxis::methods::{ThesisEstimate, chapter4, chapter5, chapter6, circles};
 use fiveaxis::report::circles::circles_text;
@@ -13,10 +14,11 @@ use fiveaxis::report::thesis::{thesis_json, thesis_text};
 use fiveaxis::session::Session;
 
 use super::Refusal;
-use super::output::print;
+use super::directions::{DirectionsName, say};
+use super::output::{Foreign, print, session_inputs, settle, write_all};
 use super::progress::Working;
-use super::report::write_report;
-use super::save::save;
+use super::report::fit_report;
+use super::save::saved;
 
 /// Arguments of `identify`.
 #[derive(Args)]
@@ -32,12 +34,18 @@ pub struct Arguments {
     /// The thesis's own estimators in place of the fit
     #[arg(long, value_enum, conflicts_with = "free")]
     method: Option<Method>,
+    /// Sense of the axes where the machine file does not state it
+    #[arg(long, value_enum)]
+    directions: Option<DirectionsName>,
     /// Write machine.yaml and session.yaml as fitted, with the recordings, into this folder
     #[arg(long, value_name = "DIR", conflicts_with = "method")]
     save: Option<PathBuf>,
     /// Write report.html (one page, opens offline) and its plots as SVG files into this folder
     #[arg(long, value_name = "DIR", conflicts_with = "method")]
     report: Option<PathBuf>,
+    /// Replace files in the way that fiveaxis did not write; never the session's own
+    #[arg(long)]
+    force: bool,
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -55,25 +63,41 @@ enum Method {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
-    let session = load_session(&arguments.session)?;
+    settle(&arguments.session)?;
+    let mut session = load_session(&arguments.session)?;
+    let machine_file = session.machine_file.clone();
+    say(&mut session.machine, arguments.directions, &machine_file)?;
     if let Some(method) = arguments.method {
+        let examination = examine(&session, &Options::default())?;
+        if let Some(says) = examination.says() {
+            return Err(format!("the recordings are not to be believed: {says}").into());
+        }
         return run_method(&session, method, arguments.json);
     }
     let free = arguments.free.as_ref().map(|text| parse_free(text, &session.machine)).transpose()?;
     let working = Working::on(format!("fitting {}", session.name));
-    let fit = identify(&session, &Options { free, prior: None })?;
+    let examination = examine(&session, &Options { free, prior: None })?;
     drop(working);
+    let says = examination.says().unwrap_or_default();
+    let Some(fit) = &examination.fit else { return Err(says.into()) };
+    if arguments.save.is_some() && !examination.is_sound() {
+        return Err(format!("nothing is saved, for the fit is not to be believed: {says}").into());
+    }
+    let mut sets = Vec::new();
     if let Some(folder) = &arguments.save {
-        save(&arguments.session, &session, fitted_session(&session, &fit), folder)?;
+        sets.push((folder.clone(), saved(&arguments.session, &session, fitted_session(&session, fit))?));
     }
-    let json = fit_json(&session, &fit, &axis_lines(&session, &fit), circles(&session)?);
+    let senses = turned_senses(&session, fit)?;
+    let lines = axis_lines(&session, fit);
+    let json = fit_json(&session, fit, &lines, &senses, circles(&session)?).examined(&examination);
     if let Some(folder) = &arguments.report {
-        write_report(&arguments.session, &session, &fit, &json, folder)?;
+        sets.push((folder.clone(), fit_report(&session, fit, &json)?));
     }
+    write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     if arguments.json {
         print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
     } else {
-        print(&format!("{}{}", fit_text(&json, &fit), circles_text(&json.circles)))
+        print(&format!("{}{}", fit_text(&json, fit), circles_text(&json.circles)))
     }
 }
 

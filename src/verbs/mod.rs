@@ -3,6 +3,7 @@
 pub mod check;
 pub mod clearance;
 pub mod diagnose;
+mod directions;
 mod former_plan;
 pub mod identify;
 pub mod output;

@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::chain::Chain;
-use fiveaxis::collision::World;
 use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
 use fiveaxis::plan::plan_with_advice;
+use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
+use serde_json::json;
 
-use super::clearance::touching_note;
+use super::directions::{DirectionsName, say};
 use super::former_plan::former_files;
+use super::output::settle;
 use super::plan_files::{Planned, planned_files};
 use super::plan_json::as_json;
 use super::plan_settings::settings;
@@ -60,6 +61,9 @@ pub struct Arguments {
     /// Run tests again with the spindle indexed by 180°, so that the spindle ball's own placement leaves the positions
     #[arg(long)]
     pub(super) index_spindle: bool,
+    /// Sense of the axes where the machine file does not state it
+    #[arg(long, value_enum)]
+    pub(super) directions: Option<DirectionsName>,
     /// Folder for the session file, setup sheet and NC programs
     #[arg(long)]
     pub(super) out: Option<PathBuf>,
@@ -86,12 +90,21 @@ pub(super) enum FollowName {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
-    let (machine, bodies) = load_machine_and_bodies(&arguments.machine)?;
+    let (mut machine, bodies) = load_machine_and_bodies(&arguments.machine)?;
+    say(&mut machine, arguments.directions, &arguments.machine.display().to_string())?;
+    if arguments.out.is_some() {
+        machine.stated_directions().map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
+    }
     solids::require(&arguments.machine, &bodies)?;
+    let world = solids::world(&arguments.machine, &machine, &bodies)?;
+    let can_touch = world.meetings_by_one_axis(&machine);
     let kit = arguments.kit.as_deref().map_or_else(standard_kit, load_kit)?;
     let settings = settings(arguments, &machine)?;
     let former = match &arguments.out {
-        Some(folder) => former_files(folder, &arguments.machine)?,
+        Some(folder) => {
+            settle(&folder.join("session.yaml"))?;
+            former_files(folder, &arguments.machine)?
+        }
         None => Vec::new(),
     };
     let plan = plan_with_advice(&machine, &bodies, &kit, &settings)?;
@@ -102,11 +115,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         output.write(folder, std::slice::from_ref(&arguments.machine))?;
     }
     if arguments.json {
-        println!("{}", as_json(&plan, &machine));
+        let mut value = as_json(&plan, &machine);
+        value["touching"] = json!(touching_json(&world.touching));
+        value["can_touch"] = json!(meetings_json(&machine, &can_touch));
+        println!("{value}");
         return Ok(());
     }
     print_plan(&plan, &machine, &settings);
-    if let Some(note) = touching_note(&World::new(&Chain::of(&machine), &bodies)?) {
+    if let Some(note) = can_touch_note(&machine, &can_touch) {
         println!("\n{note}");
     }
     Ok(())

@@ -5,12 +5,12 @@ use std::path::Path;
 use fiveaxis::bodies::{Bodies, Kit};
 use fiveaxis::chain::{Chain, Geometry};
 use fiveaxis::collision::{Instrument, Scratch, World};
-use fiveaxis::load::mesh_files;
+use fiveaxis::load::{machine_from_yaml, mesh_files};
 use fiveaxis::machine::Machine;
-use fiveaxis::nc::{Dialect, program};
+use fiveaxis::nc::{Dialect, dry_run_program, program};
 use fiveaxis::plan::{Plan, PlannedTest, Settings};
 use fiveaxis::report::session_yaml;
-use fiveaxis::report::setup_sheet::{Outline, Sheet, View, setup_sheet};
+use fiveaxis::report::setup_sheet::{MARKER, Outline, Sheet, View, setup_sheet};
 use fiveaxis::session::{Session, Spread, Test};
 use nalgebra::Vector3;
 
@@ -31,9 +31,14 @@ pub struct Planned<'a> {
 /// Folders of the programs, in the order of [`Dialect`].
 const DIALECT_FOLDERS: [&str; 4] = ["generic", "linuxcnc", "heidenhain", "sinumerik"];
 
+/// The program that goes through a plan without the bar.
+fn dry_run_file(dialect: Dialect, ending: &str) -> String {
+    format!("nc/{}/dry-run.{ending}", DIALECT_FOLDERS[dialect as usize])
+}
+
 /// Session, setup sheet and programs; of a plan without tests the sheet alone, which says why.
 pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> Result<OutputFolder, Refusal> {
-    let Planned { machine, plan, .. } = *planned;
+    let Planned { machine, bodies, plan, .. } = *planned;
     let mut output = OutputFolder::default();
     let dialects: Vec<(Dialect, &str)> =
         Dialect::ALL.into_iter().filter(|(dialect, _)| dialect.unknown_axis(machine).is_none()).collect();
@@ -47,11 +52,13 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
             dialects.iter().map(name).collect()
         })
         .collect();
-    output.add("setup-sheet.html", sheet(planned, &programs));
+    let dry_runs: Vec<String> = dialects.iter().map(|&(dialect, ending)| dry_run_file(dialect, ending)).collect();
+    output.add("setup-sheet.html", sheet(planned, &programs, &dry_runs));
+    output.known_by("setup-sheet.html", MARKER);
     if plan.tests.is_empty() {
         return Ok(output);
     }
-    output.add("machine.yaml", std::fs::read(machine_file)?);
+    output.add("machine.yaml", stating_directions(machine_file, machine)?);
     let meshes = meshes(folder, machine_file, &mut output)?;
     for (dialect, _) in Dialect::ALL {
         if let Some(axis) = dialect.unknown_axis(machine) {
@@ -70,6 +77,10 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
             output.add(name.clone(), program(machine, test, *dialect));
         }
     }
+    let tool = bodies.tool_direction(machine);
+    for (&(dialect, _), name) in dialects.iter().zip(&dry_runs) {
+        output.add(name.clone(), dry_run_program(machine, plan, tool.as_ref(), dialect));
+    }
     let session = Session {
         name: format!("{}, planned", machine.name),
         machine_file: "machine.yaml".into(),
@@ -77,9 +88,31 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
         spread: Spread::default(),
         tests,
     };
-    let listed: Vec<String> = programs.into_iter().flatten().chain(meshes).collect();
+    let listed: Vec<String> = programs.into_iter().flatten().chain(dry_runs).chain(meshes).collect();
     output.add("session.yaml", head(&listed) + &session_yaml(&session));
     Ok(output)
+}
+
+/// The machine file as it is read here: with the sense of the axes where an option said it.
+fn stating_directions(machine_file: &Path, machine: &Machine) -> Result<String, Refusal> {
+    let text = std::fs::read_to_string(machine_file)?;
+    let directions = machine.stated_directions()?;
+    let says_so = |text: &str| machine_from_yaml(machine_file, text.into()).is_ok_and(|read| read == *machine);
+    if says_so(&text) {
+        return Ok(text);
+    }
+    let is_top_key = |line: &str| ["name:", "code:", "chain:", "axes:"].iter().any(|key| line.starts_with(key));
+    let place = text.split_inclusive('\n').take_while(|line| !is_top_key(line)).map(str::len).sum();
+    let (before, after) = text.split_at(place);
+    let stated = format!("{before}directions: {directions}\n{after}");
+    match says_so(&stated) {
+        true => Ok(stated),
+        false => Err(format!(
+            "{}: cannot take the line 'directions: {directions}' by itself as it is written; write it into the file",
+            machine_file.display()
+        )
+        .into()),
+    }
 }
 
 /// Takes the meshes of the machine along; those beside its folder stay where the session finds them.
@@ -99,10 +132,10 @@ fn meshes(folder: &Path, machine_file: &Path, output: &mut OutputFolder) -> Resu
     Ok(taken)
 }
 
-fn sheet(planned: &Planned, programs: &[Vec<String>]) -> String {
+fn sheet(planned: &Planned, programs: &[Vec<String>], dry_runs: &[String]) -> String {
     let Planned { machine, bodies, kit, settings, plan } = *planned;
     let pictures = pictures(planned);
-    setup_sheet(&Sheet { machine, bodies, kit, settings, plan, pictures: &pictures, programs })
+    setup_sheet(&Sheet { machine, bodies, kit, settings, plan, pictures: &pictures, programs, dry_runs })
 }
 
 /// Two views of every test in the middle of its arc.

@@ -1,6 +1,6 @@
 //! A plan as JSON: every test as a session states it, with what the plan adds. Keys are those of `schemas/plan.json`.
 
-use fiveaxis::machine::Machine;
+use fiveaxis::machine::{Directions, Machine};
 use fiveaxis::nc::without_machine_zero;
 use fiveaxis::plan::{Plan, PlannedTest};
 use fiveaxis::session::{Follow, Path as TestPath};
@@ -125,6 +125,7 @@ pub fn as_json(plan: &Plan, machine: &Machine) -> Value {
         .collect();
     json!({
         "machine": machine.name,
+        "directions": machine.directions.map(Directions::name),
         "tests": tests,
         "location_errors": errors,
         "minutes": round(plan.minutes, 2),

@@ -27,6 +27,9 @@ pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             one.minutes
         );
     }
+    if let Err(why) = machine.stated_directions() {
+        println!("nothing here is for a machine yet: {why}");
+    }
     let mut last = None;
     for planned in &plan.tests {
         let test = &planned.test;
@@ -48,7 +51,7 @@ pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
         println!(
             "  {:<20} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
             test.name,
-            test.bar_length_mm.unwrap_or(f64::NAN),
+            test.bar_length_mm.map_or("–".into(), |length| length.to_string()),
             what_moves(planned, machine),
             planned.sweep.from_deg,
             planned.sweep.to_deg,
@@ -60,6 +63,9 @@ pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
         let index = if test.spindle_ball.indexed_about.is_some() { ", spindle indexed by 180°" } else { "" };
         println!("               spindle ball at ({:.3}, {:.3}, {:.3}){index}; {}", s.x, s.y, s.z, stands.join(" "));
         println!("               {}", approach_in_words(planned, machine));
+        if let Some(feed) = test.feed_mm_per_min.filter(|feed| *feed < settings.feed_mm_per_min) {
+            println!("               at {feed} mm/min: faster, a control would not keep its feed over the arc");
+        }
     }
     println!("\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
     for error in &plan.errors {

@@ -1,7 +1,5 @@
 //! `--report DIR` of identify and diagnose: one HTML page, and every plot as an SVG file for papers.
 
-use std::path::Path;
-
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::Diagnosis;
 use fiveaxis::identify::Fit;
@@ -15,10 +13,10 @@ use fiveaxis::report::trace_plots::{TestPlots, test_plots};
 use fiveaxis::session::{Motion, Session};
 
 use super::Refusal;
-use super::output::{OutputFolder, session_inputs};
+use super::output::OutputFolder;
 
-/// Writes report.html and plots/*.svg; never over an input.
-pub fn write_report(file: &Path, session: &Session, fit: &Fit, json: &FitJson, folder: &Path) -> Result<(), Refusal> {
+/// report.html and plots/*.svg of a fit.
+pub fn fit_report(session: &Session, fit: &Fit, json: &FitJson) -> Result<OutputFolder, Refusal> {
     let chain = Chain::of(&session.machine);
     let mut plots: Vec<TestPlots> = Vec::with_capacity(session.tests.len());
     for (test, fitted) in session.tests.iter().zip(&fit.tests) {
@@ -35,17 +33,15 @@ pub fn write_report(file: &Path, session: &Session, fit: &Fit, json: &FitJson, f
         }
         output.add(format!("plots/{name}-residual.svg"), plot.residual.as_str());
     }
-    output.write(folder, &session_inputs(file, session))
+    Ok(output)
 }
 
-/// Writes the page of a diagnosis, the map of the machine and the residuals of every test; never over an input.
-pub fn write_diagnosis(
-    file: &Path,
+/// The page of a diagnosis, the map of the machine and the residuals of every test.
+pub fn diagnosis_report(
     session: &Session,
     diagnosis: &Diagnosis,
     json: &DiagnosisJson,
-    folder: &Path,
-) -> Result<(), Refusal> {
+) -> Result<OutputFolder, Refusal> {
     let chain = Chain::of(&session.machine);
     let mut plots = Vec::with_capacity(session.tests.len());
     for (test, residuals) in session.tests.iter().zip(&diagnosis.tests) {
@@ -62,5 +58,5 @@ pub fn write_diagnosis(
         }
         output.add(format!("plots/{name}-residual.svg"), plot.unrolled.as_str());
     }
-    output.write(folder, &session_inputs(file, session))
+    Ok(output)
 }

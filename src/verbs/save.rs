@@ -9,11 +9,11 @@ use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{Clock, Follow, Motion, Path as TestPath, Session, Test};
 
 use super::Refusal;
-use super::output::{OutputFolder, session_inputs};
+use super::output::OutputFolder;
 
-/// Writes machine.yaml, session.yaml and the recordings; never over an input. `fitted` is `session` with its errors,
-/// effects and balls as a fit found them.
-pub fn save(file: &Path, session: &Session, mut fitted: Session, folder: &Path) -> Result<(), Refusal> {
+/// machine.yaml, session.yaml and the recordings. `fitted` is `session` with its errors, effects and balls as a fit found
+/// them.
+pub fn saved(file: &Path, session: &Session, mut fitted: Session) -> Result<OutputFolder, Refusal> {
     let mut output = OutputFolder::default();
     fitted.machine_file = "machine.yaml".into();
     output.add("machine.yaml", machine_yaml(&fitted.machine));
@@ -38,7 +38,7 @@ pub fn save(file: &Path, session: &Session, mut fitted: Session, folder: &Path) 
             output.add(name, fs::read(&source).map_err(|why| format!("{} cannot be read: {why}", source.display()))?);
         }
     }
-    output.write(folder, &session_inputs(file, session))
+    Ok(output)
 }
 
 /// True when the commanded positions are worked out from the places of the balls.

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Composition;
-use fiveaxis::load::{load_instrument, load_session};
+use fiveaxis::load::{load_instrument, load_session, recording_from_csv};
 use fiveaxis::report::recording::recording_csv;
 use fiveaxis::report::simulation::{simulation_json, simulation_text};
-use fiveaxis::simulate::{Instrument, SetupErrors, simulate_with};
+use fiveaxis::session::{Session, Test};
+use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate_with};
 
 use super::Refusal;
-use super::output::{OutputFolder, print, session_inputs};
+use super::output::{Foreign, OutputFolder, print, session_inputs, settle, write_all};
 use super::progress::Working;
 
 /// Arguments of `simulate`.
@@ -36,6 +37,9 @@ pub struct Arguments {
     /// Seed of all that is drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Replace files in the way that fiveaxis did not write; never the session's own
+    #[arg(long)]
+    force: bool,
     /// Print a summary as JSON
     #[arg(long)]
     json: bool,
@@ -51,6 +55,7 @@ enum CompositionName {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    settle(&arguments.session)?;
     let session = load_session(&arguments.session)?;
     let instrument = match arguments.instrument.as_deref() {
         None => None,
@@ -73,9 +78,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut output = OutputFolder::default();
     for (test, trace) in session.tests.iter().zip(&traces) {
         let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", test.name));
-        output.add(name, recording_csv(&session.machine, test, &trace.motion, &trace.length_mm));
+        let text = recording_csv(&session.machine, test, &trace.motion, &trace.length_mm);
+        check_readable(&arguments.out.join(&name), &text, &session, test, trace)?;
+        output.add(name, text);
     }
-    output.write(&arguments.out, &session_inputs(&arguments.session, &session))?;
+    let sets = vec![(arguments.out.clone(), output)];
+    write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     drop(working);
     if arguments.json {
         let summary = simulation_json(&session, &traces, &setup);
@@ -83,4 +91,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     } else {
         print(&simulation_text(&session, &traces, &arguments.out.display().to_string()))
     }
+}
+
+/// Refuses a recording that no verb would read, before anything is written.
+fn check_readable(file: &Path, text: &str, session: &Session, test: &Test, trace: &Trace) -> Result<(), Refusal> {
+    let time_s = trace.motion.time_s.as_deref().filter(|_| test.recording.is_none());
+    if let Some(row) = time_s.and_then(|time| time.windows(2).position(|pair| pair[1] <= pair[0])) {
+        return Err(format!(
+            "test '{}': neither a ball nor a slide moves from row {} to row {}, so that the feed gives no time between them; place a ball off the axis that turns. Nothing is written",
+            test.name,
+            row + 1,
+            row + 2
+        )
+        .into());
+    }
+    recording_from_csv(file, text, &session.machine, test.bar_length_mm).map(|_| ()).map_err(|why| {
+        format!("test '{}' would give a recording that is refused, so nothing is written: {why}", test.name).into()
+    })
 }

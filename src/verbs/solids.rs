@@ -3,6 +3,9 @@
 use std::path::Path;
 
 use fiveaxis::bodies::Bodies;
+use fiveaxis::chain::Chain;
+use fiveaxis::collision::World;
+use fiveaxis::machine::Machine;
 
 use super::Refusal;
 
@@ -17,8 +20,7 @@ pub fn require(file: &Path, bodies: &Bodies) -> Result<(), Refusal> {
     if missing.is_empty() {
         return Ok(());
     }
-    let is_urdf = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
-    Err(match is_urdf {
+    Err(match is_urdf(file) {
         true => format!(
             "{}: a robot description cannot say where a pivot stands and a ball is clamped{}; write its chain as a machine file with bodies, mounts and spindle, as in machines/hermle-c600u.yaml",
             file.display(),
@@ -27,4 +29,16 @@ pub fn require(file: &Path, bodies: &Bodies) -> Result<(), Refusal> {
         false => format!("{}: has no {}; add what is missing as in machines/hermle-c600u.yaml", file.display(), missing.join(", no ")),
     }
     .into())
+}
+
+/// True for a robot description, by its name.
+pub fn is_urdf(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"))
+}
+
+/// The machine's solids; refused where some overlap with all axes at zero and are not listed as touching.
+pub fn world(file: &Path, machine: &Machine, bodies: &Bodies) -> Result<World, Refusal> {
+    let world = World::new(&Chain::of(machine), bodies)?;
+    world.refuse_overlaps(machine).map_err(|why| format!("{}: {why}", file.display()))?;
+    Ok(world)
 }

@@ -29,7 +29,7 @@ pub struct Family {
     pub kind: &'static str,
     pub place: Place,
     pub outlets: Vec<Outlet>,
-    /// Shapes on the grid.
+    /// Shapes on the grid; at least one.
     pub grid: Vec<Effect>,
     /// Shape parameters that are refined: name, smallest, largest, first step (library units); index into a list.
     pub refined: Vec<Refined>,
@@ -183,6 +183,8 @@ pub fn families(ground: &Ground) -> Vec<Family> {
     if !ground.has_sweeps() {
         for_poses(ground, &mut list);
     }
+    // positions too coarse for every shape of a cause leave nothing of it to search
+    list.retain(|family| !family.grid.is_empty());
     list
 }
 

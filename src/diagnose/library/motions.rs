@@ -41,7 +41,7 @@ pub(in super::super) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, 
 }
 
 /// Smallest and largest position of an axis, standing or moving.
-pub(in crate::diagnose) fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
+pub(in super::super) fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
     (0..ground.tests())
         .flat_map(|test| ground.context.motion(test).axis(axis))
         .fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))

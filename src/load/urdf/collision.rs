@@ -10,8 +10,8 @@ use super::{MM_PER_M, Placed, Reader, millimetres, quarter_turns, roll_pitch_yaw
 use crate::bodies::{Bodies, Body, Solid};
 use crate::chain::Pose;
 use crate::load::LoadError;
-use crate::load::bodies::MAX_SOLIDS;
-use crate::load::mesh::{MeshUse, machine_size_mm, mesh_solids};
+use crate::load::limits::SOLIDS;
+use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
 use crate::machine::Machine;
 
 /// Largest extent of a box, cylinder or sphere, m: more is a length in mm.
@@ -20,6 +20,7 @@ const MAX_SOLID_M: f64 = 50.0;
 /// Solids of all links that the bed or an axis of the machine carries; what hangs on other joints stands still at zero.
 pub(super) fn bodies(reader: &Reader, machine: &Machine) -> Result<Bodies, LoadError> {
     let mut bodies = Bodies::default();
+    let meshes = Meshes::beside(reader.tree.file);
     let mut count = 0;
     let links = reader.elements.iter().enumerate().filter(|(_, element)| element.depth == 1 && element.name == "link");
     for (index, link) in links {
@@ -33,7 +34,7 @@ pub(super) fn bodies(reader: &Reader, machine: &Machine) -> Result<Bodies, LoadE
                 at_mm: frame.at_mm + frame.rotation * origin.at_mm,
             };
             let label = collision.attribute("name").unwrap_or(name);
-            let solids = geometry(reader, machine, place)?;
+            let solids = geometry(reader, machine, &meshes, place)?;
             count += solids.len();
             bodies.bodies.push(Body {
                 name: label.to_string(),
@@ -41,14 +42,8 @@ pub(super) fn bodies(reader: &Reader, machine: &Machine) -> Result<Bodies, LoadE
                 solids,
                 at: Pose { rotation: at.rotation, translation_mm: at.at_mm },
             });
-            if count > MAX_SOLIDS {
-                return Err(LoadError::line(
-                    reader.tree.file,
-                    collision.line,
-                    format!(
-                        "more than {MAX_SOLIDS} solids, the pieces of meshes counted; simplify the collision geometry"
-                    ),
-                ));
+            if let Some(message) = SOLIDS.exceeded(count) {
+                return Err(LoadError::line(reader.tree.file, collision.line, message));
             }
         }
     }
@@ -79,7 +74,7 @@ fn origin(file: &Path, elements: &[Element], collision: usize) -> Result<Placed,
 }
 
 /// Solids of a collision element; that there is a shape was checked before.
-fn geometry(reader: &Reader, machine: &Machine, collision: usize) -> Result<Vec<Solid>, LoadError> {
+fn geometry(reader: &Reader, machine: &Machine, meshes: &Meshes, collision: usize) -> Result<Vec<Solid>, LoadError> {
     let file = reader.tree.file;
     let elements = reader.elements;
     let Some(shape) = shape(elements, collision) else { return Ok(Vec::new()) };
@@ -124,8 +119,7 @@ fn geometry(reader: &Reader, machine: &Machine, collision: usize) -> Result<Vec<
                     format!("write scale=\"{}\" (a robot description is in m)", scale.join(" "))
                 },
             };
-            let folder = file.parent().unwrap_or(Path::new(""));
-            mesh_solids(folder, name.trim_start_matches("./"), &how).map_err(|why| refuse(why.to_string()))?
+            meshes.solids(name.trim_start_matches("./"), &how).map_err(|why| refuse(why.to_string()))?
         }
     })
 }

@@ -12,9 +12,10 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 use urdf_rs::{JointType, Robot};
 
+use super::limits::AXES;
 use super::message::LoadError;
 use crate::bodies::Bodies;
-use crate::machine::{Axis, AxisKind, Machine, StructuralCode, refuse_axis_name};
+use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode, refuse_axis_name};
 use checks::{MAX_COORDINATE_M, check_elements, child};
 use ends::Ends;
 use places::{Element, elements};
@@ -28,8 +29,7 @@ const MM_PER_M: f64 = 1000.0;
 const GRAINS_PER_MM: f64 = 1e9;
 /// Components of a direction below this are rounding of rotation matrices.
 const DIRECTION_ROUNDING: f64 = 1e-12;
-/// Most axes that a chain may have.
-const MAX_AXES: usize = 24;
+
 /// Reads the text of a robot description; `file` is its name in messages and its folder holds the meshes.
 pub fn machine_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result<Machine, LoadError> {
     read(file, text, choice, |reader, name| reader.machine(name))
@@ -101,14 +101,15 @@ impl Reader<'_> {
         }
         workpiece.reverse();
         let order: Vec<usize> = workpiece.iter().chain(&tool).copied().collect();
-        if order.is_empty() || order.len() > MAX_AXES {
+        if order.is_empty() || order.len() > AXES.most {
             return Err(LoadError::file(
                 tree.file,
                 format!(
-                    "{} moving joints lie between '{}' and '{}'; 1 to {MAX_AXES} are allowed, name other links",
+                    "{} moving joints lie between '{}' and '{}'; 1 to {} are allowed, name other links",
                     order.len(),
                     self.ends.workpiece_link,
-                    self.ends.tool_link
+                    self.ends.tool_link,
+                    AXES.most
                 ),
             ));
         }
@@ -117,11 +118,15 @@ impl Reader<'_> {
         Ok(Machine {
             name: if name.is_empty() { "robot".into() } else { name.to_string() },
             code: StructuralCode { workpiece_side: names(&workpiece), tool_side: names(&tool) },
+            // a joint's axis is that of the child's right-handed motion relative to its parent
+            directions: Some(Directions::Carried),
             machine_zero: vec![None; axes.len()],
             gravity: -Vector3::z(),
             gauge_length_mm: None,
             link_names: self.link_names(&order, &axes)?,
             effects: Vec::new(),
+            linear_axes: Default::default(),
+            caveats: Vec::new(),
             axes,
         })
     }

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use crate::load::LoadError;
-
-/// Deepest nesting of a robot description, with room to spare: parsers recurse over it.
-const MAX_DEPTH: usize = 64;
+use crate::load::limits::{ATTRIBUTES, ELEMENTS, LINKS, TEXT, XML_DEPTH};
+use crate::load::printable::hidden_in;
 
 /// One element: its name, place and attributes as written.
 #[derive(Debug, Clone)]
@@ -29,7 +28,7 @@ impl Element {
 
 /// All elements in the order of their opening tags; what is not well-formed is refused with its line.
 pub fn elements(file: &Path, text: &str) -> Result<Vec<Element>, LoadError> {
-    let mut scan = Scan { file, text, at: 0, line: 1, open: Vec::new(), elements: Vec::new() };
+    let mut scan = Scan { file, text, at: 0, line: 1, open: Vec::new(), elements: Vec::new(), links: 0 };
     while scan.text[scan.at..].contains('<') {
         scan.next_tag()?;
     }
@@ -51,6 +50,8 @@ struct Scan<'a> {
     line: usize,
     open: Vec<usize>,
     elements: Vec<Element>,
+    /// Links and joints so far.
+    links: usize,
 }
 
 impl<'a> Scan<'a> {
@@ -100,10 +101,12 @@ impl<'a> Scan<'a> {
     }
 
     fn open_tag(&mut self) -> Result<(), LoadError> {
-        if self.open.len() >= MAX_DEPTH {
-            return Err(
-                self.refuse(format!("is nested deeper than {MAX_DEPTH} levels; no robot description needs that"))
-            );
+        if self.open.len() >= XML_DEPTH.most {
+            let most = XML_DEPTH.most;
+            return Err(self.refuse(format!("is nested deeper than {most} levels; no robot description needs that")));
+        }
+        if let Some(message) = ELEMENTS.exceeded(self.elements.len() + 1) {
+            return Err(self.refuse(message));
         }
         if self.open.is_empty() && !self.elements.is_empty() {
             return Err(self.refuse("a second root element; a robot description has one, <robot>"));
@@ -132,11 +135,21 @@ impl<'a> Scan<'a> {
                 self.open.push(self.elements.len());
                 break;
             }
+            if let Some(message) = ATTRIBUTES.exceeded(element.attributes.len() + 1) {
+                return Err(self.refuse(message));
+            }
             let (key, value) = self.attribute(&element.name)?;
             if element.attribute(&key).is_some() {
                 return Err(self.refuse(format!("attribute {key} of <{}> stands twice", element.name)));
             }
             element.attributes.push((key, value));
+        }
+        if element.depth == 1 && matches!(element.name.as_str(), "link" | "joint") {
+            self.links += 1;
+            // as many joints as links
+            if let Some(message) = LINKS.exceeded(self.links.div_ceil(2)) {
+                return Err(self.refuse(message));
+            }
         }
         self.elements.push(element);
         Ok(())
@@ -159,7 +172,21 @@ impl<'a> Scan<'a> {
         };
         self.at += 1;
         let value = self.take_until(&quote.to_string(), &format!("attribute {key} of <{element}>"))?;
-        Ok((key, plain(value)))
+        let value = plain(value);
+        if value.contains("&#") {
+            return Err(self.refuse(format!(
+                "attribute {key} of <{element}> holds a character reference (&#…); write the character itself"
+            )));
+        }
+        if let Some(hidden) = hidden_in(&key).or_else(|| hidden_in(&value)) {
+            return Err(
+                self.refuse(format!("attribute {key} of <{element}> holds the hidden character {hidden}; remove it"))
+            );
+        }
+        match TEXT.exceeded(value.chars().count()) {
+            Some(message) => Err(self.refuse(format!("attribute {key} of <{element}>: {message}"))),
+            None => Ok((key, value)),
+        }
     }
 
     fn word(&mut self) -> &'a str {
@@ -178,11 +205,12 @@ impl<'a> Scan<'a> {
     }
 }
 
-/// Attribute text with the five named entities of XML in plain form.
+/// Attribute text with the five named entities of XML in plain form; its line ends and tabs are blanks, as XML has them.
 fn plain(text: &str) -> String {
+    let text = text.replace(['\n', '\r', '\t'], " ");
     if !text.contains('&') {
-        return text.to_string();
+        return text;
     }
     let named = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&apos;", "'"), ("&amp;", "&")];
-    named.iter().fold(text.to_string(), |text, (entity, character)| text.replace(entity, character))
+    named.iter().fold(text, |text, (entity, character)| text.replace(entity, character))
 }

@@ -1,6 +1,6 @@
 //! The joint tree of a robot description as urdf-rs read it, each joint with its place in the file. Names only; no poses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use urdf_rs::{Joint, JointType, Robot};
@@ -41,8 +41,9 @@ impl<'a> Tree<'a> {
             elements.iter().enumerate().filter(move |(_, element)| element.depth == 1 && element.name == name)
         };
         let mut links: Vec<&str> = Vec::with_capacity(robot.links.len());
+        let mut names: BTreeSet<&str> = BTreeSet::new();
         for (link, (_, element)) in robot.links.iter().zip(top("link")) {
-            if links.contains(&link.name.as_str()) {
+            if !names.insert(link.name.as_str()) {
                 return Err(LoadError::line(
                     file,
                     element.line,
@@ -63,16 +64,16 @@ impl<'a> Tree<'a> {
     }
 
     fn connect(&mut self) -> Result<(), LoadError> {
-        let mut names: Vec<&str> = Vec::new();
+        let mut names: BTreeSet<&str> = BTreeSet::new();
+        let links: BTreeSet<&str> = self.links.iter().copied().collect();
         for (index, entry) in self.joints.iter().enumerate() {
             let joint = entry.joint;
             let refuse = |message: String| Err(LoadError::line(self.file, entry.element.line, message));
-            if names.contains(&joint.name.as_str()) {
+            if !names.insert(joint.name.as_str()) {
                 return refuse(format!("joint '{}' stands twice; each joint has its own name", joint.name));
             }
-            names.push(&joint.name);
             for (role, link) in [("parent", &joint.parent.link), ("child", &joint.child.link)] {
-                if !self.links.contains(&link.as_str()) {
+                if !links.contains(link.as_str()) {
                     let hint = nearest(link, &self.links).map(|near| format!("; did you mean '{near}'?"));
                     return refuse(format!(
                         "joint '{}' has the {role} '{link}', which is no link of the file{}",

@@ -1,5 +1,6 @@
 //! The setup sheet: a stand-alone HTML page to print, one sheet of paper for the plan and one for each test. It computes nothing.
 
+mod dry_run;
 mod mounting;
 mod picture;
 mod readings;
@@ -30,6 +31,8 @@ pub struct Sheet<'a> {
     pub pictures: &'a [[View; 2]],
     /// Program files of each test, relative to the sheet.
     pub programs: &'a [Vec<String>],
+    /// Programs that go through the plan without the bar, one for each control.
+    pub dry_runs: &'a [String],
 }
 
 impl Sheet<'_> {
@@ -73,7 +76,7 @@ fn overview(out: &mut String, sheet: &Sheet) {
     rows.push((
         "made for",
         format!(
-            "at least {} mm clear over runs and ways between, {} mm/min at the ball",
+            "at least {} mm clear over runs and ways between, {} mm/min at the ball where ramps and blocks allow it",
             settings.margin_mm, settings.feed_mm_per_min
         ),
     ));
@@ -85,14 +88,21 @@ fn overview(out: &mut String, sheet: &Sheet) {
         rows.push(("avoided", avoided.collect::<Vec<_>>().join(", ")));
     }
     rows.push(("readings", coordinates(machine)));
+    if let Some(directions) = machine.directions {
+        rows.push(("sense of axes", format!("{directions}: {}", directions.meaning())));
+    }
     if sheet.some_test_is_indexed() {
         rows.push(("spindle", INDEXING.into()));
+    }
+    if !machine.caveats.is_empty() {
+        rows.push(("assumed", machine.caveats.join("; ")));
     }
     table(out, &rows);
     match plan.tests.is_empty() {
         true => out.push_str("<p class=\"lead\">No test can be run; the table says why.</p>"),
         false => {
             order(out, sheet);
+            dry_run::dry_run(out, sheet);
             out.push_str(HOW_TO);
         }
     }
@@ -123,7 +133,7 @@ lock it, and run the test that is called \u{201c}indexed\u{201d}. Turn back by 1
 
 const HOW_TO: &str = "<h2>Each test</h2><ol class=\"steps\"><li>Bring the axes to the park position by hand, in the order of the \
 sheet's table from top to bottom. Mount pivot and spindle side there; leave the bar off.</li><li>Start the program: it goes to park one axis at a time, then the \
-way to the start, and stops.</li><li>Zero the bar on the calibrator, put it on, start the recording, start again: both directions run \
+way to the start. Near the cups it stops before every leg and goes at feed: hand on the feed hold. At the start it stops.</li><li>Zero the bar on the calibrator, put it on, start the recording, start again: both directions run \
 without a stop, three seconds of rest at each end.</li><li>At the stop end the recording and take the bar off; start again: the \
 machine goes back to park.</li><li>Save the two directions under the names of the sheet, beside session.yaml.</li></ol>";
 

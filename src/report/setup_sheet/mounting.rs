@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Sheet;
+use crate::nc::{Coordinates, placing_words};
 use crate::plan::{CupLooks, Mounting, PlannedTest};
 use crate::units::Measure;
 
@@ -44,10 +45,11 @@ pub(super) fn rows(sheet: &Sheet, planned: &PlannedTest) -> Vec<(&'static str, S
     let mounting = &planned.mounting;
     let mut rows = vec![
         ("pivot", pivot(sheet, planned)),
+        ("place it", placing_words(sheet.machine, planned, &Coordinates::of(sheet.machine))),
         ("pivot ball", format!("{}, with all axes at zero", place(&test.pivot.at))),
         ("bar", bar(mounting)),
         ("zero the bar", calibrator(sheet, mounting)),
-        ("spindle side", spindle_side(sheet, mounting)),
+        ("spindle side", spindle_side(sheet, planned)),
         ("spindle ball", format!("{}, with all axes at zero", place(&test.spindle_ball.at))),
     ];
     if sheet.some_test_is_indexed() {
@@ -116,13 +118,17 @@ fn calibrator(sheet: &Sheet, mounting: &Mounting) -> String {
     }
 }
 
-fn spindle_side(sheet: &Sheet, mounting: &Mounting) -> String {
+fn spindle_side(sheet: &Sheet, planned: &PlannedTest) -> String {
+    let mounting = &planned.mounting;
+    let known = (planned.placing.gauge_length_mm * 1e3).floor() / 1e3;
     let stated = match sheet.machine.gauge_length_mm {
         Some(_) => "",
         None => " (the machine file states no gauge_length; its spindle ball stands there)",
     };
-    let from_nose =
-        format!("{:.3} mm from spindle nose to ball centre, the gauge length{stated}", mounting.nose_to_ball_mm);
+    let from_nose = format!(
+        "{:.3} mm from spindle nose to ball centre, the gauge length{stated}, known within {known} mm",
+        mounting.nose_to_ball_mm
+    );
     match &mounting.arm {
         None => format!("cup on a straight stem, ball on the tool axis, {from_nose}"),
         Some(arm) => format!(

@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 
 use super::{Sheet, escaped};
 use crate::machine::{AxisKind, Machine};
-use crate::nc::Coordinates;
+use crate::nc::{Coordinates, ball_speed};
 use crate::plan::{OFF_LIMIT, PlannedTest};
 
 /// Rows of the table.
 pub(super) fn rows(sheet: &Sheet, index: usize, planned: &PlannedTest) -> Vec<(&'static str, String)> {
-    let test = &planned.test;
     let sweep = &planned.sweep;
     let (one, other) = &sweep.pair;
     let mut rows = vec![
@@ -22,14 +21,7 @@ pub(super) fn rows(sheet: &Sheet, index: usize, planned: &PlannedTest) -> Vec<(&
                 sweep.to_deg
             ),
         ),
-        (
-            "feed",
-            format!(
-                "{} mm/min at the ball, {:.1} minutes for both directions",
-                test.feed_mm_per_min.unwrap_or(0.0),
-                planned.minutes
-            ),
-        ),
+        ("feed", format!("{}, {:.1} minutes for both directions", ball_speed(planned), planned.minutes)),
         ("run-in", run_in(planned)),
         ("arc ends at", ends(sheet.machine, planned)),
     ];
@@ -52,7 +44,9 @@ fn run_in(planned: &PlannedTest) -> String {
     match planned.is_coupled() {
         false => format!("{run_in}° before and after the arc"),
         true => {
-            format!("straight on by {run_in} mm or {run_in}°, whichever is reached first, before and after the arc")
+            format!(
+                "on along the same curve by {run_in} mm or {run_in}°, whichever is reached first, before and after the arc"
+            )
         }
     }
 }

@@ -3,6 +3,7 @@
 mod merge;
 mod rows;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -11,9 +12,9 @@ use fiveaxis::load::{load_kit, load_shard, standard_kit};
 use fiveaxis::machine::StructuralCode;
 use fiveaxis::plan::Settings;
 use fiveaxis::report::survey::{HEADER, csv, survey_json, tallies};
-use fiveaxis::report::survey_page::survey_page;
+use fiveaxis::report::survey_page::{PAGE_HEAD, survey_page};
 use fiveaxis::report::table::Table;
-use fiveaxis::survey::{Outcome, Shard, codes, conditions, outcome, settings};
+use fiveaxis::survey::{Outcome, Shard, codes, conditions, outcome, representative, settings};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
@@ -131,15 +132,22 @@ fn chosen_codes(texts: &[String]) -> Result<Vec<StructuralCode>, Refusal> {
     Ok(chosen)
 }
 
-/// Plans what is left, two cores or more at a time, a row on disk as soon as it is known.
+/// Plans what is left, two cores or more at a time, a row on disk as soon as it is known; topologies that are one machine on
+/// the envelope are planned once.
 fn plan_all(rest: &[&StructuralCode], kit: &Kit, settings: &Settings, rows: &Rows) -> Result<(), Refusal> {
     // indicatif draws on standard error, and only when that is a terminal
     let bar = ProgressBar::new((rest.len() + rows.done.len()) as u64);
     bar.set_position(rows.done.len() as u64);
-    let finished = rest.par_iter().with_max_len(1).try_for_each(|code| {
-        let planned = outcome(code, kit, settings).map_err(|why| format!("{code}: {why}"))?;
-        rows.add(&planned)?;
-        bar.inc(1);
+    let mut alike: BTreeMap<String, Vec<&StructuralCode>> = BTreeMap::new();
+    rest.iter().for_each(|code| alike.entry(representative(code).to_string()).or_default().push(code));
+    let alike: Vec<Vec<&StructuralCode>> = alike.into_values().collect();
+    let finished = alike.par_iter().with_max_len(1).try_for_each(|codes| {
+        let Some(first) = codes.first() else { return Ok(()) };
+        let planned = outcome(first, kit, settings).map_err(|why| format!("{first}: {why}"))?;
+        for &code in codes {
+            rows.add(&Outcome { code: code.clone(), ..planned.clone() })?;
+            bar.inc(1);
+        }
         Ok::<(), String>(())
     });
     bar.finish_and_clear();
@@ -156,6 +164,8 @@ fn write_tables(folder: &Path, outcomes: &[Outcome], inputs: &[PathBuf]) -> Resu
     let mut output = OutputFolder::default();
     output.add("survey.csv", csv(outcomes));
     output.add("survey.html", survey_page(outcomes));
+    output.known_by("survey.csv", HEADER);
+    output.known_by("survey.html", PAGE_HEAD);
     output.write(folder, inputs)
 }
 

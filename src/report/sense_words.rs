@@ -1,0 +1,93 @@
+//! What recordings say of the senses of axes, as JSON and in words. It computes nothing.
+
+use serde::Serialize;
+
+use super::number::shown;
+use crate::identify::{Fit, TurnedSense};
+use crate::session::Session;
+
+/// One axis that the tests move, or that stands off zero in them.
+#[derive(Debug, Clone, Serialize)]
+pub struct SenseJson {
+    pub axis: String,
+    /// The recordings tell its sense.
+    pub told: bool,
+    /// They speak for the other sense.
+    pub looks_wrong: bool,
+    /// χ² with the sense turned minus χ² as stated; at most 1e9.
+    pub worse_by: f64,
+    /// Errors that would come out otherwise with the sense turned.
+    pub instead: Vec<InsteadJson>,
+    /// In words, with a short test that tells; empty where the recordings tell the sense.
+    pub says: String,
+}
+
+/// An error under both senses.
+#[derive(Debug, Clone, Serialize)]
+pub struct InsteadJson {
+    pub error: String,
+    pub value: f64,
+    pub turned: f64,
+    /// `um` or `arcsec`.
+    pub unit: &'static str,
+}
+
+/// Most errors named in words; the farthest first.
+const NAMED: usize = 3;
+
+/// The senses of a fit.
+pub fn senses_json(session: &Session, fit: &Fit, senses: &[TurnedSense]) -> Vec<SenseJson> {
+    let machine = &session.machine;
+    let of = |sense: &TurnedSense| {
+        let instead: Vec<InsteadJson> = sense
+            .moved
+            .iter()
+            .map(|&(k, value, turned)| {
+                let unknown = &fit.unknowns[k];
+                InsteadJson {
+                    error: unknown.label.clone(),
+                    value: unknown.measure.to_output(value),
+                    turned: unknown.measure.to_output(turned),
+                    unit: unknown.measure.output_unit(),
+                }
+            })
+            .collect();
+        SenseJson {
+            axis: machine.axes[sense.axis].name.clone(),
+            told: sense.is_told(),
+            looks_wrong: sense.looks_wrong(),
+            worse_by: (sense.worse_by * 10.0).round() / 10.0 + 0.0,
+            says: says(session, fit, sense),
+            instead,
+        }
+    };
+    senses.iter().map(of).collect()
+}
+
+/// What an operator should know of a sense that the recordings do not tell.
+fn says(session: &Session, fit: &Fit, sense: &TurnedSense) -> String {
+    let name = &session.machine.axes[sense.axis].name;
+    let mut words = match (sense.is_told(), sense.looks_wrong()) {
+        (true, false) => return String::new(),
+        (_, true) => format!("{name} seems to go the other way: with its sense turned the recordings fit better"),
+        _ => format!("these tests cannot tell {name}'s sense: with {name} reversed they fit as well"),
+    };
+    let instead: Vec<String> = sense
+        .moved
+        .iter()
+        .take(NAMED)
+        .map(|&(k, value, turned)| {
+            let (unknown, sigma) = (&fit.unknowns[k], fit.estimates[k].sigma);
+            let out = |value: f64| shown(unknown.measure.to_output(value), unknown.measure.to_output(sigma)).0;
+            let unit = unknown.measure.output_unit().replace("um", "µm");
+            format!("{} {} for {} {unit}", unknown.label, out(turned), out(value))
+        })
+        .collect();
+    if !instead.is_empty() {
+        words.push_str(&format!(" and give {}", instead.join(", ")));
+        if sense.moved.len() > NAMED {
+            words.push_str(&format!(" and {} more", sense.moved.len() - NAMED));
+        }
+    }
+    format!("{words}; {}", sense.how_to_tell(session))
+}
