@@ -131,10 +131,12 @@ fn a_line_that_is_open_is_not_to_be_entered() {
 
 #[test]
 fn a_table_that_the_axis_carries_is_centred_from_the_other_side() {
-    // X carries the table: to bring a line at +x under the spindle it goes to −x, or to +x where it is reversed
-    for (reversed, sign) in [("false", -1.0), ("true", 1.0)] {
+    // X carries the table: to bring a line at +x under the spindle the table goes to −x, which an ISO axis reads as +x
+    for (directions, reversed, sign) in
+        [("carried", "false", -1.0), ("carried", "true", 1.0), ("iso841", "false", 1.0), ("iso841", "true", -1.0)]
+    {
         let yaml = format!(
-            "name: m\ncode: \"[wCXbYZAt]\"\naxes:\n  X: {{reversed: {reversed}}}\n  C: {{origin: [30, 0, 0], errors: {{EX0C: 50 um}}}}\n"
+            "name: m\ncode: \"[wCXbYZAt]\"\ndirections: {directions}\naxes:\n  X: {{reversed: {reversed}}}\n  C: {{origin: [30, 0, 0], errors: {{EX0C: 50 um}}}}\n"
         );
         let mut session = chapter5();
         session.machine = machine(&yaml);
@@ -162,6 +164,11 @@ fn a_table_that_the_axis_carries_is_centred_from_the_other_side() {
         let x = session.machine.axis_index("X").unwrap();
         let reading = c.centre_at.iter().find(|reading| reading.axis == x).unwrap();
         assert!((reading.reading_mm - sign * 30.05).abs() < 1e-3, "{}", reading.reading_mm);
+        let says = control_in_words(&session.machine, c);
+        let against = "; X counts against x: a parameter that holds readings takes that part with the opposite sign";
+        assert_eq!(says.contains(against), sign < 0.0, "{says}");
+        // places in R hold whatever the sense
+        assert!((c.shift_mm - Vector3::new(0.05, 0.0, 0.0)).norm() < 1e-3, "{:?}", c.shift_mm);
         // the spindle's own rotary axis is a head
         assert!(lines.iter().any(|line| line.is_head && line.centre_at.is_empty()));
     }

@@ -4,7 +4,7 @@ mod finite_differences;
 
 use finite_differences::Arguments;
 use fiveaxis::chain::{Branch, Chain, Composition, Geometry, LinkId};
-use fiveaxis::machine::{Axis, AxisKind, Machine, StructuralCode};
+use fiveaxis::machine::{Axis, AxisKind, Directions, Machine, StructuralCode};
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,12 +40,15 @@ fn random_machine(joints: usize, random: &mut ChaCha8Rng) -> Machine {
     Machine {
         name: "random".into(),
         code: StructuralCode { workpiece_side: workpiece_side.to_vec(), tool_side: tool_side.to_vec() },
+        directions: [None, Some(Directions::Carried), Some(Directions::Iso841)][random.random_range(0..3)],
         axes,
         gravity: -Vector3::z(),
         machine_zero: vec![None; joints],
         gauge_length_mm: None,
         link_names: Vec::new(),
         effects: Vec::new(),
+        linear_axes: Default::default(),
+        caveats: Vec::new(),
     }
 }
 
@@ -178,6 +181,29 @@ fn a_reversed_axis_is_the_same_axis_run_backwards() {
         for composition in [Composition::Exact, Composition::FirstOrder] {
             let length = at.length(&chain, ends(&chain), composition);
             assert_eq!(backwards.length(&other, ends(&other), composition), length);
+        }
+    }
+}
+
+#[test]
+fn iso841_is_the_carried_sense_with_the_workpiece_axes_run_backwards() {
+    println!("seed {SEED}");
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    for _ in 0..60 {
+        let mut carried = random_machine(5, &mut random);
+        carried.directions = Some(Directions::Carried);
+        let mut iso = carried.clone();
+        iso.directions = Some(Directions::Iso841);
+        let mut unstated = carried.clone();
+        unstated.directions = None;
+        let [chain, other, silent] = [&carried, &iso, &unstated].map(Chain::of);
+        assert_eq!(silent, chain, "a file that states no sense reads as carried");
+        let at = random_arguments(&carried, &chain, ends(&chain), &mut random);
+        let mut turned = at.clone();
+        turned.positions[..carried.code.workpiece_side.len()].iter_mut().for_each(|q| *q = -*q);
+        for composition in [Composition::Exact, Composition::FirstOrder] {
+            let length = at.length(&chain, ends(&chain), composition);
+            assert_eq!(turned.length(&other, ends(&other), composition), length, "{}", carried.code);
         }
     }
 }

@@ -13,7 +13,9 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn every_example_is_read() {
-    let [machine, component_errors, session, instrument] = examples()[..] else { panic!("four examples are expected") };
+    let [machine, component_errors, linear_axes, session, instrument] = examples()[..] else {
+        panic!("five examples are expected")
+    };
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| {
         let file = folder.path().join(name);
@@ -24,6 +26,9 @@ fn every_example_is_read() {
     let text = format!("name: c\ncode: '[wCAbYXZt]'\n{component_errors}");
     let forms = machine_from_yaml(Path::new("component_errors.yaml"), text).unwrap();
     assert_eq!(forms.axes.iter().map(|axis| axis.component_errors.len()).sum::<usize>(), 4);
+    let text = format!("name: c\ncode: '[wCAbYXZt]'\naxes: {{}}\n{linear_axes}");
+    let budget = machine_from_yaml(Path::new("linear_axes.yaml"), text).unwrap().linear_axes;
+    assert!(budget.is_stated && (budget.positioning, budget.straightness) == (8e-6, 5e-6));
     write("machine.yaml", machine);
     write("a-short-cw.csv", "time_s,A_deg,length_mm\n0,70,99.99\n0.1,69.9,99.98\n");
     let session = load_session(&write("session.yaml", session)).unwrap();

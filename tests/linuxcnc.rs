@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use fiveaxis::chain::{Chain, Geometry};
-use fiveaxis::machine::{AxisKind, Machine};
-use fiveaxis::nc::{Dialect, program};
-use fiveaxis::plan::{PlannedTest, rows_with_run_in};
-use fiveaxis::session::{Motion, Path as TestPath, Session, Spread, way_mm};
+use fiveaxis::machine::Machine;
+use fiveaxis::nc::{Coordinates, Curves, Dialect, Step, program, steps};
+use fiveaxis::plan::PlannedTest;
+use fiveaxis::session::Path as TestPath;
 use planned::planned;
 
 /// What the interpreter tells the machine to do; positions X Y Z A B C in machine coordinates, mm and deg.
@@ -133,166 +133,42 @@ fn canonical(listing: &str) -> Result<Vec<Canonical>, String> {
     if millimetres { Ok(moves) } else { Err("the program is not read in millimetres".into()) }
 }
 
-/// The moves that the plan means, from its places, arc and feed at the ball; `blocks` in one direction where several axes
-/// move, run-in and run-out apart.
-fn planned_moves(machine: &Machine, planned: &PlannedTest, start: [f64; 6], blocks: usize) -> Vec<Canonical> {
-    let letter = |k: usize| "XYZABC".find(machine.axes[k].name.as_str()).expect("one of the six axes");
-    let shown = |k: usize, q: f64| match machine.axes[k].kind {
-        AxisKind::Linear => q + machine.machine_zero[k].unwrap_or(0.0),
-        AxisKind::Rotary => q.to_degrees() + machine.machine_zero[k].unwrap_or(0.0),
-    };
+/// The moves that the steps of a plan mean. That the steps are the plan is compared in the tests of all programs.
+fn planned_moves(machine: &Machine, planned: &PlannedTest, start: [f64; 6]) -> Vec<Canonical> {
+    let letter = |name: &str| "XYZABC".find(name).expect("one of the six axes");
     let mut here = start;
-    let mut moves = vec![Canonical::Stop];
-    for &k in &planned.approach.park_order {
-        here[letter(k)] = shown(k, planned.approach.park[k]);
-        moves.push(Canonical::Traverse(here));
-    }
-    let corners: Vec<[f64; 6]> = planned
-        .approach
-        .corners()
-        .iter()
-        .map(|corner| {
-            let mut place = here;
-            corner.iter().enumerate().for_each(|(k, &q)| place[letter(k)] = shown(k, q));
-            place
-        })
-        .collect();
-    moves.extend(corners[1..].iter().map(|corner| Canonical::Traverse(*corner)));
-    moves.push(Canonical::Stop);
-    if planned.is_coupled() {
-        let row = |q: &[f64]| {
-            let mut place = here;
-            q.iter().enumerate().for_each(|(k, &q)| place[letter(k)] = shown(k, q));
-            place
-        };
-        moves.extend(coupled_moves(machine, planned, &row, blocks));
-    } else {
-        moves.extend(swept_moves(machine, planned, here, &letter, &shown));
-    }
-    moves.push(Canonical::Stop);
-    moves.extend(corners.iter().rev().skip(1).map(|corner| Canonical::Traverse(*corner)));
-    moves.push(Canonical::End);
-    moves
-}
-
-/// Moves of a run in which one axis turns.
-fn swept_moves(
-    machine: &Machine,
-    planned: &PlannedTest,
-    mut here: [f64; 6],
-    letter: &dyn Fn(usize) -> usize,
-    shown: &dyn Fn(usize, f64) -> f64,
-) -> Vec<Canonical> {
     let mut moves = Vec::new();
-    // all axes stand at the test's positions, one turns
-    for (k, q) in planned.test.positions.iter().enumerate() {
-        if let Some(q) = q {
-            here[letter(k)] = shown(k, *q);
-        }
-    }
-    let range = machine.axes[planned.axis].range;
-    let run_in = planned.test.overshoot.expect("planned");
-    let feed_deg = planned.test.feed_mm_per_min.expect("planned") / planned.rho_mm * 180.0 / std::f64::consts::PI;
-    let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
-    let mut turn = |deg: f64, feed: f64| {
-        let q = range.map_or(deg.to_radians(), |(low, high)| deg.to_radians().clamp(low, high));
-        here[letter(planned.axis)] = shown(planned.axis, q);
-        Canonical::Feed(here, feed)
-    };
-    for (first, second) in [(from, to), (to, from)] {
-        let outward = run_in * (second - first).signum();
-        moves.push(turn(first - outward, 2.0 * feed_deg));
-        moves.push(Canonical::Dwell(3.0));
-        moves.push(turn(first, feed_deg));
-        moves.push(turn(second, feed_deg));
-        moves.push(turn(second + outward, feed_deg));
-        moves.push(Canonical::Dwell(3.0));
-    }
-    moves
-}
-
-/// Moves of a run in which several axes move, from the session's own motion: straight blocks, or arcs.
-fn coupled_moves(
-    machine: &Machine,
-    planned: &PlannedTest,
-    place: &dyn Fn(&[f64]) -> [f64; 6],
-    blocks: usize,
-) -> Vec<Canonical> {
-    let mut moves = Vec::new();
-    let chain = Chain::of(machine);
-    let session = Session {
-        name: String::new(),
-        machine_file: String::new(),
-        machine: machine.clone(),
-        spread: Spread::default(),
-        tests: Vec::new(),
-    };
-    for test in planned.both_ways() {
-        let motion = Motion::of(&session, &chain, &test).expect("motion");
-        let run = rows_with_run_in(machine, &test, &motion);
-        let feed = test.feed_mm_per_min.expect("planned");
-        let mut fine = test.clone();
-        let circle = match fine.path.as_mut().expect("planned") {
-            TestPath::Sweep { from, to, step, .. } => {
-                *step = (*to - *from).abs() / blocks as f64;
-                None
-            }
-            TestPath::Circle { plane, from, to, step, .. } => {
-                *step = (*to - *from).abs() / blocks as f64;
-                Some((plane.clone(), (*to - *from).signum()))
-            }
-        };
-        let fine = Motion::of(&session, &chain, &fine).expect("motion");
-        assert_eq!(fine.rows(), blocks + 1);
-        let time = fine.time_s.as_ref().expect("planned motions have times");
+    for step in steps(machine, planned, &Coordinates::of(machine), Curves::Carrying) {
+        let from = here;
         // LinuxCNC counts the way of X, Y and Z alone
         let way = |a: &[f64; 6], b: &[f64; 6]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
-        moves.push(Canonical::Dwell(3.0));
-        let mut last = place(fine.row(0));
-        // the run-in at the feed as the session's motion counts it
-        let geometry = Geometry::nominal(&chain);
-        let (pivot, spindle) = test.links(&chain).expect("links");
-        let straight = |from: &[f64], to: &[f64]| {
-            let balls = way_mm(&geometry, &test, (pivot, spindle), from, to);
-            let of_ball = if circle.is_some() { 1.0 } else { way(&place(from), &place(to)) / balls };
-            Canonical::Feed(place(to), feed * of_ball)
-        };
-        moves.push(straight(&run[0], &run[1]));
-        for k in 1..=blocks {
-            let next = place(fine.row(k));
-            match &circle {
-                None => {
-                    moves.push(Canonical::Feed(next, way(&last, &next) / (time[k] - time[k - 1]) * 60.0));
-                }
-                Some((plane, turn)) => {
-                    // the middle of the whole circle
-                    let letters =
-                        [plane.first, plane.second].map(|axis| "XYZ".find(&machine.axes[axis].name).expect("XYZ"));
-                    let zero = machine.machine_zero.iter().map(|zero| zero.unwrap_or(0.0)).collect::<Vec<f64>>();
-                    let start = motion.row(0);
-                    let TestPath::Circle { radius_mm, from, .. } = test.path.as_ref().expect("planned") else {
-                        panic!()
-                    };
-                    let (sin, cos) = from.to_radians().sin_cos();
-                    let centre = [
-                        start[plane.first] - radius_mm * cos + zero[plane.first],
-                        start[plane.second] - radius_mm * sin + zero[plane.second],
-                    ];
-                    moves.push(Canonical::Arc(next, centre, letters, *turn, feed));
-                }
+        moves.push(match step {
+            Step::Say(_) => continue,
+            Step::Stop(_) => Canonical::Stop,
+            Step::Dwell(seconds) => Canonical::Dwell(seconds),
+            Step::Rapid { axis, to } => {
+                here[letter(&axis)] = to;
+                Canonical::Traverse(here)
             }
-            last = next;
-        }
-        moves.push(straight(&run[run.len() - 2], &run[run.len() - 1]));
-        moves.push(Canonical::Dwell(3.0));
+            Step::Feed { axis, to, per_minute } => {
+                here[letter(&axis)] = to;
+                Canonical::Feed(here, per_minute)
+            }
+            Step::Move { to, minutes } => {
+                to.iter().for_each(|(axis, to)| here[letter(axis)] = *to);
+                Canonical::Feed(here, way(&from, &here) / minutes)
+            }
+            Step::Arc { axes, centre, end, counter_clockwise, turn, feed_mm_per_min } => {
+                let plane = axes.each_ref().map(|axis| letter(axis));
+                let centre = [from[plane[0]] + centre[0], from[plane[1]] + centre[1]];
+                plane.iter().zip(end).for_each(|(k, end)| here[*k] += end);
+                turn.iter().for_each(|(axis, by)| here[letter(axis)] += by);
+                Canonical::Arc(here, centre, plane, if counter_clockwise { 1.0 } else { -1.0 }, feed_mm_per_min)
+            }
+        });
     }
+    moves.push(Canonical::End);
     moves
-}
-
-/// Blocks in one direction of a run of several axes, run-in and run-out apart.
-fn blocks(found: &[Canonical]) -> usize {
-    let runs = found.iter().filter(|m| matches!(m, Canonical::Feed(..) | Canonical::Arc(..))).count();
-    (runs / 2).saturating_sub(2)
 }
 
 /// A feed is the planned one rounded down to 0.001; the interpreter prints four decimals.
@@ -302,15 +178,16 @@ fn rounded_down(found: f64, planned: f64) -> bool {
 
 /// The first move that differs.
 fn difference(found: &[Canonical], wanted: &[Canonical]) -> Option<String> {
-    let near = |a: &f64, b: &f64| (a - b).abs() <= ROUNDING;
+    // relative arcs add their roundings
+    let near = |a: &f64, b: &f64| (a - b).abs() <= 2.0 * ROUNDING;
+    // one block of one direction turns one axis; more of them have their time
+    let is_timed = wanted.iter().filter(|m| matches!(m, Canonical::Feed(..))).count() > 40;
     let same = |a: &Canonical, b: &Canonical| match (a, b) {
         (Canonical::Traverse(a), Canonical::Traverse(b)) => a.iter().zip(b).all(|(a, b)| near(a, b)),
         // feeds are written to 0.001 deg/min, rounded down
         (Canonical::Feed(a, f), Canonical::Feed(b, g)) => {
             // and those of blocks by their time to 0.001 a minute, ways to 1e-5 mm of some 0.2 mm
-            let runs = wanted.iter().filter(|m| matches!(m, Canonical::Feed(..) | Canonical::Arc(..))).count();
-            let coupled = runs != 8 || wanted.iter().any(|m| matches!(m, Canonical::Arc(..)));
-            let is_feed = if coupled { (f - g).abs() < 5e-4 * g } else { rounded_down(*f, *g) };
+            let is_feed = if is_timed { (f - g).abs() < 5e-4 * g } else { rounded_down(*f, *g) };
             a.iter().zip(b).all(|(a, b)| near(a, b)) && is_feed
         }
         (Canonical::Arc(a, c, p, r, f), Canonical::Arc(b, d, q, t, g)) => {
@@ -330,7 +207,7 @@ fn difference(found: &[Canonical], wanted: &[Canonical]) -> Option<String> {
 #[test]
 fn canonical_moves_are_the_planned_ones() {
     let Some(rs274) = interpreter() else { return };
-    let (mut programs, mut following, mut arcs) = (0, 0, 0);
+    let (mut programs, mut following, mut circles) = (0, 0, 0);
     for name in
         ["hermle-c600u.yaml", "fig-1-1-table-head-ca.yaml", "head-head-ab-profiler.yaml", "nutating-table-45.yaml"]
     {
@@ -339,18 +216,18 @@ fn canonical_moves_are_the_planned_ones() {
         for planned in &tests {
             let text = program(&machine, planned, Dialect::LinuxCnc);
             let found = interpret(&rs274, &text, [0.0; 6]).unwrap_or_else(|why| panic!("{name}: {why}\n{text}"));
-            let wanted = planned_moves(&machine, planned, [0.0; 6], blocks(&found));
+            let wanted = planned_moves(&machine, planned, [0.0; 6]);
             assert_eq!(difference(&found, &wanted), None, "{name} {}\n{text}", planned.test.name);
             programs += 1;
             match planned.test.path {
-                Some(TestPath::Circle { .. }) => arcs += 1,
+                Some(TestPath::Circle { .. }) => circles += 1,
                 _ => following += usize::from(planned.is_coupled()),
             }
         }
     }
     println!("{programs} programs read by {}", rs274.display());
-    println!("{following} with linear axes following, {arcs} circles");
-    assert!(programs >= 12 && following >= 3 && arcs == 3);
+    println!("{following} with linear axes following, {circles} circles");
+    assert!(programs >= 12 && following >= 3 && circles == 3);
 }
 
 #[test]
@@ -363,7 +240,7 @@ fn machine_coordinates_hold_whatever_the_work_offset() {
         for offsets in [[0.0; 6], [7.5, -20.0, 133.25, 5.0, 0.0, -30.0]] {
             let found = interpret(&rs274, &text, offsets).unwrap_or_else(|why| panic!("{why}\n{text}"));
             // the interpreter starts at machine zero, whatever the offset
-            let wanted = planned_moves(&machine, planned, [0.0; 6], blocks(&found));
+            let wanted = planned_moves(&machine, planned, [0.0; 6]);
             assert_eq!(difference(&found, &wanted), None, "{}\n{text}", planned.test.name);
         }
     }
@@ -408,9 +285,10 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
     let (machine, tests) = planned("hermle-c600u.yaml");
     let planned = tests.iter().find(|test| !test.is_coupled()).expect("a sweep of one axis");
     let text = program(&machine, planned, Dialect::LinuxCnc);
-    let wanted = planned_moves(&machine, planned, [0.0; 6], 0);
+    let wanted = planned_moves(&machine, planned, [0.0; 6]);
     let lines: Vec<&str> = text.lines().collect();
-    let turn = lines.iter().position(|line| line.starts_with("G1 ")).expect("a feed move");
+    let run = lines.iter().position(|line| line.starts_with("G4 ")).expect("a rest");
+    let turn = run + 1;
     let with = |line: String| {
         let mut changed: Vec<&str> = lines.clone();
         changed[turn] = &line;
@@ -419,7 +297,7 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
     let (place, feed) = lines[turn].split_once(" F").expect("feed");
     let feed: f64 = feed.parse().expect("number");
     for changed in [
-        with(format!("{} F{feed}", place.replace(".00000", ".00100"))),
+        with(format!("{place}1 F{feed}").replace("00001", "00101")),
         with(format!("{place} F{}", feed + 0.01)),
         with(String::new()),
     ] {
@@ -430,9 +308,10 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
 }
 
 #[test]
-fn blocks_of_a_following_run_keep_the_bar_and_the_speed_of_the_ball() {
+fn blocks_of_a_following_run_keep_the_bar() {
     let Some(rs274) = interpreter() else { return };
-    let (machine, tests) = planned("hermle-c600u.yaml");
+    // a circle across all coordinate planes, which no arc draws
+    let (machine, tests) = planned("nutating-table-45.yaml");
     let chain = Chain::of(&machine);
     let geometry = Geometry::nominal(&chain);
     let coupled =
@@ -454,21 +333,21 @@ fn blocks_of_a_following_run_keep_the_bar_and_the_speed_of_the_ball() {
             let p = geometry.point(pivot, &planned.test.pivot.at, &q, None);
             (p, geometry.point(spindle, &planned.test.spindle_ball.at, &q, None))
         };
-        let feeds: Vec<&[f64; 6]> = found
-            .iter()
-            .filter_map(|step| if let Canonical::Feed(place, _) = step { Some(place) } else { None })
-            .collect();
         let bar = planned.test.bar_length_mm.expect("bar");
-        // run-in, arc, run-out, twice: between neighbours on an arc the bar stays as long as it is
-        let arc = &feeds[..feeds.len() / 2 - 1];
+        let captures: Vec<&[Canonical]> = found.split(|step| matches!(step, Canonical::Dwell(_))).collect();
+        let arc: Vec<&[f64; 6]> = captures[1]
+            .iter()
+            .map(|step| if let Canonical::Feed(place, _) = step { place } else { panic!("{step:?}") })
+            .collect();
+        // run-in and run-out are on the same curve
         let worst = arc
             .windows(2)
             .flat_map(|pair| [0.25, 0.5, 1.0].map(|part| balls(pair[0], pair[1], part)))
             .map(|(p, s)| ((p - s).norm() - bar).abs())
             .fold(0.0, f64::max);
         println!("{}: {} blocks, bar within {:.2} um", planned.test.name, arc.len() - 1, worst * 1e3);
-        // a chord of 0.1 um and the interpreter's four decimals on three axes
-        assert!(worst < 0.1e-3 + 3.0 * ROUNDING, "{}: {worst}", planned.test.name);
+        // a chord of 0.25 um and the interpreter's four decimals on three axes
+        assert!(worst < 0.25e-3 + 3.0 * ROUNDING, "{}: {worst}", planned.test.name);
         checked += 1;
     }
     assert!(checked > 0);

@@ -56,6 +56,19 @@ fn a_minute_more_than_the_default_plan_leaves_no_more_errors_undetermined() {
 }
 
 #[test]
+fn the_c600u_is_tested_by_four_sweeps_at_the_ordinary_goal() {
+    let is_it = |(file, _): &&(PathBuf, Plan)| file.ends_with("hermle-c600u.yaml");
+    let (_, plan) = ordinary().iter().find(is_it).expect("shipped");
+    // a random search of another hand found four in 21.7 minutes
+    assert!(plan.goal_reached && plan.tests.len() <= 4 && plan.minutes <= 22.0, "{:.1}", plan.minutes);
+    let arcsec = std::f64::consts::PI / (180.0 * 3600.0);
+    for error in &plan.errors {
+        let sigma = if error.is_angle { error.sigma / arcsec } else { error.sigma * 1e3 };
+        assert!(error.determined && sigma <= 4.0, "{}: {sigma:.2}", error.name);
+    }
+}
+
+#[test]
 fn looser_goals_cost_no_more_and_determine_as_much() {
     let arcsec = std::f64::consts::PI / (180.0 * 3600.0);
     let goals = [2.0, 4.0, 8.0, 30.0];

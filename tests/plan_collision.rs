@@ -4,9 +4,12 @@ use std::path::Path;
 
 use fiveaxis::bodies::{Bodies, Solid};
 use fiveaxis::chain::{Chain, Pose};
-use fiveaxis::collision::{Convex, Instrument, Scratch, World, certify, distance, parry_shape, sweep_clearance};
+use fiveaxis::collision::{
+    CONE_MARGIN_RAD, Convex, Instrument, Scratch, World, certify, distance, least_cone_rad, parry_shape,
+    sweep_clearance,
+};
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
-use fiveaxis::machine::Machine;
+use fiveaxis::machine::{Directions, Machine};
 use fiveaxis::plan::rows_with_run_in;
 use fiveaxis::session::{Ball, Follow, Motion, Path as TestPath, Session, Spread, Test};
 use nalgebra::{Rotation3, Vector3};
@@ -15,21 +18,26 @@ use rand_chacha::ChaCha8Rng;
 
 fn c600u() -> (Machine, Bodies) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/hermle-c600u.yaml");
-    load_machine_and_bodies(&file).expect("shipped machine")
+    let (mut machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+    // the thesis's tests below count A the other way
+    machine.directions = Some(Directions::Carried);
+    let a = machine.axis_index("A").expect("A");
+    machine.axes[a].range = machine.axes[a].range.map(|(low, high)| (-high, -low));
+    (machine, bodies)
 }
 
 fn ball(link: &str, at: [f64; 3]) -> Ball {
     Ball { link: link.into(), at: Vector3::from(at), setup: None, spread_mm: None, indexed_about: None }
 }
 
-/// The thesis's short A test with the pivot where its arc stays below the spindle.
+/// The thesis's short A test with the pivot where its arc stays below the spindle; the run-in ends 1° inside the cone.
 fn a_test(machine: &Machine, pivot: [f64; 3], to: f64) -> Test {
     let a = machine.axis_index("A").expect("A");
     Test {
         name: "a-short".into(),
         recording_file: None,
         recording: None,
-        path: Some(TestPath::Sweep { axis: a, from: -16.0, to, step: 0.5, follow: Follow::None }),
+        path: Some(TestPath::Sweep { axis: a, from: -15.0, to, step: 0.5, follow: Follow::None }),
         started_at_s: 0.0,
         bar_length_mm: Some(100.0),
         bar_setup: None,
@@ -228,11 +236,17 @@ fn a_bar_at_a_steep_angle_meets_its_cup_where_the_rim_says_and_the_sweep_ends_be
         q
     };
     let sweep = |to: f64| certify(&instrument.scene(&world), &[row(-16.0), row(to)], 0.5, &mut Scratch::default());
-    assert!(sweep(cone_deg - 90.0 - 0.1).is_ok());
-    let hit = sweep(cone_deg - 90.0 + 0.1).expect_err("beyond the cone");
+    // and the bar stays a degree inside its cone
+    let limit_deg = cone_deg - 1.0;
+    assert!((CONE_MARGIN_RAD.to_degrees() - 1.0).abs() < 1e-12);
+    assert!(sweep(limit_deg - 90.0 - 0.1).is_ok());
+    let hit = sweep(limit_deg - 90.0 + 0.1).expect_err("beyond the cone");
     assert_eq!(hit.pair, ("bar".to_string(), "cone of the spindle cup".to_string()));
     let found = hit.positions[a].to_degrees() + 90.0;
-    assert!((found - cone_deg).abs() < 0.11, "{found}");
+    assert!((found - limit_deg).abs() < 0.11, "{found}");
+    let left = |to: f64| least_cone_rad(&instrument.scene(&world), &[row(-16.0), row(to)], &mut Scratch::default());
+    let left_deg = left(10.0).expect("a bar").to_degrees();
+    assert!((left_deg - (cone_deg - 100.0)).abs() < 0.03, "{left_deg}");
 }
 
 #[test]

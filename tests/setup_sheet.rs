@@ -141,6 +141,12 @@ fn check(plan: &Planned, machine: &Machine, test: &Test, entry: &Value, offsets:
     assert_eq!(mounting["arm_mm"].is_null(), is_straight);
     let parts = mounting["bar_parts_mm"].as_array().expect("parts");
     assert_eq!(parts.iter().filter_map(Value::as_f64).sum::<f64>(), bar);
+    // where the pivot is placed: the shipped machines of these tests carry the spindle ball by all slides, or the table by some
+    assert!(
+        value("place it").contains("jog to") && value("place it").contains("within 0.06 mm, 3 sigma"),
+        "{}",
+        value("place it")
+    );
     // run
     let (from, to) = match test.path.as_ref().expect("path") {
         TestPath::Sweep { from, to, .. } | TestPath::Circle { from, to, .. } => (*from, *to),
@@ -166,6 +172,7 @@ fn check(plan: &Planned, machine: &Machine, test: &Test, entry: &Value, offsets:
     let programs: Vec<&str> = value("program").split(", ").collect();
     assert_eq!(programs.len(), 4);
     for program in programs {
+        assert!(plan.sheet.contains(&program.replace(name, "dry-run")), "{program}");
         assert!(plan.folder.path().join("plan").join(program).is_file(), "{program}");
         assert!(program.contains(name));
     }
@@ -328,7 +335,8 @@ fn machine_coordinates_and_other_conditions() {
     for (axis, reading) in &page.readings {
         assert!(program.contains(&format!("G0 {axis}{:.5} SUPA", reading[0])), "{axis} {reading:?}");
     }
-    assert!(program.contains(&format!("G1 A{:.5} ", page.readings["A"][2])));
+    // the run ends where the sheet says
+    assert!(program.contains(&format!("G1 A{:.5} ", page.readings["A"][4])));
     let partly = planned(
         "hermle-c600u.yaml",
         |text| text.replacen("axes:\n", "machine_zero: {X: 312.5}\naxes:\n", 1),

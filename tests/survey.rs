@@ -7,7 +7,9 @@ use std::process::Output;
 
 use fiveaxis::load::standard_kit;
 use fiveaxis::machine::StructuralCode;
-use fiveaxis::survey::{Shard, codes, outcome, settings};
+use fiveaxis::plan::{Settings, plan};
+use fiveaxis::survey::{Shard, codes, envelope, outcome, outcome_of, representative, settings};
+use rayon::prelude::*;
 
 /// Topologies of all three families whose plans are quick.
 const CODES: [&str; 5] = ["[wCAbYXZt]", "[wACXYZbt]", "[wCYbXZAt]", "[wbXYZCAt]", "[wbZBAXYt]"];
@@ -53,6 +55,51 @@ fn there_are_2160_topologies_and_shards_share_them_out() {
         (0..all.len()).filter(|&place| shard.holds(place)).for_each(|place| held[place] += 1);
     }
     assert!(held.iter().all(|&times| times == 1));
+}
+
+#[test]
+fn a_row_is_what_plan_finds_for_that_topology() {
+    assert_eq!(settings(), Settings::default());
+    let kit = standard_kit().expect("kit");
+    // none of them stands for itself: linear axes in other orders and the bed elsewhere between them, in all families
+    let others = ["[wCAYbXZt]", "[wZAXYbCt]", "[wYCXbZAt]", "[wXbBZYCt]", "[wAYXCZbt]"];
+    others.par_iter().for_each(|text| {
+        let code = StructuralCode::parse(text).expect("code");
+        assert_ne!(representative(&code), code);
+        let (machine, bodies) = envelope(&code);
+        let own = outcome_of(&code, &plan(&machine, &bodies, &kit, &settings()).expect("plans"));
+        let row = outcome(&code, &kit, &settings()).expect("plans");
+        let off = |one: Option<f64>, other: Option<f64>| (one.unwrap_or(0.0) - other.unwrap_or(0.0)).abs();
+        assert!((own.minutes - row.minutes).abs() < 1e-6, "{own:?} {row:?}");
+        assert!(off(own.position_mm, row.position_mm) < 1e-9, "{own:?} {row:?}");
+        assert!(off(own.orientation_rad, row.orientation_rad) < 1e-12, "{own:?} {row:?}");
+        let alike = fiveaxis::survey::Outcome {
+            minutes: row.minutes,
+            position_mm: row.position_mm,
+            orientation_rad: row.orientation_rad,
+            one_pivot: row.one_pivot,
+            ..own
+        };
+        assert_eq!(alike, row);
+    });
+}
+
+#[test]
+fn topologies_alike_keep_their_rotary_axes_and_sides() {
+    let all = codes();
+    let rotary = |code: &StructuralCode| -> (Vec<String>, usize) {
+        let is_rotary = |name: &&String| "ABC".contains(name.as_str());
+        let names = code.axis_names().map(|name| name.to_string()).filter(|name| is_rotary(&name)).collect();
+        (names, code.workpiece_side.iter().filter(is_rotary).count())
+    };
+    for code in &all {
+        let stands = representative(code);
+        assert_eq!(rotary(&stands), rotary(code), "{code} {stands}");
+        assert_eq!(representative(&stands), stands, "{code}");
+    }
+    // X, Y and Z fall before, between and behind two rotary axes in either order, three pairs of them, on three sides of the bed
+    let classes: HashSet<String> = all.iter().map(|code| representative(code).to_string()).collect();
+    assert_eq!(classes.len(), 27 * 2 * 3 * 3);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod shared_data;
 use std::path::{Path, PathBuf};
 
 use fiveaxis::load::{load_machine, load_session, machine_from_yaml};
-use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
+use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Directions, Harmonic, Machine};
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{Ball, CirclePlane, Follow, Path as TestPath, Session, Spread, Test};
 use nalgebra::Vector3;
@@ -133,7 +133,9 @@ fn disturb(machine: &mut Machine, random: &mut ChaCha8Rng) {
             .map(|(component, form)| ComponentError { component, form: written_once(axis.kind, form) })
             .collect();
     }
+    machine.directions = [None, Some(Directions::Carried), Some(Directions::Iso841)][random.random_range(0..3)];
     machine.machine_zero[0] = Some(random.random_range(-1000.0..1000.0));
+    machine.caveats = vec!["no maker's drawing: \"round\" values".into(), "# not a comment".into()];
     machine.gauge_length_mm = Some(random.random_range(50.0..300.0));
     machine.link_names = vec![("table plate".into(), Some(0)), ("true".into(), None)];
     // a file states degrees and um: values that no decimal reaches exactly settle after one writing

@@ -9,7 +9,7 @@ const TETRAHEDRON: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 
 const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
 
 /// Binary STL of the given number of tetrahedra of a size, all faces or all but the last.
-fn stl(size: f64, count: usize, faces: usize) -> Vec<u8> {
+pub fn stl(size: f64, count: usize, faces: usize) -> Vec<u8> {
     let mut bytes = vec![0u8; 80];
     bytes.extend(((count * faces) as u32).to_le_bytes());
     for k in 0..count {
@@ -25,7 +25,7 @@ fn stl(size: f64, count: usize, faces: usize) -> Vec<u8> {
     bytes
 }
 
-fn text_stl(size: f64) -> String {
+pub fn text_stl(size: f64) -> String {
     let facet = |face: &[usize; 3]| {
         let corners = face.map(|k| TETRAHEDRON[k].map(|value| value * size));
         let corners = corners.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
@@ -304,5 +304,29 @@ fn mounts_and_kits_that_leave_nothing_to_plan() {
         "off the table",
         &changed(&changed(session, "220", "250"), "at: [0, 100, 0]", "at: [0, 250, 0]"),
         "test 'a': the pivot at (0.000, 250.000, 0.000) on link C stands on no mounting surface; surfaces of that link: table top (ball 45 to 220 mm above it)",
+    );
+}
+
+#[test]
+fn pairs_that_touch_by_design() {
+    let refused = |name, pairs: &str, message: &str| {
+        let bodies = "bodies:\n  - {name: table, link: C, capsule: {from: [0, 0, 0], to: [0, 0, 9], radius: 2}}\n  - {name: vice, link: w, capsule: {from: [0, 0, 50], to: [0, 0, 59], radius: 2}}\n  - {name: arm, link: A, capsule: {from: [90, 0, 0], to: [90, 0, 9], radius: 2}}\n  - {name: pin, link: b, capsule: {from: [200, 0, 0], to: [200, 0, 9], radius: 2}}\n  - {name: pin, link: b, capsule: {from: [300, 0, 0], to: [300, 0, 9], radius: 2}}\n";
+        let machine = format!("{MACHINE}{bodies}touching: {pairs}\n");
+        check(name, &[("machine.yaml", machine.as_bytes())], &["check", "machine.yaml"], message);
+    };
+    refused(
+        "misspelt",
+        "[[table, arms]]",
+        "machine.yaml:15:12: no body is called 'arms'; did you mean 'arm'? (bodies: table, vice, arm, pin, pin)",
+    );
+    refused(
+        "one link",
+        "[[table, arm], [table, vice]]",
+        "machine.yaml:15:26: 'table' and 'vice' are on one link and never compared; list bodies of different links, or take the pair out",
+    );
+    refused(
+        "doubled",
+        "[[arm, pin]]",
+        "machine.yaml:15:12: several bodies are called 'pin'; give each a name of its own",
     );
 }

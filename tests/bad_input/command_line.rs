@@ -41,6 +41,21 @@ fn one_message_each() {
 }
 
 #[test]
+fn lists_of_errors_that_name_none() {
+    let files = [("machine.yaml", MACHINE), ("a.csv", RECORDING), ("session.yaml", SESSION)];
+    for (verb, free) in [("identify", ","), ("identify", ""), ("diagnose", " , ,")] {
+        check(
+            verb,
+            &files.map(|(name, text)| (name, text.as_bytes())),
+            &[verb, "session.yaml", "--free", free],
+            &format!(
+                "'{free}' names no error; write names such as EX0C,EY0C or a group: rotary, squareness, linear, zero, all, none"
+            ),
+        );
+    }
+}
+
+#[test]
 fn absolute_lengths_in_metres() {
     let session = changed(SESSION, "    bar_length: 100.002\n", "");
     let recording = changed(RECORDING, ",100.", ",0.1");

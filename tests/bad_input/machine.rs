@@ -29,7 +29,47 @@ fn one_message_each() {
         (
             "unknown top key",
             format!("{MACHINE}{}", "gravty: [0, 0, -1]\n"),
-            "machine.yaml:9:1: unknown key 'gravty'; did you mean 'gravity'? (allowed: name, code, chain, axes, gravity, machine_zero, gauge_length, links, effects, bodies, mounts, spindle)",
+            "machine.yaml:9:1: unknown key 'gravty'; did you mean 'gravity'? (allowed: name, code, chain, directions, axes, gravity, machine_zero, gauge_length, links, effects, linear_axes, caveats, bodies, mounts, spindle, touching)",
+        ),
+        (
+            "a caveat of two lines",
+            format!("{MACHINE}caveats: [fine, \"two\\nlines\"]\n"),
+            "machine.yaml:9:17: caveats[1]: the text holds the hidden character U+000A; line breaks, control characters and invisible ones are not allowed, remove it",
+        ),
+        (
+            "unknown sense",
+            format!("{MACHINE}directions: ISO\n"),
+            "machine.yaml:9:1: directions 'ISO' are not known; allowed are iso841 (a positive command moves the tool in the positive sense relative to the workpiece) or carried (it moves the carried part right-handed)",
+        ),
+        (
+            "sense of another type",
+            format!("{MACHINE}directions: [iso841]\n"),
+            "machine.yaml:9:13: directions: found a list, due is a string",
+        ),
+        (
+            "class of linear axes",
+            format!("{MACHINE}linear_axes: wron\n"),
+            "machine.yaml:9:1: linear_axes has no 'wron'; did you mean 'worn'? (allowed: new, used, worn)",
+        ),
+        (
+            "budget in part",
+            format!("{MACHINE}linear_axes: {{positioning: 5 um/m, straightness: 5 um/m}}\n"),
+            "machine.yaml:9:1: linear_axes lacks squareness; write all three, e.g. {positioning: 5 um/m, straightness: 5 um/m, squareness: 10 urad}, or a class: new, used, worn",
+        ),
+        (
+            "budget without unit",
+            format!("{MACHINE}linear_axes: {{positioning: 5, straightness: 5 um/m, squareness: 10 urad}}\n"),
+            "machine.yaml:9:15: '5' has no unit; write for example '5 um/m' (allowed: um/m, µm/m, μm/m, ppm, mm/mm)",
+        ),
+        (
+            "negative budget",
+            format!("{MACHINE}linear_axes: {{positioning: 5 um/m, straightness: 5 um/m, squareness: -10 urad}}\n"),
+            "machine.yaml:9:58: squareness is a standard deviation from 0 to 1000 um/m (positioning, straightness) or 1000 urad (squareness)",
+        ),
+        (
+            "no budget at all",
+            format!("{MACHINE}linear_axes: 5\n"),
+            "machine.yaml:9:1: linear_axes is no budget; write a class (new, used, worn) or {positioning: 5 um/m, straightness: 5 um/m, squareness: 10 urad}",
         ),
         ("missing key", changed(MACHINE, "name: mill\n", ""), "machine.yaml:1:1: the key 'name' is missing; add it"),
         (

@@ -2,7 +2,11 @@
 
 mod bodies;
 mod command_line;
+mod hidden;
+mod limits;
 mod machine;
+mod mutated;
+mod places;
 mod recording;
 mod session;
 mod size;

@@ -38,6 +38,8 @@ pub enum Pace {
 pub struct Program {
     pub acts: Vec<Act>,
     pub comments: Vec<String>,
+    /// `O` number of the generic dialect.
+    pub number: Option<u32>,
     /// Moves are in machine coordinates: all of them or none, relative arcs apart.
     pub in_machine_coordinates: bool,
     /// G words in force at the end by group, of ISO programs.
@@ -52,6 +54,14 @@ pub fn read_iso(text: &str, sinumerik: bool, modes: &[(&'static str, &str)]) -> 
     let mut straightened: BTreeSet<String> = BTreeSet::new();
     let mut machine_blocks = [0, 0];
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && *line != "%") {
+        // O and four digits, then the name: what controls of Fanuc's kind find a program by
+        if let Some((number, name)) = line.strip_prefix('O').and_then(|rest| rest.split_once(' ')) {
+            assert!(!sinumerik && program.number.is_none(), "{line}");
+            assert_eq!(number.len(), 4, "{line}");
+            program.number = Some(number.parse().expect("a program number"));
+            program.comments.extend(comment(name, sinumerik));
+            continue;
+        }
         if let Some(comment) = comment(line, sinumerik) {
             program.comments.push(comment);
             continue;

@@ -1,0 +1,764 @@
+//! Mistakes of a shop in machine file, session and recordings: each is named with its cure or refused, and none ends in a determined number, CLEAN or a finding.
+//!
+//! One true session is recorded through the default gauge, with location errors, drawn setups and noise; then one mistake
+//! is made in its files. Most cases run in this process, some through the program as well.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+
+use fiveaxis::chain::Composition;
+use fiveaxis::diagnose::{DataFault, Verdict, diagnose, examine};
+use fiveaxis::identify::{FitError, Options};
+use fiveaxis::load::load_session;
+use fiveaxis::report::recording::path_csv;
+use fiveaxis::simulate::{Instrument, SetupErrors, simulate, simulate_with};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde_json::Value;
+
+/// Files of a session by name.
+type Files = BTreeMap<String, String>;
+
+const MACHINE: &str = "\
+name: mill
+code: \"[wCAbYXZt]\"
+directions: carried
+axes:
+\x20 X: {range: [-300, 300]}
+\x20 Y: {range: [-225, 225]}
+\x20 Z: {range: [-120, 330]}
+\x20 A: {origin: [0, 0, 0], range: [-30, 110]}
+\x20 C: {origin: [0, 0, 0], range: [-360, 360]}
+";
+
+/// Errors of the true machine.
+const ERRORS: [(&str, &str); 2] = [
+    (
+        "A: {origin: [0, 0, 0]",
+        "A: {errors: {EY0A: 36 um, EZ0A: -21 um, EB0A: 7 arcsec, EC0A: -12 arcsec}, origin: [0, 0, 0]",
+    ),
+    (
+        "C: {origin: [0, 0, 0]",
+        "C: {errors: {EX0C: -28 um, EY0C: 52 um, EA0C: -22 arcsec, EB0C: 9 arcsec}, origin: [0, 0, 0]",
+    ),
+];
+
+/// Name, axis with its arc in degrees, pivot, standing axes, bar.
+type Design = (&'static str, (char, f64, f64), &'static str, &'static str, f64);
+
+const DESIGNS: [Design; 6] = [
+    ("c-short", ('C', 0.0, 360.0), "[0, 100, 0]", "X: 0, Y: 0, Z: 0, A: 0", 100.0),
+    ("a-short", ('A', -20.0, 70.0), "[0, 100, 0]", "X: 0, Y: 0, Z: 0, C: 0", 100.0),
+    ("c-high", ('C', 0.0, 360.0), "[0, 100, 0]", "X: 0, Y: 0, Z: 111.8034, A: 0", 150.0),
+    ("a-far", ('A', -20.0, 70.0), "[0, 100, 0]", "X: -111.8034, Y: 0, Z: 0, C: 0", 150.0),
+    ("c-side", ('C', 0.0, 360.0), "[80, 60, 0]", "X: 0, Y: 0, Z: 0, A: 0", 100.0),
+    ("a-high", ('A', -20.0, 70.0), "[0, 60, 80]", "X: 0, Y: 0, Z: 0, C: 0", 100.0),
+];
+
+/// Rows of a recording.
+const ROWS: usize = 121;
+
+/// Seconds from one test to the next.
+const EVERY_S: usize = 120;
+
+/// The session; planned, it says its arcs and has no recordings.
+fn session_text(is_planned: bool) -> String {
+    let mut text = String::from("name: morning\nmachine: machine.yaml\ntests:\n");
+    let mut started_at = 0;
+    for (name, (axis, from, to), pivot, standing, bar) in DESIGNS {
+        for (way, from, to) in [("ccw", from, to), ("cw", to, from)] {
+            let step = (to - from).abs() / (ROWS - 1) as f64;
+            let arc = match is_planned {
+                true => format!("    sweep: {{axis: {axis}, from: {from}, to: {to}, step: {step}}}\n"),
+                false => format!("    recording: {name}-{way}.csv\n"),
+            };
+            let _ = write!(
+                text,
+                "  - name: {name}-{way}\n{arc}    started_at: {started_at}\n    bar_length: {bar}\n    \
+                 pivot: {{link: C, at: {pivot}}}\n    spindle_ball: {{link: Z, at: [0, 0, 0]}}\n    \
+                 positions: {{{standing}}}\n    feed: 500\n"
+            );
+            started_at += EVERY_S;
+        }
+    }
+    text
+}
+
+/// The files of the true session, recorded by a machine whose errors are `factor` times those above.
+fn recorded(seed: u64, factor: f64) -> Files {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = ERRORS.iter().fold(MACHINE.to_string(), |text, (from, to)| changed(&text, from, to));
+    std::fs::write(folder.path().join("machine.yaml"), truth).unwrap();
+    std::fs::write(folder.path().join("session.yaml"), session_text(true)).unwrap();
+    let mut session = load_session(&folder.path().join("session.yaml")).unwrap();
+    session.machine.axes.iter_mut().flat_map(|axis| &mut axis.location_errors).for_each(|error| *error *= factor);
+    let traces = simulate_with(&session, Composition::Exact, &SetupErrors::drawn(&session, seed)).unwrap();
+    let traces = Instrument::default().read(&session, traces, seed).unwrap();
+    let mut files =
+        Files::from([("machine.yaml".into(), MACHINE.into()), ("session.yaml".into(), session_text(false))]);
+    for (test, trace) in session.tests.iter().zip(&traces) {
+        let csv = path_csv(&session.machine, &trace.motion, &trace.length_mm);
+        files.insert(format!("{}.csv", test.name), csv);
+    }
+    files
+}
+
+fn sound() -> &'static Files {
+    static SOUND: OnceLock<Files> = OnceLock::new();
+    SOUND.get_or_init(|| recorded(20, 1.0))
+}
+
+/// A text with one part replaced everywhere; the part must be there.
+fn changed(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "'{from}' is not in the text");
+    text.replace(from, to)
+}
+
+fn edit(files: &mut Files, name: &str, from: &str, to: &str) {
+    let text = changed(&files[name], from, to);
+    files.insert(name.into(), text);
+}
+
+/// Replaces in the tests of the session whose names begin so.
+fn edit_tests(files: &mut Files, begin: &str, from: &str, to: &str) {
+    let parts: Vec<String> = files["session.yaml"]
+        .split("  - name: ")
+        .map(|part| if part.starts_with(begin) { changed(part, from, to) } else { part.to_string() })
+        .collect();
+    files.insert("session.yaml".into(), parts.join("  - name: "));
+}
+
+/// Changes the rows of the recordings whose names begin so: time, position, length.
+fn edit_rows(files: &mut Files, begin: &str, change: impl Fn(&mut Vec<[f64; 3]>)) {
+    for (name, text) in files.iter_mut().filter(|(name, _)| name.ends_with(".csv") && name.starts_with(begin)) {
+        let (header, body) = text.split_once('\n').unwrap();
+        let row = |line: &str| {
+            let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            [cells[0], cells[1], cells[2]]
+        };
+        let mut rows: Vec<[f64; 3]> = body.lines().map(row).collect();
+        change(&mut rows);
+        assert!(!rows.is_empty(), "{name}");
+        let lines: String = rows.iter().map(|[t, q, l]| format!("{t:.4},{q:.9},{l:.7}\n")).collect();
+        *text = format!("{header}\n{lines}");
+    }
+}
+
+fn edit_lengths(files: &mut Files, begin: &str, change: impl Fn(usize, f64) -> f64) {
+    edit_rows(files, begin, |rows| {
+        rows.iter_mut().enumerate().for_each(|(index, row)| row[2] = change(index, row[2]));
+    });
+}
+
+fn exchange(files: &mut Files, one: &str, other: &str) {
+    let (a, b) = (files[one].clone(), files[other].clone());
+    files.insert(one.into(), b);
+    files.insert(other.into(), a);
+}
+
+fn copy(files: &mut Files, from: &str, to: &[&str]) {
+    for name in to {
+        let text = files[from].clone();
+        files.insert((*name).into(), text);
+    }
+}
+
+/// Reproducible draws of a normal distribution, one for each row.
+fn draws(seed: u64, count: usize) -> Vec<f64> {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| StandardNormal.sample(&mut random)).collect()
+}
+
+/// What must become of a mistake.
+enum Due {
+    /// Named as one of these effects, in words that hold this; others named beside it count.
+    Named(&'static [&'static str], &'static str),
+    /// The readings cannot be judged, for a reason that holds this.
+    Unjudged(&'static str),
+    /// Refused as the files are read, in a message that holds this.
+    Refused(&'static str),
+}
+
+use Due::{Named, Refused, Unjudged};
+
+struct Case {
+    name: &'static str,
+    make: fn(&mut Files),
+    due: Due,
+}
+
+const PIVOT: &str = "pivot: {link: C, at: [0, 100, 0]}";
+
+const CASES: &[Case] = &[
+    // places of balls
+    Case {
+        name: "pivot 40 mm off",
+        make: |f| edit(f, "session.yaml", PIVOT, "pivot: {link: C, at: [0, 140, 0]}"),
+        due: Named(&["ball-place"], "pivot on C at (0, 140, 0) stands at about (0, 100.0, 0)"),
+    },
+    Case {
+        name: "x and y of the pivot exchanged",
+        make: |f| edit(f, "session.yaml", PIVOT, "pivot: {link: C, at: [100, 0, 0]}"),
+        due: Named(&["ball-place"], "x and y are exchanged"),
+    },
+    Case {
+        name: "sign of the pivot's y turned",
+        make: |f| edit_tests(f, "a-high", "[0, 60, 80]", "[0, -60, 80]"),
+        due: Named(&["ball-place"], "pivot on C at (0, -60, 80)"),
+    },
+    Case {
+        name: "pivot 2 mm off",
+        make: |f| edit(f, "session.yaml", PIVOT, "pivot: {link: C, at: [0, 102, 0]}"),
+        due: Named(&["ball-place"], "stands at about (0, 100.0, 0)"),
+    },
+    Case {
+        name: "pivot half a millimetre off",
+        make: |f| edit(f, "session.yaml", PIVOT, "pivot: {link: C, at: [0, 99.5, 0]}"),
+        due: Named(&["ball-place"], "pivot on C at (0, 99.5, 0)"),
+    },
+    Case {
+        name: "height of the pivot forgotten",
+        make: |f| edit_tests(f, "a-high", "[0, 60, 80]", "[0, 60, 0]"),
+        due: Named(&["ball-place"], "pivot on C at (0, 60, 0)"),
+    },
+    Case {
+        name: "pivot in inches",
+        make: |f| edit(f, "session.yaml", PIVOT, "pivot: {link: C, at: [0, 3.937, 0]}"),
+        due: Named(&["ball-place"], "pivot on C at (0, 3.937, 0)"),
+    },
+    Case {
+        name: "pivot in metres",
+        make: |f| edit(f, "session.yaml", PIVOT, "pivot: {link: C, at: [0, 0.1, 0]}"),
+        due: Named(&["ball-place"], "pivot on C at (0, 0.1, 0)"),
+    },
+    Case {
+        name: "pivot on the wrong link",
+        make: |f| edit(f, "session.yaml", "pivot: {link: C", "pivot: {link: A"),
+        due: Named(&["ball-link"], "carried by C"),
+    },
+    Case {
+        name: "pivot on the bed",
+        make: |f| edit(f, "session.yaml", "pivot: {link: C", "pivot: {link: b"),
+        due: Named(&["ball-link"], "carried by"),
+    },
+    Case {
+        name: "spindle ball at the gauge length",
+        make: |f| {
+            edit(
+                f,
+                "session.yaml",
+                "spindle_ball: {link: Z, at: [0, 0, 0]}",
+                "spindle_ball: {link: Z, at: [0, 0, -85]}",
+            )
+        },
+        due: Named(&["ball-place"], "spindle ball on Z at (0, 0, -85)"),
+    },
+    Case {
+        name: "spindle ball beside the spindle",
+        make: |f| {
+            edit(f, "session.yaml", "spindle_ball: {link: Z, at: [0, 0, 0]}", "spindle_ball: {link: Z, at: [0, 30, 0]}")
+        },
+        due: Named(&["ball-place"], "spindle ball on Z at (0, 30, 0)"),
+    },
+    Case {
+        name: "spindle ball on the bed",
+        make: |f| edit(f, "session.yaml", "spindle_ball: {link: Z", "spindle_ball: {link: b"),
+        due: Named(&["ball-link", "ball-place", "standing-axis"], ""),
+    },
+    // axes that stood elsewhere, bars, the machine
+    Case {
+        name: "Z of the cone forgotten",
+        make: |f| edit_tests(f, "c-high", "Z: 111.8034", "Z: 0"),
+        due: Named(&["standing-axis"], "Z stood at about"),
+    },
+    Case {
+        name: "Z of the cone 5 mm low",
+        make: |f| edit_tests(f, "c-high", "Z: 111.8034", "Z: 106.8034"),
+        due: Named(&["standing-axis"], "Z stood at about 111.8"),
+    },
+    Case {
+        name: "X of the far test 3 mm off",
+        make: |f| edit_tests(f, "a-far", "X: -111.8034", "X: -114.8034"),
+        due: Named(&["standing-axis"], "X stood at about"),
+    },
+    Case {
+        name: "C stood at 20 degrees in the high test",
+        make: |f| edit_tests(f, "a-high", "C: 0", "C: 50"),
+        due: Named(&["standing-axis", "ball-place"], ""),
+    },
+    Case {
+        name: "another bar of the same nominal length",
+        make: |f| ["c-high", "a-far"].iter().for_each(|begin| edit_lengths(f, begin, |_, length| length + 0.4)),
+        due: Named(&["bar-other"], "0.4"),
+    },
+    Case {
+        name: "the other bar in the session",
+        make: |f| edit_tests(f, "c-high", "bar_length: 150", "bar_length: 100"),
+        due: Refused("check bar_length and which recording belongs to the test"),
+    },
+    Case {
+        name: "C stands 20 mm beside its line in the machine file",
+        make: |f| edit(f, "machine.yaml", "C: {origin: [0, 0, 0]", "C: {origin: [0, 20, 0]"),
+        due: Named(&["axis-line"], "correct 'origin' of C"),
+    },
+    Case {
+        name: "A lies 30 mm lower in the machine file",
+        make: |f| edit(f, "machine.yaml", "A: {origin: [0, 0, 0]", "A: {origin: [0, 0, -30]"),
+        due: Named(&["axis-line"], "correct 'origin' of A"),
+    },
+    Case {
+        name: "A turns about Y in the machine file",
+        make: |f| edit(f, "machine.yaml", "A: {origin", "A: {direction: [0, 1, 0], origin"),
+        due: Unjudged("check machine file"),
+    },
+    Case {
+        name: "machine file of another machine",
+        make: |f| {
+            edit(f, "machine.yaml", "[wCAbYXZt]", "[wCBbYXZt]");
+            edit(f, "machine.yaml", "  A: {", "  B: {");
+        },
+        due: Refused("no axis 'A'"),
+    },
+    // files of other tests
+    Case {
+        name: "one recording copied over its repeat",
+        make: |f| copy(f, "c-short-ccw.csv", &["c-short-cw.csv"]),
+        due: Named(&["same-recording"], "c-short-ccw, c-short-cw"),
+    },
+    Case {
+        name: "one recording copied into six tests",
+        make: |f| copy(f, "c-short-ccw.csv", &["c-short-cw.csv", "c-side-ccw.csv", "c-side-cw.csv"]),
+        due: Named(&["same-recording"], "give each test its own recording"),
+    },
+    Case {
+        name: "every test listed twice",
+        make: |f| {
+            let text = f["session.yaml"].clone();
+            let (_, tests) = text.split_once("tests:\n").unwrap();
+            let again = tests.replace("- name: ", "- name: again-");
+            f.insert("session.yaml".into(), text.clone() + &again);
+        },
+        due: Named(&["same-recording"], "list a recording once"),
+    },
+    Case {
+        name: "files of two directions exchanged",
+        make: |f| exchange(f, "c-short-ccw.csv", "c-short-cw.csv"),
+        due: Named(&["direction"], "c-short-ccw, c-short-cw"),
+    },
+    Case {
+        name: "files of two pivots exchanged",
+        make: |f| exchange(f, "c-short-ccw.csv", "c-side-ccw.csv"),
+        due: Named(&["files-exchanged"], "c-short-ccw and c-side-ccw"),
+    },
+    Case {
+        name: "files of two axes exchanged",
+        make: |f| exchange(f, "c-short-ccw.csv", "a-short-ccw.csv"),
+        due: Refused("axis C has neither a column"),
+    },
+    Case {
+        name: "a file of another machine's session",
+        make: |f| {
+            let other = recorded(77, -2.0);
+            f.insert("c-short-cw.csv".into(), other["c-short-cw.csv"].clone());
+        },
+        due: Named(&["foreign-file"], "c-short-cw does not belong"),
+    },
+    Case {
+        name: "half of a file",
+        make: |f| edit_rows(f, "c-side-cw", |rows| rows.truncate(ROWS / 2)),
+        due: Named(&["arc"], "cut short"),
+    },
+    Case {
+        name: "the sweep of another test",
+        make: |f| edit_tests(f, "c-side-cw", "    feed", "    sweep: {axis: C, from: 180, to: 90, step: 3}\n    feed"),
+        due: Named(&["arc"], "c-side-cw"),
+    },
+    Case {
+        name: "the sweep of the other direction",
+        make: |f| edit_tests(f, "c-side-cw", "    feed", "    sweep: {axis: C, from: 0, to: 360, step: 3}\n    feed"),
+        due: Named(&["direction"], "c-side-cw"),
+    },
+    // rows
+    Case {
+        name: "a dwell left in, positions spread over it",
+        make: |f| {
+            edit_rows(f, "c-", |rows| {
+                let (first, last) = (rows[0], rows[ROWS - 1]);
+                let noise = draws(3, 20);
+                let dwell = |row: [f64; 3], k: usize| [0.0, 0.0, row[2] + 2e-4 * noise[k]];
+                let mut all: Vec<[f64; 3]> = (0..12).map(|k| dwell(first, k)).collect();
+                all.extend(rows.iter());
+                all.extend((12..20).map(|k| dwell(last, k)));
+                let step = (last[0] - first[0]) / (ROWS - 1) as f64;
+                for k in 0..all.len() {
+                    all[k][0] = step * k as f64;
+                    all[k][1] = first[1] + (last[1] - first[1]) * k as f64 / (all.len() - 1) as f64;
+                }
+                *rows = all;
+            });
+        },
+        due: Named(&["dwell"], "cut those rows"),
+    },
+    Case {
+        name: "a dwell left in, positions standing",
+        make: |f| {
+            edit_rows(f, "a-high-cw", |rows| {
+                let noise = draws(4, 30);
+                let last = rows[ROWS - 1];
+                rows.extend((0..30).map(|k| [last[0] + 0.1 * (k + 1) as f64, last[1], last[2] + 2e-4 * noise[k]]));
+            });
+        },
+        due: Named(&["dwell"], "rows 121 to 151"),
+    },
+    Case {
+        name: "both directions in one file, positions spread over them",
+        make: |f| {
+            for name in ["c-short", "c-high", "c-side"] {
+                let back = f[&format!("{name}-cw.csv")].clone();
+                let back: Vec<f64> =
+                    back.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect();
+                edit_rows(f, &format!("{name}-ccw"), |rows| {
+                    let (count, last) = (rows.len() + back.len(), rows[ROWS - 1][0]);
+                    let lengths: Vec<f64> = rows.iter().map(|row| row[2]).chain(back.iter().copied()).collect();
+                    let at = |k: usize| k as f64 / (count - 1) as f64;
+                    *rows = (0..count).map(|k| [last * at(k), 360.0 * at(k), lengths[k]]).collect();
+                });
+            }
+            let text = f["session.yaml"].clone();
+            let parts: Vec<&str> =
+                text.split("  - name: ").filter(|part| !(part.starts_with("c-") && part.contains("-cw.csv"))).collect();
+            f.insert("session.yaml".into(), parts.join("  - name: "));
+        },
+        due: Named(&["both-directions"], "make two tests of each"),
+    },
+    Case {
+        name: "every row twice",
+        make: |f| {
+            edit_rows(f, "c-side-ccw", |rows| {
+                *rows = rows.iter().flat_map(|row| [*row, [row[0] + 0.1, row[1], row[2]]]).collect();
+            });
+        },
+        due: Named(&["doubled-rows"], "keep one row for each position"),
+    },
+    Case {
+        name: "times in milliseconds",
+        make: |f| edit_rows(f, "", |rows| rows.iter_mut().for_each(|row| row[0] *= 1e3)),
+        due: Named(&["unit", "session-time"], "seconds"),
+    },
+    Case {
+        name: "times in milliseconds, without the beginnings of tests",
+        make: |f| {
+            edit_rows(f, "", |rows| rows.iter_mut().for_each(|row| row[0] *= 1e3));
+            for k in 1..2 * DESIGNS.len() {
+                edit(f, "session.yaml", &format!("started_at: {}\n", k * EVERY_S), "started_at: 0\n");
+            }
+        },
+        due: Named(&["unit"], "milliseconds"),
+    },
+    Case {
+        name: "times backwards",
+        make: |f| edit_rows(f, "a-far", |rows| rows.reverse()),
+        due: Refused("times rise from row to row"),
+    },
+    Case {
+        name: "angles in radians",
+        make: |f| edit_rows(f, "c-", |rows| rows.iter_mut().for_each(|row| row[1] = row[1].to_radians())),
+        due: Named(&["unit"], "C is in radians"),
+    },
+    Case {
+        name: "sign of an axis turned",
+        make: |f| edit_rows(f, "a-", |rows| rows.iter_mut().for_each(|row| row[1] = -row[1])),
+        due: Refused("outside"),
+    },
+    Case {
+        name: "angles of one direction written from the wrong end",
+        make: |f| {
+            for name in ["c-short-cw", "c-high-cw", "c-side-cw"] {
+                edit_rows(f, name, |rows| {
+                    let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
+                    rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
+                });
+            }
+        },
+        due: Named(&["angle-reversed", "axis-sign"], "C"),
+    },
+    Case {
+        name: "feed of another program",
+        make: |f| edit(f, "session.yaml", "feed: 500", "feed: 2000"),
+        due: Named(&["feed"], "correct the feed"),
+    },
+    Case {
+        name: "two tests at one time",
+        make: |f| edit_tests(f, "c-side-cw", "started_at: 1080", "started_at: 980"),
+        due: Named(&["session-time"], "started_at"),
+    },
+    Case {
+        name: "a test before the session",
+        make: |f| edit_tests(f, "c-side-cw", "started_at: 1080", "started_at: -1080"),
+        due: Named(&["session-time"], "before its session began"),
+    },
+    // lengths
+    Case {
+        name: "deviations in place of lengths",
+        make: |f| edit_lengths(f, "c-short", |_, length| length - 100.0),
+        due: Refused("deviation"),
+    },
+    Case {
+        name: "lengths in inches",
+        make: |f| edit_lengths(f, "", |_, length| length / 25.4),
+        due: Refused("inches"),
+    },
+    Case {
+        name: "lengths in µm",
+        make: |f| edit_lengths(f, "", |_, length| 1e3 * length),
+        due: Refused("check bar_length"),
+    },
+    Case {
+        name: "the gauge stuck in one test",
+        make: |f| edit_lengths(f, "c-side-cw", |_, _| 100.0123),
+        due: Named(&["gauge-stuck"], "c-side-cw"),
+    },
+    Case {
+        name: "the bar at the end of its stroke",
+        make: |f| edit_lengths(f, "c-side-cw", |_, length| length.min(100.01)),
+        due: Named(&["stroke-end"], "end of its stroke"),
+    },
+    Case {
+        name: "1 mm of noise",
+        make: |f| {
+            let noise = draws(1, 2 * ROWS);
+            edit_lengths(f, "", |row, length| length + noise[(7 * row + (1e7 * length) as usize) % noise.len()]);
+        },
+        due: Unjudged("readings scatter by"),
+    },
+    Case {
+        name: "three of ten readings off by 0.1 mm",
+        make: |f| {
+            let noise = draws(2, 2 * ROWS);
+            edit_lengths(f, "", |row, length| {
+                let draw = noise[(7 * row + (1e7 * length) as usize) % noise.len()];
+                if draw > 0.52 { length + 0.1 } else { length }
+            });
+        },
+        due: Unjudged("look after the gauge"),
+    },
+    Case {
+        name: "one of eight readings off by 0.1 mm",
+        make: |f| edit_lengths(f, "", |row, length| if row % 8 == 3 { length - 0.1 } else { length }),
+        due: Unjudged("far from their neighbours"),
+    },
+    Case {
+        name: "most readings missing",
+        make: |f| {
+            let text = f["a-far-cw.csv"].clone();
+            let lines = text.lines().enumerate().map(|(index, line)| match index % 4 {
+                0 => format!("{line}\n"),
+                _ => format!("{},\n", line.rsplit_once(',').unwrap().0),
+            });
+            f.insert("a-far-cw.csv".into(), lines.collect());
+        },
+        due: Named(&["readings-missing"], "a-far-cw"),
+    },
+    // texts
+    Case {
+        name: "header missing",
+        make: |f| {
+            let text = f["c-side-cw.csv"].clone();
+            f.insert("c-side-cw.csv".into(), text.split_once('\n').unwrap().1.into());
+        },
+        due: Refused("c-side-cw.csv"),
+    },
+    Case {
+        name: "decimal commas",
+        make: |f| edit(f, "c-side-cw.csv", ".", ","),
+        due: Refused("decimal commas need ;"),
+    },
+    Case {
+        name: "a file cut in mid-row",
+        make: |f| {
+            let text = f["c-side-cw.csv"].clone();
+            f.insert("c-side-cw.csv".into(), text[..text.len() / 2].trim_end_matches(|c| c != ',').into());
+        },
+        due: Refused("c-side-cw.csv"),
+    },
+];
+
+fn written(files: &Files, folder: &Path) {
+    for (name, text) in files {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+}
+
+/// Whether a fault is told as one of these effects in such words, by itself or beside one that leaves the same.
+fn is_told(fault: &DataFault, effects: &[&str], words: &str) -> bool {
+    let own = effects.contains(&fault.effect) && fault.says.contains(words);
+    own || fault.rivals.iter().any(|rival| effects.contains(&rival.effect) && rival.says.contains(words))
+}
+
+/// What is wrong with the answers on a case; empty where they are as they should be.
+fn wrong(case: &Case) -> String {
+    let mut files = sound().clone();
+    (case.make)(&mut files);
+    let folder = tempfile::tempdir().unwrap();
+    written(&files, folder.path());
+    let session = match (load_session(&folder.path().join("session.yaml")), &case.due) {
+        (Err(refusal), Refused(words)) => {
+            let message = refusal.to_string();
+            return if message.contains(words) { String::new() } else { format!("refused with '{message}'") };
+        }
+        (Err(refusal), _) => return format!("refused: {refusal}"),
+        (Ok(_), Refused(_)) => return "not refused".into(),
+        (Ok(session), _) => session,
+    };
+    let options = Options::default();
+    let (examination, diagnosis) = match (examine(&session, &options), diagnose(&session, &options)) {
+        (Ok(examination), Ok(diagnosis)) => (examination, diagnosis),
+        (Err(FitError::NoRecording), _) => return "no recording".into(),
+        (one, other) => return format!("{:?} {:?}", one.err(), other.err()),
+    };
+    let determined = examination.fit.iter().flat_map(|fit| &fit.estimates).filter(|one| one.determined).count();
+    if determined > 0 || examination.is_sound() {
+        return format!("{determined} determined");
+    }
+    if diagnosis.is_sound() || !diagnosis.findings.is_empty() {
+        return format!("diagnosed as {:?} {:?}", diagnosis.verdict, diagnosis.findings.first().map(|f| &f.cause));
+    }
+    for (fault, unjudged) in [(&examination.fault, &examination.unjudged), (&diagnosis.data_fault, &diagnosis.unjudged)]
+    {
+        let is_right = match (&case.due, fault, unjudged) {
+            (Named(effects, words), Some(fault), _) => is_told(fault, effects, words),
+            (Unjudged(words), None, Some(reason)) => reason.contains(words),
+            _ => false,
+        };
+        if !is_right {
+            let told = fault.iter().flat_map(|fault| {
+                let rivals = fault.rivals.iter().map(|rival| format!("{}: {}", rival.effect, rival.says));
+                [format!("{}: {}", fault.effect, fault.says)].into_iter().chain(rivals)
+            });
+            return format!("told as {:?} {unjudged:?}", told.collect::<Vec<_>>());
+        }
+    }
+    String::new()
+}
+
+#[test]
+fn every_mistake_is_named_or_refused_and_nothing_is_claimed() {
+    assert!(CASES.len() >= 40);
+    let wrong: Vec<String> = CASES
+        .par_iter()
+        .filter_map(|case| {
+            let wrong = wrong(case);
+            (!wrong.is_empty()).then(|| format!("{}: {wrong}", case.name))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), CASES.len(), wrong.join("\n"));
+}
+
+#[test]
+fn the_session_without_a_mistake_is_clean_and_determined() {
+    let folder = tempfile::tempdir().unwrap();
+    written(sound(), folder.path());
+    let session = load_session(&folder.path().join("session.yaml")).unwrap();
+    let examination = examine(&session, &Options::default()).unwrap();
+    assert_eq!((&examination.fault, &examination.unjudged), (&None, &None));
+    assert!(examination.warnings.is_empty(), "{:?}", examination.warnings);
+    assert!(examination.fit.unwrap().estimates.iter().take(8).all(|estimate| estimate.determined));
+    let diagnosis = diagnose(&session, &Options::default()).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Clean);
+}
+
+#[test]
+fn computed_lengths_may_repeat_each_other() {
+    // without noise the repeats of a test are equal row by row, and no copies
+    let folder = tempfile::tempdir().unwrap();
+    let again = session_text(true).split_once("tests:\n").unwrap().1.replace("- name: ", "- name: again-");
+    let truth = ERRORS.iter().fold(MACHINE.to_string(), |text, (from, to)| changed(&text, from, to));
+    std::fs::write(folder.path().join("machine.yaml"), truth).unwrap();
+    std::fs::write(folder.path().join("session.yaml"), session_text(true) + &again).unwrap();
+    let mut session = load_session(&folder.path().join("session.yaml")).unwrap();
+    let traces = simulate(&session, Composition::Exact).unwrap();
+    for (test, trace) in session.tests.iter().zip(&traces) {
+        let csv = path_csv(&session.machine, &trace.motion, &trace.length_mm);
+        std::fs::write(folder.path().join(format!("{}.csv", test.name)), csv).unwrap();
+    }
+    let mut text = session_text(false);
+    text += &session_text(false)
+        .split_once("tests:\n")
+        .unwrap()
+        .1
+        .replace("- name: ", "- name: again-")
+        .replace("recording: ", "recording: again-");
+    let text =
+        text.lines().filter(|line| !line.contains("started_at")).map(|line| format!("{line}\n")).collect::<String>();
+    std::fs::write(folder.path().join("session.yaml"), text).unwrap();
+    session = load_session(&folder.path().join("session.yaml")).unwrap();
+    let examination = examine(&session, &Options::default()).unwrap();
+    assert_eq!((examination.fault, examination.unjudged), (None, None));
+}
+
+/// Standard output of the program, and its exit code.
+fn fiveaxis(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn the_program_says_so_in_text_and_json_and_saves_nothing() {
+    for (name, verdict) in [
+        ("pivot 2 mm off", "data fault"),
+        ("one recording copied over its repeat", "data fault"),
+        ("1 mm of noise", "cannot be judged"),
+    ] {
+        let case = CASES.iter().find(|case| case.name == name).unwrap();
+        let mut files = sound().clone();
+        (case.make)(&mut files);
+        let folder = tempfile::tempdir().unwrap();
+        written(&files, folder.path());
+        let session = folder.path().join("session.yaml");
+        let session = session.to_str().unwrap();
+        let (code, text, error) = fiveaxis(&["identify", session]);
+        assert_eq!((code, error.as_str()), (Some(0), ""), "{name}");
+        assert!(text.contains("NOT determined") && !text.contains(" determined, relative"), "{name}: {text}");
+        assert!(!text.contains("For the control"), "{name}: {text}");
+        let (_, text, _) = fiveaxis(&["diagnose", session]);
+        let heading = if verdict == "data fault" { "DATA FAULT" } else { "THESE READINGS CANNOT BE JUDGED" };
+        assert!(text.contains(heading) && text.contains("left out as gross outliers"), "{name}: {text}");
+        for verb in ["identify", "diagnose"] {
+            let (_, json, _) = fiveaxis(&[verb, session, "--json"]);
+            let json: Value = serde_json::from_str(&json).unwrap();
+            assert_eq!(json["verdict"], verdict, "{name}: {json}");
+            let figures = if verb == "identify" { &json } else { &json["fit"] };
+            assert!(figures["left_out_share"].is_number(), "{name}: {json}");
+            let saved = folder.path().join("saved");
+            let (code, _, error) = fiveaxis(&[verb, session, "--save", saved.to_str().unwrap()]);
+            assert_eq!(code, Some(2), "{name}");
+            assert!(error.contains("nothing is saved") && !saved.exists(), "{name}: {error}");
+        }
+        let (code, _, error) = fiveaxis(&["identify", session, "--method", "chapter5"]);
+        assert!(code == Some(2) && error.contains("not to be believed"), "{name}: {error}");
+    }
+}
+
+#[test]
+fn diagnose_repeats_every_warning_of_identify() {
+    let mut files = sound().clone();
+    // five spreads, which a careless hand may leave
+    edit(&mut files, "session.yaml", PIVOT, "pivot: {link: C, at: [0, 100.1, 0]}");
+    let folder = tempfile::tempdir().unwrap();
+    written(&files, folder.path());
+    let session = folder.path().join("session.yaml");
+    let warnings = |verb: &str| -> Value {
+        let (_, json, _) = fiveaxis(&[verb, session.to_str().unwrap(), "--json"]);
+        serde_json::from_str::<Value>(&json).unwrap()["warnings"].clone()
+    };
+    let told = warnings("identify");
+    assert!(told[0].as_str().is_some_and(|says| says.contains("times its spread")), "{told}");
+    assert_eq!(warnings("diagnose"), told);
+    let (_, text, _) = fiveaxis(&["diagnose", session.to_str().unwrap()]);
+    assert!(text.contains("times its spread"), "{text}");
+}
