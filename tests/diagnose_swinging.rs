@@ -197,6 +197,6 @@ fn a_recording_of_one_row_spoils_nothing() {
     }
     let found = diagnose(&session, &Options::default()).expect("diagnosis");
     let causes: Vec<_> = found.findings.iter().map(|finding| (&finding.cause, &finding.size)).collect();
-    let [finding] = &found.findings[..] else { panic!("{causes:?}") };
+    let [finding] = &found.findings[..] else { panic!("{causes:?} {:?}", found.verdict) };
     assert!((finding.size.value / 2.5 - 1.0).abs() < 0.1, "{:?}", finding.size);
 }

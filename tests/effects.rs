@@ -5,7 +5,7 @@ use std::path::Path;
 use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};
 use fiveaxis::effects::{self, Context, Default, Disturbances, Kind, Parameter, ParameterUnit, column};
 use fiveaxis::load::{load_machine, machine_from_yaml};
-use fiveaxis::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+use fiveaxis::machine::{AxisKind, Component, Directions, Effect, Machine, Outlet, ParameterValue, Place};
 use fiveaxis::report::machine_yaml;
 use fiveaxis::session::{Ball, CirclePlane, Clock, Follow, Recording, Session, Spread, Test};
 use fiveaxis::simulate::simulate;
@@ -27,6 +27,8 @@ const ARM: &str = "name: arm\nchain: [w, b, J1, J2, J3, t]\naxes:\n  J1: {type: 
 fn machines() -> Vec<Machine> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
     let mut all: Vec<Machine> = TOPOLOGIES.iter().map(|name| load_machine(&folder.join(name)).unwrap()).collect();
+    // the laws below state signs of the carried part; the other machines keep the senses of ISO 841
+    all[0].directions = Some(Directions::Carried);
     all.push(machine_from_yaml(Path::new("arm.yaml"), ARM.into()).unwrap());
     all
 }

@@ -28,7 +28,9 @@ fn every_example_is_read() {
     assert_eq!(forms.axes.iter().map(|axis| axis.component_errors.len()).sum::<usize>(), 4);
     let text = format!("name: c\ncode: '[wCAbYXZt]'\naxes: {{}}\n{linear_axes}");
     let budget = machine_from_yaml(Path::new("linear_axes.yaml"), text).unwrap().linear_axes;
-    assert!(budget.is_stated && (budget.positioning, budget.straightness) == (8e-6, 5e-6));
+    assert!(budget.is_stated);
+    approx::assert_relative_eq!(budget.positioning, 8e-6);
+    approx::assert_relative_eq!(budget.straightness, 5e-6);
     write("machine.yaml", machine);
     write("a-short-cw.csv", "time_s,A_deg,length_mm\n0,70,99.99\n0.1,69.9,99.98\n");
     let session = load_session(&write("session.yaml", session)).unwrap();

@@ -138,7 +138,7 @@ fn planned_moves(machine: &Machine, planned: &PlannedTest, start: [f64; 6]) -> V
     let letter = |name: &str| "XYZABC".find(name).expect("one of the six axes");
     let mut here = start;
     let mut moves = Vec::new();
-    for step in steps(machine, planned, &Coordinates::of(machine), Curves::Carrying) {
+    for step in steps(machine, planned, &Coordinates::of(machine), Curves::Winding) {
         let from = here;
         // LinuxCNC counts the way of X, Y and Z alone
         let way = |a: &[f64; 6], b: &[f64; 6]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
@@ -158,12 +158,13 @@ fn planned_moves(machine: &Machine, planned: &PlannedTest, start: [f64; 6]) -> V
                 to.iter().for_each(|(axis, to)| here[letter(axis)] = *to);
                 Canonical::Feed(here, way(&from, &here) / minutes)
             }
-            Step::Arc { axes, centre, end, counter_clockwise, turn, feed_mm_per_min } => {
+            Step::Arc { axes, centre, end, counter_clockwise, turns, turn, feed_mm_per_min } => {
                 let plane = axes.each_ref().map(|axis| letter(axis));
                 let centre = [from[plane[0]] + centre[0], from[plane[1]] + centre[1]];
                 plane.iter().zip(end).for_each(|(k, end)| here[*k] += end);
                 turn.iter().for_each(|(axis, by)| here[letter(axis)] += by);
-                Canonical::Arc(here, centre, plane, if counter_clockwise { 1.0 } else { -1.0 }, feed_mm_per_min)
+                let turned = f64::from(1 + turns) * if counter_clockwise { 1.0 } else { -1.0 };
+                Canonical::Arc(here, centre, plane, turned, feed_mm_per_min)
             }
         });
     }
@@ -296,8 +297,10 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
     };
     let (place, feed) = lines[turn].split_once(" F").expect("feed");
     let feed: f64 = feed.parse().expect("number");
+    let number = place.rfind(|c: char| c.is_ascii_alphabetic()).expect("axis") + 1;
+    let angle: f64 = place[number..].parse().expect("angle");
     for changed in [
-        with(format!("{place}1 F{feed}").replace("00001", "00101")),
+        with(format!("{}{} F{feed}", &place[..number], angle + 0.001)),
         with(format!("{place} F{}", feed + 0.01)),
         with(String::new()),
     ] {

@@ -286,8 +286,13 @@ const CASES: &[Case] = &[
         due: Named(&["standing-axis"], "X stood at about"),
     },
     Case {
-        name: "C stood at 20 degrees in the high test",
-        make: |f| edit_tests(f, "a-high", "C: 0", "C: 50"),
+        name: "C stood at 0 and not at 30 degrees in the short test of A",
+        make: |f| edit_tests(f, "a-short", "C: 0", "C: 30"),
+        due: Named(&["standing-axis"], "C stood at about"),
+    },
+    Case {
+        name: "C stood at 0 and not at 90 degrees in the high test",
+        make: |f| edit_tests(f, "a-high", "C: 0", "C: 90"),
         due: Named(&["standing-axis", "ball-place"], ""),
     },
     Case {
@@ -313,7 +318,7 @@ const CASES: &[Case] = &[
     Case {
         name: "A turns about Y in the machine file",
         make: |f| edit(f, "machine.yaml", "A: {origin", "A: {direction: [0, 1, 0], origin"),
-        due: Unjudged("check machine file"),
+        due: Named(&["axis-direction"], "A turns about X by the lengths"),
     },
     Case {
         name: "machine file of another machine",

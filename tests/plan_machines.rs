@@ -41,27 +41,32 @@ fn session(machine: &Machine, tests: Vec<Test>) -> Session {
     Session { name: "plan".into(), machine_file: String::new(), machine, spread: Spread::default(), tests }
 }
 
-/// The whole run at 0.05°, run-in and run-out included.
+/// The whole run at 0.05°, run-in and run-out included: along the same curve until the fastest axis has gone 4 mm or 4 deg.
 fn fine_rows(machine: &Machine, planned: &PlannedTest) -> Vec<Vec<f64>> {
     let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
-    let mut rows = along(machine, &planned.test, (from, to), 0.05);
-    // straight on from the session's own steps until the fastest axis has gone 4 mm or 4 deg
-    let coarse = match planned.is_coupled() {
-        true => along(machine, &planned.test, (from, to), 0.5),
-        false => along(machine, &planned.test, (from, to), to - from),
+    let arc = along(machine, &planned.test, (from, to), 0.05);
+    let unit = |k: usize| if machine.axes[k].kind == AxisKind::Rotary { 1f64.to_radians() } else { 1.0 };
+    // a curve, on which no axis goes 4 mm or deg in less than half a degree, nor needs more than 30
+    let beyond = |end: f64, way: f64| -> Vec<Vec<f64>> {
+        let rows = along(machine, &planned.test, (end, end + way * 30.0), 0.05);
+        let gone = |q: &Vec<f64>| (0..q.len()).map(|k| ((q[k] - rows[0][k]) / unit(k)).abs()).fold(0.0, f64::max);
+        let inside: Vec<Vec<f64>> = rows.iter().skip(1).take_while(|q| gone(q) <= 4.0 + 1e-9).cloned().collect();
+        inside.into_iter().filter(|q| within(machine, q)).collect()
     };
-    let beyond = |inner: &[f64], end: &[f64]| -> Vec<Vec<f64>> {
-        let unit = |k: usize| if machine.axes[k].kind == AxisKind::Rotary { 1f64.to_radians() } else { 1.0 };
-        let fastest = (0..end.len()).map(|k| ((end[k] - inner[k]) / unit(k)).abs()).fold(0.0, f64::max);
-        let on = |part: f64| end.iter().zip(inner).map(|(e, i)| e + (e - i) * 4.0 / fastest * part).collect();
-        (1..=80).map(|k| on(f64::from(k) / 80.0)).collect()
-    };
-    let n = coarse.len();
-    let mut way = beyond(&coarse[1], &coarse[0]);
-    way.reverse();
-    way.append(&mut rows);
-    way.extend(beyond(&coarse[n - 2], &coarse[n - 1]));
-    way
+    let mut rows = beyond(from, -1.0);
+    rows.reverse();
+    rows.extend(arc);
+    rows.extend(beyond(to, 1.0));
+    rows
+}
+
+/// Whether all axes are in their ranges: a run-in ends there.
+fn within(machine: &Machine, q: &[f64]) -> bool {
+    machine
+        .axes
+        .iter()
+        .zip(q)
+        .all(|(axis, q)| axis.range.is_none_or(|(low, high)| *q >= low - 1e-9 && *q <= high + 1e-9))
 }
 
 /// Least distance over a sweep with run-in at 0.05° steps: every pair with parry, poses from the chain's own geometry.

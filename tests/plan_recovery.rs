@@ -10,7 +10,7 @@ use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Composition;
 use fiveaxis::identify::{Fit, Options, Quantity, identify, parse_free};
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
-use fiveaxis::machine::Machine;
+use fiveaxis::machine::{LinearAxes, Machine};
 use fiveaxis::plan::{Coupled, FOLLOWED, Plan, Settings, plan};
 use fiveaxis::session::{Follow, Path as TestPath, Session, Spread, Test};
 use fiveaxis::simulate::{Instrument, SetupErrors, simulate_with};
@@ -40,7 +40,8 @@ fn session(machine: &Machine, plan: &Plan) -> Session {
             started_at_s += (planned.minutes * 30.0).ceil();
         }
     }
-    let machine = machine.clone();
+    // linear axes that err are drawn in tests/linear_axes.rs
+    let machine = Machine { linear_axes: LinearAxes::EXACT, ..machine.clone() };
     Session { name: "plan".into(), machine_file: String::new(), machine, spread: Spread::default(), tests }
 }
 

@@ -123,7 +123,7 @@ fn an_obstacle_on_the_way_to_the_start_is_avoided() {
     });
     let planted = tests.map(|test| {
         // a post on the cradle half-way round, where C carries the pivot's stand past it but A does not
-        let half = 0.5 * (test.test.positions[c].expect("C stands") + test.approach.park[c]);
+        let half = machine.motion_sign(c) * 0.5 * (test.test.positions[c].expect("C stands") + test.approach.park[c]);
         let pivot = test.test.pivot.at;
         let turned = nalgebra::Rotation3::new(Vector3::z() * half) * Vector3::new(pivot.x, pivot.y, 0.0);
         let mut blocked = bodies.clone();
@@ -186,6 +186,8 @@ fn a_plan_without_any_way_to_a_start_says_so() {
     // the head passes below the lid, but at zero and above it is too near: nowhere to park
     let lid = Solid::Box { half_mm: Vector3::new(600.0, 400.0, 10.0) };
     bodies.bodies.push(body("lid", "b", lid, [0.0, 0.0, 662.0]));
+    // beam and slide run in slots of it
+    bodies.touching.extend(["gantry beam", "slide X"].map(|name| (name.into(), "lid".into())));
     let plan = planned(&machine, &bodies);
     assert!(plan.tests.is_empty());
     for error in plan.errors.iter().filter(|error| error.name.ends_with('C')) {

@@ -96,7 +96,7 @@ fn random_machines_and_sessions_read_back() {
 
 /// Random errors, component errors, inclined directions, machine zeros and link names.
 fn disturb(machine: &mut Machine, random: &mut ChaCha8Rng) {
-    machine.name = "Versuch \"7\": µ\t# {x} \\ \u{2028}".into();
+    machine.name = "Versuch \"7\": µ # {x} \\ -".into();
     for axis in &mut machine.axes {
         for error in &mut axis.location_errors {
             if random.random_bool(0.5) {

@@ -7,13 +7,15 @@ use rayon::prelude::*;
 
 use super::data_fault::{DataFault, Rival, SURE_OF_FAULT};
 use super::exchanged;
-use super::misplaced::{AXIS_LINE, BALL_PLACE, misplaced};
-use super::mistakes::{Suspicion, suspicions};
+use super::lines::{AXIS_LINE, other_lines};
+use super::misplaced::{BALL_PLACE, BAR, misplaced};
+use super::mistakes::{ANGLE_REVERSED, Suspicion, suspicions};
 use super::naming::{LEAST_PROBABILITY, MOST_RIVALS};
-use super::refit::{Refit, refit, robust_rms_mm};
+use super::preflight::toggled;
+use super::refit::{MOST_STRAIN, Refit, nominal_mm, refit};
+use super::standing::{STANDING_AXIS, standing_elsewhere};
 use super::thin::few_rows;
-use crate::chain::Chain;
-use crate::identify::{self, FreePrior, Problem, Quantity, Weighting, normal_equations};
+use crate::identify::{self, FreePrior, Quantity};
 use crate::session::{Session, Setups};
 
 /// Mistakes that are refitted.
@@ -29,15 +31,17 @@ const MOST_LEFT: f64 = 0.1;
 /// Independent figures of a test: the offset of its trace, and one turn of it by sine and cosine.
 const FIGURES_OF_A_TEST: f64 = 3.0;
 
-/// Misfits below this say the same, µm: two explanations that leave less than a good machine does are both right.
-const SAME_BELOW_UM: f64 = 1.0;
+/// Misfits below the resolution of a gauge say the same, µm.
+const SAME_BELOW_UM: f64 = 0.1;
 
 /// The mistake that best explains a session whose fit does not fit.
 pub(super) fn contest(session: &Session) -> Option<DataFault> {
     let thinned = few_rows(session);
     let as_it_is = refit(&thinned, None)?;
     let before = as_it_is.misfit_um;
-    let mut list = misplaced(&thinned, &as_it_is.values);
+    let mut list = misplaced(&thinned);
+    list.extend(standing_elsewhere(&thinned));
+    list.extend(other_lines(&thinned, &as_it_is.values));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(&thinned, session, &as_it_is.residual_mm));
     let mut told = std::collections::HashSet::new();
@@ -47,27 +51,32 @@ pub(super) fn contest(session: &Session) -> Option<DataFault> {
         .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (misfit, suspicion)))
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.truncate(MOST_REFITTED);
-    let mut judged: Vec<(f64, f64, Suspicion)> = ranked
-        .into_par_iter()
-        .filter_map(|(_, suspicion)| settled(suspicion).map(|(left, suspicion)| (left, suspicion.weight, suspicion)))
-        .collect();
+    // which of several recordings are written from the wrong end is found one by one: the first guess may explain little
+    let mut place = 0;
+    ranked.retain(|(_, suspicion)| {
+        place += 1;
+        place <= MOST_REFITTED || suspicion.effect == ANGLE_REVERSED
+    });
+    let mut judged: Vec<Judged> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
+    turn_round(&mut judged, &thinned, session);
     let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
-    let least = judged.iter().map(|(left, ..)| *left).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
-    for (left, weight, _) in &mut judged {
-        *weight *= (left.max(SAME_BELOW_UM) / least).powf(-freedom);
+    let least = judged.iter().map(|one| one.left_um).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
+    for one in &mut judged {
+        one.weight *= (one.left_um.max(SAME_BELOW_UM) / least).powf(-freedom);
     }
-    let all: f64 = judged.iter().map(|(_, weight, _)| weight).sum();
-    judged.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let all: f64 = judged.iter().map(|one| one.weight).sum();
+    judged.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     let mut judged = judged.into_iter();
-    let (after, weight, best) = judged.next()?;
+    let Judged { left_um: after, strain, weight, suspicion: best } = judged.next()?;
     let most_left_um = 1e3 * MOST_LEFT * FreePrior::of(&session.machine).length_mm;
-    if !(before > LEAST_RATIO * after && after < most_left_um) {
+    // what a fit takes up by balls far from their places is no larger residual, but no smaller mistake
+    let is_released = as_it_is.strain > MOST_STRAIN && strain < MOST_STRAIN && after <= before;
+    if !((before > LEAST_RATIO * after || is_released) && after < most_left_um) {
         return None;
     }
     let share = |weight: f64| SURE_OF_FAULT * weight / all;
     let rivals = judged
-        .map(|(_, weight, other)| (share(weight), other))
+        .map(|other| (share(other.weight), other.suspicion))
         .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
         .filter(|(_, other)| other.says != best.says)
         .take(MOST_RIVALS)
@@ -89,28 +98,47 @@ pub(super) fn contest(session: &Session) -> Option<DataFault> {
     })
 }
 
-/// Robust residual of a session by its nominal machine, mm.
-fn nominal_mm(session: &Session) -> Option<f64> {
-    let chain = Chain::of(&session.machine);
-    let setups = Setups::of(session);
-    let problem = Problem::new(session, &chain, &setups, Vec::new()).ok()?;
-    let residual_mm = normal_equations(&problem, &[], &Weighting::Huber { scale_mm: 1.0 }).1;
-    Some(robust_rms_mm(&residual_mm))
-}
-
 /// Refits of a ball that was moved: the nominal machine puts it a tenth of a millimetre off.
 const SETTLING: usize = 2;
 
-/// A mistake undone and refitted, µm left; a ball that was moved stands where the refit puts it.
-fn settled(mut suspicion: Suspicion) -> Option<(f64, Suspicion)> {
+/// Brings the best choice of recordings that are written from the wrong end, by axis, to where turning one more or one less
+/// gains nothing.
+fn turn_round(judged: &mut Vec<Judged>, thinned: &Session, session: &Session) {
+    let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
+    for axis in &session.machine.axes {
+        let of_axis =
+            |one: &Judged| one.suspicion.effect == ANGLE_REVERSED && one.suspicion.components == [&axis.name[..]];
+        let best = (0..judged.len())
+            .filter(|&k| of_axis(&judged[k]))
+            .min_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
+        if let Some(best) = best {
+            let one = judged.swap_remove(best);
+            let (_, suspicion) = toggled((thinned, session), misfit_um, (one.left_um, one.suspicion));
+            judged.extend(settled(suspicion));
+        }
+    }
+}
+
+/// A mistake with what undoing it leaves.
+struct Judged {
+    /// Misfit, µm.
+    left_um: f64,
+    /// Largest offset of a ball or bar, in its spreads.
+    strain: f64,
+    weight: f64,
+    suspicion: Suspicion,
+}
+
+/// A mistake undone and refitted; a ball that was moved stands where the refit puts it.
+fn settled(mut suspicion: Suspicion) -> Option<Judged> {
     let mut refitted = refit(&suspicion.undone, None)?;
-    if [BALL_PLACE, "bar-other", "standing-axis", AXIS_LINE].contains(&suspicion.effect) {
+    if [BALL_PLACE, BAR, STANDING_AXIS, AXIS_LINE].contains(&suspicion.effect) {
         for _ in 0..SETTLING {
             move_balls(&mut suspicion, &refitted);
             refitted = refit(&suspicion.undone, None)?;
         }
     }
-    Some((refitted.misfit_um, suspicion))
+    Some(Judged { left_um: refitted.misfit_um, strain: refitted.strain, weight: suspicion.weight, suspicion })
 }
 
 /// Moves what the mistake concerns to where a refit puts it.

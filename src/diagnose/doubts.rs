@@ -1,6 +1,6 @@
 //! Whether a fit fits and its readings can be judged at all: noise, outliers, and what was stated of set-up and machine. It names no mistake.
 
-use super::refit::LEAST_SPREAD_MM;
+use super::refit::{LEAST_SPREAD_MM, MOST_STRAIN};
 use crate::identify::{Fit, FreePrior, Quantity, robust_sigma};
 use crate::session::Session;
 
@@ -14,9 +14,6 @@ const MOST_NOISE_WITHOUT_BAR_UM: f64 = 100.0;
 /// Share of readings far from their neighbours above which the others are not to be trusted either: sound recordings have
 /// a few in a thousand, and from one in ten on they hide each other.
 const MOST_LEFT_OUT: f64 = 0.05;
-
-/// A ball or bar so many spreads from its stated place stands elsewhere.
-const MOST_STRAIN: f64 = 8.0;
 
 /// A location error so many of its widest plausible sizes (1 mm and 0.1° on machine tools) is none.
 const MOST_LOCATION: f64 = 3.0;

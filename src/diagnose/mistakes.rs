@@ -192,7 +192,7 @@ const SHIFTS_S: &[f64] =
 const WORST_TESTS: usize = 3;
 
 /// Tests with the largest residual in a common fit.
-fn worst_tests(residual_mm: &[Vec<f64>]) -> Vec<usize> {
+pub(super) fn worst_tests(residual_mm: &[Vec<f64>]) -> Vec<usize> {
     let mut order: Vec<(usize, f64)> =
         residual_mm.iter().map(|residual| identify::rms(residual.iter().copied())).enumerate().collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -318,7 +318,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
     }
     let name = session.machine.axes[axis].name.clone();
     (!tests.is_empty()).then(|| Suspicion {
-        effect: "angle-reversed",
+        effect: ANGLE_REVERSED,
         place: RECORDER.into(),
         says: format!("{name} of these recordings is written from the wrong end: reverse the column"),
         components: vec![name],
@@ -367,6 +367,7 @@ pub(super) fn shifted((thinned, session): (&Session, &Session), tests: &[usize],
 }
 
 pub(super) const TIME_SHIFT: &str = "time-shift";
+pub(super) const ANGLE_REVERSED: &str = "angle-reversed";
 
 /// A shift of all tests (no names) or some.
 pub(super) fn shift_in_words(seconds: f64, names: &[String]) -> String {

@@ -8,6 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 use crate::chain::{Chain, Geometry};
 use crate::session::{Ball, Motion, Session, Test};
 
+/// Share of a misfit by the nominal machine that putting a statement right must take off, to be worth a refit.
+pub(super) const WORTH: f64 = 0.5;
+
 /// Points that the other ball visits, and the readings there, mm.
 pub(super) type Sights = Vec<(Vector3<f64>, f64)>;
 
@@ -193,4 +196,4 @@ pub(super) fn solutions(sights: &Sights, stated: &Vector3<f64>) -> Vec<(Vector3<
 
 /// Solutions are kept up to so many times the misfit of the best one, or of what location errors of a machine leave, mm.
 const NEARLY: f64 = 2.0;
-const NOMINAL_MM: f64 = 0.1;
+pub(super) const NOMINAL_MM: f64 = 0.1;

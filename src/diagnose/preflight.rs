@@ -6,26 +6,24 @@
 use rayon::prelude::*;
 
 use super::data_fault::{DataFault, RECORDER, Rival};
-use super::mistakes::{FOREIGN, Suspicion, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions};
+use super::mistakes::{
+    ANGLE_REVERSED, FOREIGN, Suspicion, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
+};
 use super::naming::MOST_RIVALS;
-use super::refit::refit;
+use super::refit::{MOST_STRAIN, refit};
+use super::restated::restated;
+use super::standing::{STANDING_AXIS, stood_at};
 use super::thin::few_rows;
 use crate::identify;
 use crate::session::Session;
 
-/// Undoing a mistake lowers the residual at least so many times.
+/// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
 const LEAST_RATIO: f64 = 1.6;
-
-/// Residuals below this many noise floors need no preflight.
-const SUSPICIOUS: f64 = 1.8;
 
 /// Undoing a mistake leaves at most so many noise floors, or lowers the residual so many times.
 const NEAR_NOISE: f64 = 1.6;
 
 const ENORMOUS: f64 = 6.0;
-
-/// A ball that the fit puts so many spreads from its stated place is suspicious by itself.
-const SUSPICIOUS_STRAIN: f64 = 8.0;
 
 /// Share of readings left out as outliers that is suspicious by itself.
 const SUSPICIOUS_SHARE: f64 = 0.02;
@@ -40,7 +38,7 @@ pub fn preflight(
     left_out_share: f64,
     strain: f64,
 ) -> Option<DataFault> {
-    if residual_um < SUSPICIOUS * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < SUSPICIOUS_STRAIN {
+    if residual_um < LEAST_RATIO * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
         return None;
     }
     let thinned = few_rows(session);
@@ -48,7 +46,8 @@ pub fn preflight(
     let as_it_is = refit(&thinned, Some(&as_it_is.values))?;
     let before = as_it_is.misfit_um;
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
-    let suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
+    let mut suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
+    suspicions.extend(restated(&thinned, &worst_tests(&as_it_is.residual_mm)));
     let mut judged: Vec<(f64, Suspicion)> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
@@ -57,6 +56,7 @@ pub fn preflight(
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (best, others) = likeliest(judged)?;
     let best = finer((&thinned, session), misfit_um, best);
+    let best = finer_angle(&thinned, misfit_um, best);
     let (after, best) = toggled((&thinned, session), misfit_um, best);
     let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
     let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
@@ -89,7 +89,7 @@ fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
     let (least, first) = judged.first()?;
     let is_partial_sign = first.effect == "axis-sign" && !first.tests.is_empty();
     let alike = (1.0 + ALIKE) * least;
-    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == "angle-reversed");
+    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == ANGLE_REVERSED);
     let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(0));
     Some((best, judged))
 }
@@ -175,16 +175,47 @@ fn finer(
     near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
 }
 
+/// Steps about the angle of the grid at which a table is thought to have stood, deg: down to a fine one of its own.
+const FINER_DEG: [f64; 8] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06];
+
+/// A table's angle brought nearer to where it stood than the grid; other mistakes have none.
+fn finer_angle(
+    thinned: &Session,
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+    (misfit, suspicion): (f64, Suspicion),
+) -> (f64, Suspicion) {
+    let tests: Vec<usize> =
+        (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
+    let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
+    let (Some(axis), Some(&first), STANDING_AXIS) = (axis, tests.first(), suspicion.effect) else {
+        return (misfit, suspicion);
+    };
+    let at = |session: &Session| session.tests[first].positions[axis].unwrap_or(0.0);
+    let mut best = (misfit, at(&suspicion.undone) - at(thinned), suspicion);
+    for step in FINER_DEG {
+        let beside: Vec<(f64, f64, Suspicion)> = [-step, step]
+            .into_par_iter()
+            .filter_map(|step| {
+                let shift = best.1 + step.to_radians();
+                let nearer = stood_at(thinned, axis, &tests, shift)?;
+                misfit_um(&nearer.undone).map(|misfit| (misfit, shift, nearer))
+            })
+            .collect();
+        best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
+    }
+    (best.0, best.2)
+}
+
 /// Share by which turning one recording more, or one less, must lower the residual.
 const TOGGLE_GAIN: f64 = 0.02;
 
 /// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
-fn toggled(
+pub(super) fn toggled(
     (thinned, session): (&Session, &Session),
     misfit_um: impl Fn(&Session) -> Option<f64>,
     (mut misfit, mut suspicion): (f64, Suspicion),
 ) -> (f64, Suspicion) {
-    if suspicion.effect != "angle-reversed" {
+    if suspicion.effect != ANGLE_REVERSED {
         return (misfit, suspicion);
     }
     let Some(axis) = session.machine.axes.iter().position(|axis| suspicion.components.contains(&axis.name)) else {

@@ -10,6 +10,9 @@ const CLIPPED: f64 = 15.0;
 /// Offsets of balls and bars up to this are no matter of a mistake, mm: a bar may be stated ten spreads off its length.
 pub(super) const LEAST_SPREAD_MM: f64 = 0.02;
 
+/// A ball or bar so many spreads from its stated place stands elsewhere.
+pub(super) const MOST_STRAIN: f64 = 8.0;
+
 /// Refits at a narrower robust scale, at most.
 const REFITS: usize = 6;
 
@@ -28,6 +31,8 @@ pub fn strain(problem: &Problem, values: &[f64], widened: f64) -> f64 {
 pub(super) struct Refit {
     /// Rms residual, µm; every reading counts, but none for more than so many sigmas.
     pub(super) misfit_um: f64,
+    /// Largest offset of a ball or bar, in its spreads.
+    pub(super) strain: f64,
     pub(super) values: Vec<f64>,
     pub(super) residual_mm: Vec<Vec<f64>>,
 }
@@ -61,9 +66,19 @@ pub(super) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
         }
     }
     // offsets of balls far beyond their spreads are a misfit as well, and so are location errors that no machine has
-    let strained = 1.0 + (strain(&problem, &values, 1.0) / 6.0 - 1.0).max(0.0);
+    let strain = strain(&problem, &values, 1.0);
+    let strained = 1.0 + (strain / 6.0 - 1.0).max(0.0);
     let displaced = 1.0 + (displacement(&problem, &values) - 1.0).max(0.0);
-    Some(Refit { misfit_um: 1e3 * robust_rms_mm(&residual_mm) * strained * displaced, values, residual_mm })
+    Some(Refit { misfit_um: 1e3 * robust_rms_mm(&residual_mm) * strained * displaced, strain, values, residual_mm })
+}
+
+/// Robust residual of a session by its nominal machine, mm.
+pub(super) fn nominal_mm(session: &Session) -> Option<f64> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let problem = Problem::new(session, &chain, &setups, Vec::new()).ok()?;
+    let residual_mm = normal_equations(&problem, &[], &Weighting::Huber { scale_mm: 1.0 }).1;
+    Some(robust_rms_mm(&residual_mm))
 }
 
 /// Largest location error, in units of its widest plausible size.

@@ -5,17 +5,17 @@
 //! FT): a feed in mm/min would mean something else on every control when a rotary axis moves along. A block is so short
 //! that its chord keeps the bar's length to [`CHORD_MM`]. Run-in and run-out go on along the same curve.
 
-use std::f64::consts::PI;
-
 use super::{Coordinates, Curves, Step};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::{CHORD_MM, PlannedTest, bare_session, beyond_path};
 use crate::session::{Motion, Path, Test, way_mm};
 
-/// Longest arc of a circle in one block, deg: centre and sense say which way is meant, an end near the start might be read
-/// as a whole turn.
+/// Longest arc of a circle in one block, deg, where no word counts whole turns: centre and sense say which way is meant, an
+/// end near the start might be read as a whole turn.
 const ARC_DEG: f64 = 300.0;
+/// An arc that ends no nearer to its start than this, deg, is read with the whole turns that its block states.
+const CLEAR_OF_START_DEG: f64 = 1.0;
 /// Feed when a test states none, mm/min.
 pub(super) const FEED_MM_PER_MIN: f64 = 500.0;
 
@@ -41,6 +41,27 @@ impl Course {
     }
 }
 
+/// One block of arcs: where it begins and ends, deg of the path, and the whole turns that it counts.
+struct Piece {
+    from: f64,
+    to: f64,
+    turns: u32,
+}
+
+impl Course {
+    /// The arcs of run-in, arc and run-out: one where the control counts turns, for it slows down between two.
+    fn pieces(&self, curves: Curves) -> Vec<Piece> {
+        let whole = (self.to - self.from).abs();
+        let past_turns = whole % 360.0;
+        if curves == Curves::Winding && (CLEAR_OF_START_DEG..360.0 - CLEAR_OF_START_DEG).contains(&past_turns) {
+            return vec![Piece { from: self.from, to: self.to, turns: (whole / 360.0) as u32 }];
+        }
+        let count = (whole / ARC_DEG).ceil().max(1.0) as usize;
+        let at = |k: usize| self.from + (self.to - self.from) * k as f64 / count as f64;
+        (0..count).map(|k| Piece { from: at(k), to: at(k + 1), turns: 0 }).collect()
+    }
+}
+
 /// Rows of the path between two of its places in so many equal steps, run from the first to the last.
 fn between(machine: &Machine, test: &Test, from: f64, to: f64, steps: f64) -> Option<Motion> {
     let mut path = test.path.as_ref()?.between(from, to);
@@ -59,11 +80,11 @@ pub(super) fn follow(
 ) -> Vec<Step> {
     let Some((course, motion)) = whole(machine, test) else { return Vec::new() };
     let round = match curves {
-        Curves::Carrying => Round::of(machine, planned.axis, &motion),
+        Curves::Carrying | Curves::Winding => Round::of(machine, planned.axis, &motion),
         Curves::Plain => None,
     };
     match round {
-        Some(round) => arcs_with_turn(machine, planned.axis, test, &course, &round),
+        Some(round) => arcs_with_turn(machine, planned.axis, test, (&course, curves), &round),
         None => straight_blocks(machine, test, coordinates, &course, &motion),
     }
 }
@@ -91,7 +112,8 @@ fn straight_blocks(
     let arc_deg = (course.end - course.begin).abs();
     let arc_ms = (1..rows).map(|row| way(whole.row(row - 1), whole.row(row))).sum::<f64>() / feed * 60_000.0 * arc_deg
         / (course.to - course.from).abs();
-    let block_deg = arc_deg / blocks(arc_ms, (arc_deg / longest_deg(&geometry, test, whole, course.step)).ceil());
+    let block_deg =
+        arc_deg / blocks(arc_ms, arc_deg, (arc_deg / longest_deg(&geometry, test, whole, course.step)).ceil());
     // all that moves in the run; the rest stands where the way to the start has brought it
     let moving: Vec<usize> = (0..whole.axis_count)
         .filter(|&k| (0..rows).any(|row| (whole.row(row)[k] - whole.row(0)[k]).abs() > STANDS))
@@ -100,7 +122,11 @@ fn straight_blocks(
     for (from, to) in [(course.from, course.begin), (course.begin, course.end), (course.end, course.to)] {
         let count = ((to - from).abs() / block_deg - 1e-6).ceil();
         let Some(motion) = between(machine, test, from, to, count).filter(|_| count >= 1.0) else { continue };
-        let ends = on_grid(machine, coordinates, &motion);
+        let mut ends = on_grid(machine, coordinates, &motion);
+        // the run-out ends where the other direction and the way back begin
+        if let Some(last) = ends.last_mut().filter(|_| to == course.to) {
+            *last = motion.row(motion.rows() - 1).to_vec();
+        }
         steps.extend(ends.windows(2).map(|pair| Step::Move {
             to: place(machine, coordinates, &moving, &pair[1]),
             minutes: way(&pair[0], &pair[1]) / feed,
@@ -155,8 +181,10 @@ fn longest_deg(geometry: &Geometry, test: &Test, motion: &Motion, step: f64) -> 
 
 /// Into how many blocks an arc is cut: as many as the chord asks for or up to a quarter more, so that a block takes hardly
 /// less than whole milliseconds. That is as fine as `FT` states a time, and it is rounded up.
-fn blocks(arc_ms: f64, fewest: f64) -> f64 {
-    let slower = |count: f64| (arc_ms / count).ceil() * count / arc_ms;
+fn blocks(arc_ms: f64, arc_deg: f64, fewest: f64) -> f64 {
+    // ends that move to readings written in full make a block longer or shorter by up to one such step
+    let longest = |count: f64| 1.0 + GRID_DEG * count / arc_deg;
+    let slower = |count: f64| (arc_ms / count * longest(count)).ceil() * count / arc_ms;
     (0..=(0.25 * fewest) as usize)
         .map(|more| fewest + more as f64)
         .min_by(|a, b| slower(*a).total_cmp(&slower(*b)))
@@ -224,7 +252,13 @@ impl Round {
 }
 
 /// Arcs that carry the rotary axis along, from the start of the run-in to the end of the run-out.
-fn arcs_with_turn(machine: &Machine, axis: usize, test: &Test, course: &Course, round: &Round) -> Vec<Step> {
+fn arcs_with_turn(
+    machine: &Machine,
+    axis: usize,
+    test: &Test,
+    (course, curves): (&Course, Curves),
+    round: &Round,
+) -> Vec<Step> {
     let chain = Chain::of(machine);
     let (Ok(links), geometry) = (test.links(&chain), Geometry::nominal(&chain)) else { return Vec::new() };
     let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
@@ -233,17 +267,17 @@ fn arcs_with_turn(machine: &Machine, axis: usize, test: &Test, course: &Course, 
     let ball = way_mm(&geometry, test, links, small.row(0), small.row(1));
     let share = 2.0 * round.radius_mm * (0.5 * course.step.to_radians()).sin() / ball;
     let names = round.slides.map(|k| machine.axes[k].name.clone());
-    let count = ((course.to - course.from).abs() / ARC_DEG).ceil().max(1.0) as usize;
-    let at = |k: usize| course.from + (course.to - course.from) * k as f64 / count as f64;
-    (0..count)
-        .map(|k| {
-            let (from, to) = (at(k), at(k + 1));
+    course
+        .pieces(curves)
+        .into_iter()
+        .map(|Piece { from, to, turns }| {
             let (start, end) = (round.at(from.to_radians()), round.at(to.to_radians()));
             Step::Arc {
                 axes: names.clone(),
                 centre: [round.centre[0] - start[0], round.centre[1] - start[1]],
                 end: [end[0] - start[0], end[1] - start[1]],
                 counter_clockwise: (to > from) == (round.sense > 0.0),
+                turns,
                 turn: Some((machine.axes[axis].name.clone(), to - from)),
                 feed_mm_per_min: feed * share,
             }
@@ -260,17 +294,18 @@ pub(super) fn circle(machine: &Machine, test: &Test, coordinates: &Coordinates, 
     if curves == Curves::Plain && names == ["Z", "X"] {
         return straight_blocks(machine, test, coordinates, &course, &motion);
     }
-    let count = ((course.to - course.from).abs() / ARC_DEG).ceil().max(1.0) as usize;
-    let at = |k: usize| (course.from + (course.to - course.from) * k as f64 / count as f64) * PI / 180.0;
-    let on = |angle: f64| [radius_mm * angle.cos(), radius_mm * angle.sin()];
-    (0..count)
-        .map(|k| {
-            let (start, end) = (on(at(k)), on(at(k + 1)));
+    let on = |deg: f64| [radius_mm * deg.to_radians().cos(), radius_mm * deg.to_radians().sin()];
+    course
+        .pieces(curves)
+        .into_iter()
+        .map(|Piece { from, to, turns }| {
+            let (start, end) = (on(from), on(to));
             Step::Arc {
                 axes: [plane.first, plane.second].map(|axis| machine.axes[axis].name.clone()),
                 centre: [-start[0], -start[1]],
                 end: [end[0] - start[0], end[1] - start[1]],
                 counter_clockwise: course.to > course.from,
+                turns,
                 turn: None,
                 feed_mm_per_min: test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN),
             }

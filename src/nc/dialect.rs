@@ -51,6 +51,7 @@ impl Dialect {
     fn curves(self) -> Curves {
         match self {
             Dialect::Heidenhain => Curves::Plain,
+            Dialect::LinuxCnc => Curves::Winding,
             _ => Curves::Carrying,
         }
     }

@@ -111,9 +111,9 @@ fn reduced(step: Step) -> Step {
     match step {
         Step::Feed { axis, to, per_minute } => Step::Feed { axis, to, per_minute: per_minute * REDUCED },
         Step::Move { to, minutes } => Step::Move { to, minutes: minutes / REDUCED },
-        Step::Arc { axes, centre, end, counter_clockwise, turn, feed_mm_per_min } => {
+        Step::Arc { axes, centre, end, counter_clockwise, turns, turn, feed_mm_per_min } => {
             let feed_mm_per_min = feed_mm_per_min * REDUCED;
-            Step::Arc { axes, centre, end, counter_clockwise, turn, feed_mm_per_min }
+            Step::Arc { axes, centre, end, counter_clockwise, turns, turn, feed_mm_per_min }
         }
         other => other,
     }

@@ -137,11 +137,15 @@ fn blocks(
                 let words: Vec<String> = to.iter().map(|(axis, value)| word(axis, *value)).collect();
                 let _ = writeln!(out, "{before}G1 {} F{}{after}", words.join(" "), feed(1.0 / minutes));
             }
-            Step::Arc { axes: [one, other], centre, end, counter_clockwise, turn, feed_mm_per_min } => {
+            Step::Arc { axes: [one, other], centre, end, counter_clockwise, turns, turn, feed_mm_per_min } => {
                 let g = if *counter_clockwise { 3 } else { 2 };
                 let mut words = vec![word(one, end[0]), word(other, end[1])];
                 words.extend(turn.iter().map(|(axis, deg)| word(axis, *deg)));
                 words.extend([(one, centre[0]), (other, centre[1])].map(|(axis, to)| word(centre_letter(axis), to)));
+                if *turns > 0 {
+                    // LinuxCNC counts the last, unfinished turn too
+                    words.push(format!("P{}", turns + 1));
+                }
                 let _ = writeln!(out, "G{g} {} F{}", words.join(" "), feed(*feed_mm_per_min));
             }
             Step::Dwell(seconds) => {

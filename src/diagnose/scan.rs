@@ -1,0 +1,28 @@
+//! The least of a function of one number that has several valleys: a grid first, then halved steps.
+
+use rayon::prelude::*;
+
+/// Steps of the grid to either side.
+const GRID: i32 = 40;
+
+/// Halvings of the grid's step, from some mm down to less than a µm.
+const HALVINGS: usize = 22;
+
+/// Where a function is least within 40 steps of zero, and how much it is there.
+pub(super) fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
+    let grid: Vec<(f64, f64)> =
+        (-GRID..=GRID).into_par_iter().map(|k| f64::from(k) * step).map(|shift| (shift, of(shift))).collect();
+    let first = (0.0, of(0.0));
+    let (mut best, mut least) = grid.into_iter().fold(first, |best, next| if next.1 < best.1 { next } else { best });
+    let mut width = step;
+    for _ in 0..HALVINGS {
+        width *= 0.5;
+        for shift in [best - width, best + width] {
+            let next = of(shift);
+            if next < least {
+                (best, least) = (shift, next);
+            }
+        }
+    }
+    (best, least)
+}
