@@ -84,7 +84,11 @@ fn all_told(seed: u64, number: u64, causes: &[(&str, &str)]) -> (Diagnosis, f64)
 #[test]
 fn lost_motion_between_tests_is_no_growth_of_two_nodes_that_cancel() {
     let (found, _) = all_told(353_535, 11, &[("linear-backlash", "Z"), ("straightness", "X")]);
-    assert!((found.findings[0].size.value / 7.46 - 1.0).abs() < 0.1, "{:?}", told(&found));
+    // a knock of the pivot says the same of these readings: which of the two comes first is left to the last digit of sums,
+    // and so to the processor; the other stands beside it, as likely
+    let first = &found.findings[0];
+    assert!(["linear-backlash", "pivot-slip"].contains(&first.cause.effect.as_str()), "{:?}", told(&found));
+    assert!((first.size.value - 7.46).abs() < first.size.sigma.max(0.746), "{:?}", told(&found));
 }
 
 #[test]

@@ -186,8 +186,11 @@ fn readings_that_are_far_off_do_not_hide_under_a_vibration() {
 fn a_recording_of_one_row_spoils_nothing() {
     // a sine is zero all over it: its column is none
     let mut session = noisy(SWEEPS, breathing([1.5e-3, 1.2e-3, -1.6e-3], (1.9, 0.07, 0.3)));
-    for test in [2, 9] {
-        let recording = session.tests[test].recording.as_mut().expect("recording");
+    // both ways of one test: a file that is shorter than its repeats is cut short
+    let stem = |name: &str| name.trim_end_matches("-ccw").trim_end_matches("-cw").to_string();
+    let one = stem(&session.tests[2].name);
+    for test in session.tests.iter_mut().filter(|test| stem(&test.name) == one) {
+        let recording = test.recording.as_mut().expect("recording");
         if let Clock::TimeS(times) = &mut recording.clock {
             times.truncate(1);
         }

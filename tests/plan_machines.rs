@@ -10,7 +10,7 @@ use fiveaxis::collision::{Instrument, World, parry_shape};
 use fiveaxis::load::{load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Coordinates, Curves, Step, steps};
-use fiveaxis::plan::{Coupled, Method, Plan, PlannedTest, Settings, Uncertainty, plan};
+use fiveaxis::plan::{Coupled, Method, Plan, PlannedTest, Settings, Uncertainty, beyond_path, plan};
 use fiveaxis::session::{Follow, Motion, Path as TestPath, Session, Spread, Test};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::SeedableRng;
@@ -41,32 +41,18 @@ fn session(machine: &Machine, tests: Vec<Test>) -> Session {
     Session { name: "plan".into(), machine_file: String::new(), machine, spread: Spread::default(), tests }
 }
 
-/// The whole run at 0.05°, run-in and run-out included: along the same curve until the fastest axis has gone 4 mm or 4 deg.
+/// The whole run at 0.05°, run-in and run-out included: it begins and ends where the run of the plan does.
 fn fine_rows(machine: &Machine, planned: &PlannedTest) -> Vec<Vec<f64>> {
     let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
-    let arc = along(machine, &planned.test, (from, to), 0.05);
-    let unit = |k: usize| if machine.axes[k].kind == AxisKind::Rotary { 1f64.to_radians() } else { 1.0 };
-    // a curve, on which no axis goes 4 mm or deg in less than half a degree, nor needs more than 30
-    let beyond = |end: f64, way: f64| -> Vec<Vec<f64>> {
-        let rows = along(machine, &planned.test, (end, end + way * 30.0), 0.05);
-        let gone = |q: &Vec<f64>| (0..q.len()).map(|k| ((q[k] - rows[0][k]) / unit(k)).abs()).fold(0.0, f64::max);
-        let inside: Vec<Vec<f64>> = rows.iter().skip(1).take_while(|q| gone(q) <= 4.0 + 1e-9).cloned().collect();
-        inside.into_iter().filter(|q| within(machine, q)).collect()
-    };
-    let mut rows = beyond(from, -1.0);
-    rows.reverse();
-    rows.extend(arc);
-    rows.extend(beyond(to, 1.0));
+    let motion = Motion::of(&session(machine, Vec::new()), &Chain::of(machine), &planned.test).expect("motion");
+    let [before, after] = beyond_path(machine, &planned.test, &motion).expect("a run");
+    let rows = along(machine, &planned.test, (from - before, to + after), 0.05);
+    for (run, row) in [(planned.run.first(), rows.first()), (planned.run.last(), rows.last())] {
+        let (run, row) = (run.expect("run"), row.expect("row"));
+        let off = run.iter().zip(row).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{}: {run:?} {row:?}", planned.test.name);
+    }
     rows
-}
-
-/// Whether all axes are in their ranges: a run-in ends there.
-fn within(machine: &Machine, q: &[f64]) -> bool {
-    machine
-        .axes
-        .iter()
-        .zip(q)
-        .all(|(axis, q)| axis.range.is_none_or(|(low, high)| *q >= low - 1e-9 && *q <= high + 1e-9))
 }
 
 /// Least distance over a sweep with run-in at 0.05° steps: every pair with parry, poses from the chain's own geometry.

@@ -197,10 +197,9 @@ fn check(plan: &Planned, machine: &Machine, test: &Test, entry: &Value, offsets:
     for leg in entry["approach"].as_array().expect("legs") {
         let (axis, to) = (leg[0].as_str().expect("axis"), leg[1].as_f64().expect("place"));
         let to = ((to + offsets[axis]) * 1e4).round() * 1e-4 + 0.0;
-        assert!(
-            way.contains(&format!("{axis} {to:.4}")) || way.contains(&format!("{axis} {:.4}", to - 1e-4)),
-            "{way}: {axis} {to}"
-        );
+        // the JSON and the sheet round a fifth digit in their own ways
+        let is_there = [0.0, -1e-4, 1e-4].iter().any(|off| way.contains(&format!("{axis} {:.4}", to + off)));
+        assert!(is_there, "{way}: {axis} {to}");
     }
     pictures(&page, bar);
 }
@@ -313,7 +312,9 @@ fn following_runs_and_circles() {
 fn machine_coordinates_and_other_conditions() {
     let zeros = "machine_zero: {X: 312.5, Y: -410, Z: 96.125, A: -0.5, C: 12.25}\ngauge_length: 110\naxes:\n";
     let arguments = ["--method", "chapter5", "--margin", "4", "--sigma", "6um,8arcsec", "--feed", "350"];
-    let plan = planned("hermle-c600u.yaml", |text| text.replacen("axes:\n", zeros, 1), &arguments);
+    // a range that ends a sweep before anything else does
+    let short = |text: String| text.replacen("axes:\n", zeros, 1).replacen("[-110, 30]", "[-110, 20]", 1);
+    let plan = planned("hermle-c600u.yaml", short, &arguments);
     check_sheet(&plan);
     let overview = bare(plan.sheet.split("<section>").next().expect("overview"));
     for words in [
@@ -327,8 +328,10 @@ fn machine_coordinates_and_other_conditions() {
         assert!(overview.contains(words), "{words}: {overview}");
     }
     assert!(plan.sheet.contains("The control reads (machine coordinates"));
-    let ends = &page(&plan.sheet, "a-150-1").values["arc ends at"];
-    assert!(ends.starts_with("-25°: the range of A, run-in and 0.1° kept off; "), "{ends}");
+    let names = plan.json["tests"].as_array().expect("tests").iter();
+    let names = names.filter_map(|test| test["name"].as_str()?.strip_suffix("-ccw"));
+    let all: Vec<String> = names.map(|name| page(&plan.sheet, name).values["arc ends at"].clone()).collect();
+    assert!(all.iter().any(|ends| ends.contains("15°: the range of A, run-in and 0.1° kept off")), "{all:?}");
     // what the sheet says of the start is where the program goes
     let page = page(&plan.sheet, "a-100-1");
     let program = std::fs::read_to_string(plan.folder.path().join("plan/nc/sinumerik/a-100-1.mpf")).expect("program");
@@ -351,7 +354,7 @@ fn machine_coordinates_and_other_conditions() {
 fn fixtures_and_bars_of_parts() {
     let plan = planned("fig-1-1-head-head-cb.yaml", |text| text, &["--method", "chapter7"]);
     check_sheet(&plan);
-    assert!(plan.sheet.contains("flat fixture, arm 150 mm"));
+    assert!(plan.sheet.contains("flat fixture, arm 200 mm"));
     assert!(plan.sheet.contains("250 mm = 100 mm bar + 150 mm extension"));
     assert!(plan.sheet.contains("the calibrator has no 250 mm: zero the 100 mm part on it"));
 }

@@ -109,19 +109,18 @@ fn straight_blocks(
     let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
     let way = |from: &[f64], to: &[f64]| way_mm(&geometry, test, links, from, to);
     let rows = whole.rows();
-    let arc_deg = (course.end - course.begin).abs();
-    let arc_ms = (1..rows).map(|row| way(whole.row(row - 1), whole.row(row))).sum::<f64>() / feed * 60_000.0 * arc_deg
-        / (course.to - course.from).abs();
-    let block_deg =
-        arc_deg / blocks(arc_ms, arc_deg, (arc_deg / longest_deg(&geometry, test, whole, course.step)).ceil());
+    let ms = |of: &Motion| (1..of.rows()).map(|row| way(of.row(row - 1), of.row(row))).sum::<f64>() / feed * 60_000.0;
+    let longest_deg = longest_deg(&geometry, test, whole, course.step);
     // all that moves in the run; the rest stands where the way to the start has brought it
     let moving: Vec<usize> = (0..whole.axis_count)
         .filter(|&k| (0..rows).any(|row| (whole.row(row)[k] - whole.row(0)[k]).abs() > STANDS))
         .collect();
     let mut steps = Vec::new();
     for (from, to) in [(course.from, course.begin), (course.begin, course.end), (course.end, course.to)] {
-        let count = ((to - from).abs() / block_deg - 1e-6).ceil();
-        let Some(motion) = between(machine, test, from, to, count).filter(|_| count >= 1.0) else { continue };
+        let (deg, fewest) = ((to - from).abs(), ((to - from).abs() / longest_deg - 1e-6).ceil());
+        let Some(rough) = between(machine, test, from, to, fewest).filter(|_| fewest >= 1.0) else { continue };
+        let count = blocks(ms(&rough), deg, fewest);
+        let Some(motion) = between(machine, test, from, to, count) else { continue };
         let mut ends = on_grid(machine, coordinates, &motion);
         // the run-out ends where the other direction and the way back begin
         if let Some(last) = ends.last_mut().filter(|_| to == course.to) {
