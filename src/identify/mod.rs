@@ -35,7 +35,7 @@ pub use unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm
 pub use white::{Evidence, WhiteFit, fit_white};
 
 use absorbed::absorbed;
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 use crate::chain::Chain;
 use crate::effects::EffectError;
@@ -300,17 +300,25 @@ fn covariance(problem: &Problem, information: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(problem.asked, problem.asked, |i, j| inverse[(i, j)] * sigma(i) * sigma(j))
 }
 
-/// `(H + diag(weights))⁻¹`; weights above zero make it solvable.
+/// `(H + diag(weights))⁻¹`; weights above zero make it solvable. Unknowns are scaled to equal size first: what the data say
+/// of them differs by many powers of ten.
 fn inverse_with_prior(information: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
-    let mut matrix = information.clone();
-    for (k, weight) in weights.iter().enumerate() {
-        matrix[(k, k)] += weight;
-    }
-    match Cholesky::new(matrix.clone()) {
+    let count = weights.len();
+    let scale: Vec<f64> = (0..count).map(|k| (information[(k, k)].max(0.0) + weights[k]).sqrt().recip()).collect();
+    let scaled = DMatrix::from_fn(count, count, |i, j| {
+        let weight = if i == j { weights[i] } else { 0.0 };
+        (information[(i, j)] + weight) * scale[i] * scale[j]
+    });
+    let inverse = match Cholesky::new(scaled.clone()) {
         Some(factor) => factor.inverse(),
-        // rounding spoiled a weight far below the information: its direction is as good as unknown
-        None => matrix.pseudo_inverse(1e-300).unwrap_or_else(|_| DMatrix::identity(weights.len(), weights.len())),
-    }
+        // rounding spoiled directions of which nearly nothing is known: they stay at what rounding leaves of one
+        None => {
+            let parts = SymmetricEigen::new(scaled);
+            let factors = parts.eigenvalues.map(|value| value.max(f64::EPSILON).recip());
+            &parts.eigenvectors * DMatrix::from_diagonal(&factors) * parts.eigenvectors.transpose()
+        }
+    };
+    DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
 fn estimates(problem: &Problem, solution: &Solution, covariance: &DMatrix<f64>) -> Vec<Estimate> {
