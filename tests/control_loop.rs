@@ -174,7 +174,7 @@ fn a_real_planner_keeps_feed_and_bar() {
         return;
     }
     // one program of arcs that carry the table along, and the control winds them beyond a full turn: it takes real time
-    let (machine, tests) = planned("nutating-table-45.yaml", 3000.0, false);
+    let (machine, tests) = planned("nutating-table-45.yaml", 1500.0, false);
     let following = tests.iter().filter(|planned| planned.is_coupled());
     let shortest = following.min_by(|a, b| a.minutes.total_cmp(&b.minutes)).expect("a following run");
     check(&run, &machine, shortest);

@@ -70,7 +70,7 @@ impl TurnedSense {
         match &self.test {
             None => look,
             Some(test) => format!(
-                "{look}; or stand at {} with balls and bar of {}, bar off on the way: the balls are {:.2} mm apart, the other way {:.2} mm",
+                "{look}; or, if nothing is in the way, stand at {} with balls and bar of {}, bar off on the way: the balls are {:.2} mm apart, the other way {:.2} mm",
                 places(machine, &test.positions),
                 session.tests[test.test].name,
                 test.stated_mm,

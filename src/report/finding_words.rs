@@ -77,6 +77,7 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "standing-axis" => format!("Data fault: {moving} stood elsewhere than stated"),
         "bar-other" => "Data fault: the bar is another than stated".into(),
         "axis-line" => format!("Data fault: the line of {moving} lies elsewhere than the machine file says"),
+        "axis-direction" => format!("Data fault: {moving} turns about another direction than the machine file says"),
         "files-exchanged" => "Data fault: recordings stand in each other's tests".into(),
         "same-recording" => "Data fault: one recording stands in several tests".into(),
         "direction" => "Data fault: recordings run against the direction of their tests".into(),
