@@ -1,5 +1,8 @@
 //! The gallery's ten sessions load, are small, carry the truth apart from what a diagnosis reads, and give it away to one.
 
+#[path = "schema/mod.rs"]
+mod schema;
+
 use std::path::PathBuf;
 
 fn folders() -> Vec<PathBuf> {
@@ -63,10 +66,13 @@ fn diagnosed(folder: &std::path::Path) -> serde_json::Value {
 #[test]
 fn what_was_concealed_is_found() {
     use rayon::prelude::*;
+    let contract = include_str!("../schemas/diagnose.json");
+    let contract: serde_json::Value = serde_json::from_str(contract).expect("schema");
     folders().into_par_iter().for_each(|folder| {
         let truth = std::fs::read_to_string(folder.join("truth.json")).expect("truth");
         let truth: serde_json::Value = serde_json::from_str(&truth).expect("truth");
         let answer = diagnosed(&folder);
+        assert_eq!(schema::violations_of(&contract, &answer), Vec::<String>::new(), "{}", folder.display());
         let told: Vec<(&str, &str)> = answer["findings"]
             .as_array()
             .expect("findings")

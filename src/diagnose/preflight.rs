@@ -175,7 +175,8 @@ fn finer(
     near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
 }
 
-/// Steps about the angle of the grid at which a table is thought to have stood, deg: down to a fine one of its own.
+/// Steps about the angle of the grid at which a table is thought to have stood, deg: together more than half a step of the
+/// grid.
 const FINER_DEG: [f64; 8] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06];
 
 /// A table's angle brought nearer to where it stood than the grid; other mistakes have none.

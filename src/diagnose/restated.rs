@@ -18,10 +18,10 @@ use crate::session::{Session, Setups};
 pub(super) const AXIS_DIRECTION: &str = "axis-direction";
 
 /// Angles of a standing table that are tried: so many of a turn.
-const ANGLES: i32 = 24;
+const ANGLES: i32 = 12;
 
 /// Statements that are tried at most, those about the tests that fit worst first.
-const MOST: usize = 120;
+const MOST: usize = 48;
 
 /// Statements that leave the nominal lengths as they are; those of the worst tests first.
 pub(super) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
