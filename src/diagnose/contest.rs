@@ -5,17 +5,17 @@
 
 use rayon::prelude::*;
 
-use super::data_fault::{DataFault, Rival, SURE_OF_FAULT};
+use super::data_fault::{DataFault, SURE_OF_FAULT};
 use super::exchanged;
-use super::lines::{AXIS_LINE, other_lines};
+use super::lines::other_lines;
 use super::misplaced::{BALL_PLACE, BAR, misplaced};
 use super::mistakes::{ANGLE_REVERSED, Suspicion, suspicions};
 use super::naming::{LEAST_PROBABILITY, MOST_RIVALS};
 use super::preflight::toggled;
 use super::refit::{MOST_STRAIN, Refit, nominal_mm, refit};
-use super::standing::{STANDING_AXIS, standing_elsewhere};
+use super::standing::standing_elsewhere;
 use super::thin::few_rows;
-use crate::identify::{self, FreePrior, Quantity};
+use crate::identify::{FreePrior, Quantity};
 use crate::session::{Session, Setups};
 
 /// Mistakes that are refitted.
@@ -41,7 +41,7 @@ pub(super) fn contest(session: &Session) -> Option<DataFault> {
     let before = as_it_is.misfit_um;
     let mut list = misplaced(&thinned);
     list.extend(standing_elsewhere(&thinned));
-    list.extend(other_lines(&thinned, &as_it_is.values));
+    list.extend(other_lines(&thinned, &as_it_is));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(&thinned, session, &as_it_is.residual_mm));
     let mut told = std::collections::HashSet::new();
@@ -80,22 +80,9 @@ pub(super) fn contest(session: &Session) -> Option<DataFault> {
         .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
         .filter(|(_, other)| other.says != best.says)
         .take(MOST_RIVALS)
-        .map(|(probability, other)| Rival {
-            effect: other.effect,
-            place: other.place,
-            components: other.components,
-            says: other.says,
-            probability,
-        });
-    Some(DataFault {
-        components: best.components,
-        before_um: before,
-        after_um: after,
-        shift_ms: best.shift_ms,
-        probability: share(weight),
-        rivals: rivals.collect(),
-        ..DataFault::seen(best.effect, &best.place, best.tests, best.says)
-    })
+        .map(|(probability, other)| other.rival(probability))
+        .collect();
+    Some(DataFault { probability: share(weight), rivals, ..best.fault(before, after) })
 }
 
 /// Refits of a ball that was moved: the nominal machine puts it a tenth of a millimetre off.
@@ -132,7 +119,7 @@ struct Judged {
 /// A mistake undone and refitted; a ball that was moved stands where the refit puts it.
 fn settled(mut suspicion: Suspicion) -> Option<Judged> {
     let mut refitted = refit(&suspicion.undone, None)?;
-    if [BALL_PLACE, BAR, STANDING_AXIS, AXIS_LINE].contains(&suspicion.effect) {
+    if [BALL_PLACE, BAR].contains(&suspicion.effect) {
         for _ in 0..SETTLING {
             move_balls(&mut suspicion, &refitted);
             refitted = refit(&suspicion.undone, None)?;
@@ -145,11 +132,9 @@ fn settled(mut suspicion: Suspicion) -> Option<Judged> {
 fn move_balls(suspicion: &mut Suspicion, refitted: &Refit) {
     let session = &suspicion.undone;
     let setups = Setups::of(session);
-    let free = identify::default_free(&session.machine);
-    let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
     let mut moved = session.clone();
     let concerns = |name: &String| suspicion.tests.is_empty() || suspicion.tests.contains(name);
-    for (unknown, value) in unknowns.iter().zip(&refitted.values) {
+    for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
         for (index, test) in moved.tests.iter_mut().enumerate().filter(|(_, test)| concerns(&test.name)) {
             match unknown.quantity {
                 Quantity::Pivot { setup, coordinate }

@@ -117,26 +117,7 @@ impl Diagnosis {
     /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
     /// that undoes it. Nothing is fitted.
     pub fn of_implausible(session: &Session) -> Option<Diagnosis> {
-        let fault = preflight::implausible(session)?;
-        Some(Diagnosis {
-            verdict: Verdict::DataFault,
-            findings: Vec::new(),
-            proof: None,
-            placebos: Vec::new(),
-            transfers: Vec::new(),
-            left: None,
-            blind_to: Vec::new(),
-            rms_before_um: fault.before_um,
-            rms_after_um: fault.after_um,
-            noise_um: None,
-            location_errors: Vec::new(),
-            tests: Vec::new(),
-            unknowns: Vec::new(),
-            unjudged: None,
-            warnings: Vec::new(),
-            left_out: 0,
-            data_fault: Some(fault),
-        })
+        preflight::implausible(session).map(Examination::without_fit).map(Diagnosis::of_examination)
     }
 
     /// Diagnosis of a session in which a mistake was found, or whose readings cannot be judged: no physics is looked for.

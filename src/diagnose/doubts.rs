@@ -1,7 +1,7 @@
 //! Whether a fit fits and its readings can be judged at all: noise, outliers, and what was stated of set-up and machine. It names no mistake.
 
 use super::refit::{LEAST_SPREAD_MM, MOST_STRAIN};
-use crate::identify::{Fit, FreePrior, Quantity, robust_sigma};
+use crate::identify::{Fit, FreePrior, Quantity, median, noise_of_rows};
 use crate::session::Session;
 
 /// Noise from row to row above which readings cannot be judged, µm. Makers of ball bars state 0.5 to 1 µm for the gauge and
@@ -22,19 +22,12 @@ const MOST_LOCATION: f64 = 3.0;
 /// machine tools, ten times what the worst in the catalogue's trials leave; 2 mm on arms.
 const MOST_RESIDUAL: f64 = 0.1;
 
-/// Noise of readings from row to row, µm, whatever the model: third differences of the residuals of sweeps, of which
-/// smooth curves leave nothing. `None` for static poses, which have no neighbours.
+/// Noise of readings from row to row, µm, whatever the model: of the middle one of the sweeps. `None` for static poses, which
+/// have no neighbours.
 pub(super) fn repeats_um(session: &Session, fit: &Fit) -> Option<f64> {
     let timed = session.tests.iter().map(|test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some()));
-    let noise = |residual: &Vec<f64>| {
-        let third = residual.windows(4).map(|r| r[0] - 3.0 * r[1] + 3.0 * r[2] - r[3]);
-        // of equal independent noise the four readings have 1 + 9 + 9 + 1 variances
-        1e3 * robust_sigma(third) / 20f64.sqrt()
-    };
     let sweeps = fit.tests.iter().zip(timed).filter(|(_, timed)| *timed);
-    let mut noises: Vec<f64> = sweeps.map(|(test, _)| noise(&test.residual_mm)).collect();
-    noises.sort_by(f64::total_cmp);
-    noises.get(noises.len() / 2).copied()
+    median(sweeps.map(|(test, _)| 1e3 * noise_of_rows(&test.residual_mm)))
 }
 
 /// Share of the readings that were left out as gross outliers.

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data_fault::{RECORDER, listed};
 use super::mistakes::{SOMETIMES, Suspicion};
 use super::thin::keep_few_rows;
-use crate::identify::{rms, robust_sigma};
+use crate::identify::{noise_of_rows, rms};
 use crate::machine::AxisKind;
 use crate::session::{Clock, Follow, Path, Recording, Session, Test};
 
@@ -100,8 +100,7 @@ fn belonging(session: &Session, test: &Test) -> Option<Rows> {
         return None;
     }
     let left = |how: Rows| left_mm(&angles, lengths, how);
-    let third = lengths.windows(4).map(|l| l[0] - 3.0 * l[1] + 3.0 * l[2] - l[3]);
-    let noise_mm = robust_sigma(third) / 20f64.sqrt();
+    let noise_mm = noise_of_rows(lengths);
     let whole = left(Rows::Between(0, 0)).filter(|whole| *whole > BENT * noise_mm)?;
     let mut best = (whole, Rows::Between(0, 0));
     let step = (rows / STEPS).max(1);

@@ -10,7 +10,7 @@ use super::preflight::preflight;
 use super::refit::strain;
 use crate::chain::Chain;
 use crate::effects::Context;
-use crate::identify::{self, Fit, FitError, FreePrior, Options, Problem};
+use crate::identify::{self, Fit, FitError, Options, Problem};
 use crate::session::{Session, Setups};
 
 /// What stands against believing a fit.
@@ -31,6 +31,18 @@ pub struct Examination {
 }
 
 impl Examination {
+    /// Of a session that no fit was made of.
+    pub(super) fn without_fit(fault: DataFault) -> Examination {
+        Examination {
+            fit: None,
+            fault: Some(fault),
+            unjudged: None,
+            warnings: Vec::new(),
+            repeats_um: None,
+            left_out_share: 0.0,
+        }
+    }
+
     /// Nothing stands against the fit.
     pub fn is_sound(&self) -> bool {
         self.fault.is_none() && self.unjudged.is_none()
@@ -46,7 +58,7 @@ impl Examination {
 pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitError> {
     let mut examination = examined(session, options)?;
     if examination.is_sound() {
-        examination.fault = mistaken_unless_sound(session, options, &examination)?;
+        examination.fault = mistaken_unless_sound(session, &examination)?;
     }
     if !examination.is_sound() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
@@ -85,21 +97,14 @@ pub(super) fn examined(session: &Session, options: &Options) -> Result<Examinati
 }
 
 /// A mistake behind a residual that is far above the noise floor, or an arc, direction or speed that is not its test's.
-fn mistaken_unless_sound(
-    session: &Session,
-    options: &Options,
-    examination: &Examination,
-) -> Result<Option<DataFault>, FitError> {
+fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result<Option<DataFault>, FitError> {
     let Some(fit) = &examination.fit else { return Ok(None) };
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let free = options.free.clone().unwrap_or_else(|| identify::default_free(&session.machine));
-    let prior = options.prior.unwrap_or_else(|| FreePrior::of(&session.machine));
-    let problem = Problem::new(session, &chain, &setups, identify::unknowns(session, &setups, &free, prior))?;
-    let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
+    let problem = Problem::new(session, &chain, &setups, fit.unknowns.clone())?;
+    let values = fit.values();
     let context = Context::of(session, &chain)?;
-    let kept = fit.tests.iter().map(|test| test.kept.clone()).collect();
-    let ground = Ground::new(&context, &problem, &values, kept);
+    let ground = Ground::new(&context, &problem, &values, fit.kept_rows());
     let noise_um = 1e3 * mean_noise_mm2(&noise_floor(&ground, &ground.residual_mm)).sqrt();
     let strain = strain(&problem, &values, 1.0);
     let found = preflight(session, 1e3 * fit.rms_mm, noise_um, examination.left_out_share, strain);

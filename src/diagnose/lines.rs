@@ -5,11 +5,11 @@ use nalgebra::Vector3;
 use super::misplaced::{suspicion, told};
 use super::mistakes::{RARELY, Suspicion};
 use super::places::WORTH;
-use super::refit::nominal_mm;
+use super::refit::{Refit, nominal_mm};
 use super::scan::least_along;
-use crate::identify::{self, FreePrior, Quantity};
+use crate::identify::Quantity;
 use crate::machine::AxisKind;
-use crate::session::{Session, Setups};
+use crate::session::Session;
 
 pub(super) const AXIS_LINE: &str = "axis-line";
 
@@ -24,14 +24,11 @@ const ROUNDS: usize = 2;
 
 /// Rotary axes whose lines lie elsewhere: where a fit of the session as it is puts them, and where the lengths do by the
 /// nominal machine, from which a fit may not get there.
-pub(super) fn other_lines(session: &Session, values: &[f64]) -> Vec<Suspicion> {
+pub(super) fn other_lines(session: &Session, as_it_is: &Refit) -> Vec<Suspicion> {
     let machine = &session.machine;
-    let setups = Setups::of(session);
-    let free = identify::default_free(machine);
-    let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(machine));
     let fitted = |axis: usize| {
         let mut shift = Vector3::zeros();
-        for (unknown, value) in unknowns.iter().zip(values) {
+        for (unknown, value) in as_it_is.unknowns.iter().zip(&as_it_is.values) {
             match unknown.quantity {
                 Quantity::Location { axis: other, component } if other == axis && component.index() < 3 => {
                     shift[component.index()] = *value;
@@ -76,12 +73,16 @@ fn by_lengths(session: &Session, axis: usize) -> Option<Vector3<f64>> {
     let before = miss(Vector3::zeros());
     let (mut best, mut least) = (Vector3::zeros(), before);
     for _ in 0..ROUNDS {
+        let before_round = least;
         for k in 0..3 {
             let along = |mm: f64| miss(best + Vector3::ith(k, mm));
             let (mm, left) = least_along(&along, GRID_MM);
             if left < least {
                 (best[k], least) = (best[k] + mm, left);
             }
+        }
+        if least >= before_round {
+            break;
         }
     }
     (least < WORTH * before).then_some(best)

@@ -1,6 +1,6 @@
 //! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
 
-use super::data_fault::{RECORDER, SESSION};
+use super::data_fault::{DataFault, RECORDER, Rival, SESSION};
 use super::dwells::without_dwells;
 use super::exchanged;
 use super::misplaced::on_any_link;
@@ -21,6 +21,25 @@ pub(super) struct Suspicion {
     /// How usual the mistake is beside the others.
     pub(super) weight: f64,
     pub(super) undone: Session,
+}
+
+impl Suspicion {
+    /// As what may be the mistake instead of another one.
+    pub(super) fn rival(self, probability: f64) -> Rival {
+        let Suspicion { effect, place, components, says, .. } = self;
+        Rival { effect, place, components, says, probability }
+    }
+
+    /// As the mistake, with the misfits before and after it is undone, µm.
+    pub(super) fn fault(self, before_um: f64, after_um: f64) -> DataFault {
+        DataFault {
+            components: self.components,
+            before_um,
+            after_um,
+            shift_ms: self.shift_ms,
+            ..DataFault::seen(self.effect, &self.place, self.tests, self.says)
+        }
+    }
 }
 
 /// Weights of mistakes: those that a person makes at once in a whole file, others, and those that need an odd tool.
@@ -281,9 +300,8 @@ pub(super) fn from_other_end(recording: &Recording, axis: usize) -> Option<Recor
 }
 
 /// Column of an axis in a recording in time.
-fn swept(recording: &Recording, axis: usize) -> Option<usize> {
-    let is_timed = matches!(recording.clock, Clock::TimeS(_));
-    recording.axes.iter().position(|&other| other == axis).filter(|_| is_timed)
+pub(super) fn swept(recording: &Recording, axis: usize) -> Option<usize> {
+    recording.axes.iter().position(|&other| other == axis).filter(|_| recording.time_s().is_some())
 }
 
 /// Sweeps of an axis, some of them turned round.

@@ -93,7 +93,7 @@ use self::told::{STILL_THERE, Told, confirm, listen, propose};
 use self::verdict::{temper, verdict};
 use crate::chain::Chain;
 use crate::effects::Context;
-use crate::identify::{self, FreePrior, Options, Problem, Quantity, rms};
+use crate::identify::{self, Options, Problem, Quantity, rms};
 use crate::machine::Effect;
 use crate::session::{Session, Setups};
 
@@ -108,23 +108,17 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     }
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let free = options.free.clone().unwrap_or_else(|| identify::default_free(&session.machine));
-    let prior = options.prior.unwrap_or_else(|| FreePrior::of(&session.machine));
-    let mut unknowns = identify::unknowns(session, &setups, &free, prior);
+    let mut unknowns = options.unknowns(session, &setups);
     for unknown in unknowns.iter_mut().filter(|unknown| unknown.quantity.is_setup()) {
         unknown.prior_sigma *= WIDER_SETUPS;
     }
     let problem = Problem::new(session, &chain, &setups, unknowns)?;
     let fit = identify::fit(&problem)?;
-    let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
+    let values = fit.values();
     let context = Context::of(session, &chain)?;
-    let ground = Ground::new(&context, &problem, &values, kept_rows(&fit));
+    let ground = Ground::new(&context, &problem, &values, fit.kept_rows());
     let diagnosis = diagnose_ground(ground, &setups, &values, fit, true)?;
     Ok(Diagnosis { warnings: examination.warnings, ..diagnosis })
-}
-
-fn kept_rows(fit: &identify::Fit) -> Vec<Vec<bool>> {
-    fit.tests.iter().map(|test| test.kept.clone()).collect()
 }
 
 /// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
@@ -166,7 +160,7 @@ fn diagnose_ground(
         cleaner = without_hidden(&search.residual_mm);
     }
     if let Some(fit) = cleaner {
-        let fine = fine.with_rows(kept_rows(&fit));
+        let fine = fine.with_rows(fit.kept_rows());
         return diagnose_ground(fine, setups, values, fit, false);
     }
     let data_fault =

@@ -62,16 +62,7 @@ pub fn preflight(
     let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
     // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
     let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
-    undone
-        .then_some(DataFault {
-            components: best.components,
-            before_um: before,
-            after_um: after,
-            shift_ms: best.shift_ms,
-            rivals,
-            ..DataFault::seen(best.effect, &best.place, best.tests, best.says)
-        })
-        .map(DataFault::shared_evenly)
+    undone.then(|| DataFault { rivals, ..best.fault(before, after) }.shared_evenly())
 }
 
 /// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
@@ -103,13 +94,7 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
         let told = is_told(best.effect, &best.components)
             || rivals.iter().any(|rival| is_told(rival.effect, &rival.components));
         if !told && rivals.len() < MOST_RIVALS {
-            rivals.push(Rival {
-                effect: other.effect,
-                place: other.place,
-                components: other.components,
-                says: other.says,
-                probability: 0.0,
-            });
+            rivals.push(other.rival(0.0));
         }
     }
     rivals

@@ -1,7 +1,7 @@
 //! A robust fit of location errors and setups on few rows, quick enough to be made a hundred times. It knows no mistakes and no effects.
 
 use crate::chain::Chain;
-use crate::identify::{self, FreePrior, Problem, Weighting, minimise, normal_equations, robust_sigma};
+use crate::identify::{self, Options, Problem, Unknown, Weighting, minimise, normal_equations, robust_sigma};
 use crate::session::{Session, Setups};
 
 /// Residuals beyond so many robust sigmas count no more: single gross readings must not hide what a mistake does.
@@ -33,6 +33,9 @@ pub(super) struct Refit {
     pub(super) misfit_um: f64,
     /// Largest offset of a ball or bar, in its spreads.
     pub(super) strain: f64,
+    /// What was fitted.
+    pub(super) unknowns: Vec<Unknown>,
+    /// Values of the unknowns, mm or rad; behind them those of the linear axes' budget.
     pub(super) values: Vec<f64>,
     pub(super) residual_mm: Vec<Vec<f64>>,
 }
@@ -41,9 +44,8 @@ pub(super) struct Refit {
 pub(super) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let free = identify::default_free(&session.machine);
-    let unknowns = identify::unknowns(session, &setups, &free, FreePrior::of(&session.machine));
-    let problem = Problem::new(session, &chain, &setups, unknowns).ok()?;
+    let unknowns = Options::default().unknowns(session, &setups);
+    let problem = Problem::new(session, &chain, &setups, unknowns.clone()).ok()?;
     let means = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
     let starts = near.filter(|near| near.len() == problem.unknowns.len()).map(<[f64]>::to_vec);
     let (mut scale, mut values) = [means]
@@ -69,7 +71,8 @@ pub(super) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
     let strain = strain(&problem, &values, 1.0);
     let strained = 1.0 + (strain / 6.0 - 1.0).max(0.0);
     let displaced = 1.0 + (displacement(&problem, &values) - 1.0).max(0.0);
-    Some(Refit { misfit_um: 1e3 * robust_rms_mm(&residual_mm) * strained * displaced, strain, values, residual_mm })
+    let misfit_um = 1e3 * robust_rms_mm(&residual_mm) * strained * displaced;
+    Some(Refit { misfit_um, strain, unknowns, values, residual_mm })
 }
 
 /// Robust residual of a session by its nominal machine, mm.

@@ -10,10 +10,11 @@ const HALVINGS: usize = 22;
 
 /// Where a function is least within 40 steps of zero, and how much it is there.
 pub(super) fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
-    let grid: Vec<(f64, f64)> =
-        (-GRID..=GRID).into_par_iter().map(|k| f64::from(k) * step).map(|shift| (shift, of(shift))).collect();
-    let first = (0.0, of(0.0));
-    let (mut best, mut least) = grid.into_iter().fold(first, |best, next| if next.1 < best.1 { next } else { best });
+    let at = |k: i32| f64::from(k) * step;
+    let grid: Vec<(f64, f64)> = (-GRID..=GRID).into_par_iter().map(|k| (at(k), of(at(k)))).collect();
+    // of equals the unmoved one
+    let unmoved = grid[GRID as usize];
+    let (mut best, mut least) = grid.into_iter().fold(unmoved, |best, next| if next.1 < best.1 { next } else { best });
     let mut width = step;
     for _ in 0..HALVINGS {
         width *= 0.5;

@@ -27,7 +27,7 @@ pub use compressed::{SweepBasis, SweepStatistics};
 pub use fitted::fitted_session;
 pub use gram::{add_cross_products, add_products};
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, misfit};
-pub use outliers::{kept_rows, robust_sigma};
+pub use outliers::{kept_rows, median, noise_of_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};
 pub use senses::{SenseTest, TurnedSense, turned_senses};
 pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};
@@ -49,6 +49,14 @@ pub struct Options {
     pub free: Option<Vec<ErrorName>>,
     /// Prior of the free location errors; `None`: [`FreePrior::of`].
     pub prior: Option<FreePrior>,
+}
+
+impl Options {
+    /// Unknowns of a fit to a session: what is asked for, or what the machine suggests.
+    pub fn unknowns(&self, session: &Session, setups: &Setups) -> Vec<Unknown> {
+        let free = self.free.clone().unwrap_or_else(|| default_free(&session.machine));
+        unknowns(session, setups, &free, self.prior.unwrap_or_else(|| FreePrior::of(&session.machine)))
+    }
 }
 
 /// Why a fit was not possible.
@@ -92,6 +100,16 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Values of the unknowns, mm or rad.
+    pub fn values(&self) -> Vec<f64> {
+        self.estimates.iter().map(|estimate| estimate.value).collect()
+    }
+
+    /// Rows that took part, by test.
+    pub fn kept_rows(&self) -> Vec<Vec<bool>> {
+        self.tests.iter().map(|test| test.kept.clone()).collect()
+    }
+
     /// Leaves values and residuals as they are, but says of none that the data determine it: for a fit that does not fit.
     pub fn claim_nothing(&mut self) {
         for estimate in &mut self.estimates {
@@ -165,9 +183,7 @@ const WIDENED: f64 = 1e3;
 pub fn identify(session: &Session, options: &Options) -> Result<Fit, FitError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let free = options.free.clone().unwrap_or_else(|| default_free(&session.machine));
-    let prior = options.prior.unwrap_or_else(|| FreePrior::of(&session.machine));
-    let problem = Problem::new(session, &chain, &setups, unknowns(session, &setups, &free, prior))?;
+    let problem = Problem::new(session, &chain, &setups, options.unknowns(session, &setups))?;
     fit(&problem.with_linear_axes(&session.machine.linear_axes))
 }
 

@@ -13,6 +13,13 @@ pub fn robust_sigma(values: impl Iterator<Item = f64>) -> f64 {
     1.4826 * *median
 }
 
+/// Noise of values from row to row, whatever slow curve they follow: third differences, of which smooth curves leave nothing.
+pub fn noise_of_rows(values: &[f64]) -> f64 {
+    let third = values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
+    // of equal independent noise the four values have 1 + 9 + 9 + 1 variances
+    robust_sigma(third) / 20f64.sqrt()
+}
+
 /// A reading this many robust sigmas from its neighbours' trend is left out of a sweep.
 const SWEEP_LIMIT: f64 = 8.0;
 /// A static pose this many robust sigmas from the model is left out: only readings of another ball or a lost beam are so
@@ -63,7 +70,7 @@ fn near_trend(residual: &[f64]) -> Vec<bool> {
 /// Distance of a reading from the rows on one side: from their median, or from the line through the nearest two where that
 /// is much nearer, so that the start of a decaying spike belongs to what follows it.
 fn side_distance(value: f64, nearest_first: &[f64]) -> Option<f64> {
-    let from_median = value - median(nearest_first)?;
+    let from_median = value - median(nearest_first.iter().copied())?;
     let from_line = match nearest_first {
         [first, second, ..] => value - (2.0 * first - second),
         _ => f64::NAN,
@@ -71,8 +78,9 @@ fn side_distance(value: f64, nearest_first: &[f64]) -> Option<f64> {
     Some(if from_line.abs() < 0.5 * from_median.abs() { from_line } else { from_median })
 }
 
-fn median(values: &[f64]) -> Option<f64> {
-    let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+/// Median of the finite values, of an even number the upper one of the middle; `None` of none.
+pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     finite.sort_by(f64::total_cmp);
     finite.get(finite.len() / 2).copied()
 }

@@ -54,9 +54,7 @@ impl TurnedSense {
     pub fn looks_wrong(&self) -> bool {
         self.worse_by <= -TOLD
     }
-}
 
-impl TurnedSense {
     /// The short test that tells the sense: a look at the axis, and a place where the bar would not go on.
     pub fn how_to_tell(&self, session: &Session) -> String {
         let machine = &session.machine;
@@ -114,9 +112,10 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let stated = Problem::new(session, &chain, &setups, fit.unknowns.clone())?;
-    let kept: Vec<Vec<bool>> = fit.tests.iter().map(|test| test.kept.clone()).collect();
-    let estimates: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
-    let Some(as_stated) = refit(&stated, &estimates, (&fit.noise, &kept), f64::INFINITY) else { return Ok(Vec::new()) };
+    let kept = fit.kept_rows();
+    let Some(as_stated) = refit(&stated, &fit.values(), (&fit.noise, &kept), f64::INFINITY) else {
+        return Ok(Vec::new());
+    };
     let is_used = |axis: usize| {
         let tests = stated.tests.iter().zip(&session.tests).filter(|(_, test)| test.recording.is_some());
         tests.into_iter().any(|(test, _)| test.motion.axis(axis).any(|q| q != 0.0))

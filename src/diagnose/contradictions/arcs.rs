@@ -1,9 +1,9 @@
 //! Arcs that are not those of the test: of another sweep than the session states, or shorter than in the test's own repeats.
 
 use crate::diagnose::data_fault::{DataFault, RECORDER};
-use crate::diagnose::mistakes::is_repeat;
+use crate::diagnose::mistakes::{is_repeat, swept};
 use crate::machine::AxisKind;
-use crate::session::{Clock, Path, Recording, Session, Test};
+use crate::session::{Path, Recording, Session, Test};
 
 /// How far the ends of a recorded arc may lie from the stated ones: a share of the arc, and mm or degrees.
 const END_SHARE: f64 = 0.02;
@@ -19,11 +19,9 @@ pub(super) fn other_arc(session: &Session) -> Option<DataFault> {
 
 /// Ends of the recorded travel of an axis, mm or degrees, for recordings in time.
 fn ends(session: &Session, recording: &Recording, axis: usize) -> Option<(f64, f64)> {
-    let column = recording.axes.iter().position(|&other| other == axis)?;
-    let column = &recording.positions[column];
+    let column = &recording.positions[swept(recording, axis)?];
     let kind = session.machine.axes[axis].kind;
-    let is_timed = matches!(recording.clock, Clock::TimeS(_));
-    let (first, last) = (column.first().filter(|_| is_timed)?, column.last()?);
+    let (first, last) = (column.first()?, column.last()?);
     Some((kind.to_file_unit(*first), kind.to_file_unit(*last)))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::diagnose::data_fault::{DataFault, RECORDER, listed};
 use crate::machine::AxisKind;
-use crate::session::{Clock, Session, Test};
+use crate::session::{Session, Test};
 
 /// Sweeps of one rotary axis that run clockwise under the name ccw, or the other way round.
 pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
@@ -30,7 +30,7 @@ fn says_rising(test: &Test) -> Option<bool> {
 
 /// Whether the one rotary axis that moves rises all the way; `None` where it does not run one way.
 fn rises(session: &Session, test: &Test) -> Option<bool> {
-    let recording = test.recording.as_ref().filter(|recording| matches!(recording.clock, Clock::TimeS(_)))?;
+    let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
     let is_rotary = |(axis, _): &(&usize, &Vec<f64>)| session.machine.axes[**axis].kind == AxisKind::Rotary;
     let moves = |column: &&Vec<f64>| column.windows(2).any(|pair| pair[0] != pair[1]);
     let columns = recording.axes.iter().zip(&recording.positions).filter(is_rotary).map(|(_, column)| column);

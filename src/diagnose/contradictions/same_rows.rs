@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::diagnose::data_fault::{DataFault, SESSION, listed};
-use crate::identify::robust_sigma;
+use crate::identify::noise_of_rows;
 use crate::session::{Ball, Session, Test};
 
 /// Rows that are compared as one piece, and different readings in it: two sweeps with readings of 0.1 µm and as much noise
@@ -86,8 +86,7 @@ fn hash_of(piece: &[f64]) -> Option<u64> {
 
 /// Whether lengths carry noise.
 pub(super) fn is_read(lengths: &[f64]) -> bool {
-    let third = lengths.windows(4).map(|l| l[0] - 3.0 * l[1] + 3.0 * l[2] - l[3]);
-    robust_sigma(third) / 20f64.sqrt() > COMPUTED_MM
+    noise_of_rows(lengths) > COMPUTED_MM
 }
 
 /// Whether computed lengths of two tests agree because their balls and bars do.

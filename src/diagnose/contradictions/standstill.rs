@@ -2,6 +2,7 @@
 
 use super::same_rows::is_read;
 use crate::diagnose::data_fault::{DataFault, RECORDER};
+use crate::identify::median;
 use crate::session::{Clock, Recording, Session};
 
 /// Rows in a row from which axes stand still, and the share of a usual step below which they do.
@@ -17,9 +18,8 @@ const LEAST_READ: f64 = 0.5;
 /// Recordings most of whose readings are missing.
 pub(super) fn missing(session: &Session) -> Option<DataFault> {
     // poses may be kept back from a fit on purpose
-    let is_sweep = |recording: &Recording| matches!(recording.clock, Clock::TimeS(_));
     let is_missing = |recording: &Recording| {
-        is_sweep(recording) && (recording.readings() as f64) < LEAST_READ * recording.len() as f64
+        recording.time_s().is_some() && (recording.readings() as f64) < LEAST_READ * recording.len() as f64
     };
     let test = session.tests.iter().find(|test| test.recording.as_ref().is_some_and(is_missing))?;
     let recording = test.recording.as_ref()?;
@@ -60,13 +60,10 @@ pub(super) fn standing(session: &Session) -> Option<DataFault> {
 
 /// First and last row of the longest standstill, and the share of all rows in which nothing moves.
 fn standing_rows(recording: &Recording) -> Option<(usize, usize, f64)> {
-    if !matches!(recording.clock, Clock::TimeS(_)) {
-        return None;
-    }
+    recording.time_s()?;
     let step = |row: usize| recording.positions.iter().map(|column| (column[row + 1] - column[row]).abs()).sum::<f64>();
     let steps: Vec<f64> = (0..recording.len().saturating_sub(1)).map(step).collect();
-    let moving: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
-    let usual = median(moving)?;
+    let usual = median(steps.iter().copied().filter(|step| *step > 0.0))?;
     let stands = |step: f64| step < STANDING * usual;
     let (from, count) = longest_run(&steps, stands);
     let share = steps.iter().filter(|step| stands(**step)).count() as f64 / steps.len() as f64;
@@ -139,9 +136,4 @@ fn longest_run(values: &[f64], holds: impl Fn(f64) -> bool) -> (usize, usize) {
         }
     }
     best
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

@@ -2,7 +2,8 @@
 
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::data_fault::{DataFault, RECORDER, SESSION, listed};
-use crate::session::{Clock, Motion, Session, Test, way_mm};
+use crate::identify::median;
+use crate::session::{Motion, Session, Test, way_mm};
 
 /// How far two tests may overlap, s: beginnings are written down by hand.
 const OVERLAP_S: f64 = 1.0;
@@ -89,7 +90,7 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
 
 /// Median speed between rows of a single axis; `None` for poses and recordings without times of their own.
 fn speed_mm_per_min(session: &Session, geometry: &Geometry, test: &Test) -> Option<f64> {
-    let recording = test.recording.as_ref().filter(|recording| matches!(recording.clock, Clock::TimeS(_)))?;
+    let recording = test.recording.as_ref()?;
     // a control divides its feed among axes that move together in ways of its own
     let time = recording.time_s().filter(|_| recording.axes.len() == 1)?;
     let motion = Motion::of(session, geometry.chain(), test).ok()?;
@@ -100,9 +101,7 @@ fn speed_mm_per_min(session: &Session, geometry: &Geometry, test: &Test) -> Opti
     let speed = |row: usize| {
         60.0 * way_mm(geometry, test, links, motion.row(row - 1), motion.row(row)) / (time[row] - time[row - 1])
     };
-    let mut speeds: Vec<f64> = rows.map(speed).filter(|speed| speed.is_finite()).collect();
-    speeds.sort_by(f64::total_cmp);
-    speeds.get(speeds.len() / 2).copied().filter(|speed| *speed > 0.0)
+    median(rows.map(speed)).filter(|speed| *speed > 0.0)
 }
 
 /// Rows from which the speed of a test is learnt.
