@@ -1,7 +1,7 @@
 //! A robust fit of location errors and setups on few rows, quick enough to be made a hundred times. It knows no mistakes and no effects.
 
 use crate::chain::Chain;
-use crate::identify::{self, Options, Problem, Unknown, Weighting, minimise, normal_equations, robust_sigma};
+use crate::identify::{self, Options, Problem, Unknown, Weighting, minimise_until, normal_equations, robust_sigma};
 use crate::session::{Session, Setups};
 
 /// Residuals beyond so many robust sigmas count no more: single gross readings must not hide what a mistake does.
@@ -15,6 +15,9 @@ pub(super) const MOST_STRAIN: f64 = 8.0;
 
 /// Refits at a narrower robust scale, at most.
 const REFITS: usize = 6;
+
+/// A step that lowers the squares by a smaller share is the last: misfits are compared to 2 %.
+const LEAST_GAIN: f64 = 1e-3;
 
 /// A robust scale that falls by less than this share has settled.
 const SETTLED: f64 = 0.7;
@@ -58,7 +61,7 @@ pub(super) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     let mut residual_mm = Vec::new();
     for _ in 0..REFITS {
-        let solution = minimise(&problem, &values, &Weighting::Huber { scale_mm: scale });
+        let solution = minimise_until(&problem, &values, &Weighting::Huber { scale_mm: scale }, LEAST_GAIN);
         (values, residual_mm) = (solution.values, solution.residual_mm);
         let next = scale_of(&residual_mm);
         let settled = next > SETTLED * scale;

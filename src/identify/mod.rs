@@ -30,7 +30,7 @@ pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minim
 pub use outliers::{kept_rows, median, noise_of_rows, robust_sigma};
 pub use problem::{Prediction, PreparedTest, Problem};
 pub use senses::{SenseTest, TurnedSense, turned_senses};
-pub use solve::{Normal, Solution, Weighting, minimise, normal_equations};
+pub use solve::{Normal, Solution, Weighting, minimise, minimise_until, normal_equations};
 pub use unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
 pub use white::{Evidence, WhiteFit, fit_white};
 

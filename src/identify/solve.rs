@@ -3,6 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
+use super::gram::{add_cross_products, add_products};
 use super::noise::{NoiseModel, Whitener};
 use super::problem::{Prediction, Problem};
 
@@ -52,6 +53,12 @@ const HUBER: f64 = 1.5;
 
 /// Minimises weighted residuals and priors from `start`.
 pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solution {
+    minimise_until(problem, start, weighting, 0.0)
+}
+
+/// As [`minimise`], but ends with the first undamped step that lowers the cost by less than `least_gain` of it: where only the
+/// size of the residuals is asked for. Huber's weights change with the residuals, so that the last steps are many and short.
+pub fn minimise_until(problem: &Problem, start: &[f64], weighting: &Weighting, least_gain: f64) -> Solution {
     let mut values = start.to_vec();
     let (mut normal, mut residual_mm) = normal_equations(problem, &values, weighting);
     let mut cost = normal.cost + prior_cost(problem, &values);
@@ -67,11 +74,12 @@ pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solu
         let next_cost = next.cost + prior_cost(problem, &trial);
         // rounding of the sum must not reject the last, tiny steps
         if next_cost <= cost * (1.0 + 1e-12) + 1e-12 {
+            let is_little = damping == 0.0 && cost - next_cost < least_gain * cost;
             (values, normal, residual_mm, cost) = (trial, next, next_residual, next_cost);
             // a damped step is short wherever it stands: what counts is how far the minimum is without
             let left = if damping == 0.0 { relative } else { undamped_step(problem, &values, &normal) };
             damping = if damping < 1e-9 { 0.0 } else { damping * 0.1 };
-            if left < STEP_TOLERANCE {
+            if is_little || left < STEP_TOLERANCE {
                 converged = true;
                 break;
             }
@@ -134,9 +142,11 @@ pub fn normal_equations(problem: &Problem, values: &[f64], weighting: &Weighting
             let mut prediction = problem.predict(test, &geometry, values);
             let residual = prediction.residual_mm.clone();
             let cost = weigh(&mut prediction, test, weighting);
-            let weighted = DVector::from_column_slice(&prediction.residual_mm);
-            let information = prediction.jacobian.tr_mul(&prediction.jacobian);
-            let gradient = prediction.jacobian.tr_mul(&weighted);
+            let (rows, columns) = prediction.jacobian.shape();
+            let mut information = vec![0.0; columns * columns];
+            add_products(prediction.jacobian.as_slice(), rows, columns, &mut information);
+            let mut gradient = vec![0.0; columns];
+            add_cross_products(prediction.jacobian.as_slice(), &prediction.residual_mm, rows, &mut gradient);
             (information, gradient, cost, residual)
         })
         .collect();
@@ -144,11 +154,13 @@ pub fn normal_equations(problem: &Problem, values: &[f64], weighting: &Weighting
     let mut normal = Normal { information: DMatrix::zeros(count, count), gradient: DVector::zeros(count), cost: 0.0 };
     let mut residuals = Vec::with_capacity(parts.len());
     for ((information, gradient, cost, residual), test) in parts.into_iter().zip(&problem.tests) {
+        let count = test.columns.len();
         for (row, &i) in test.columns.iter().enumerate() {
             let scale = problem.unknowns[i].prior_sigma;
             normal.gradient[i] += gradient[row] * scale;
             for (column, &j) in test.columns.iter().enumerate() {
-                normal.information[(i, j)] += information[(row, column)] * scale * problem.unknowns[j].prior_sigma;
+                let product = information[row.max(column) * count + row.min(column)];
+                normal.information[(i, j)] += product * scale * problem.unknowns[j].prior_sigma;
             }
         }
         normal.cost += cost;
