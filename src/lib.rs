@@ -47,5 +47,6 @@ pub mod plan;
 pub mod report;
 pub mod session;
 pub mod simulate;
+pub mod statistics;
 pub mod survey;
 pub mod units;

@@ -3,6 +3,7 @@
 
 mod noisy;
 
+use fiveaxis::statistics::NoiseModel;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use fiveaxis::diagnose::{
     noise_floor, terms,
 };
 use fiveaxis::effects::Context;
-use fiveaxis::identify::{self, FreePrior, NoiseModel, Options, Problem};
+use fiveaxis::identify::{self, FreePrior, Options, Problem};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
 use fiveaxis::session::{Session, Setups};

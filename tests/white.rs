@@ -3,7 +3,8 @@
 mod four_tests;
 
 use fiveaxis::chain::Composition;
-use fiveaxis::identify::{Evidence, FitError, NoiseModel, Problem, Weighting, WhiteFit, fit_white, minimise};
+use fiveaxis::identify::{Evidence, FitError, Problem, Weighting, WhiteFit, fit_white, minimise};
+use fiveaxis::statistics::NoiseModel;
 use four_tests::*;
 
 /// Largest difference of two fits in sigmas of the first.

@@ -5,10 +5,10 @@
 //! maximisation towards restricted maximum likelihood (Laird & Ware 1982). `J C J'` has a handful of significant
 //! columns, and tests with the same rows share them.
 
+use crate::statistics::Absorbed;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::noise::Absorbed;
 use super::problem::Problem;
 use super::solve::Solution;
 

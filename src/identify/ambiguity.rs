@@ -1,9 +1,9 @@
 //! Directions that the recordings cannot tell apart, and in words what would separate them.
 
+use crate::statistics::NoiseModel;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 use super::candidates::{Candidate, candidate_circles, candidate_tests};
-use super::noise::NoiseModel;
 use super::problem::Problem;
 use super::solve::Solution;
 use super::unknowns::{Quantity, Unknown, is_arm};

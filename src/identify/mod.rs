@@ -10,8 +10,6 @@ mod axis_lines;
 mod candidates;
 mod compressed;
 mod fitted;
-mod gram;
-mod noise;
 mod outliers;
 mod problem;
 mod senses;
@@ -25,9 +23,7 @@ pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use candidates::{Candidate, candidate_tests};
 pub use compressed::{SweepBasis, SweepStatistics};
 pub use fitted::fitted_session;
-pub use gram::{add_cross_products, add_products};
-pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, minimise_in_four, misfit};
-pub use outliers::{kept_rows, median, noise_of_rows, robust_sigma};
+pub use outliers::kept_rows;
 pub use problem::{Prediction, PreparedTest, Problem};
 pub use senses::{SenseTest, TurnedSense, turned_senses};
 pub use solve::{Normal, Solution, Weighting, minimise, minimise_until, normal_equations};
@@ -41,6 +37,7 @@ use crate::chain::Chain;
 use crate::effects::EffectError;
 use crate::machine::{Component, ComponentError, ErrorName};
 use crate::session::{MotionError, Session, Setups};
+use crate::statistics::{Absorbed, NOISE_FLOOR_MM, NoiseModel, fit_noise, rms, robust_sigma};
 
 /// What to fit and how.
 #[derive(Debug, Clone, Default)]
@@ -103,6 +100,11 @@ impl Fit {
     /// Values of the unknowns, mm or rad.
     pub fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()
+    }
+
+    /// Readings that were left out as gross outliers.
+    pub fn left_out(&self) -> usize {
+        self.tests.iter().map(|test| test.left_out.len()).sum()
     }
 
     /// Rows that took part, by test.
@@ -273,14 +275,6 @@ fn white_noise(residual_mm: impl Iterator<Item = f64>, absorbed: &[Absorbed]) ->
         .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
     let absorbed: f64 = absorbed.iter().flat_map(|group| &group.columns).flatten().map(|value| value * value).sum();
     NoiseModel::white(((sum + absorbed) / count.max(1) as f64).sqrt().max(NOISE_FLOOR_MM))
-}
-
-/// Root mean square of the finite values.
-pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values
-        .filter(|value| value.is_finite())
-        .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
-    (sum / count.max(1) as f64).sqrt()
 }
 
 fn summary(problem: &Problem, solution: Solution, noise: Vec<NoiseModel>, kept: Vec<Vec<bool>>) -> Fit {

@@ -1,24 +1,7 @@
 //! Which readings are left out of a fit, judged on residuals of a robust fit and never on raw lengths.
 
 use super::problem::Problem;
-
-/// Robust standard deviation: 1.4826 times the median of absolute values (equal to σ for a normal distribution).
-pub fn robust_sigma(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.filter(|value| value.is_finite()).map(f64::abs).collect();
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    1.4826 * *median
-}
-
-/// Noise of values from row to row, whatever slow curve they follow: third differences, of which smooth curves leave nothing.
-pub fn noise_of_rows(values: &[f64]) -> f64 {
-    let third = values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
-    // of equal independent noise the four values have 1 + 9 + 9 + 1 variances
-    robust_sigma(third) / 20f64.sqrt()
-}
+use crate::statistics::{median, robust_sigma};
 
 /// A reading this many robust sigmas from its neighbours' trend is left out of a sweep.
 const SWEEP_LIMIT: f64 = 8.0;
@@ -76,13 +59,6 @@ fn side_distance(value: f64, nearest_first: &[f64]) -> Option<f64> {
         _ => f64::NAN,
     };
     Some(if from_line.abs() < 0.5 * from_median.abs() { from_line } else { from_median })
-}
-
-/// Median of the finite values, of an even number the upper one of the middle; `None` of none.
-pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    finite.sort_by(f64::total_cmp);
-    finite.get(finite.len() / 2).copied()
 }
 
 /// Half of the last digit of a real recording (0.1 µm), mm: steps of the recorder are no outliers.

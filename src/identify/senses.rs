@@ -5,9 +5,9 @@
 //! with errors of other signs. A short test that tells is looked for among the session's own balls and bars: the axis a
 //! little aside and one linear axis moved until the bar has its length again; with the other sense it would not fit on.
 
+use crate::statistics::NoiseModel;
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 
-use super::noise::NoiseModel;
 use super::problem::Problem;
 use super::solve::{Weighting, normal_equations};
 use super::{Fit, FitError, Quantity};

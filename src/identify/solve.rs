@@ -1,10 +1,9 @@
 //! Robust and weighted Gauss–Newton over all tests of a problem; knows neither what unknowns mean nor where noise comes from.
 
+use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-use super::gram::{add_cross_products, add_products};
-use super::noise::{NoiseModel, Whitener};
 use super::problem::{Prediction, Problem};
 
 /// How readings are weighted.

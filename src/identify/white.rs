@@ -2,11 +2,11 @@
 //!
 //! Minimises `Σ_tests Σ_i (y_i − L_i − d)²/σ² + Σ ((x − prior)/σ_prior)²`; an infinite prior sigma means no prior.
 
+use crate::statistics::{Factor, ROW_STEP, add_products, weighted_products};
 use nalgebra::{DMatrix, Vector3};
 
 use super::FitError;
 use super::compressed::{SweepBasis, SweepStatistics};
-use super::gram::{Factor, ROW_STEP, add_products, weighted_products};
 use super::problem::Problem;
 use crate::chain::{Bar, Column, Geometry, Poses};
 

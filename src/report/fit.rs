@@ -1,5 +1,6 @@
 //! A fit as JSON, see docs/json.md; terminal text and HTML are made from the same value.
 
+use crate::statistics::NoiseModel;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -8,7 +9,7 @@ use super::linear_axes::{LinearAxesJson, linear_axes_json};
 use super::sense_words::{SenseJson, senses_json};
 use super::words::{ControlJson, control_json, sign_in_words};
 use crate::diagnose::{DataFault, Examination, Rival};
-use crate::identify::{AxisLine, Fit, NoiseModel, Quantity, TurnedSense};
+use crate::identify::{AxisLine, Fit, Quantity, TurnedSense};
 use crate::machine::Directions;
 use crate::methods::CircleFigures;
 use crate::session::Session;
@@ -256,7 +257,7 @@ pub fn fit_json(
         noise: NoiseJson::of(sweep_noise),
         readings,
         left_out,
-        rms_below_5mm_um: crate::identify::rms(near) * 1e3,
+        rms_below_5mm_um: crate::statistics::rms(near) * 1e3,
         tests: fit
             .tests
             .iter()

@@ -1,0 +1,8 @@
+//! Selected effects as findings: size, place, probability, rivals and the test that would tell them apart.
+
+pub(crate) mod finding;
+pub(crate) mod grouping;
+pub(crate) mod next_test;
+pub(crate) mod recurring;
+pub(crate) mod size;
+pub(crate) mod vibration_size;

@@ -1,0 +1,86 @@
+//! Averages neighbouring rows of a session, so that slow effects can be searched quickly. It changes no positions otherwise.
+
+use std::ops::Range;
+
+use crate::session::{Clock, Recording, Session};
+
+/// Rows of a trace that slow effects need.
+const ROWS: usize = 150;
+
+/// Rows of a trace that show a wrong sign, name or unit.
+const FEW_ROWS: usize = 60;
+
+/// The session with rows averaged in odd groups, and the groups by test; static poses and short traces stay as they are.
+pub fn thin(session: &Session, kept: &[Vec<bool>]) -> (Session, Vec<Vec<Range<usize>>>) {
+    let mut thinned = session.clone();
+    let mut groups = Vec::new();
+    for (test, kept) in thinned.tests.iter_mut().zip(kept) {
+        let rows = kept.len();
+        let timed = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::TimeS(_)));
+        let size = if timed { odd(rows / ROWS) } else { 1 };
+        let ranges: Vec<Range<usize>> = (0..rows).step_by(size).map(|from| from..(from + size).min(rows)).collect();
+        if size > 1
+            && let Some(recording) = &mut test.recording
+        {
+            average(recording, &ranges, kept);
+        }
+        groups.push(ranges);
+    }
+    (thinned, groups)
+}
+
+pub(crate) fn odd(size: usize) -> usize {
+    if size < 3 { 1 } else { size - (size + 1) % 2 }
+}
+
+/// The session with a few rows of every trace.
+pub fn few_rows(session: &Session) -> Session {
+    let mut few = session.clone();
+    few.tests.iter_mut().filter_map(|test| test.recording.as_mut()).for_each(keep_few_rows);
+    few
+}
+
+/// Keeps a few rows of a trace as they were read: an averaged arc would lie inside the true one.
+pub fn keep_few_rows(recording: &mut Recording) {
+    let Clock::TimeS(time) = &recording.clock else { return };
+    let size = odd(time.len() / FEW_ROWS);
+    let rows: Vec<usize> = (size / 2..time.len()).step_by(size).collect();
+    let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
+    recording.clock = Clock::TimeS(pick(time));
+    recording.positions = recording.positions.iter().map(|column| pick(column)).collect();
+    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
+    recording.length_mm = pick(&recording.length_mm);
+    recording.leading_texts.clear();
+}
+
+/// Means over the rows of each group that take part; over all of them where none does.
+fn average(recording: &mut Recording, groups: &[Range<usize>], kept: &[bool]) {
+    let mean = |column: &[f64]| -> Vec<f64> {
+        groups
+            .iter()
+            .map(|group| {
+                let some = group.clone().any(|row| kept[row]);
+                let rows = group.clone().filter(|&row| kept[row] || !some);
+                let (sum, count) = rows.fold((0.0, 0usize), |(sum, count), row| (sum + column[row], count + 1));
+                sum / count.max(1) as f64
+            })
+            .collect()
+    };
+    // a thermometer may be read less often than the bar
+    let mean_read = |column: &[f64]| -> Vec<f64> {
+        groups
+            .iter()
+            .map(|group| {
+                let read: Vec<f64> = column[group.clone()].iter().copied().filter(|value| value.is_finite()).collect();
+                if read.is_empty() { f64::NAN } else { read.iter().sum::<f64>() / read.len() as f64 }
+            })
+            .collect()
+    };
+    if let Clock::TimeS(time) = &recording.clock {
+        recording.clock = Clock::TimeS(mean(time));
+    }
+    recording.positions = recording.positions.iter().map(|column| mean(column)).collect();
+    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), mean_read(column))).collect();
+    recording.length_mm = mean(&recording.length_mm);
+    recording.leading_texts.clear();
+}

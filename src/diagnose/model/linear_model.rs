@@ -1,0 +1,344 @@
+//! A fitted session laid out for the search: residuals, sensitivities and the columns of what has been fitted already.
+
+use crate::statistics::add_cross_products;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::shapes::Shapes;
+
+use crate::chain::Sensitivity;
+use crate::effects::{Context, EffectError, Profile, gain};
+use crate::identify::{Problem, Quantity};
+use crate::machine::{Effect, Outlet};
+use crate::units::Measure;
+
+/// Change of the readings per unit of what moves, by test.
+pub type Gains<'g> = Cow<'g, [Vec<f64>]>;
+
+/// The session around its fit: everything the search needs is linear from here.
+pub struct Ground<'a> {
+    pub context: &'a Context<'a>,
+    pub problem: &'a Problem<'a>,
+    /// Reading minus model at the fit, mm, by test.
+    pub residual_mm: Vec<Vec<f64>>,
+    /// Rows that take part.
+    pub kept: Vec<Vec<bool>>,
+    /// Columns of the unknowns already in the fit, in units of their priors, by test; zero where a test does not see one.
+    pub nuisance: Vec<DMatrix<f64>>,
+    /// How far the fit has put the unknowns from their prior means, in units of their priors: effects may bring them back.
+    pub beyond: Vec<f64>,
+    sensitivities: Vec<Vec<Sensitivity>>,
+    gains: HashMap<Outlet, Vec<Vec<f64>>>,
+    /// Functions of effects over the rows of the context, whichever of them take part.
+    shapes: Arc<Shapes>,
+}
+
+impl<'a> Ground<'a> {
+    /// Lays out a problem at the values of a fit.
+    pub fn new(context: &'a Context<'a>, problem: &'a Problem<'a>, values: &[f64], kept: Vec<Vec<bool>>) -> Ground<'a> {
+        let geometry = problem.geometry(values);
+        let mut residual_mm = Vec::new();
+        let mut nuisance = Vec::new();
+        let mut sensitivities = Vec::new();
+        for (index, test) in problem.tests.iter().enumerate() {
+            let rows = test.motion.rows();
+            let mut residual = Vec::with_capacity(rows);
+            let mut columns = DMatrix::zeros(rows, problem.unknowns.len());
+            let mut all = Vec::with_capacity(rows);
+            problem.visit(index, &geometry, values, |row, s, bar| {
+                residual.push(test.reading_mm[row] - s.length_mm - bar);
+                for &k in &test.columns {
+                    columns[(row, k)] = derivative(problem, index, k, s) * problem.unknowns[k].prior_sigma;
+                }
+                all.push(s.clone());
+            });
+            residual_mm.push(residual);
+            nuisance.push(columns);
+            sensitivities.push(all);
+        }
+        let (gains, shapes) = (HashMap::new(), Arc::default());
+        let unknowns = problem.unknowns.iter().zip(values);
+        let beyond = unknowns.map(|(unknown, value)| (value - unknown.prior_mean) / unknown.prior_sigma).collect();
+        Ground { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes }
+    }
+
+    /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
+    ///
+    /// `context` belongs to the thinned session; `groups` are its rows as ranges of the rows here.
+    pub fn thinned(&self, context: &'a Context<'a>, groups: &[Vec<std::ops::Range<usize>>]) -> Ground<'a> {
+        let mut thin = Ground {
+            context,
+            problem: self.problem,
+            residual_mm: Vec::new(),
+            kept: Vec::new(),
+            nuisance: Vec::new(),
+            beyond: self.beyond.clone(),
+            sensitivities: Vec::new(),
+            gains: HashMap::new(),
+            shapes: Arc::default(),
+        };
+        for (test, groups) in groups.iter().enumerate() {
+            let kept = &self.kept[test];
+            let rows = |group: &std::ops::Range<usize>| -> Vec<usize> {
+                let present: Vec<usize> = group.clone().filter(|&row| kept[row]).collect();
+                if present.is_empty() { group.clone().collect() } else { present }
+            };
+            let columns = self.problem.unknowns.len();
+            let mut nuisance = DMatrix::zeros(groups.len(), columns);
+            let mut residual = Vec::with_capacity(groups.len());
+            for (index, group) in groups.iter().enumerate() {
+                let rows = rows(group);
+                let share = 1.0 / rows.len() as f64;
+                residual.push(rows.iter().map(|&row| self.residual_mm[test][row]).sum::<f64>() * share);
+                for k in 0..columns {
+                    nuisance[(index, k)] = rows.iter().map(|&row| self.nuisance[test][(row, k)]).sum::<f64>() * share;
+                }
+            }
+            // a group with fewer than half of its readings would be noisier than the others
+            thin.kept.push(
+                groups.iter().map(|group| 2 * group.clone().filter(|&row| kept[row]).count() >= group.len()).collect(),
+            );
+            thin.residual_mm.push(residual);
+            thin.nuisance.push(nuisance);
+            let middle =
+                |group: &std::ops::Range<usize>| self.sensitivities[test][(group.start + group.end - 1) / 2].clone();
+            thin.sensitivities.push(groups.iter().map(middle).collect());
+        }
+        thin
+    }
+
+    /// The same ground with other rows taking part.
+    pub fn with_rows(&self, kept: Vec<Vec<bool>>) -> Ground<'a> {
+        Ground {
+            context: self.context,
+            problem: self.problem,
+            residual_mm: self.residual_mm.clone(),
+            kept,
+            nuisance: self.nuisance.clone(),
+            beyond: self.beyond.clone(),
+            sensitivities: self.sensitivities.clone(),
+            gains: self.gains.clone(),
+            shapes: self.shapes.clone(),
+        }
+    }
+
+    /// Works out the gains of these outlets once, so that columns need not.
+    pub fn prepare<'o>(&mut self, outlets: impl Iterator<Item = &'o Outlet>) {
+        for outlet in outlets {
+            if !self.gains.contains_key(outlet) {
+                let gains = self.gain_of(outlet);
+                self.gains.insert(*outlet, gains);
+            }
+        }
+    }
+
+    /// Whether any test was recorded in time: static poses have no noise floor but the residual itself.
+    pub fn has_sweeps(&self) -> bool {
+        (0..self.tests()).any(|test| self.context.motion(test).time_s.is_some())
+    }
+
+    /// Number of tests.
+    pub fn tests(&self) -> usize {
+        self.residual_mm.len()
+    }
+
+    fn gain_of(&self, outlet: &Outlet) -> Vec<Vec<f64>> {
+        self.sensitivities
+            .iter()
+            .enumerate()
+            .map(|(test, rows)| {
+                let all: Vec<f64> =
+                    rows.iter().enumerate().map(|(row, s)| gain(self.context, (test, row), outlet, s)).collect();
+                // a test that an outlet does not reach is left out of every sum
+                if all.iter().all(|value| value.abs() < 1e-9) { Vec::new() } else { all }
+            })
+            .collect()
+    }
+
+    /// Change of the reading per unit of an outlet, by test; empty where the outlet has none.
+    pub fn gains(&self, outlet: &Outlet) -> Gains<'_> {
+        match self.gains.get(outlet) {
+            Some(gains) => Cow::Borrowed(gains),
+            None => Cow::Owned(self.gain_of(outlet)),
+        }
+    }
+
+    /// First-order columns of an effect's terms, mm per display unit (µm, arcsec, ms, …).
+    pub fn columns(&self, effect: &Effect, terms: &[Term]) -> Result<Vec<Column>, EffectError> {
+        Ok(self.columns_of(&self.profiles(effect)?, terms))
+    }
+
+    /// Functions of an effect over all rows; tests in which they are zero hold none.
+    pub fn profiles(&self, effect: &Effect) -> Result<Arc<Vec<Profile>>, EffectError> {
+        self.shapes.of(self.context, effect)
+    }
+
+    /// Columns of terms whose functions are known.
+    pub fn columns_of(&self, profiles: &[Profile], terms: &[Term]) -> Vec<Column> {
+        let (gains, of_term) = self.gains_of(terms);
+        let with_gains = terms.iter().zip(of_term);
+        with_gains.map(|(term, own)| column(&gains[own], &profiles[term.function], term)).collect()
+    }
+
+    /// Gains of terms, each once, and which of them is a term's.
+    fn gains_of(&self, terms: &[Term]) -> (Vec<Gains<'_>>, Vec<usize>) {
+        let mut known: Vec<(Outlet, Option<[f64; 3]>)> = Vec::new();
+        let mut gains = Vec::new();
+        let of_term = terms.iter().map(|term| {
+            let own = (term.outlet, term.along);
+            known.iter().position(|other| *other == own).unwrap_or_else(|| {
+                known.push(own);
+                gains.push(self.gains_of_term(term));
+                known.len() - 1
+            })
+        });
+        let of_term = of_term.collect();
+        (gains, of_term)
+    }
+
+    /// Change of the reading per unit of what a term moves, by test.
+    pub fn gains_of_term(&self, term: &Term) -> Gains<'_> {
+        match term.along {
+            None => self.gains(&term.outlet),
+            Some(direction) => Cow::Owned(self.gains_along(direction)),
+        }
+    }
+
+    /// Change of the reading as the spindle ball moves along a direction of its link, by test.
+    fn gains_along(&self, direction: [f64; 3]) -> Vec<Vec<f64>> {
+        let gains = [0, 1, 2].map(|k| self.gains(&Outlet::SpindleBall(k)));
+        let in_test = |test: usize| {
+            let mut sum = vec![0.0; self.residual_mm[test].len()];
+            for (gains, share) in gains.iter().zip(direction) {
+                sum.iter_mut().zip(&gains[test]).for_each(|(sum, gain)| *sum += share * gain);
+            }
+            sum
+        };
+        (0..self.tests()).map(in_test).collect()
+    }
+
+    /// Products of the columns of terms with others over the same rows, by test; `others` holds those one after the other.
+    pub fn products_with(&self, (profiles, terms): (&[Profile], &[Term]), others: &[Vec<f64>]) -> Vec<CrossProducts> {
+        let (gains, of_term) = self.gains_of(terms);
+        let mut column = Vec::new();
+        let in_test = |(test, others): (usize, &Vec<f64>)| {
+            let (mut block, mut own) = (Vec::new(), Vec::new());
+            if !others.is_empty() {
+                for (j, term) in terms.iter().enumerate() {
+                    column_in(&gains[of_term[j]][test], &profiles[term.function][test], (term, test), &mut column);
+                    if !column.is_empty() {
+                        own.push(j);
+                        block.extend_from_slice(&column);
+                    }
+                }
+            }
+            CrossProducts::of(others, (own, &block), self.residual_mm[test].len())
+        };
+        others.iter().enumerate().map(in_test).collect()
+    }
+}
+
+/// Products of columns with others over the rows of one test.
+#[derive(Debug, Clone)]
+pub struct CrossProducts {
+    /// The columns that have values there.
+    pub columns: Vec<usize>,
+    /// Others × columns.
+    pub values: DMatrix<f64>,
+}
+
+impl CrossProducts {
+    /// Products of columns that lie one after the other, `rows` numbers each, with others that do so.
+    pub fn of(left: &[f64], (columns, right): (Vec<usize>, &[f64]), rows: usize) -> CrossProducts {
+        let others = left.len().checked_div(rows).unwrap_or(0);
+        let mut sums = vec![0.0; others * columns.len()];
+        add_cross_products(left, right, rows, &mut sums);
+        CrossProducts { values: DMatrix::from_row_slice(others, columns.len(), &sums), columns }
+    }
+}
+
+fn column(gains: &[Vec<f64>], profile: &Profile, term: &Term) -> Column {
+    let in_test = |test: usize| {
+        let mut column = Vec::new();
+        column_in(&gains[test], &profile[test], (term, test), &mut column);
+        column
+    };
+    Column { by_test: (0..gains.len()).map(in_test).collect() }
+}
+
+/// Column of a term in one test; empty where it does nothing.
+fn column_in(gain: &[f64], profile: &[f64], (term, test): (&Term, usize), column: &mut Vec<f64>) {
+    column.clear();
+    if term.test.is_some_and(|only| only != test) {
+        return;
+    }
+    let unit = 1.0 / display(term.measure);
+    column.extend(gain.iter().zip(profile).map(|(gain, value)| gain * value * unit));
+    if column.iter().all(|value| value.abs() < 1e-12) {
+        column.clear();
+    }
+}
+
+/// Display units per library unit: µm, arcsec, ms, µm/m.
+pub fn display(measure: Measure) -> f64 {
+    match measure {
+        Measure::Length | Measure::LengthPerKelvin => 1e3,
+        Measure::Angle | Measure::AnglePerKelvin => crate::units::ARCSEC_PER_RAD,
+        Measure::Strain => 1e6,
+        Measure::Time => 1e3,
+        Measure::TimeSquared => 1e6,
+    }
+}
+
+/// One linear coefficient of a candidate: a function of the effect acting at an outlet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term {
+    pub outlet: Outlet,
+    /// Index of the function.
+    pub function: usize,
+    pub measure: Measure,
+    /// The one test in which it acts; `None`: all.
+    pub test: Option<usize>,
+    /// Direction of the link along which the spindle ball moves, a unit vector: one coefficient for what its x, y and z
+    /// do together, `outlet` being x.
+    pub along: Option<[f64; 3]>,
+}
+
+impl Term {
+    /// Outlets that it moves, the ones that move most first.
+    pub fn outlets(&self) -> Vec<Outlet> {
+        self.shares().into_iter().map(|(outlet, _)| outlet).collect()
+    }
+
+    /// What outlets get of its size, the largest share first.
+    pub fn shares(&self) -> Vec<(Outlet, f64)> {
+        let Some(along) = self.along else { return vec![(self.outlet, 1.0)] };
+        let mut shares: Vec<(Outlet, f64)> =
+            along.into_iter().enumerate().map(|(k, share)| (Outlet::SpindleBall(k), share)).collect();
+        shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        shares
+    }
+}
+
+/// Change of the readings per display unit of a term, mm, by test; empty where it has none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    pub by_test: Vec<Vec<f64>>,
+}
+
+fn derivative(problem: &Problem, test: usize, k: usize, s: &Sensitivity) -> f64 {
+    debug_assert!(problem.tests[test].columns.contains(&k));
+    match problem.unknowns[k].quantity {
+        Quantity::Location { axis, component } => s.location[axis][component.index()],
+        Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
+        Quantity::SpindleBall { coordinate, .. } => {
+            problem.session.tests[test].spindle_ball.sign(coordinate) * s.spindle[coordinate]
+        }
+        Quantity::Bar { .. } => 1.0,
+        // a diagnosis takes linear axes as exact but for what it finds
+        Quantity::Slide { .. } => 0.0,
+    }
+}

@@ -1,0 +1,131 @@
+//! Which readings belong to one pose, how far they count as one, and what of a residual they share. It fits no effects.
+
+use crate::statistics::rms;
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::chain::Branch;
+use crate::diagnose::model::linear_model::Ground;
+use crate::machine::{Component, Outlet};
+
+/// Readings by the pose in which they were taken, over all tests.
+pub struct Poses {
+    /// Index of the pose, by test and row, in visiting order.
+    pub of_row: Vec<Vec<usize>>,
+    pub count: usize,
+}
+
+impl Poses {
+    /// Rows of different tests with the same number and the same positions were read at one stop.
+    pub fn of(ground: &Ground) -> Poses {
+        let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
+        let mut of_row = vec![Vec::new(); ground.tests()];
+        for &test in ground.context.order() {
+            let motion = ground.context.motion(test);
+            of_row[test] = (0..motion.rows())
+                .map(|row| {
+                    let number = ground.context.pose_number(test, row);
+                    let began = ground.context.session().tests[test].started_at_s;
+                    let key = [number, began].iter().chain(motion.row(row)).map(|value| value.to_bits()).collect();
+                    let next = known.len();
+                    *known.entry(key).or_insert(next)
+                })
+                .collect();
+        }
+        Poses { of_row, count: known.len() }
+    }
+
+    /// Kept rows of every pose as test and row.
+    fn rows(&self, ground: &Ground) -> Vec<Vec<(usize, usize)>> {
+        let mut rows = vec![Vec::new(); self.count];
+        for (test, poses) in self.of_row.iter().enumerate() {
+            for (row, &pose) in poses.iter().enumerate().filter(|(row, _)| ground.kept[test][*row]) {
+                rows[pose].push((test, row));
+            }
+        }
+        rows
+    }
+}
+
+/// Number of readings that count as one, at least 1: variance of what a joint sees of the residual, with the readings
+/// of a pose together, over what it would be if each had an error of its own; the mean over all joints.
+pub fn readings_as_one(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> f64 {
+    let rows = poses.rows(ground);
+    let count = rows.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let square = rows.iter().flatten().map(|&(test, row)| residual_mm[test][row].powi(2)).sum::<f64>() / count;
+    let machine = ground.context.machine();
+    let ratios: Vec<f64> = (0..machine.axes.len())
+        .filter_map(|axis| {
+            let outlet = Outlet::own(machine, axis);
+            let gains = ground.gains(&outlet);
+            let gain = |test: usize, row: usize| gains[test].get(row).copied().unwrap_or(0.0);
+            let (mut together, mut apart) = (0.0, 0.0);
+            for rows in &rows {
+                together +=
+                    rows.iter().map(|&(test, row)| gain(test, row) * residual_mm[test][row]).sum::<f64>().powi(2);
+                apart += rows.iter().map(|&(test, row)| gain(test, row).powi(2)).sum::<f64>() * square;
+            }
+            (apart > 0.0).then_some(together / apart)
+        })
+        .collect();
+    (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
+}
+
+/// What is left of the residual of static poses, by whether the readings of a pose share it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Left {
+    /// Rms of what the readings of a pose share as one displacement of the last link: the arm stands elsewhere, µm.
+    pub arm_um: f64,
+    /// Rms of what every reading has for itself, noise among it, µm.
+    pub readings_um: f64,
+}
+
+/// Displacements of the last link: three shifts and three turns.
+const FREE_MOTIONS: usize = 6;
+/// Poses with more readings than free motions that are needed.
+const LEAST_POSES: usize = 10;
+/// Singular values below this share of the largest are directions that the bars of a pose do not see.
+const UNSEEN: f64 = 1e-6;
+/// Turns count at this lever, rad per mm, so that shifts and turns are of like size.
+const PER_LEVER: f64 = 1e-2;
+
+impl Left {
+    /// Splits residuals (mm); `None` where too few poses have more readings than their last link has free motions.
+    pub fn of(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> Option<Left> {
+        let last = *ground.context.chain().branch(Branch::Tool).last()?;
+        let outlets = Component::ALL.map(|component| Outlet::Motion { axis: last, component });
+        let gains: Vec<_> = outlets.iter().map(|outlet| ground.gains(outlet)).collect();
+        let rows = poses.rows(ground);
+        let mut variances: Vec<f64> = Vec::new();
+        for rows in rows.iter().filter(|rows| rows.len() > FREE_MOTIONS) {
+            let free = DMatrix::from_fn(rows.len(), FREE_MOTIONS, |i, k| {
+                let (test, row) = rows[i];
+                let scale = if k < 3 { 1.0 } else { PER_LEVER };
+                scale * gains[k][test].get(row).copied().unwrap_or(0.0)
+            });
+            let residual = DVector::from_iterator(rows.len(), rows.iter().map(|&(test, row)| residual_mm[test][row]));
+            let svd = free.svd(true, false);
+            let Some(seen) = svd.u else { continue };
+            let largest = svd.singular_values.max();
+            let rank = svd.singular_values.iter().filter(|value| **value > UNSEEN * largest).count();
+            let spare = rows.len().saturating_sub(rank);
+            if spare == 0 {
+                continue;
+            }
+            let explained: f64 = (0..rank).map(|k| seen.column(k).dot(&residual).powi(2)).sum();
+            let left = (residual.norm_squared() - explained).max(0.0);
+            // Wilson and Hilferty: the median of χ² over its degrees of freedom n is (1 − 2/(9n))³
+            let median = (1.0 - 2.0 / (9.0 * spare as f64)).powi(3);
+            variances.push(left / spare as f64 / median);
+        }
+        if variances.len() < LEAST_POSES {
+            return None;
+        }
+        // the median is not moved by a wild reading
+        variances.sort_by(f64::total_cmp);
+        let apart = variances[variances.len() / 2];
+        let all = rms(rows.iter().flatten().map(|&(test, row)| residual_mm[test][row])).powi(2);
+        Some(Left { arm_um: 1e3 * (all - apart).max(0.0).sqrt(), readings_um: 1e3 * apart.sqrt() })
+    }
+}

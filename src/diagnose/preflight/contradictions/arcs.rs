@@ -1,0 +1,80 @@
+//! Arcs that are not those of the test: of another sweep than the session states, or shorter than in the test's own repeats.
+
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
+use crate::diagnose::preflight::mistakes::{is_repeat, swept};
+use crate::machine::AxisKind;
+use crate::session::{Path, Recording, Session, Test};
+
+/// How far the ends of a recorded arc may lie from the stated ones: a share of the arc, and mm or degrees.
+const END_SHARE: f64 = 0.02;
+const END_LEAST: f64 = 2.0;
+
+/// Share of its repeats' arc below which a recording is cut short.
+const CUT_SHORT: f64 = 0.8;
+
+/// A recording whose arc is not that of its test.
+pub(super) fn other_arc(session: &Session) -> Option<DataFault> {
+    session.tests.iter().find_map(|test| against_sweep(session, test)).or_else(|| cut_short(session))
+}
+
+/// Ends of the recorded travel of an axis, mm or degrees, for recordings in time.
+fn ends(session: &Session, recording: &Recording, axis: usize) -> Option<(f64, f64)> {
+    let column = &recording.positions[swept(recording, axis)?];
+    let kind = session.machine.axes[axis].kind;
+    let (first, last) = (column.first()?, column.last()?);
+    Some((kind.to_file_unit(*first), kind.to_file_unit(*last)))
+}
+
+fn against_sweep(session: &Session, test: &Test) -> Option<DataFault> {
+    let recording = test.recording.as_ref()?;
+    let Some(Path::Sweep { axis, from, to, .. }) = test.path else { return None };
+    let (first, last) = ends(session, recording, axis)?;
+    let allowed = (END_SHARE * (to - from).abs()).max(END_LEAST);
+    let near = |a: f64, b: f64| (a - b).abs() <= allowed;
+    if near(first, from) && near(last, to) {
+        return None;
+    }
+    let name = &session.machine.axes[axis].name;
+    let (effect, what) = match near(first, to) && near(last, from) {
+        true => ("direction", "it was run the other way, or is the file of the other direction"),
+        false => ("arc", "it was cut short, has its run-in left in, or is the file of another test"),
+    };
+    let says = format!(
+        "the recording of {} runs from {name} = {first:.2} to {last:.2}, its sweep from {from} to {to}: {what}; name the right file, or state the sweep that was run",
+        test.name
+    );
+    let mut fault = DataFault::seen(effect, RECORDER, vec![test.name.clone()], says);
+    fault.components = vec![name.clone()];
+    Some(fault)
+}
+
+/// A sweep of one rotary axis that is shorter than its repeats.
+fn cut_short(session: &Session) -> Option<DataFault> {
+    let arc = |index: usize| -> Option<(usize, f64)> {
+        let test = &session.tests[index];
+        let recording = test.recording.as_ref().filter(|_| test.path.is_none())?;
+        let is_rotary = |axis: &usize| session.machine.axes[*axis].kind == AxisKind::Rotary;
+        let mut turning = recording.axes.iter().copied().filter(is_rotary);
+        let axis = turning.next().filter(|_| turning.next().is_none())?;
+        let (first, last) = ends(session, recording, axis)?;
+        Some((axis, (last - first).abs()))
+    };
+    let arcs: Vec<Option<(usize, f64)>> = (0..session.tests.len()).map(arc).collect();
+    (0..arcs.len()).find_map(|index| {
+        let (axis, own) = arcs[index]?;
+        let repeats = (0..arcs.len()).filter(|&other| other != index && is_repeat(session, index, other));
+        let others: Vec<f64> =
+            repeats.filter_map(|other| arcs[other].filter(|arc| arc.0 == axis)).map(|arc| arc.1).collect();
+        let due = others.iter().copied().reduce(f64::max)?;
+        // sweeps over several arcs from one setup are no repeats of one
+        let alike = others.iter().all(|other| due - other <= END_SHARE * due);
+        let test = &session.tests[index].name;
+        let name = &session.machine.axes[axis].name;
+        let says = format!(
+            "the recording of {test} covers {own:.1}° of {name} where its repeats cover {due:.1}°: the file is cut short; fetch it again, or state its own sweep"
+        );
+        let mut fault = DataFault::seen("arc", RECORDER, vec![test.clone()], says);
+        fault.components = vec![name.clone()];
+        (alike && own < CUT_SHORT * due).then_some(fault)
+    })
+}

@@ -1,0 +1,24 @@
+//! What recordings and session say against each other, seen without a fit: one recording in two tests, clocks, rows that stand still, arcs.
+
+mod arcs;
+mod directions;
+mod same_rows;
+mod standstill;
+mod times;
+
+use crate::diagnose::preflight::data_fault::DataFault;
+use crate::session::Session;
+
+/// What no other mistake can look like; copies come first, for a copied file contradicts its test in other ways too.
+pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
+    same_rows::copied(session)
+        .or_else(|| standstill::missing(session))
+        .or_else(|| standstill::stuck(session))
+        .or_else(|| standstill::standing(session))
+        .or_else(|| times::overlapping(session))
+}
+
+/// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.
+pub(crate) fn further_contradiction(session: &Session) -> Option<DataFault> {
+    arcs::other_arc(session).or_else(|| directions::against_its_name(session)).or_else(|| times::other_speed(session))
+}

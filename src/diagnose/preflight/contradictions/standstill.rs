@@ -1,0 +1,139 @@
+//! Rows in which nothing moves: axes that stand, a gauge that sticks or has reached the end of its stroke.
+
+use super::same_rows::is_read;
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
+use crate::session::{Clock, Recording, Session};
+use crate::statistics::median;
+
+/// Rows in a row from which axes stand still, and the share of a usual step below which they do.
+const STANDING_ROWS: usize = 4;
+const STANDING: f64 = 0.01;
+
+/// Share of rows in which nothing moves from which rows stand twice: two of three, or every second one.
+const DOUBLED: f64 = 0.2;
+
+/// Share of rows with a reading below which a recording is none.
+const LEAST_READ: f64 = 0.5;
+
+/// Recordings most of whose readings are missing.
+pub(super) fn missing(session: &Session) -> Option<DataFault> {
+    // poses may be kept back from a fit on purpose
+    let is_missing = |recording: &Recording| {
+        recording.time_s().is_some() && (recording.readings() as f64) < LEAST_READ * recording.len() as f64
+    };
+    let test = session.tests.iter().find(|test| test.recording.as_ref().is_some_and(is_missing))?;
+    let recording = test.recording.as_ref()?;
+    let says = format!(
+        "only {} of {} rows of {} have a reading: the gauge lost its contact or its connection; record the test again, or remove the rows without readings where they are none of the arc",
+        recording.readings(),
+        recording.len(),
+        test.name
+    );
+    Some(DataFault::seen("readings-missing", RECORDER, vec![test.name.clone()], says))
+}
+
+/// Recordings whose axes stand for some rows.
+pub(super) fn standing(session: &Session) -> Option<DataFault> {
+    session.tests.iter().find_map(|test| {
+        let recording = test.recording.as_ref()?;
+        let (from, to, share) = standing_rows(recording)?;
+        if share > DOUBLED {
+            let says = format!(
+                "nothing moves in {:.0} % of the rows of {}: rows stand twice, or lengths were read more often than positions; keep one row for each position",
+                100.0 * share,
+                test.name
+            );
+            return Some(DataFault::seen("doubled-rows", RECORDER, vec![test.name.clone()], says));
+        }
+        if to + 1 - from < STANDING_ROWS {
+            return None;
+        }
+        let says = format!(
+            "the axes stand still in rows {} to {} of {}: a dwell was left in; keep only the rows of the arc",
+            from + 1,
+            to + 1,
+            test.name
+        );
+        Some(DataFault::seen("dwell", RECORDER, vec![test.name.clone()], says))
+    })
+}
+
+/// First and last row of the longest standstill, and the share of all rows in which nothing moves.
+fn standing_rows(recording: &Recording) -> Option<(usize, usize, f64)> {
+    recording.time_s()?;
+    let step = |row: usize| recording.positions.iter().map(|column| (column[row + 1] - column[row]).abs()).sum::<f64>();
+    let steps: Vec<f64> = (0..recording.len().saturating_sub(1)).map(step).collect();
+    let usual = median(steps.iter().copied().filter(|step| *step > 0.0))?;
+    let stands = |step: f64| step < STANDING * usual;
+    let (from, count) = longest_run(&steps, stands);
+    let share = steps.iter().filter(|step| stands(**step)).count() as f64 / steps.len() as f64;
+    Some((from, from + count, share))
+}
+
+/// Equal readings in a row from which a gauge stands, and the share of rows equal to the one before up to which a
+/// recording has readings that could differ.
+const STUCK_ROWS: usize = 12;
+const RARELY_EQUAL: f64 = 0.5;
+
+/// Recordings whose readings stand for many rows, or that do not change at all where others do.
+pub(super) fn stuck(session: &Session) -> Option<DataFault> {
+    let dead = |recording: &Recording| {
+        let (_, count) = equal_rows(recording);
+        recording.readings() > STUCK_ROWS && count + 1 == recording.readings()
+    };
+    let is_timed = |recording: &&Recording| !matches!(recording.clock, Clock::Pose(_));
+    let recordings = || session.tests.iter().filter_map(|test| test.recording.as_ref()).filter(is_timed);
+    // computed lengths of a machine with few errors stand still by right
+    if !recordings().any(|recording| is_read(&recording.length_mm)) {
+        return None;
+    }
+    session.tests.iter().find_map(|test| {
+        let recording = test.recording.as_ref().filter(is_timed)?;
+        if dead(recording) {
+            let says = format!(
+                "no reading of {} differs from the others: the gauge stuck or was not connected; record the test again",
+                test.name
+            );
+            return Some(DataFault::seen("gauge-stuck", RECORDER, vec![test.name.clone()], says));
+        }
+        let (from, count) = equal_rows(recording);
+        let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+        let equal = lengths.windows(2).filter(|pair| pair[0] == pair[1]).count() - count;
+        let others = lengths.len().saturating_sub(count + 1);
+        if count + 1 < STUCK_ROWS || equal as f64 > RARELY_EQUAL * others as f64 {
+            return None;
+        }
+        let held = lengths[from];
+        let is_end = lengths.iter().all(|length| *length <= held) || lengths.iter().all(|length| *length >= held);
+        let (effect, what, cure) = match is_end {
+            true => (
+                "stroke-end",
+                "the bar reached the end of its stroke",
+                "bring the balls nearer to the bar's length and record the test again",
+            ),
+            false => ("gauge-stuck", "the gauge stuck", "look after gauge and magnets and record the test again"),
+        };
+        let says = format!("{} readings of {} in a row are {held} mm: {what}; {cure}", count + 1, test.name);
+        Some(DataFault::seen(effect, RECORDER, vec![test.name.clone()], says))
+    })
+}
+
+/// Place of the longest run of readings equal to the one before, and how many these are; missing readings are passed over.
+fn equal_rows(recording: &Recording) -> (usize, usize) {
+    let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+    let steps: Vec<f64> = lengths.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    longest_run(&steps, |step| step == 0.0)
+}
+
+/// Where the longest run of values begins for which something holds, and its length.
+fn longest_run(values: &[f64], holds: impl Fn(f64) -> bool) -> (usize, usize) {
+    let (mut best, mut from) = ((0, 0), 0);
+    for (index, value) in values.iter().enumerate() {
+        if !holds(*value) {
+            from = index + 1;
+        } else if index + 1 - from > best.1 {
+            best = (from, index + 1 - from);
+        }
+    }
+    best
+}

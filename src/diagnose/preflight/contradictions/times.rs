@@ -1,0 +1,108 @@
+//! Clocks: tests of one session follow each other, and a ball moves at the feed that its test states.
+
+use crate::chain::{Chain, Geometry};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
+use crate::session::{Motion, Session, Test, way_mm};
+use crate::statistics::median;
+
+/// How far two tests may overlap, s: beginnings are written down by hand.
+const OVERLAP_S: f64 = 1.0;
+
+/// Tests that were recorded while others were, or before the session began.
+pub(super) fn overlapping(session: &Session) -> Option<DataFault> {
+    let span = |test: &Test| -> Option<(f64, f64)> {
+        let time = test.recording.as_ref()?.time_s()?;
+        Some((test.started_at_s + time.first()?, test.started_at_s + time.last()?))
+    };
+    let mut spans: Vec<(&Test, (f64, f64))> =
+        session.tests.iter().filter_map(|test| span(test).map(|span| (test, span))).collect();
+    // several tests that begin at 0 do not state when they began
+    let unstated = spans.iter().filter(|(test, _)| test.started_at_s == 0.0).count() > 1;
+    spans.retain(|(test, _)| !unstated || test.started_at_s != 0.0);
+    if let Some((test, _)) = spans.iter().find(|(test, _)| test.started_at_s < 0.0) {
+        let says = format!(
+            "{} has started_at {} s, before its session began: count all from one beginning",
+            test.name, test.started_at_s
+        );
+        return Some(DataFault::seen("session-time", SESSION, vec![test.name.clone()], says));
+    }
+    spans.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    spans.windows(2).find(|pair| pair[1].1.0 < pair[0].1.1 - OVERLAP_S).map(|pair| {
+        let ((one, first), (other, next)) = (pair[0], pair[1]);
+        let says = format!(
+            "{} began at {:.1} s of the session, while {} was recorded until {:.1} s: one of them has a wrong started_at, or the times of rows are not seconds",
+            other.name, next.0, one.name, first.1
+        );
+        DataFault::seen("session-time", SESSION, vec![one.name.clone(), other.name.clone()], says)
+    })
+}
+
+/// Speed of a ball over the stated feed, and its inverse, above which one of the two is wrong.
+const OTHER_SPEED: f64 = 2.0;
+
+/// Speeds of a ball without a stated feed, mm/min: a ball bar follows no faster and nobody waits so long.
+const SPEEDS: std::ops::Range<f64> = 2.0..60_000.0;
+
+/// Units in which times may have been written, with the speed that they seem to give over the true one.
+const TIME_UNITS: [(&str, f64); 3] = [("milliseconds", 1e-3), ("minutes", 60.0), ("microseconds", 1e-6)];
+
+/// How near the speed comes to what a wrong unit gives, as a share.
+const AS_BY_UNIT: f64 = 0.25;
+
+/// Recordings whose balls move at another speed than stated.
+pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
+    let chain = Chain::of(&session.machine);
+    let geometry = Geometry::nominal(&chain);
+    let ratio = |test: &Test| -> Option<(f64, f64)> {
+        let speed = speed_mm_per_min(session, &geometry, test)?;
+        match test.feed_mm_per_min {
+            Some(feed) => Some((speed, speed / feed)),
+            None => Some((speed, if SPEEDS.contains(&speed) { 1.0 } else { speed / SPEEDS.start })),
+        }
+    };
+    let off = |ratio: f64| !(1.0 / OTHER_SPEED..OTHER_SPEED).contains(&ratio);
+    let struck: Vec<(&Test, (f64, f64))> = session
+        .tests
+        .iter()
+        .filter_map(|test| ratio(test).map(|ratio| (test, ratio)))
+        .filter(|(_, (_, ratio))| off(*ratio))
+        .collect();
+    let (first, (speed, ratio)) = *struck.first()?;
+    let tests: Vec<String> = struck.iter().map(|(test, _)| test.name.clone()).collect();
+    let by_unit = TIME_UNITS.into_iter().find(|(_, factor)| (ratio / factor - 1.0).abs() < AS_BY_UNIT);
+    if let Some((unit, _)) = by_unit.filter(|_| first.feed_mm_per_min.is_some()) {
+        let says = format!("times of {} are in {unit}: convert the column time_s to seconds", listed(&tests));
+        let mut fault = DataFault::seen("unit", RECORDER, tests, says);
+        fault.components = vec!["time".into()];
+        return Some(fault);
+    }
+    let stated = match first.feed_mm_per_min {
+        Some(feed) => format!("its feed is stated as {feed} mm/min"),
+        None => "no machine measures at that".to_string(),
+    };
+    let says = format!(
+        "by its rows the ball of {} moves at {speed:.3} mm/min and {stated} (so in {}): correct the feed, or the unit of time_s",
+        first.name,
+        listed(&tests)
+    );
+    Some(DataFault::seen("feed", SESSION, tests, says))
+}
+
+/// Median speed between rows of a single axis; `None` for poses and recordings without times of their own.
+fn speed_mm_per_min(session: &Session, geometry: &Geometry, test: &Test) -> Option<f64> {
+    let recording = test.recording.as_ref()?;
+    // a control divides its feed among axes that move together in ways of its own
+    let time = recording.time_s().filter(|_| recording.axes.len() == 1)?;
+    let motion = Motion::of(session, geometry.chain(), test).ok()?;
+    let links = test.links(geometry.chain()).ok()?;
+    // some rows tell the speed of all
+    let every = (motion.rows() / ROWS_FOR_SPEED).max(1);
+    let rows = (1..motion.rows().min(time.len())).step_by(every);
+    let speed = |row: usize| {
+        60.0 * way_mm(geometry, test, links, motion.row(row - 1), motion.row(row)) / (time[row] - time[row - 1])
+    };
+    median(rows.map(speed)).filter(|speed| *speed > 0.0)
+}
+
+/// Rows from which the speed of a test is learnt.
+const ROWS_FOR_SPEED: usize = 50;

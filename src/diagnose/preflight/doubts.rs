@@ -1,0 +1,126 @@
+//! Whether a fit fits and its readings can be judged at all: noise, outliers, and what was stated of set-up and machine. It names no mistake.
+
+use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN};
+use crate::identify::{Fit, FreePrior, Quantity};
+use crate::session::Session;
+use crate::statistics::{median, noise_of_rows};
+
+/// Noise from row to row above which readings cannot be judged, µm. Makers of ball bars state 0.5 to 1 µm for the gauge and
+/// 0.1 µm for its resolution: ten times the worst of it is a loose ball, a bad contact or another unit.
+const MOST_NOISE_UM: f64 = 10.0;
+
+/// The same for lengths that no bar measured, µm: laser trackers and draw wires.
+const MOST_NOISE_WITHOUT_BAR_UM: f64 = 100.0;
+
+/// Share of readings far from their neighbours above which the others are not to be trusted either: sound recordings have
+/// a few in a thousand, and from one in ten on they hide each other.
+const MOST_LEFT_OUT: f64 = 0.05;
+
+/// A location error so many of its widest plausible sizes (1 mm and 0.1° on machine tools) is none.
+const MOST_LOCATION: f64 = 3.0;
+
+/// Residual that no physics of a working machine leaves, as a share of the largest plausible location error: 0.1 mm on
+/// machine tools, ten times what the worst in the catalogue's trials leave; 2 mm on arms.
+const MOST_RESIDUAL: f64 = 0.1;
+
+/// Noise of readings from row to row, µm, whatever the model: of the middle one of the sweeps. `None` for static poses, which
+/// have no neighbours.
+pub(crate) fn repeats_um(session: &Session, fit: &Fit) -> Option<f64> {
+    let timed = session.tests.iter().map(|test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some()));
+    let sweeps = fit.tests.iter().zip(timed).filter(|(_, timed)| *timed);
+    median(sweeps.map(|(test, _)| 1e3 * noise_of_rows(&test.residual_mm)))
+}
+
+/// Share of the readings that were left out as gross outliers.
+pub(crate) fn left_out_share(fit: &Fit) -> f64 {
+    let left_out: usize = fit.tests.iter().map(|test| test.left_out.len()).sum();
+    let kept: usize = fit.tests.iter().map(|test| test.kept.iter().filter(|kept| **kept).count()).sum();
+    left_out as f64 / (left_out + kept).max(1) as f64
+}
+
+/// Why nothing is to be learnt from these readings; `None` where they can be judged.
+pub(crate) fn unjudged(session: &Session, fit: &Fit) -> Option<String> {
+    let has_bar = session.tests.iter().any(|test| test.bar_length_mm.is_some());
+    let limit = if has_bar { MOST_NOISE_UM } else { MOST_NOISE_WITHOUT_BAR_UM };
+    let mut reasons = Vec::new();
+    if let Some(noise_um) = repeats_um(session, fit).filter(|noise_um| *noise_um > limit) {
+        reasons.push(format!(
+            "readings scatter by {noise_um:.0} µm from row to row, where a gauge in order stays below {limit:.0} µm"
+        ));
+    }
+    let share = left_out_share(fit);
+    if share > MOST_LEFT_OUT {
+        let left_out: usize = fit.tests.iter().map(|test| test.left_out.len()).sum();
+        reasons.push(format!(
+            "{left_out} readings ({:.0} %) lie far from their neighbours, where more than {:.0} % make the others doubtful",
+            100.0 * share,
+            100.0 * MOST_LEFT_OUT
+        ));
+    }
+    let cure =
+        "; look after the gauge, its balls and magnets and its connection, and the unit of length_mm, and record again";
+    (!reasons.is_empty()).then(|| reasons.join(", and ") + cure)
+}
+
+/// What a fit left or moved beyond what noise, stated spreads and a working machine allow; `None` for a fit that fits.
+pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
+    let prior = FreePrior::of(&session.machine);
+    let allowed_um = 1e3 * MOST_RESIDUAL * prior.length_mm;
+    let rms_um = 1e3 * fit.rms_mm;
+    if rms_um > allowed_um {
+        let noise = match repeats_um(session, fit) {
+            Some(noise_um) => format!("readings repeat to {noise_um:.1} µm from row to row and "),
+            None => String::new(),
+        };
+        return Some(format!(
+            "the model leaves {rms_um:.0} µm rms, where {noise}a machine that works leaves less than {allowed_um:.0} µm"
+        ));
+    }
+    let farthest = fit
+        .unknowns
+        .iter()
+        .zip(&fit.estimates)
+        .map(|(unknown, estimate)| {
+            let off = (estimate.value - unknown.prior_mean).abs();
+            let (allowed, most) = match unknown.quantity {
+                Quantity::Location { .. } => (unknown.prior_sigma, MOST_LOCATION),
+                _ => (unknown.prior_sigma.max(LEAST_SPREAD_MM), MOST_STRAIN),
+            };
+            (off / (most * allowed), off, unknown)
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    farthest.filter(|(ratio, ..)| *ratio > 1.0).map(|(_, off, unknown)| {
+        let measure = unknown.measure;
+        format!(
+            "the fit puts {} {:.0} {} from where the files put it, beyond what their spreads allow",
+            unknown.label,
+            measure.to_output(off),
+            if measure.output_unit() == "um" { "µm" } else { measure.output_unit() }
+        )
+    })
+}
+
+/// A setup so many spreads off is warned of.
+const WARNED_STRAIN: f64 = 3.0;
+
+/// Share of readings left out that is warned of.
+const WARNED_LEFT_OUT: f64 = 0.01;
+
+/// What a user should look at although the fit stands.
+pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
+    let setups = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, _)| unknown.quantity.is_setup());
+    let strained = setups.filter_map(|(unknown, estimate)| {
+        let strain = (estimate.value / unknown.prior_sigma).abs();
+        (strain > WARNED_STRAIN).then(|| {
+            format!(
+                "{} is off by {strain:.1} times its spread: check the session, or state a wider spread",
+                unknown.label
+            )
+        })
+    });
+    let share = left_out_share(fit);
+    let outliers = (share > WARNED_LEFT_OUT).then(|| {
+        format!("{:.1} % of the readings were left out as gross outliers: look after the gauge", 100.0 * share)
+    });
+    strained.chain(outliers).collect()
+}

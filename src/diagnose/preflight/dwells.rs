@@ -1,0 +1,205 @@
+//! Recordings whose lengths begin or end before the axis moves, or run there and back, while the positions are spread over all of them. It repairs nothing.
+//!
+//! The lengths of a turning axis are a smooth curve, `a + b·cos θ + c·sin θ + d·cos 2θ + e·sin 2θ` to the second order of
+//! what is small. A dwell that was left in bends it: the rows to cut are those with which such a curve fits best.
+
+use crate::statistics::{noise_of_rows, rms};
+use nalgebra::{DMatrix, DVector};
+
+use super::data_fault::{RECORDER, listed};
+use super::suspicion::{SOMETIMES, Suspicion};
+use crate::diagnose::model::decimate::keep_few_rows;
+use crate::machine::AxisKind;
+use crate::session::{Clock, Follow, Path, Recording, Session, Test};
+
+/// Steps in which the ends of a recording are cut, as a share of its rows, and how many of them at most.
+const STEPS: usize = 40;
+const MOST_STEPS: usize = 16;
+
+/// What the curve leaves of a whole recording, at least, in noises from row to row.
+const BENT: f64 = 3.0;
+
+/// Rows that tell how well a curve fits.
+const ROWS: usize = 72;
+
+/// The curve fits so many times better without the dwell.
+const BETTER: f64 = 1.5;
+
+/// Scatter of the readings of a dwell, at most, in noises from row to row (correlated noise adds to it), and in mm.
+const STILL: f64 = 4.0;
+const STILL_MM: f64 = 2e-4;
+
+/// How the rows of a recording belong to its arc.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Rows {
+    /// So many stand still before it and behind it.
+    Between(usize, usize),
+    /// The first half runs there and the second back.
+    ThereAndBack,
+}
+
+/// Recordings with dwells, and those that run there and back, as they are without.
+pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspicion> {
+    let found: Vec<Option<Rows>> = session.tests.iter().map(|test| belonging(session, test)).collect();
+    let mut list = Vec::new();
+    for turns_back in [false, true] {
+        let mut undone = thinned.clone();
+        let mut tests = Vec::new();
+        for (index, rows) in found.iter().enumerate() {
+            let Some(rows) = rows.filter(|rows| (*rows == Rows::ThereAndBack) == turns_back) else { continue };
+            undone.tests[index].recording =
+                session.tests[index].recording.as_ref().map(|recording| cut(recording, rows));
+            tests.push(session.tests[index].name.clone());
+        }
+        if tests.is_empty() {
+            continue;
+        }
+        let which = listed(&tests);
+        let (effect, says) = match turns_back {
+            false => (
+                "dwell",
+                format!(
+                    "lengths of {which} stand still at the ends while positions go on: a dwell was left in; cut those rows and spread the positions over the others"
+                ),
+            ),
+            true => (
+                "both-directions",
+                format!("{which} hold a run there and the run back: make two tests of each, one a direction"),
+            ),
+        };
+        let (place, components) = (RECORDER.to_string(), Vec::new());
+        list.push(Suspicion { effect, place, components, tests, says, shift_ms: None, weight: SOMETIMES, undone });
+    }
+    list
+}
+
+/// Angles by row of a test in which one rotary axis turns at an even rate.
+fn angles(session: &Session, test: &Test) -> Option<Vec<f64>> {
+    let recording = test.recording.as_ref()?;
+    let is_rotary = |axis: usize| session.machine.axes[axis].kind == AxisKind::Rotary;
+    match (&recording.clock, &test.path) {
+        (Clock::TimeS(_), _) => {
+            let [axis] = recording.axes[..] else { return None };
+            is_rotary(axis).then(|| recording.positions[0].clone())
+        }
+        (Clock::Absent, Some(Path::Sweep { axis, from, to, follow: Follow::None, .. })) if is_rotary(*axis) => {
+            let last = recording.len().max(2) - 1;
+            let at = |row: usize| from + (to - from) * row as f64 / last as f64;
+            Some((0..recording.len()).map(|row| at(row).to_radians()).collect())
+        }
+        _ => None,
+    }
+}
+
+/// How rows belong to the arc, where not all of them do one after the other.
+fn belonging(session: &Session, test: &Test) -> Option<Rows> {
+    let angles = angles(session, test)?;
+    let lengths = &test.recording.as_ref()?.length_mm;
+    let rows = lengths.len();
+    if rows < ROWS || lengths.iter().any(|length| !length.is_finite()) {
+        return None;
+    }
+    let left = |how: Rows| left_mm(&angles, lengths, how);
+    let noise_mm = noise_of_rows(lengths);
+    let whole = left(Rows::Between(0, 0)).filter(|whole| *whole > BENT * noise_mm)?;
+    let mut best = (whole, Rows::Between(0, 0));
+    let step = (rows / STEPS).max(1);
+    for before in 0..=MOST_STEPS {
+        for after in 0..=MOST_STEPS {
+            let how = Rows::Between(before * step, after * step);
+            best = less(best, left(how), how);
+        }
+    }
+    // rows one by one about the best
+    for _ in 0..2 {
+        let Rows::Between(before, after) = best.1 else { break };
+        for near in 0..=2 * step {
+            let (one, other) = ((before + near).saturating_sub(step), (after + near).saturating_sub(step));
+            for how in [Rows::Between(one, after), Rows::Between(before, other)] {
+                best = less(best, left(how), how);
+            }
+        }
+    }
+    let still_mm = (STILL * noise_mm).max(STILL_MM);
+    if let Rows::Between(before, after) = best.1 {
+        let ends = [&lengths[..before], &lengths[rows - after..]];
+        if !ends.iter().all(|end| scatter_mm(end) < still_mm) {
+            best = (whole, Rows::Between(0, 0));
+        }
+    }
+    best = less(best, left(Rows::ThereAndBack), Rows::ThereAndBack);
+    (whole > BETTER * best.0).then_some(best.1)
+}
+
+fn less(best: (f64, Rows), left: Option<f64>, how: Rows) -> (f64, Rows) {
+    match left {
+        Some(left) if left < best.0 => (left, how),
+        _ => best,
+    }
+}
+
+fn scatter_mm(lengths: &[f64]) -> f64 {
+    let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+    rms(lengths.iter().map(|length| length - mean))
+}
+
+/// Angle of a row when the arc belongs to rows in such a way; `None` for rows outside it.
+fn angle_at(angles: &[f64], row: usize, how: Rows) -> Option<f64> {
+    let last = (angles.len() - 1) as f64;
+    let share = match how {
+        Rows::Between(before, after) => {
+            let ending = angles.len().checked_sub(1 + after)?;
+            if row < before || row > ending || ending <= before {
+                return None;
+            }
+            (row - before) as f64 / (ending - before) as f64
+        }
+        Rows::ThereAndBack => 1.0 - (2.0 * row as f64 / last - 1.0).abs(),
+    };
+    let place = share * last;
+    let below = (place.floor() as usize).min(angles.len() - 2);
+    Some(angles[below] + (place - below as f64) * (angles[below + 1] - angles[below]))
+}
+
+/// What the smooth curve leaves of some rows, mm rms.
+fn left_mm(angles: &[f64], lengths: &[f64], how: Rows) -> Option<f64> {
+    let rows: Vec<(f64, f64)> = (0..lengths.len())
+        .step_by((lengths.len() / ROWS).max(1))
+        .filter_map(|row| angle_at(angles, row, how).map(|angle| (angle, lengths[row])))
+        .collect();
+    if rows.len() < ROWS / 3 {
+        return None;
+    }
+    let functions: [fn(f64) -> f64; 5] = [|_| 1.0, f64::cos, f64::sin, |a| (2.0 * a).cos(), |a| (2.0 * a).sin()];
+    let columns = DMatrix::from_fn(rows.len(), functions.len(), |row, k| functions[k](rows[row].0));
+    let mean = rows.iter().map(|(_, length)| length).sum::<f64>() / rows.len() as f64;
+    let read = DVector::from_iterator(rows.len(), rows.iter().map(|(_, length)| length - mean));
+    // short arcs hardly tell the functions apart
+    let normal = columns.tr_mul(&columns) + DMatrix::identity(functions.len(), functions.len()) * 1e-9;
+    let fitted = normal.cholesky()?.solve(&columns.tr_mul(&read));
+    let left = read - columns * fitted;
+    Some((left.norm_squared() / (rows.len() - functions.len()) as f64).sqrt())
+}
+
+/// A few rows of a recording as they belong to its arc.
+fn cut(recording: &Recording, how: Rows) -> Recording {
+    let rows: Vec<usize> = match how {
+        Rows::Between(before, after) => (before..recording.len() - after).collect(),
+        // the way there: lengths without positions go one way
+        Rows::ThereAndBack => (0..recording.len().div_ceil(2)).collect(),
+    };
+    let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
+    let spread = |column: &Vec<f64>| -> Vec<f64> {
+        rows.iter().map(|&row| angle_at(column, row, how).unwrap_or(f64::NAN)).collect()
+    };
+    let mut undone = recording.clone();
+    if let Clock::TimeS(time) = &recording.clock {
+        undone.clock = Clock::TimeS(pick(time));
+    }
+    undone.positions = recording.positions.iter().map(spread).collect();
+    undone.length_mm = pick(&recording.length_mm);
+    undone.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
+    undone.leading_texts.clear();
+    keep_few_rows(&mut undone);
+    undone
+}

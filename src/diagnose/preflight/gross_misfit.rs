@@ -1,0 +1,160 @@
+//! Which mistake explains a session that does not fit at all: wrong set-ups, files and columns judged by one likelihood. Smaller misfits are for `preflight`.
+//!
+//! Every mistake is undone and ranked by what the nominal machine then leaves; the best are refitted. With m the robust
+//! misfit of a refit, `P ∝ w · m^(−ν)`: residuals of unknown size, ν of them independent, and w how usual the mistake is.
+
+use crate::diagnose::cause::{LEAST_PROBABILITY, MOST_RIVALS};
+use rayon::prelude::*;
+
+use super::axis_lines::other_lines;
+use super::data_fault::{DataFault, SURE_OF_FAULT};
+use super::exchanged;
+use super::misplaced::{BALL_PLACE, BAR, misplaced};
+use super::mistakes::{ANGLE_REVERSED, suspicions};
+use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
+use super::small_misfit::toggled;
+use super::standing::standing_elsewhere;
+use super::suspicion::Suspicion;
+use crate::diagnose::model::decimate::few_rows;
+use crate::identify::{FreePrior, Quantity};
+use crate::session::{Session, Setups};
+
+/// Mistakes that are refitted.
+const MOST_REFITTED: usize = 36;
+
+/// Undoing a mistake lowers the misfit at least so many times: what is looked for here is enormous.
+const LEAST_RATIO: f64 = 6.0;
+
+/// Residual that is left once the mistake is undone, at most, as a share of the largest plausible location error: what a
+/// working machine with faults of its own may leave.
+const MOST_LEFT: f64 = 0.1;
+
+/// Independent figures of a test: the offset of its trace, and one turn of it by sine and cosine.
+const FIGURES_OF_A_TEST: f64 = 3.0;
+
+/// Misfits below the resolution of a gauge say the same, µm.
+const SAME_BELOW_UM: f64 = 0.1;
+
+/// The mistake that best explains a session whose fit does not fit.
+pub(crate) fn contest(session: &Session) -> Option<DataFault> {
+    let thinned = few_rows(session);
+    let as_it_is = refit(&thinned, None)?;
+    let before = as_it_is.misfit_um;
+    let mut list = misplaced(&thinned);
+    list.extend(standing_elsewhere(&thinned));
+    list.extend(other_lines(&thinned, &as_it_is));
+    list.extend(exchanged::by_nominal(&thinned));
+    list.extend(suspicions(&thinned, session, &as_it_is.residual_mm));
+    let mut told = std::collections::HashSet::new();
+    list.retain(|suspicion| told.insert(suspicion.says.clone()));
+    let mut ranked: Vec<(f64, Suspicion)> = list
+        .into_par_iter()
+        .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (misfit, suspicion)))
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // which of several recordings are written from the wrong end is found one by one: the first guess may explain little
+    let mut place = 0;
+    ranked.retain(|(_, suspicion)| {
+        place += 1;
+        place <= MOST_REFITTED || suspicion.effect == ANGLE_REVERSED
+    });
+    let mut judged: Vec<Judged> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
+    turn_round(&mut judged, &thinned, session);
+    let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
+    let least = judged.iter().map(|one| one.left_um).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
+    for one in &mut judged {
+        one.weight *= (one.left_um.max(SAME_BELOW_UM) / least).powf(-freedom);
+    }
+    let all: f64 = judged.iter().map(|one| one.weight).sum();
+    judged.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    let mut judged = judged.into_iter();
+    let Judged { left_um: after, strain, weight, suspicion: best } = judged.next()?;
+    let most_left_um = 1e3 * MOST_LEFT * FreePrior::of(&session.machine).length_mm;
+    // what a fit takes up by balls far from their places is no larger residual, but no smaller mistake
+    let is_released = as_it_is.strain > MOST_STRAIN && strain < MOST_STRAIN && after <= before;
+    if !((before > LEAST_RATIO * after || is_released) && after < most_left_um) {
+        return None;
+    }
+    let share = |weight: f64| SURE_OF_FAULT * weight / all;
+    let rivals = judged
+        .map(|other| (share(other.weight), other.suspicion))
+        .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
+        .filter(|(_, other)| other.says != best.says)
+        .take(MOST_RIVALS)
+        .map(|(probability, other)| other.rival(probability))
+        .collect();
+    Some(DataFault { probability: share(weight), rivals, ..best.fault(before, after) })
+}
+
+/// Refits of a ball that was moved: the nominal machine puts it a tenth of a millimetre off.
+const SETTLING: usize = 2;
+
+/// Brings the best choice of recordings that are written from the wrong end, by axis, to where turning one more or one less
+/// gains nothing.
+fn turn_round(judged: &mut Vec<Judged>, thinned: &Session, session: &Session) {
+    let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
+    for axis in &session.machine.axes {
+        let of_axis =
+            |one: &Judged| one.suspicion.effect == ANGLE_REVERSED && one.suspicion.components == [&axis.name[..]];
+        let best = (0..judged.len())
+            .filter(|&k| of_axis(&judged[k]))
+            .min_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
+        if let Some(best) = best {
+            let one = judged.swap_remove(best);
+            let (_, suspicion) = toggled((thinned, session), misfit_um, (one.left_um, one.suspicion));
+            judged.extend(settled(suspicion));
+        }
+    }
+}
+
+/// A mistake with what undoing it leaves.
+struct Judged {
+    /// Misfit, µm.
+    left_um: f64,
+    /// Largest offset of a ball or bar, in its spreads.
+    strain: f64,
+    weight: f64,
+    suspicion: Suspicion,
+}
+
+/// A mistake undone and refitted; a ball that was moved stands where the refit puts it.
+fn settled(mut suspicion: Suspicion) -> Option<Judged> {
+    let mut refitted = refit(&suspicion.undone, None)?;
+    if [BALL_PLACE, BAR].contains(&suspicion.effect) {
+        for _ in 0..SETTLING {
+            move_balls(&mut suspicion, &refitted);
+            refitted = refit(&suspicion.undone, None)?;
+        }
+    }
+    Some(Judged { left_um: refitted.misfit_um, strain: refitted.strain, weight: suspicion.weight, suspicion })
+}
+
+/// Moves what the mistake concerns to where a refit puts it.
+fn move_balls(suspicion: &mut Suspicion, refitted: &Refit) {
+    let session = &suspicion.undone;
+    let setups = Setups::of(session);
+    let mut moved = session.clone();
+    let concerns = |name: &String| suspicion.tests.is_empty() || suspicion.tests.contains(name);
+    for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
+        for (index, test) in moved.tests.iter_mut().enumerate().filter(|(_, test)| concerns(&test.name)) {
+            match unknown.quantity {
+                Quantity::Pivot { setup, coordinate }
+                    if suspicion.place == "pivot" && setups.pivot_of[index] == setup =>
+                {
+                    test.pivot.at[coordinate] += value;
+                }
+                Quantity::SpindleBall { setup, coordinate }
+                    if suspicion.place == "spindle-ball" && setups.spindle_ball_of[index] == setup =>
+                {
+                    let sign = test.spindle_ball.sign(coordinate);
+                    test.spindle_ball.at[coordinate] += sign * value;
+                }
+                Quantity::Bar { setup } if suspicion.place == "bar" && setups.bar_of[index] == Some(setup) => {
+                    test.bar_error_mm += value;
+                }
+                _ => {}
+            }
+        }
+    }
+    suspicion.undone = moved;
+}

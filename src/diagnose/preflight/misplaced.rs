@@ -1,0 +1,211 @@
+//! Sessions with one statement about balls and bars put right by what the lengths say: a place, a link, a length. Axes are for `standing` and `lines`.
+
+use nalgebra::Vector3;
+
+use super::ball_places::{End, Sights, WORTH, misfit_mm, sights, solutions, solved, written_otherwise};
+use super::data_fault::listed;
+use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::chain::Chain;
+use crate::session::{Ball, Session, Setups};
+
+/// Effect names of wrong set-ups.
+pub(crate) const BALL_PLACE: &str = "ball-place";
+const BALL_LINK: &str = "ball-link";
+pub(crate) const BAR: &str = "bar-other";
+
+/// A place is told to be written otherwise where the lengths put the ball so near to that, mm.
+const NEAR_MM: f64 = 1.0;
+
+/// All statements about balls and bars that may be wrong, put right.
+pub(crate) fn misplaced(session: &Session) -> Vec<Suspicion> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let mut list = Vec::new();
+    for (end, of) in [(End::Pivot, &setups.pivot_of), (End::Spindle, &setups.spindle_ball_of)] {
+        let count = of.iter().copied().max().map_or(0, |most| most + 1);
+        for setup in 0..count {
+            let tests: Vec<usize> = (0..of.len()).filter(|&test| of[test] == setup).collect();
+            list.extend(elsewhere(session, &chain, end, &tests));
+            list.extend(on_other_links(session, &chain, end, &tests));
+        }
+        if count > 1 {
+            list.extend(all_moved(session, &chain, end));
+        }
+    }
+    list.extend(other_bars(session, &chain, &setups));
+    list
+}
+
+/// A mistake in what the session says of these tests.
+pub(crate) fn suspicion(
+    effect: &'static str,
+    place: &str,
+    tests: Vec<String>,
+    says: String,
+    undone: Session,
+) -> Suspicion {
+    let (place, components) = (place.to_string(), Vec::new());
+    Suspicion { effect, place, components, tests, says, shift_ms: None, weight: SOMETIMES, undone }
+}
+
+/// Names of tests.
+pub(crate) fn names(session: &Session, tests: &[usize]) -> Vec<String> {
+    tests.iter().map(|&test| session.tests[test].name.clone()).collect()
+}
+
+/// A place to a tenth of a millimetre, or finer where it differs from the stated one by less.
+pub(crate) fn told(place: &Vector3<f64>, stated: &Vector3<f64>) -> String {
+    let decimals = if (place - stated).norm() < 1.0 { 2 } else { 1 };
+    let shown = |value: f64| {
+        let text = format!("{value:.decimals$}");
+        if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) { "0".to_string() } else { text }
+    };
+    format!("({}, {}, {})", shown(place.x), shown(place.y), shown(place.z))
+}
+
+/// A ball as the session states it.
+pub(crate) fn ball_words(end: End, ball: &Ball) -> String {
+    let name = if end == End::Pivot { "pivot" } else { "spindle ball" };
+    format!("{name} on {} at ({}, {}, {})", ball.link, ball.at.x, ball.at.y, ball.at.z)
+}
+
+/// One ball where the lengths put it.
+fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Suspicion> {
+    let Some(ball) = tests.first().map(|&test| end.of(&session.tests[test])) else { return Vec::new() };
+    let all: Sights =
+        tests.iter().flat_map(|&test| sights(session, chain, &session.tests[test], end, &ball.link)).collect();
+    let stated = ball.at;
+    let otherwise = written_otherwise(&stated);
+    solutions(&all, &stated)
+        .into_iter()
+        .map(|(found, _)| {
+            let mut undone = session.clone();
+            tests.iter().for_each(|&test| end.of_mut(&mut undone.tests[test]).at = found);
+            let near = otherwise.iter().skip(1).find(|(place, _)| (place - found).norm() < NEAR_MM);
+            let place = near.map_or_else(|| told(&found, &stated), |(place, _)| told(place, &stated));
+            let how = near.filter(|(_, words)| !words.is_empty()).map(|(_, words)| format!(": {words}"));
+            let says = format!(
+                "the {} stands at about {place} by the lengths, {:.1} mm from there{}; correct its 'at' in {}",
+                ball_words(end, ball),
+                (found - stated).norm(),
+                how.unwrap_or_default(),
+                listed(&names(session, tests))
+            );
+            let mut suspicion = suspicion(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            suspicion.weight = match near {
+                Some((_, words)) if words.contains("exchanged") && words.contains("turned") => RARELY,
+                Some(_) => OFTEN,
+                // the nearer of two places that fit alike is the likelier one
+                None => SOMETIMES * NEARBY_MM / (NEARBY_MM + (found - stated).norm()),
+            };
+            suspicion
+        })
+        .collect()
+}
+
+/// Distance over which a place of no special form becomes half as likely, mm.
+const NEARBY_MM: f64 = 10.0;
+
+/// One ball on another link, where that explains its lengths better.
+fn on_other_links(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Suspicion> {
+    let Some(ball) = tests.first().map(|&test| end.of(&session.tests[test])) else { return Vec::new() };
+    let miss_on = |link: &str| {
+        let seen: Sights =
+            tests.iter().flat_map(|&test| sights(session, chain, &session.tests[test], end, link)).collect();
+        misfit_mm(&seen, &ball.at)
+    };
+    let as_stated = miss_on(&ball.link);
+    let own = chain.link(&ball.link);
+    let others = chain.links().into_iter().filter(|(_, link)| Some(*link) != own).map(|(name, _)| name);
+    others.filter(|link| miss_on(link) < WORTH * as_stated).map(|link| on_link(session, end, tests, link)).collect()
+}
+
+fn on_link(session: &Session, end: End, tests: &[usize], link: &str) -> Suspicion {
+    let mut undone = session.clone();
+    tests.iter().for_each(|&test| end.of_mut(&mut undone.tests[test]).link = link.to_string());
+    let ball = end.of(&session.tests[tests[0]]);
+    let says = format!(
+        "the {} is carried by {link} by the lengths; correct its 'link' in {}",
+        ball_words(end, ball),
+        listed(&names(session, tests))
+    );
+    suspicion(BALL_LINK, end.place(), names(session, tests), says, undone)
+}
+
+/// All pivots that are stated on one link on another one of its branch: about a turning axis the lengths hardly tell.
+pub(crate) fn on_any_link(session: &Session) -> Vec<Suspicion> {
+    let chain = Chain::of(&session.machine);
+    let mut stated: Vec<&str> = session.tests.iter().map(|test| test.pivot.link.as_str()).collect();
+    stated.sort_unstable();
+    stated.dedup();
+    let mut list = Vec::new();
+    for own in stated {
+        let tests: Vec<usize> =
+            (0..session.tests.len()).filter(|&test| session.tests[test].pivot.link == own).collect();
+        let Some(at) = chain.link(own) else { continue };
+        let others = chain.links().into_iter().filter(|(_, link)| *link != at && link.branch == at.branch);
+        list.extend(others.map(|(link, _)| on_link(session, End::Pivot, &tests, link)));
+    }
+    list
+}
+
+/// Shifts from which a common one is looked for, mm.
+const COMMON_MM: [f64; 5] = [-100.0, -30.0, 0.0, 30.0, 100.0];
+
+/// All balls of an end shifted alike: a height forgotten, a zero taken elsewhere, a gauge length.
+fn all_moved(session: &Session, chain: &Chain, end: End) -> Vec<Suspicion> {
+    let mut all: Sights = Vec::new();
+    for test in &session.tests {
+        let ball = end.of(test);
+        // relative to the stated place, so that the shift is what is solved for
+        let own = sights(session, chain, test, end, &ball.link).into_iter();
+        all.extend(own.map(|(seen, length)| (seen - ball.at, length)));
+    }
+    let starts = (0..3)
+        .flat_map(|axis| COMMON_MM.iter().map(move |&mm| Vector3::from_fn(|k, _| if k == axis { mm } else { 0.0 })));
+    let best = starts.map(|start| solved(&all, start)).min_by(|a, b| a.1.total_cmp(&b.1));
+    let worth = WORTH * misfit_mm(&all, &Vector3::zeros());
+    let found = best.filter(|(_, misfit)| *misfit < worth);
+    found
+        .map(|(shift, _)| {
+            let mut undone = session.clone();
+            undone.tests.iter_mut().for_each(|test| end.of_mut(test).at += shift);
+            let (which, why) = match end {
+                End::Pivot => ("pivots stand", "the height above the table, or the zero from which they were counted"),
+                End::Spindle => ("spindle balls stand", "the gauge length, or the zero of the linear axes"),
+            };
+            let says = format!(
+                "all {which} by {} mm from where the session puts them: look at {why}, and correct every 'at'",
+                told(&shift, &Vector3::zeros())
+            );
+            suspicion(BALL_PLACE, end.place(), Vec::new(), says, undone)
+        })
+        .into_iter()
+        .collect()
+}
+
+/// Bars whose readings are all too long or too short.
+fn other_bars(session: &Session, chain: &Chain, setups: &Setups) -> Vec<Suspicion> {
+    let mut list = Vec::new();
+    for bar in 0..setups.bars.len() {
+        let tests: Vec<usize> = (0..session.tests.len()).filter(|&test| setups.bar_of[test] == Some(bar)).collect();
+        let mut off: Vec<f64> = Vec::new();
+        for &index in &tests {
+            let test = &session.tests[index];
+            let seen = sights(session, chain, test, End::Pivot, &test.pivot.link).into_iter();
+            off.extend(seen.map(|(seen, length)| length - (test.pivot.at - seen).norm()));
+        }
+        off.sort_by(f64::total_cmp);
+        let Some(&middle) = off.get(off.len() / 2) else { continue };
+        let mut undone = session.clone();
+        tests.iter().for_each(|&test| undone.tests[test].bar_error_mm += middle);
+        let says = format!(
+            "readings of the {} are {:.3} mm too {}: another bar was used, or its calibrated length is another; correct 'bar_length' and the lengths made with it, or state 'bar_error'",
+            setups.bars[bar].label,
+            middle.abs(),
+            if middle > 0.0 { "long" } else { "short" }
+        );
+        list.push(suspicion(BAR, "bar", names(session, &tests), says, undone));
+    }
+    list
+}

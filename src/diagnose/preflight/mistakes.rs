@@ -1,0 +1,387 @@
+//! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
+
+use super::ball_places::End;
+use super::data_fault::{RECORDER, SESSION};
+use super::dwells::without_dwells;
+use super::exchanged;
+use super::misplaced::on_any_link;
+use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::diagnose::model::decimate::keep_few_rows;
+use crate::machine::AxisKind;
+use crate::session::{Clock, Recording, Session};
+use crate::statistics::rms;
+
+/// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
+pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<f64>]) -> Vec<Suspicion> {
+    let mut list = Vec::new();
+    let machine = &session.machine;
+    let busy: Vec<usize> = (0..machine.axes.len())
+        .filter(|&axis| {
+            session.tests.iter().any(|test| test.recording.as_ref().is_some_and(|r| r.axes.contains(&axis)))
+        })
+        .collect();
+    for &axis in &busy {
+        let name = machine.axes[axis].name.clone();
+        let mut scaled = |effect: &'static str, factor: f64, says: String| {
+            let undone = scale_axis(session, axis, factor);
+            list.push(Suspicion {
+                effect,
+                place: RECORDER.into(),
+                components: vec![name.clone()],
+                tests: Vec::new(),
+                says,
+                shift_ms: None,
+                weight: OFTEN,
+                undone,
+            });
+        };
+        scaled(
+            "axis-sign",
+            -1.0,
+            format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'"),
+        );
+        match machine.axes[axis].kind {
+            AxisKind::Linear => scaled("unit", 25.4, format!("{name} is in inches: convert the column to mm")),
+            AxisKind::Rotary => scaled(
+                "unit",
+                180.0 / std::f64::consts::PI,
+                format!("{name} is in radians: convert the column to degrees"),
+            ),
+        }
+        if machine.axes[axis].kind == AxisKind::Rotary {
+            let alternate = [0, 1].map(|from| Struck::Alternate { from });
+            for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
+                let among = [Among::Alone, Among::Followed, Among::All];
+                let mut told: Vec<Vec<String>> = Vec::new();
+                for among in among {
+                    let suspicion = reversed((session, whole), axis, struck, among);
+                    list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
+                        told.push(suspicion.tests.clone());
+                    }));
+                }
+            }
+        }
+    }
+    for (index, &a) in busy.iter().enumerate() {
+        for &b in &busy[index + 1..] {
+            if machine.axes[a].kind == machine.axes[b].kind {
+                list.push(swapped(session, a, b));
+            }
+        }
+    }
+    for seconds in SHIFTS_S {
+        let every: Vec<usize> = (0..session.tests.len()).collect();
+        list.push(shifted((session, whole), &every, *seconds));
+    }
+    // one test alone: only the worst ones are worth the refits
+    for test in worst_tests(residual_mm) {
+        for seconds in SHIFTS_S {
+            list.push(shifted((session, whole), &[test], *seconds));
+        }
+        list.extend(columns_of_some(session, &[test]));
+    }
+    list.extend(without_dwells(session, whole));
+    list.extend(worst_tests(residual_mm).into_iter().filter_map(|test| foreign(session, test)));
+    list.extend(on_any_link(session));
+    list.extend(exchanged::with_worst(session, &worst_tests(residual_mm)));
+    // recordings with the same columns come out of one conversion
+    let moving = |test: usize| session.tests[test].recording.as_ref().map(|recording| &recording.axes);
+    for first in 0..session.tests.len() {
+        let alike: Vec<usize> = (0..session.tests.len()).filter(|&test| moving(test) == moving(first)).collect();
+        if alike[0] == first && (2..session.tests.len()).contains(&alike.len()) {
+            list.extend(columns_of_some(session, &alike));
+        }
+    }
+    list
+}
+
+pub(crate) const FOREIGN: &str = "foreign-file";
+
+/// Spread of the balls of a test that does not belong to the others, mm: cups are set to some tenths.
+const FOREIGN_MM: f64 = 0.5;
+
+/// One test with balls of its own, between others from the same pivot: two jumps of a ball, there and exactly back, would
+/// be the only physics.
+fn foreign(session: &Session, index: usize) -> Option<Suspicion> {
+    let test = &session.tests[index];
+    let began = |other: &crate::session::Test| other.started_at_s;
+    let same = session.tests.iter().filter(|other| other.name != test.name && other.pivot == test.pivot);
+    let is_between =
+        same.clone().any(|other| began(other) < began(test)) && same.clone().any(|other| began(other) > began(test));
+    let mut undone = session.clone();
+    for end in [End::Pivot, End::Spindle] {
+        let ball = end.of_mut(&mut undone.tests[index]);
+        ball.setup = Some("not of the others".into());
+        ball.spread_mm = Some(FOREIGN_MM);
+    }
+    let says = format!(
+        "{} does not belong to the other tests: a file of another session or machine, or its balls were mounted anew; name its own file, or state 'setup: second' of its balls",
+        test.name
+    );
+    is_between.then(|| Suspicion {
+        effect: FOREIGN,
+        place: SESSION.into(),
+        components: Vec::new(),
+        tests: vec![test.name.clone()],
+        says,
+        shift_ms: None,
+        weight: SOMETIMES,
+        undone,
+    })
+}
+
+/// Signs and pairs of columns of some recordings that have the same ones.
+fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
+    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+    let name = names.join(", ");
+    let Some(recording) = tests.first().and_then(|&test| session.tests[test].recording.as_ref()) else {
+        return Vec::new();
+    };
+    let alone = |undone: Session| {
+        let mut session = session.clone();
+        tests.iter().for_each(|&test| session.tests[test] = undone.tests[test].clone());
+        session
+    };
+    let mut list = Vec::new();
+    for (index, &axis) in recording.axes.iter().enumerate() {
+        let label = &session.machine.axes[axis].name;
+        list.push(Suspicion {
+            effect: "axis-sign",
+            place: RECORDER.into(),
+            components: vec![label.clone()],
+            tests: names.clone(),
+            says: format!("{label} is counted backwards in {name}: turn the sign of column {label} there"),
+            shift_ms: None,
+            weight: SOMETIMES,
+            undone: alone(scale_axis(session, axis, -1.0)),
+        });
+        for &other in &recording.axes[index + 1..] {
+            if session.machine.axes[axis].kind == session.machine.axes[other].kind {
+                let swap = swapped(session, axis, other);
+                let says = format!("in {name} {}", swap.says);
+                let undone = alone(swap.undone);
+                list.push(Suspicion { says, tests: names.clone(), weight: SOMETIMES, undone, ..swap });
+            }
+        }
+    }
+    list
+}
+
+/// Shifts tried, s.
+const SHIFTS_S: &[f64] =
+    &[-3.0, -2.4, -1.9, -1.5, -1.2, -0.95, -0.75, -0.6, -0.45, 0.45, 0.6, 0.75, 0.95, 1.2, 1.5, 1.9, 2.4, 3.0];
+
+/// Single tests tried for a shift.
+const WORST_TESTS: usize = 3;
+
+/// Tests with the largest residual in a common fit.
+pub(crate) fn worst_tests(residual_mm: &[Vec<f64>]) -> Vec<usize> {
+    let mut order: Vec<(usize, f64)> =
+        residual_mm.iter().map(|residual| rms(residual.iter().copied())).enumerate().collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    order.into_iter().take(WORST_TESTS).map(|(test, _)| test).collect()
+}
+
+fn scale_axis(session: &Session, axis: usize, factor: f64) -> Session {
+    let mut undone = session.clone();
+    for test in &mut undone.tests {
+        if let Some(value) = &mut test.positions[axis] {
+            *value *= factor;
+        }
+        if let Some(recording) = &mut test.recording
+            && let Some(column) = recording.axes.iter().position(|&other| other == axis)
+        {
+            recording.positions[column].iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+    undone
+}
+
+fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
+    let mut undone = session.clone();
+    let other = |axis: usize| {
+        if axis == a {
+            b
+        } else if axis == b {
+            a
+        } else {
+            axis
+        }
+    };
+    for test in &mut undone.tests {
+        test.positions.swap(a, b);
+        if let Some(recording) = &mut test.recording {
+            recording.axes.iter_mut().for_each(|axis| *axis = other(*axis));
+        }
+    }
+    let (one, two) = (session.machine.axes[a].name.clone(), session.machine.axes[b].name.clone());
+    Suspicion {
+        effect: "axis-swap",
+        place: RECORDER.into(),
+        says: format!("columns {one} and {two} are exchanged: swap their headers"),
+        components: vec![one, two],
+        tests: Vec::new(),
+        shift_ms: None,
+        weight: OFTEN,
+        undone,
+    }
+}
+
+/// Recordings of an axis that may be written from the wrong end.
+#[derive(Clone, Copy)]
+enum Struck {
+    /// Those that rise in the files, or fall.
+    Seen { rising: bool },
+    /// Every second one of the runs repeated in one setup, from the first or from the second on: there and back written alike.
+    Alternate { from: usize },
+}
+
+/// Which recordings of an axis came out of one conversion: those of it alone, those in which other axes move too, or all.
+#[derive(Clone, Copy)]
+enum Among {
+    Alone,
+    Followed,
+    All,
+}
+
+impl Among {
+    fn has(self, recording: &Recording) -> bool {
+        match self {
+            Among::Alone => recording.axes.len() == 1,
+            Among::Followed => recording.axes.len() > 1,
+            Among::All => true,
+        }
+    }
+}
+
+/// A few rows of a recording in time with the column of an axis turned round; `None` where it has none.
+pub(crate) fn from_other_end(recording: &Recording, axis: usize) -> Option<Recording> {
+    let place = swept(recording, axis)?;
+    let mut turned = recording.clone();
+    turned.positions[place].reverse();
+    keep_few_rows(&mut turned);
+    Some(turned)
+}
+
+/// Column of an axis in a recording in time.
+pub(crate) fn swept(recording: &Recording, axis: usize) -> Option<usize> {
+    recording.axes.iter().position(|&other| other == axis).filter(|_| recording.time_s().is_some())
+}
+
+/// Sweeps of an axis, some of them turned round.
+fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struck, among: Among) -> Option<Suspicion> {
+    let mut order: Vec<usize> = (0..session.tests.len()).collect();
+    order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
+    let mut undone = thinned.clone();
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    let mut tests = Vec::new();
+    for index in order {
+        let Some(recording) = &session.tests[index].recording else { continue };
+        let Some(place) = swept(recording, axis).filter(|_| among.has(recording)) else { continue };
+        let run = match runs.iter_mut().find(|(first, _)| is_repeat(session, *first, index)) {
+            Some((_, run)) => {
+                *run += 1;
+                *run
+            }
+            None => {
+                runs.push((index, 0));
+                0
+            }
+        };
+        let column = &recording.positions[place];
+        let turned = match struck {
+            Struck::Seen { rising } => (column.last() > column.first()) == rising,
+            Struck::Alternate { from } => run % 2 == from,
+        };
+        if turned {
+            undone.tests[index].recording = from_other_end(recording, axis);
+            tests.push(session.tests[index].name.clone());
+        }
+    }
+    let name = session.machine.axes[axis].name.clone();
+    (!tests.is_empty()).then(|| Suspicion {
+        effect: ANGLE_REVERSED,
+        place: RECORDER.into(),
+        says: format!("{name} of these recordings is written from the wrong end: reverse the column"),
+        components: vec![name],
+        tests,
+        shift_ms: None,
+        weight: RARELY,
+        undone,
+    })
+}
+
+/// Two tests with the same balls, bar and standing axes.
+pub(crate) fn is_repeat(session: &Session, one: usize, other: usize) -> bool {
+    let (one, other) = (&session.tests[one], &session.tests[other]);
+    one.pivot == other.pivot
+        && one.spindle_ball == other.spindle_ball
+        && one.bar_length_mm == other.bar_length_mm
+        && one.positions == other.positions
+        && one.feed_mm_per_min == other.feed_mm_per_min
+}
+
+/// Positions moved against the lengths by some seconds in some tests of the thinned session.
+pub(crate) fn shifted((thinned, session): (&Session, &Session), tests: &[usize], seconds: f64) -> Suspicion {
+    let mut undone = thinned.clone();
+    for &test in tests {
+        undone.tests[test].recording = session.tests[test].recording.clone();
+        if let Some(recording) = &mut undone.tests[test].recording {
+            shift(recording, seconds);
+            keep_few_rows(recording);
+        }
+    }
+    let names: Vec<String> = if tests.len() == session.tests.len() {
+        Vec::new()
+    } else {
+        tests.iter().map(|&test| session.tests[test].name.clone()).collect()
+    };
+    Suspicion {
+        effect: TIME_SHIFT,
+        place: RECORDER.into(),
+        says: shift_in_words(seconds, &names),
+        components: Vec::new(),
+        tests: names,
+        shift_ms: Some(1e3 * seconds),
+        weight: RARELY,
+        undone,
+    }
+}
+
+pub(crate) const TIME_SHIFT: &str = "time-shift";
+pub(crate) const ANGLE_REVERSED: &str = "angle-reversed";
+
+/// A shift of all tests (no names) or some.
+pub(crate) fn shift_in_words(seconds: f64, names: &[String]) -> String {
+    let which = if names.is_empty() { "all tests".to_string() } else { names.join(", ") };
+    format!("lengths and positions are {seconds:.2} s apart in {which}: pair them by one clock")
+}
+
+/// Positions as they are `seconds` later; rows beyond the recording lose their reading.
+fn shift(recording: &mut Recording, seconds: f64) {
+    let Clock::TimeS(time) = recording.clock.clone() else { return };
+    let columns = recording.positions.clone();
+    for row in 0..time.len() {
+        let at = time[row] + seconds;
+        let above = time.partition_point(|t| *t < at);
+        if above == 0 || above == time.len() {
+            recording.length_mm[row] = f64::NAN;
+            continue;
+        }
+        for (column, from) in recording.positions.iter_mut().zip(&columns) {
+            column[row] = between(&time, from, above, at);
+        }
+    }
+}
+
+/// Rows through which positions are read between rows: a chord across an arc of 100 mm is a µm short.
+const THROUGH: usize = 4;
+
+/// Position at a time between rows `above - 1` and `above`, by the polynomial through the nearest rows (Lagrange).
+fn between(time: &[f64], position: &[f64], above: usize, at: f64) -> f64 {
+    let first = above.saturating_sub(THROUGH / 2).min(time.len().saturating_sub(THROUGH));
+    let rows = first..(first + THROUGH).min(time.len());
+    let weight =
+        |k: usize| -> f64 { rows.clone().filter(|&j| j != k).map(|j| (at - time[j]) / (time[k] - time[j])).product() };
+    rows.clone().map(|k| weight(k) * position[k]).sum()
+}

@@ -1,0 +1,115 @@
+//! Sessions with one statement written otherwise that the nominal lengths allow as well: only errors of some µm tell which is true.
+//!
+//! A pivot at the same distance from the axis, a table that stood at another angle under it, an axis that turns about
+//! another line through the ball: by the nominal machine no length changes.
+
+use nalgebra::Vector3;
+
+use super::ball_places::{End, NOMINAL_MM, Sights, misfit_mm, sights, written_otherwise};
+use super::data_fault::{SESSION, listed};
+use super::misplaced::{BALL_PLACE, ball_words, names, suspicion, told};
+use super::quick_fit::nominal_mm;
+use super::standing::{groups, misfit_of_shift, stood_at};
+use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::chain::Chain;
+use crate::machine::AxisKind;
+use crate::session::{Session, Setups};
+
+pub(crate) const AXIS_DIRECTION: &str = "axis-direction";
+
+/// Angles of a standing table that are tried: so many of a turn.
+const ANGLES: i32 = 12;
+
+/// Statements that are tried at most, those about the tests that fit worst first.
+const MOST: usize = 48;
+
+/// Statements that leave the nominal lengths as they are; those of the worst tests first.
+pub(crate) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let mut list = directions(session);
+    let mut of_tests: Vec<(bool, Suspicion)> = Vec::new();
+    for (end, of) in [(End::Pivot, &setups.pivot_of), (End::Spindle, &setups.spindle_ball_of)] {
+        for setup in 0..of.iter().copied().max().map_or(0, |most| most + 1) {
+            let tests: Vec<usize> = (0..of.len()).filter(|&test| of[test] == setup).collect();
+            let is_worst = tests.iter().any(|test| worst.contains(test));
+            of_tests.extend(places(session, &chain, end, &tests).into_iter().map(|one| (is_worst, one)));
+        }
+    }
+    for axis in (0..session.machine.axes.len()).filter(|&axis| session.machine.axes[axis].kind == AxisKind::Rotary) {
+        for tests in groups(session, axis) {
+            let is_worst = tests.iter().any(|test| worst.contains(test));
+            of_tests.extend(angles(session, &chain, axis, &tests).into_iter().map(|one| (is_worst, one)));
+        }
+    }
+    of_tests.sort_by_key(|(is_worst, _)| !is_worst);
+    list.extend(of_tests.into_iter().map(|(_, one)| one));
+    list.truncate(MOST);
+    list
+}
+
+/// One ball with coordinates exchanged or signs turned.
+fn places(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Suspicion> {
+    let Some(ball) = tests.first().map(|&test| end.of(&session.tests[test])) else { return Vec::new() };
+    let all: Sights =
+        tests.iter().flat_map(|&test| sights(session, chain, &session.tests[test], end, &ball.link)).collect();
+    let others = written_otherwise(&ball.at).into_iter().skip(1);
+    others
+        .filter(|(place, _)| misfit_mm(&all, place) < NOMINAL_MM)
+        .map(|(place, words)| {
+            let mut undone = session.clone();
+            tests.iter().for_each(|&test| end.of_mut(&mut undone.tests[test]).at = place);
+            let says = format!(
+                "the {} stands at about {} by the lengths: {words}; correct its 'at' in {}",
+                ball_words(end, ball),
+                told(&place, &ball.at),
+                listed(&names(session, tests))
+            );
+            let mut found = suspicion(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            let is_twice = words.contains("exchanged") && words.contains("turned");
+            found.weight = if is_twice { RARELY } else { OFTEN };
+            found
+        })
+        .collect()
+}
+
+/// A table that stood at another angle.
+fn angles(session: &Session, chain: &Chain, axis: usize, tests: &[usize]) -> Vec<Suspicion> {
+    let Some(miss) = misfit_of_shift(session, chain, axis, tests) else { return Vec::new() };
+    let full = std::f64::consts::TAU;
+    (1..ANGLES)
+        .map(|k| full * f64::from(k) / f64::from(ANGLES))
+        .map(|shift| if shift > 0.5 * full { shift - full } else { shift })
+        .filter(|shift| miss(*shift) < NOMINAL_MM)
+        .filter_map(|shift| stood_at(session, axis, tests, shift))
+        .collect()
+}
+
+/// A rotary axis that turns about another coordinate direction than the machine file says.
+fn directions(session: &Session) -> Vec<Suspicion> {
+    let machine = &session.machine;
+    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let mut list = Vec::new();
+    for axis in rotary {
+        for (k, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
+            let direction = Vector3::ith(k, 1.0);
+            if machine.axes[axis].direction.dot(&direction).abs() > 1.0 - 1e-9 {
+                continue;
+            }
+            let mut undone = session.clone();
+            undone.machine.axes[axis].direction = direction;
+            if nominal_mm(&undone).is_none_or(|left| left > NOMINAL_MM) {
+                continue;
+            }
+            let name = &machine.axes[axis].name;
+            let says = format!(
+                "{name} turns about {letter} by the lengths: correct 'direction' of {name} in the machine file"
+            );
+            let mut found = suspicion(AXIS_DIRECTION, SESSION, Vec::new(), says, undone);
+            found.components = vec![name.clone()];
+            found.weight = SOMETIMES;
+            list.push(found);
+        }
+    }
+    list
+}

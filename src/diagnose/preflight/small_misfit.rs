@@ -1,0 +1,254 @@
+//! Mistakes in the files before any physics: a sign, a name, a unit, an order, a time that does not belong. It repairs nothing.
+//!
+//! A session is refitted as if one mistake had been made, on few rows. A mistake is named when undoing it lowers the
+//! misfit many times over, far below what any physics of the catalogue could do at that size of residual.
+
+use crate::diagnose::cause::MOST_RIVALS;
+use crate::statistics::rms;
+use rayon::prelude::*;
+
+use super::data_fault::{DataFault, RECORDER, Rival};
+use super::mistakes::{
+    ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
+};
+use super::quick_fit::{MOST_STRAIN, refit};
+use super::restated::restated;
+use super::standing::{STANDING_AXIS, stood_at};
+use super::suspicion::Suspicion;
+use crate::diagnose::model::decimate::few_rows;
+use crate::session::Session;
+
+/// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
+const LEAST_RATIO: f64 = 1.6;
+
+/// Undoing a mistake leaves at most so many noise floors, or lowers the residual so many times.
+const NEAR_NOISE: f64 = 1.6;
+
+const ENORMOUS: f64 = 6.0;
+
+/// Share of readings left out as outliers that is suspicious by itself.
+const SUSPICIOUS_SHARE: f64 = 0.02;
+
+/// The mistake that best explains a session, if one does.
+///
+/// `strain` is the largest offset of a ball or bar in the fit, in units of its spread.
+pub fn preflight(
+    session: &Session,
+    residual_um: f64,
+    noise_um: f64,
+    left_out_share: f64,
+    strain: f64,
+) -> Option<DataFault> {
+    if residual_um < LEAST_RATIO * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
+        return None;
+    }
+    let thinned = few_rows(session);
+    let as_it_is = refit(&thinned, None)?;
+    let as_it_is = refit(&thinned, Some(&as_it_is.values))?;
+    let before = as_it_is.misfit_um;
+    let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
+    let mut suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
+    suspicions.extend(restated(&thinned, &worst_tests(&as_it_is.residual_mm)));
+    let mut judged: Vec<(f64, Suspicion)> = suspicions
+        .into_par_iter()
+        .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
+        .collect();
+    let foreign = judged.extract_if(.., |(_, one)| one.effect == FOREIGN).min_by(|a, b| a.0.total_cmp(&b.0));
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (best, others) = likeliest(judged)?;
+    let best = finer((&thinned, session), misfit_um, best);
+    let best = finer_angle(&thinned, misfit_um, best);
+    let (after, best) = toggled((&thinned, session), misfit_um, best);
+    let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
+    let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
+    // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
+    let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
+    undone.then(|| DataFault { rivals, ..best.fault(before, after) }.shared_evenly())
+}
+
+/// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
+const FOREIGN_GAIN: f64 = 1.5;
+
+/// A mistake with the misfit that undoing it leaves, µm.
+type Judged = (f64, Suspicion);
+
+/// Residuals that differ by less, as a share, say the same.
+const ALIKE: f64 = 0.02;
+
+/// The mistake that leaves least, with the others: of those that leave the same, a column written from the wrong end,
+/// which happens as files are put together, comes before a sign that is wrong in some recordings only.
+fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
+    let (least, first) = judged.first()?;
+    let is_partial_sign = first.effect == "axis-sign" && !first.tests.is_empty();
+    let alike = (1.0 + ALIKE) * least;
+    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == ANGLE_REVERSED);
+    let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(0));
+    Some((best, judged))
+}
+
+/// Rivals of a mistake, each kind on the same columns once.
+fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Vec<Rival> {
+    let mut rivals: Vec<Rival> = Vec::new();
+    for (_, other) in alike {
+        let is_told =
+            |effect: &str, components: &[String]| (other.effect, &other.components[..]) == (effect, components);
+        let told = is_told(best.effect, &best.components)
+            || rivals.iter().any(|rival| is_told(rival.effect, &rival.components));
+        if !told && rivals.len() < MOST_RIVALS {
+            rivals.push(other.rival(0.0));
+        }
+    }
+    rivals
+}
+
+/// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
+pub fn implausible(session: &Session) -> Option<DataFault> {
+    unit_of_lengths(session).or_else(|| preflight(session, f64::INFINITY, 0.0, 1.0, f64::INFINITY))
+}
+
+/// Units in which lengths may have been written, with their size in mm.
+const LENGTH_UNITS: [(&str, f64); 4] = [("metres", 1e3), ("inches", 25.4), ("centimetres", 10.0), ("µm", 1e-3)];
+
+/// How far the middle of a recording may lie from the bar's length, as a share of it.
+const NEAR_THE_BAR: f64 = 0.05;
+
+/// Lengths in another unit than mm: every recording with a bar says the same factor.
+fn unit_of_lengths(session: &Session) -> Option<DataFault> {
+    let middles: Vec<(f64, f64)> = session
+        .tests
+        .iter()
+        .filter_map(|test| {
+            let mut lengths: Vec<f64> =
+                test.recording.as_ref()?.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+            lengths.sort_by(f64::total_cmp);
+            Some((*lengths.get(lengths.len() / 2)?, test.bar_length_mm?))
+        })
+        .collect();
+    let fits = |factor: f64| {
+        !middles.is_empty() && middles.iter().all(|(middle, bar)| (middle * factor - bar).abs() < NEAR_THE_BAR * bar)
+    };
+    let (unit, factor) = LENGTH_UNITS.into_iter().find(|(_, factor)| fits(*factor))?;
+    let off_um = |factor: f64| 1e3 * rms(middles.iter().map(|(middle, bar)| middle * factor - bar));
+    let says = format!("lengths are in {unit}: convert the column length_mm to mm");
+    Some(DataFault {
+        components: vec!["length".into()],
+        before_um: off_um(1.0),
+        after_um: off_um(factor),
+        ..DataFault::seen("unit", RECORDER, Vec::new(), says)
+    })
+}
+
+/// Shifts beside the best one of the grid, as factors.
+const FINER: [f64; 8] = [0.9, 0.93, 0.96, 0.985, 1.015, 1.04, 1.07, 1.1];
+
+/// A time shift brought nearer to its true size than the grid; other mistakes have no size.
+fn finer(
+    (thinned, session): (&Session, &Session),
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+    (misfit, suspicion): (f64, Suspicion),
+) -> (f64, Suspicion) {
+    let Some(shift_ms) = suspicion.shift_ms else { return (misfit, suspicion) };
+    let struck: Vec<usize> = (0..session.tests.len())
+        .filter(|&test| suspicion.tests.is_empty() || suspicion.tests.contains(&session.tests[test].name))
+        .collect();
+    let near: Vec<(f64, Suspicion)> = FINER
+        .par_iter()
+        .filter_map(|factor| {
+            let nearer = shifted((thinned, session), &struck, factor * shift_ms / 1e3);
+            misfit_um(&nearer.undone).map(|misfit| (misfit, nearer))
+        })
+        .collect();
+    near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
+}
+
+/// Steps about the angle of the grid at which a table is thought to have stood, deg: together more than half a step of the
+/// grid.
+const FINER_DEG: [f64; 8] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06];
+
+/// A table's angle brought nearer to where it stood than the grid; other mistakes have none.
+fn finer_angle(
+    thinned: &Session,
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+    (misfit, suspicion): (f64, Suspicion),
+) -> (f64, Suspicion) {
+    let tests: Vec<usize> =
+        (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
+    let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
+    let (Some(axis), Some(&first), STANDING_AXIS) = (axis, tests.first(), suspicion.effect) else {
+        return (misfit, suspicion);
+    };
+    let at = |session: &Session| session.tests[first].positions[axis].unwrap_or(0.0);
+    let mut best = (misfit, at(&suspicion.undone) - at(thinned), suspicion);
+    for step in FINER_DEG {
+        let beside: Vec<(f64, f64, Suspicion)> = [-step, step]
+            .into_par_iter()
+            .filter_map(|step| {
+                let shift = best.1 + step.to_radians();
+                let nearer = stood_at(thinned, axis, &tests, shift)?;
+                misfit_um(&nearer.undone).map(|misfit| (misfit, shift, nearer))
+            })
+            .collect();
+        best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
+    }
+    (best.0, best.2)
+}
+
+/// Share by which turning one recording more, or one less, must lower the residual.
+const TOGGLE_GAIN: f64 = 0.02;
+
+/// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
+pub(crate) fn toggled(
+    (thinned, session): (&Session, &Session),
+    misfit_um: impl Fn(&Session) -> Option<f64>,
+    (mut misfit, mut suspicion): (f64, Suspicion),
+) -> (f64, Suspicion) {
+    if suspicion.effect != ANGLE_REVERSED {
+        return (misfit, suspicion);
+    }
+    let Some(axis) = session.machine.axes.iter().position(|axis| suspicion.components.contains(&axis.name)) else {
+        return (misfit, suspicion);
+    };
+    for _ in 0..2 {
+        let before = misfit;
+        for (index, test) in session.tests.iter().enumerate() {
+            let Some(turned) = test.recording.as_ref().and_then(|recording| from_other_end(recording, axis)) else {
+                continue;
+            };
+            let mut undone = suspicion.undone.clone();
+            undone.tests[index].recording = match suspicion.tests.contains(&test.name) {
+                true => thinned.tests[index].recording.clone(),
+                false => Some(turned),
+            };
+            if let Some(less) = misfit_um(&undone).filter(|less| *less < (1.0 - TOGGLE_GAIN) * misfit) {
+                misfit = less;
+                suspicion.undone = undone;
+                match suspicion.tests.iter().position(|name| *name == test.name) {
+                    Some(place) => drop(suspicion.tests.remove(place)),
+                    None => suspicion.tests.push(test.name.clone()),
+                }
+            }
+        }
+        if misfit >= before {
+            break;
+        }
+    }
+    (misfit, suspicion)
+}
+
+impl DataFault {
+    /// Whether lengths and positions of some tests only would be apart.
+    pub fn is_shift_of_single_tests(&self) -> bool {
+        self.effect == TIME_SHIFT && !self.tests.is_empty()
+    }
+
+    /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
+    pub fn time_shift(seconds: f64, tests: Vec<String>, before_um: f64, after_um: f64) -> DataFault {
+        let says = shift_in_words(seconds, &tests);
+        DataFault {
+            before_um,
+            after_um,
+            shift_ms: Some(1e3 * seconds),
+            ..DataFault::seen(TIME_SHIFT, RECORDER, tests, says)
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Axes that stood elsewhere than the session says, by what the lengths say.
+
+use super::ball_places::WORTH;
+use super::data_fault::SESSION;
+use super::misplaced::{names, suspicion};
+use super::mistakes::is_repeat;
+use super::suspicion::Suspicion;
+use crate::chain::{Chain, Geometry};
+use crate::machine::AxisKind;
+use crate::session::{Motion, Session};
+use crate::statistics::least_along;
+
+pub(crate) const STANDING_AXIS: &str = "standing-axis";
+
+/// Steps in which shifts of a standing axis are tried first, mm and deg.
+const GRID_MM: f64 = 5.0;
+const GRID_DEG: f64 = 4.5;
+
+/// Rows of a test that tell where an axis stood.
+const FEW: usize = 12;
+
+/// Axes that stood elsewhere than stated, in the repeats of one test or wherever they stood alike.
+pub(crate) fn standing_elsewhere(session: &Session) -> Vec<Suspicion> {
+    let chain = Chain::of(&session.machine);
+    let axes = 0..session.machine.axes.len();
+    axes.flat_map(|axis| groups(session, axis).into_iter().map(move |tests| (axis, tests)))
+        .filter_map(|(axis, tests)| stood_elsewhere(session, &chain, axis, &tests))
+        .collect()
+}
+
+/// Tests in which an axis stands: the repeats of one, and all in which it stands alike.
+pub(crate) fn groups(session: &Session, axis: usize) -> Vec<Vec<usize>> {
+    let standing = |test: usize| {
+        let moves = session.tests[test].recording.as_ref().is_none_or(|recording| recording.axes.contains(&axis));
+        session.tests[test].positions[axis].filter(|_| !moves)
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for first in 0..session.tests.len() {
+        let Some(value) = standing(first) else { continue };
+        let others = (0..session.tests.len()).filter(|&test| standing(test).is_some());
+        let alike: Vec<usize> = others.clone().filter(|&test| standing(test) == Some(value)).collect();
+        let repeats: Vec<usize> = others.filter(|&test| is_repeat(session, first, test)).collect();
+        for group in [repeats, alike] {
+            if group.first() == Some(&first) && !groups.contains(&group) {
+                groups.push(group);
+            }
+        }
+    }
+    groups
+}
+
+/// What the nominal machine leaves of some tests with an axis shifted, mm by mm or rad; `None` where they have no motion.
+pub(crate) fn misfit_of_shift<'a>(
+    session: &'a Session,
+    chain: &'a Chain,
+    axis: usize,
+    tests: &[usize],
+) -> Option<impl Fn(f64) -> f64 + Sync + 'a> {
+    let geometry = Geometry::nominal(chain);
+    let mut rows: Vec<(usize, Vec<f64>, f64)> = Vec::new();
+    for &index in tests {
+        let test = &session.tests[index];
+        let motion = Motion::of(session, chain, test).ok()?;
+        let lengths = &test.recording.as_ref()?.length_mm;
+        for row in (0..lengths.len()).step_by((lengths.len() / FEW).max(1)).filter(|&row| lengths[row].is_finite()) {
+            rows.push((index, motion.row(row).to_vec(), lengths[row] - test.bar_error_mm));
+        }
+    }
+    let links: Vec<_> = session.tests.iter().map(|test| test.links(chain).ok()).collect();
+    Some(move |shift: f64| -> f64 {
+        let one = |(index, at, length): &(usize, Vec<f64>, f64)| {
+            let Some(links) = links[*index] else { return 0.0 };
+            let mut at = at.clone();
+            at[axis] += shift;
+            let test = &session.tests[*index];
+            let pivot = geometry.point(links.0, &test.pivot.at, &at, None);
+            let spindle = geometry.point(links.1, &test.spindle_ball.at, &at, None);
+            (length - (pivot - spindle).norm()).powi(2)
+        };
+        (rows.iter().map(one).sum::<f64>() / rows.len().max(1) as f64).sqrt()
+    })
+}
+
+fn stood_elsewhere(session: &Session, chain: &Chain, axis: usize, tests: &[usize]) -> Option<Suspicion> {
+    let miss = misfit_of_shift(session, chain, axis, tests)?;
+    let step = match session.machine.axes[axis].kind {
+        AxisKind::Linear => GRID_MM,
+        AxisKind::Rotary => GRID_DEG.to_radians(),
+    };
+    let (best, least) = least_along(&miss, step);
+    if least >= WORTH * miss(0.0) {
+        return None;
+    }
+    stood_at(session, axis, tests, best)
+}
+
+/// The session with an axis standing elsewhere by so much in some tests, mm or rad.
+pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
+    let (axis_name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
+    let stated = session.tests[*tests.first()?].positions[axis]?;
+    let mut undone = session.clone();
+    for &test in tests {
+        undone.tests[test].positions[axis] = session.tests[test].positions[axis].map(|at| at + shift);
+    }
+    let says = format!(
+        "{axis_name} stood at about {:.2} {} by the lengths and not at {}; correct 'positions' in {}",
+        kind.to_file_unit(stated + shift),
+        kind.position_unit(),
+        kind.to_file_unit(stated),
+        super::data_fault::listed(&names(session, tests))
+    );
+    let mut found = suspicion(STANDING_AXIS, SESSION, names(session, tests), says, undone);
+    found.components = vec![axis_name.clone()];
+    Some(found)
+}

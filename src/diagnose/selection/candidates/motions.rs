@@ -1,0 +1,91 @@
+//! What the axes of a session did, and the motions that they may have beside their own. It names no effect.
+
+use crate::chain::Geometry;
+use crate::diagnose::model::linear_model::Ground;
+use crate::machine::{AxisKind, Component, Machine, Outlet};
+
+/// Components across and along the nearest coordinate direction of an axis.
+pub(super) struct Directions {
+    pub across: [Component; 2],
+    pub along: Component,
+    pub tilts: [Component; 2],
+}
+
+pub(super) fn directions(machine: &Machine, axis: usize) -> Directions {
+    let k = machine.axes[axis].own_component().direction_index();
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    Directions {
+        across: [Component::ALL[i], Component::ALL[j]],
+        along: Component::ALL[k],
+        tilts: [Component::ALL[i + 3], Component::ALL[j + 3]],
+    }
+}
+
+/// Motion outlets of an axis for some components.
+pub(super) fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
+    components.iter().map(|&component| Outlet::Motion { axis, component }).collect()
+}
+
+/// Smallest and largest position that recordings reach with an axis in motion; `None` when it never moves.
+pub(crate) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
+    let mut ends: Option<(f64, f64)> = None;
+    for test in 0..ground.tests() {
+        let motion = ground.context.motion(test);
+        if motion.moving.contains(&axis) {
+            for q in motion.axis(axis) {
+                ends = Some(ends.map_or((q, q), |(from, to)| (from.min(q), to.max(q))));
+            }
+        }
+    }
+    ends.filter(|(from, to)| to - from > 1e-6)
+}
+
+/// Smallest and largest position of an axis, standing or moving.
+pub(crate) fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
+    (0..ground.tests())
+        .flat_map(|test| ground.context.motion(test).axis(axis))
+        .fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))
+}
+
+/// Whether any slide moves in any test.
+pub(super) fn slides_move(ground: &Ground) -> bool {
+    let axes = &ground.context.machine().axes;
+    (0..ground.tests())
+        .any(|test| ground.context.motion(test).moving.iter().any(|&axis| axes[axis].kind == AxisKind::Linear))
+}
+
+/// Median distance of neighbouring positions of an axis in motion.
+pub(super) fn finest_step(ground: &Ground, axis: usize) -> f64 {
+    let mut steps: Vec<f64> = (0..ground.tests())
+        .filter(|&test| ground.context.motion(test).moving.contains(&axis))
+        .flat_map(|test| {
+            let positions: Vec<f64> = ground.context.motion(test).axis(axis).collect();
+            positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect::<Vec<_>>()
+        })
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// The load on the joint changes its direction to gravity in the session.
+pub(super) fn turns_against_gravity(ground: &Ground, axis: usize) -> bool {
+    gravity_turns_in(ground, axis, |rows| {
+        [0, rows / 2, rows.saturating_sub(1)].into_iter().filter(|&r| r < rows).collect()
+    })
+}
+
+/// Whether gravity changes its direction in the link that an axis carries, over the rows that `looked_at` picks by their number.
+pub(super) fn gravity_turns_in(ground: &Ground, axis: usize, looked_at: impl Fn(usize) -> Vec<usize>) -> bool {
+    let chain = ground.context.chain();
+    let geometry = Geometry::nominal(chain);
+    let link = chain.carried_by(axis);
+    let gravity = ground.context.machine().gravity;
+    let mut first = None;
+    (0..ground.tests()).any(|test| {
+        let motion = ground.context.motion(test);
+        looked_at(motion.rows()).into_iter().any(|row| {
+            let seen = geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
+            (seen - *first.get_or_insert(seen)).norm() > 0.02
+        })
+    })
+}

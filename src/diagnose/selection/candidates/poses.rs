@@ -1,0 +1,132 @@
+//! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in the other files.
+
+use super::motions::{directions, gravity_turns_in, motion, travelled};
+use super::{Family, list_of};
+use crate::diagnose::model::linear_model::Ground;
+use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
+
+/// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
+const PLAUSIBLE: f64 = 300.0;
+/// Orders per turn of a joint's own angle: eccentric encoder or gear, and, below one, a scale error of the angle.
+const OWN_ORDERS: [&[f64]; 5] = [&[0.25], &[0.5], &[1.0], &[2.0], &[1.0, 2.0, 3.0]];
+/// Low orders of a joint's line: a bearing race or a flange out of true.
+const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
+/// Rows of a session looked at to see whether gravity turns in a link.
+const LOOKED_AT: usize = 50;
+
+/// Replaces the list by what static poses can show.
+pub(super) fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
+    list.retain(|family| !needs_runs(family));
+    for family in list.iter_mut() {
+        family.plausible = family.plausible.max(PLAUSIBLE);
+        // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
+        family.fast = family.kind == "cyclic-error";
+    }
+    let machine = ground.context.machine();
+    let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(ground, axis).is_some()).collect();
+    for &axis in &moving {
+        arrivals(ground, axis, &moving, list);
+        list.push(warming_up(ground, axis));
+        if machine.axes[axis].kind == AxisKind::Rotary {
+            sags(ground, axis, list);
+            periodic(ground, axis, list);
+        }
+    }
+}
+
+/// Whether a family depends on times or runs, which static poses do not have.
+fn needs_runs(family: &Family) -> bool {
+    match family.kind {
+        "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike" => true,
+        "pivot-slip" | "ball-slip" | "beat" => true,
+        // runs have a beginning and clamps are passed at a speed; artefacts of balls have other seats at every pose
+        "cup-stiction" | "clamp-lift" | "ball-form" => true,
+        "thermal-growth" | "bar-length" => family.grid.iter().all(|effect| effect.parameter("tau").is_some()),
+        _ => false,
+    }
+}
+
+/// What the speed of arrival leaves: at the joint itself, and in the bearings of others that its braking bends.
+fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let place = Place::Axis(axis);
+    let own = Family::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+    list.push(Family { functions: &["speed"], ..own.clone() });
+    list.push(own.clone());
+    // an arm stretched out from another joint's line makes the whole move slower or softer
+    for &about in moving.iter().filter(|&&about| about != axis && machine.axes[about].kind == AxisKind::Rotary) {
+        let name = ParameterValue::Word(machine.axes[about].name.clone());
+        let stretched = Effect::new("arrival-lag", place).with("about", name);
+        list.push(Family { functions: &["inertia"], ..own.clone() }.over(vec![stretched]));
+    }
+    let chain = ground.context.chain();
+    for &of in moving.iter().filter(|&&of| of != axis && chain.carries(of, chain.carried_by(axis))) {
+        let braked = Effect::new("arrival-lag", place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
+        // a tilt about the line of the joint before is that joint's own error
+        let mut tilts = motion(axis, &directions(machine, axis).tilts);
+        tilts.retain(|outlet| !is_own_of(ground, of, axis, outlet));
+        list.push(Family::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
+    }
+}
+
+/// Time constants of warming up that are tried, in poses.
+const WARMING_POSES: [f64; 4] = [15.0, 40.0, 100.0, 250.0];
+
+/// A joint that drifts while the arm warms up, by the number of the pose.
+fn warming_up(ground: &Ground, axis: usize) -> Family {
+    let place = Place::Axis(axis);
+    let clock = Effect::new("thermal-growth", place).with("clock", ParameterValue::Word("poses".into()));
+    let grid = WARMING_POSES.map(|tau| clock.clone().with("tau", list_of(vec![tau])));
+    Family::new("thermal-growth", place, vec![Outlet::own(ground.context.machine(), axis)], PLAUSIBLE)
+        .over(grid.to_vec())
+}
+
+/// Whether a tilt of an axis turns about the direction of another axis that carries it, at zero and nearly always.
+fn is_own_of(ground: &Ground, of: usize, axis: usize, outlet: &Outlet) -> bool {
+    let chain = ground.context.chain();
+    let Outlet::Motion { component, .. } = outlet else { return false };
+    let (before, after) = (chain.carried_by(of), chain.carried_by(axis));
+    let follows = before.branch == after.branch && after.depth == before.depth + 1;
+    follows && chain.joint(of).direction[component.direction_index()].abs() > 0.9
+}
+
+/// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
+fn sags(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let chain = ground.context.chain();
+    let place = Place::Axis(axis);
+    let d = directions(machine, axis);
+    for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
+        if !gravity_turns_in(ground, beyond, |rows| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect()) {
+            continue;
+        }
+        let load =
+            Effect::new("gravity-sag", place).with("load", ParameterValue::Word(machine.axes[beyond].name.clone()));
+        for outlets in [
+            vec![Outlet::own(machine, axis)],
+            motion(axis, &d.tilts),
+            motion(axis, &[d.across[0], d.across[1], d.along]),
+        ] {
+            let family = Family::new("gravity-sag", place, outlets, PLAUSIBLE).over(vec![load.clone()]);
+            list.push(Family { functions: &["x", "y", "z"], ..family });
+        }
+    }
+}
+
+/// Low orders of a joint's own angle and of its line.
+fn periodic(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
+    let machine = ground.context.machine();
+    let place = Place::Axis(axis);
+    let d = directions(machine, axis);
+    let with_orders = |kind: &str, orders: &[f64]| Effect::new(kind, place).with("orders", list_of(orders.to_vec()));
+    for orders in OWN_ORDERS {
+        let own = Family::new("cyclic-error", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+        list.push(own.over(vec![with_orders("cyclic-error", orders)]));
+    }
+    for orders in LINE_ORDERS {
+        for outlets in [motion(axis, &[d.across[0], d.across[1], d.along]), motion(axis, &d.tilts)] {
+            let line = Family::new("rotary-error-motion", place, outlets, PLAUSIBLE);
+            list.push(line.over(vec![with_orders("rotary-error-motion", orders)]));
+        }
+    }
+}

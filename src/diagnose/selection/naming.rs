@@ -1,0 +1,121 @@
+//! Names of causes, components and units in the words of the trade. It weighs nothing.
+
+use super::selected::Candidate;
+use crate::diagnose::cause::Cause;
+use crate::diagnose::model::linear_model::{Term, display};
+use crate::effects::{Driver, kind};
+use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue, Place};
+use crate::units::Measure;
+
+/// Drivers that look alike where one place is concerned.
+pub(crate) fn driver_class(driver: Driver) -> u8 {
+    match driver {
+        Driver::Position | Driver::Gravity => 0,
+        Driver::Direction => 1,
+        Driver::Time | Driver::Temperature | Driver::Event => 2,
+        Driver::Speed => 3,
+        Driver::Constant => 4,
+    }
+}
+
+/// Driver of a candidate: free curves have theirs as a parameter.
+pub(crate) fn candidate_driver(candidate: &Candidate) -> Driver {
+    let named = |name: &str| match candidate.effect.parameter(name) {
+        Some(ParameterValue::Word(word)) => Some(word.clone()),
+        _ => None,
+    };
+    match (candidate.effect.kind.as_str(), named("driver").as_deref(), named("channel")) {
+        ("unknown", Some("direction"), _) => Driver::Direction,
+        ("thermal-growth" | "bar-length", _, Some(_)) => Driver::Temperature,
+        // heat drives a growth that runs out, whether or not a thermometer was read
+        ("thermal-growth", _, None) => Driver::Temperature,
+        ("bar-length", _, None) if candidate.effect.parameter("tau").is_some() => Driver::Temperature,
+        (name, _, _) => kind(name).map_or(Driver::Position, |kind| kind.driver),
+    }
+}
+
+pub(crate) fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]) -> Cause {
+    let mut components = components(machine, &candidate.terms);
+    // the motions that matter: at least a tenth of the largest, in display units
+    let weight = |name: &String| -> f64 {
+        effects
+            .iter()
+            .flat_map(|effect| &effect.sizes)
+            .filter(|size| component_name(machine, &size.outlet) == *name)
+            .map(|size| (size.value * display(size.outlet.measure(machine))).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    components.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    let largest = components.first().map_or(0.0, weight);
+    components.retain(|name| weight(name) >= 0.1 * largest);
+    Cause {
+        effect: candidate.effect.kind.clone(),
+        driver: candidate_driver(candidate),
+        place: place_name(machine, candidate.effect.place),
+        components,
+    }
+}
+
+/// Cause of an effect through some outlets.
+pub fn cause_of(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Cause {
+    let driver = kind(&effect.kind).map_or(Driver::Position, |kind| kind.driver);
+    let components = outlets.iter().map(|outlet| component_name(machine, outlet)).collect();
+    Cause { effect: effect.kind.clone(), driver, place: effect.place.name(machine).to_string(), components }
+}
+
+fn place_name(machine: &Machine, place: Place) -> String {
+    place.name(machine).to_string()
+}
+
+pub(crate) fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    // what all slides do beside a lag is no motion of its axis
+    let is_common = |term: &Term| matches!(term.outlet, Outlet::SlidesAcceleration { .. });
+    let only_common = terms.iter().all(is_common);
+    for term in terms.iter().filter(|term| only_common || !is_common(term)) {
+        for outlet in term.outlets() {
+            let name = component_name(machine, &outlet);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    names
+}
+
+/// ISO name of what an outlet moves.
+pub(crate) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
+    let axis_name = |axis: usize| machine.axes[axis].name.clone();
+    match *outlet {
+        Outlet::Pivot(k) => format!("pivot-{}", ["x", "y", "z"][k]),
+        Outlet::SpindleBall(k) => format!("spindle-ball-{}", ["x", "y", "z"][k]),
+        Outlet::Reading => "length".into(),
+        Outlet::SlidesAcceleration { .. } => "slides".into(),
+        Outlet::Lag { axis } | Outlet::Acceleration { axis } | Outlet::Along { axis } => {
+            let name = axis_name(axis);
+            // an axis named A, B, C, X, Y or Z has its own motion by its name, wherever it points
+            let named = Component::ALL.into_iter().find(|component| {
+                let rotary = machine.axes[axis].kind == AxisKind::Rotary;
+                let letters = if rotary { ["A", "B", "C"] } else { ["X", "Y", "Z"] };
+                component.is_angle() == rotary && letters[component.direction_index()] == name
+            });
+            let own: Component = named.unwrap_or(machine.axes[axis].own_component());
+            ErrorName::motion(own, &name).to_string()
+        }
+        Outlet::Delay => "delay".into(),
+        Outlet::Motion { axis, component } => ErrorName::motion(component, &axis_name(axis)).to_string(),
+        Outlet::Location { axis, component } => ErrorName::location(component, &axis_name(axis)).to_string(),
+    }
+}
+
+/// Unit of a measure in findings.
+pub fn unit(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Length | Measure::LengthPerKelvin => "um",
+        Measure::Angle | Measure::AnglePerKelvin => "arcsec",
+        Measure::Strain => "um/m",
+        Measure::Time => "ms",
+        Measure::TimeSquared => "us2",
+    }
+}

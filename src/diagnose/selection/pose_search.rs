@@ -1,0 +1,221 @@
+//! The search in sessions of static poses, where readings share the error of their pose and no noise is known beforehand.
+//!
+//! Likelihoods are weakened by the number of readings that count as one: then evidence for an effect is evidence that
+//! poses not used for it are predicted better. A first search learns how fast the axes are to each other from what
+//! arrival leaves; the second starts anew with that.
+
+use super::candidates::Family;
+use super::joint_fit::{joined, mean_square};
+use super::ranking::{choose, keep_diverse};
+use super::screening::screen;
+use super::screening_grid::Cells;
+use super::selected::{Candidate, Found, Search};
+use super::shape_fit::refine_all;
+use crate::diagnose::model::linear_model::{Column, Ground};
+use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::noise::pose_noise::{Poses, readings_as_one};
+use crate::machine::ParameterValue;
+use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};
+
+/// Effects at most: a bound on time, far beyond what recordings of an arm have shown.
+const MOST_EFFECTS: usize = 40;
+/// Log odds that the first effect needs, as in sweeps, and further ones.
+const ACCEPT_FIRST: f64 = 14.0;
+const ACCEPT_FURTHER: f64 = 8.0;
+/// The same in the first search, from which only relative speeds are learnt.
+const STRONG: f64 = 20.0;
+/// Share of a rival's log odds that is left once the chosen one is in the model, up to which it was a rival at all.
+const STILL_THERE: f64 = 0.5;
+/// Steps by which relative top speeds are refined, as ratios, coarse to fine; each is tried so many times on every axis.
+const RATE_STEPS: [f64; 3] = [1.25, 1.1, 1.04];
+const RATE_ROUNDS: usize = 2;
+/// Log likelihood that the relative speed of an axis costs.
+const RATE_COST: f64 = 1.5;
+
+/// Searches a session of static poses.
+pub fn search_poses(ground: &Ground, families: &[Family]) -> Search {
+    let poses = Poses::of(ground);
+    let mut state = State::start(ground, &poses);
+    let noise_before = state.noise.clone();
+    let residual_before_mm2 = mean_square(ground, &state.residual_mm);
+    state.rounds(&without_free_curves(families), &poses, STRONG);
+    let mut families = families.to_vec();
+    if let Some(rates) = state.refined_rates() {
+        let arrivals = families.iter_mut().filter(|family| family.kind == "arrival-lag");
+        for effect in arrivals.flat_map(|family| &mut family.grid) {
+            effect.set("rates", ParameterValue::List(rates.clone()));
+        }
+        state = State::start(ground, &poses);
+    }
+    state.rounds(&without_free_curves(&families), &poses, ACCEPT_FURTHER);
+    let best_left = state.rounds(&families, &poses, ACCEPT_FURTHER);
+    Search {
+        residual_before_mm2,
+        floor: noise_before.clone(),
+        noise_before,
+        noise_after: state.noise,
+        found: state.found,
+        residual_mm: state.residual_mm,
+        best_left,
+    }
+}
+
+/// The same list with nothing to look at for free curves: they are many columns and asked when named forms are used up.
+fn without_free_curves(families: &[Family]) -> Vec<Family> {
+    let mut named = families.to_vec();
+    named.iter_mut().filter(|family| family.kind == "unknown").for_each(|family| family.grid.clear());
+    named
+}
+
+/// What has been found so far and what it leaves.
+struct State<'g, 'a> {
+    ground: &'g Ground<'a>,
+    model: Vec<Accepted>,
+    found: Vec<Found>,
+    residual_mm: Vec<Vec<f64>>,
+    /// White noise at the level of the residual, enlarged for readings that count as one.
+    noise: Vec<NoiseModel>,
+}
+
+impl<'g, 'a> State<'g, 'a> {
+    fn start(ground: &'g Ground<'a>, poses: &Poses) -> State<'g, 'a> {
+        let residual_mm = ground.residual_mm.clone();
+        let noise = noise(ground, poses, &residual_mm);
+        State { ground, model: Vec::new(), found: Vec::new(), residual_mm, noise }
+    }
+
+    /// Rounds until nothing more passes; log odds of the best candidate that did not.
+    fn rounds(&mut self, families: &[Family], poses: &Poses, least_log_odds: f64) -> f64 {
+        let cells = Cells::of(self.ground, families);
+        while self.found.len() < MOST_EFFECTS {
+            let stage = || Stage::new(self.ground, &self.noise, &self.model, &self.ground.kept);
+            let stages = [stage(), stage()];
+            let mut candidates = screen(&stages, families, &cells);
+            keep_diverse(&mut candidates, families);
+            let candidates = refine_all(&stages, families, candidates);
+            let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
+            let least = if self.found.is_empty() { ACCEPT_FIRST } else { least_log_odds };
+            if best < least {
+                return best;
+            }
+            let index = choose(&candidates, families, self.ground);
+            self.accept(families, candidates, index, poses);
+            for place in 0..self.found.len() {
+                self.refine_again(families, place, poses);
+            }
+        }
+        f64::NEG_INFINITY
+    }
+
+    fn accept(&mut self, families: &[Family], candidates: Vec<Candidate>, index: usize, poses: &Poses) {
+        let chosen = candidates[index].clone();
+        let model = joined(&self.model, &chosen);
+        let stage = Stage::new(self.ground, &self.noise, &model, &self.ground.kept);
+        let left = stage.residual_mm(&model);
+        let (square_before, square_after) =
+            (mean_square(self.ground, &self.residual_mm), mean_square(self.ground, &left));
+        let readings = self.ground.kept.iter().flatten().filter(|kept| **kept).count() as f64;
+        let gain = 0.5 * readings / readings_as_one(self.ground, poses, &left) * (square_before / square_after).ln();
+        let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
+        let rivals = candidates
+            .into_iter()
+            .enumerate()
+            .filter(|(k, _)| *k != index)
+            .filter(|(_, other)| {
+                let again = stage.judge(&other.columns, families[other.family].plausible).log_evidence;
+                again < STILL_THERE * other.judgement.log_evidence
+            })
+            .map(|(_, rival)| {
+                let odds = rival.log_odds - chosen.log_odds;
+                (rival, odds)
+            })
+            .collect();
+        self.noise = noise(self.ground, poses, &left);
+        self.residual_mm = left;
+        self.model = model;
+        self.found.push(Found {
+            chosen,
+            rivals,
+            log_odds,
+            gain,
+            ranked_odds: gain,
+            beside_gain: gain,
+            fall_mm2: square_before - square_after,
+            form_withdrawn: false,
+        });
+    }
+
+    /// Finds the shape of an accepted effect once more beside the others: it was judged when more was unexplained.
+    fn refine_again(&mut self, families: &[Family], place: usize, poses: &Poses) {
+        let family = self.found[place].chosen.family;
+        if families[family].refined.is_empty() {
+            return;
+        }
+        let mut alone = families.to_vec();
+        let rest = alone.iter_mut().enumerate().filter(|(index, _)| *index != family);
+        rest.for_each(|(_, other)| other.grid.clear());
+        let others: Vec<Accepted> = (0..self.found.len())
+            .filter(|&other| other != place)
+            .flat_map(|other| self.found[other].chosen.accepted())
+            .collect();
+        let stage = || Stage::new(self.ground, &self.noise, &others, &self.ground.kept);
+        let stages = [stage(), stage()];
+        let cells = Cells::of(self.ground, &alone);
+        let Some(again) = refine_all(&stages, &alone, screen(&stages, &alone, &cells)).into_iter().next() else {
+            return;
+        };
+        let now = stages[0].judge(&self.found[place].chosen.columns, families[family].plausible);
+        if again.judgement.log_evidence <= now.log_evidence {
+            return;
+        }
+        self.found[place].chosen = again;
+        self.model = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let stage = Stage::new(self.ground, &self.noise, &self.model, &self.ground.kept);
+        self.residual_mm = stage.residual_mm(&self.model);
+        self.noise = noise(self.ground, poses, &self.residual_mm);
+    }
+
+    /// Relative top speeds of the axes, refined for all arrival effects together; `None` where equal ones do as well.
+    fn refined_rates(&self) -> Option<Vec<f64>> {
+        let (arrivals, others): (Vec<&Found>, Vec<&Found>) =
+            self.found.iter().partition(|found| found.chosen.effect.kind == "arrival-lag");
+        if arrivals.is_empty() {
+            return None;
+        }
+        let others: Vec<Accepted> = others.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let stage = Stage::new(self.ground, &self.noise, &others, &self.ground.kept);
+        let gain = |rates: &[f64]| -> Option<f64> {
+            let mut all: Vec<Column> = Vec::new();
+            for found in &arrivals {
+                let effect = found.chosen.effect.clone().with("rates", ParameterValue::List(rates.to_vec()));
+                all.extend(self.ground.columns(&effect, &found.chosen.terms).ok()?);
+            }
+            Some(0.5 * stage.judge(&all, f64::INFINITY).chi2)
+        };
+        let axes = self.ground.context.machine().axes.len();
+        let mut rates = vec![1.0; axes];
+        let equal = gain(&rates)?;
+        let mut best = equal;
+        for step in RATE_STEPS {
+            for axis in (0..RATE_ROUNDS).flat_map(|_| 0..axes) {
+                for factor in [step, 1.0 / step] {
+                    let mut tried = rates.clone();
+                    tried[axis] *= factor;
+                    if let Some(gain) = gain(&tried).filter(|gain| *gain > best) {
+                        (best, rates) = (gain, tried);
+                    }
+                }
+            }
+        }
+        // only ratios matter
+        let largest = rates.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let rounded = rates.iter().map(|rate| (1e3 * rate / largest).round() / 1e3).collect();
+        (best - equal > RATE_COST * axes as f64).then_some(rounded)
+    }
+}
+
+/// White noise that makes one likelihood out of readings which share the error of their pose.
+fn noise(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
+    let white = (mean_square(ground, residual_mm) * readings_as_one(ground, poses, residual_mm)).sqrt();
+    vec![NoiseModel::white(white.max(NOISE_FLOOR_MM)); ground.tests()]
+}

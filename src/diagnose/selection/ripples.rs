@@ -1,0 +1,216 @@
+//! Ripples of residuals along an axis that wander with time. What makes them is for others to say.
+
+use crate::diagnose::model::linear_model::Ground;
+use crate::machine::Outlet;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// A ripple: phase per mm or rad, and frequency with which it beats, Hz.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave {
+    pub per_unit: f64,
+    pub hz: f64,
+    /// Lowest frequency that is no mere drift of a ripple, Hz.
+    pub least_hz: f64,
+}
+
+/// Readings of a test that are looked at.
+const ROWS: usize = 160;
+/// Ripples along the travel and beats within a recording that are tried at most, and steps of either per whole one.
+const MOST_RIPPLES: usize = 45;
+const MOST_BEATS: usize = 25;
+const FINER: usize = 2;
+/// Beats that the longest recording must show.
+const LEAST_BEATS: f64 = 0.8;
+/// Length of a session, in longest recordings, beyond which the phases of its tests say nothing of one frequency.
+const LONGEST_SESSION: f64 = 1000.0;
+/// Tests in which the axis must move: one alone cannot tell ripple from beat.
+const LEAST_TESTS: usize = 3;
+/// Ripples of which the phases are compared, ripples told at most, and rounds by which each is sharpened.
+const LOUDEST: usize = 12;
+const MOST_WAVES: usize = 2;
+const SHARPENINGS: usize = 3;
+/// Steps of the frequency, in beats over the whole session, by which one beat of all tests is looked for.
+const PHASE_STEP: f64 = 0.2;
+
+/// Rows of a test: positions, times of the session, and what a motion of the outlet has of the residual and of itself.
+struct Rows {
+    q: Vec<f64>,
+    t: Vec<f64>,
+    score: Vec<f64>,
+    weight: f64,
+    middle_s: f64,
+}
+
+/// The loudest ripples of an axis through one of its outlets, with the beat that all tests have in common.
+pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
+    let gains = ground.gains(outlet);
+    let moves = |test: &usize| ground.context.motion(*test).moving.contains(&axis) && !gains[*test].is_empty();
+    let tests: Vec<Rows> =
+        (0..ground.tests()).filter(moves).filter_map(|test| rows(ground, axis, &gains[test], test)).collect();
+    if tests.len() < LEAST_TESTS {
+        return Vec::new();
+    }
+    let ends = tests.iter().flat_map(|rows| &rows.q).fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(*q), b.max(*q)));
+    let longest = tests.iter().map(|rows| rows.t[rows.t.len() - 1] - rows.t[0]).fold(0.0, f64::max);
+    let span = ends.1 - ends.0;
+    if span <= 0.0 || longest <= 0.0 || session_s(&tests) > LONGEST_SESSION * longest {
+        return Vec::new();
+    }
+    let (ripple, beat) = (TAU / span, 1.0 / longest);
+    let (along, in_time) = (ripple / FINER as f64, beat / FINER as f64);
+    let beats: Vec<Vec<(f64, f64)>> = tests.iter().map(|rows| phasors(rows, in_time)).collect();
+    let least_hz = LEAST_BEATS * beat;
+    let mut cells: Vec<(Wave, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
+        .into_par_iter()
+        .flat_map_iter(|k| {
+            let per_unit = k as f64 * along;
+            let loud = loudness_by_beat(&tests, &beats, per_unit);
+            let waves =
+                (1..).zip(loud).map(move |(m, loud)| (Wave { per_unit, hz: f64::from(m) * in_time, least_hz }, loud));
+            waves.filter(|(wave, _)| wave.hz >= wave.least_hz)
+        })
+        .collect();
+    cells.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut chosen: Vec<Wave> = Vec::new();
+    for (wave, _) in cells {
+        let is_near = |other: &Wave| {
+            (other.per_unit - wave.per_unit).abs() < 2.5 * ripple && (other.hz - wave.hz).abs() < 2.5 * beat
+        };
+        if !chosen.iter().any(is_near) {
+            chosen.push(wave);
+        }
+        if chosen.len() == LOUDEST {
+            break;
+        }
+    }
+    // what is loud in every test by itself need not have one phase
+    let mut waves: Vec<(Wave, f64)> =
+        chosen.into_iter().map(|wave| in_phase(&tests, sharpened(&tests, wave, ripple, beat), beat)).collect();
+    waves.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // neighbours may be sharpened to one
+    waves.dedup_by(|one, other| one.0 == other.0);
+    waves.into_iter().take(MOST_WAVES).map(|(wave, _)| wave).collect()
+}
+
+/// Averaged readings of a test.
+fn rows(ground: &Ground, axis: usize, gain: &[f64], test: usize) -> Option<Rows> {
+    let motion = ground.context.motion(test);
+    motion.time_s.as_ref()?;
+    let kept: Vec<usize> = (0..motion.rows()).filter(|&row| ground.kept[test][row]).collect();
+    let residual = &ground.residual_mm[test];
+    let mean = kept.iter().map(|&row| residual[row]).sum::<f64>() / kept.len().max(1) as f64;
+    let groups = kept.chunks((kept.len() / ROWS).max(1));
+    let over = |value: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        groups.clone().map(|rows| rows.iter().map(|&row| value(row)).sum::<f64>() / rows.len() as f64).collect()
+    };
+    let q = over(&|row| motion.row(row)[axis]);
+    let t = over(&|row| ground.context.session_time_s(test, row));
+    let score = over(&|row| gain[row] * (residual[row] - mean));
+    let weight: f64 = over(&|row| gain[row] * gain[row]).iter().sum();
+    let middle_s = t.iter().sum::<f64>() / t.len().max(1) as f64;
+    (q.len() > 8 && weight > 0.0).then_some(Rows { q, t, score, weight, middle_s })
+}
+
+/// Amplitude of a wave that runs with (+) or against (−) the position in one test.
+fn amplitude(rows: &Rows, wave: Wave, sign: f64) -> (f64, f64) {
+    let phase = |(q, t): (&f64, &f64)| wave.per_unit * q + sign * TAU * wave.hz * t;
+    let phases = rows.q.iter().zip(&rows.t).map(phase);
+    phases.zip(&rows.score).fold((0.0, 0.0), |(re, im), (phase, score)| {
+        let (sin, cos) = phase.sin_cos();
+        (re + score * cos, im + score * sin)
+    })
+}
+
+/// Turns of a test's readings by every beat, beat after beat.
+fn phasors(rows: &Rows, in_time: f64) -> Vec<(f64, f64)> {
+    let beats = 1..=MOST_BEATS * FINER;
+    beats.flat_map(|m| rows.t.iter().map(move |t| (TAU * m as f64 * in_time * t).sin_cos())).collect()
+}
+
+/// [`loudness`] of a ripple with every beat.
+fn loudness_by_beat(tests: &[Rows], beats: &[Vec<(f64, f64)>], per_unit: f64) -> Vec<f64> {
+    let mut loud = vec![0.0; MOST_BEATS * FINER];
+    for (rows, beats) in tests.iter().zip(beats) {
+        let ripple = rows.q.iter().zip(&rows.score).map(|(q, score)| {
+            let (sin, cos) = (per_unit * q).sin_cos();
+            (score * sin, score * cos)
+        });
+        let ripple: Vec<(f64, f64)> = ripple.collect();
+        for (loud, turns) in loud.iter_mut().zip(beats.chunks(ripple.len())) {
+            let (mut cc, mut ss, mut cs, mut sc) = (0.0, 0.0, 0.0, 0.0);
+            for ((sin, cos), (turn_sin, turn_cos)) in ripple.iter().zip(turns) {
+                cc += cos * turn_cos;
+                ss += sin * turn_sin;
+                cs += cos * turn_sin;
+                sc += sin * turn_cos;
+            }
+            // both directions: (cc - ss)² + (cs + sc)² and (cc + ss)² + (sc - cs)²
+            *loud += 2.0 * (cc * cc + ss * ss + cs * cs + sc * sc) / rows.weight;
+        }
+    }
+    loud
+}
+
+/// Squares of the amplitudes of both directions, each test with a phase of its own.
+fn loudness(tests: &[Rows], wave: Wave) -> f64 {
+    let of_test = |rows: &Rows| {
+        let both = [1.0, -1.0].map(|sign| amplitude(rows, wave, sign));
+        both.iter().map(|(re, im)| re * re + im * im).sum::<f64>() / rows.weight
+    };
+    tests.iter().map(of_test).sum()
+}
+
+/// The loudest wave near one.
+fn sharpened(tests: &[Rows], wave: Wave, ripple: f64, beat: f64) -> Wave {
+    let mut best = (wave, loudness(tests, wave));
+    let mut step = 0.5 / FINER as f64;
+    for _ in 0..SHARPENINGS {
+        for (along, in_time) in
+            [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+        {
+            let per_unit = best.0.per_unit + along * step * ripple;
+            let hz = best.0.hz + in_time * step * beat;
+            let trial = Wave { per_unit, hz: hz.max(wave.least_hz), ..wave };
+            let loud = loudness(tests, trial);
+            if loud > best.1 {
+                best = (trial, loud);
+            }
+        }
+        step *= 0.5;
+    }
+    best.0
+}
+
+/// Time from the middle of the first test to that of the last, s.
+fn session_s(tests: &[Rows]) -> f64 {
+    let middles = || tests.iter().map(|rows| rows.middle_s);
+    middles().fold(f64::MIN, f64::max) - middles().fold(f64::MAX, f64::min)
+}
+
+/// The frequency near that of a wave at which the amplitudes of all tests have one phase, and the square of their sum.
+fn in_phase(tests: &[Rows], wave: Wave, beat: f64) -> (Wave, f64) {
+    let session = session_s(tests);
+    if session <= 0.0 {
+        return (wave, 0.0);
+    }
+    let shown: Vec<[(f64, f64); 2]> =
+        tests.iter().map(|rows| [1.0, -1.0].map(|sign| amplitude(rows, wave, sign))).collect();
+    let together = |off: f64| -> f64 {
+        let of_sign = |k: usize, sign: f64| {
+            let sum = tests.iter().zip(&shown).fold((0.0, 0.0), |(re, im), (rows, shown)| {
+                let (sin, cos) = (sign * TAU * off * rows.middle_s).sin_cos();
+                let (a, b) = shown[k];
+                (re + a * cos - b * sin, im + a * sin + b * cos)
+            });
+            sum.0 * sum.0 + sum.1 * sum.1
+        };
+        of_sign(0, 1.0) + of_sign(1, -1.0)
+    };
+    let step = PHASE_STEP / session;
+    let reach = (0.5 * beat / step) as i64;
+    let offs = (-reach..=reach).map(|k| k as f64 * step).filter(|off| wave.hz + off >= wave.least_hz);
+    let best = offs.map(|off| (off, together(off))).max_by(|a, b| a.1.total_cmp(&b.1));
+    let (off, loud) = best.unwrap_or((0.0, 0.0));
+    (Wave { hz: wave.hz + off, ..wave }, loud)
+}

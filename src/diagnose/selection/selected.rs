@@ -1,0 +1,116 @@
+//! What a search works on and what it finds. It decides nothing.
+
+use crate::statistics::Judgement;
+use crate::statistics::NoiseModel;
+use std::cell::Cell;
+use std::sync::Arc;
+
+use super::candidates::Family;
+use super::limits::Limits;
+use super::screening_grid::Cells;
+use crate::diagnose::model::linear_model::{Column, Ground, Term};
+use crate::diagnose::model::prior_penalty::Pulls;
+use crate::diagnose::model::regression::Accepted;
+use crate::diagnose::model::whitened::Whitened;
+use crate::machine::Effect;
+
+/// A candidate with its best shape.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    pub family: usize,
+    pub effect: Effect,
+    pub terms: Vec<Term>,
+    pub columns: Vec<Column>,
+    pub judgement: Judgement,
+    /// Log evidence with the cost of the shape grid taken off.
+    pub log_odds: f64,
+}
+
+impl Candidate {
+    /// A free curve: something is there, but no form of the catalogue.
+    pub fn is_free(&self) -> bool {
+        self.effect.kind == "unknown"
+    }
+
+    /// Acts once in a session.
+    pub fn is_event(&self) -> bool {
+        self.effect.kind.ends_with("-slip")
+    }
+
+    /// Positions and lengths of one test that do not belong together.
+    pub fn is_shift_of_one_test(&self) -> bool {
+        self.effect.kind == "trigger-latency" && self.effect.tests.is_some()
+    }
+
+    /// Its columns as they join the model.
+    pub fn accepted(&self) -> impl Iterator<Item = Accepted> + '_ {
+        self.columns.iter().map(|column| Accepted { column: column.clone(), prior: self.judgement.tau.max(1.0) })
+    }
+}
+
+/// An accepted effect with its rivals.
+#[derive(Debug, Clone)]
+pub struct Found {
+    pub chosen: Candidate,
+    /// Other candidates at the same stage, best first, with their log odds relative to the chosen one (below zero).
+    pub rivals: Vec<(Candidate, f64)>,
+    /// Gain in log likelihood with the noise fitted before and after, less the cost of shapes and amplitudes.
+    pub log_odds: f64,
+    /// The gain alone.
+    pub gain: f64,
+    /// Log odds of the chosen candidate at the step that ranked the rivals, on the scale of theirs.
+    pub ranked_odds: f64,
+    /// The gain beside all other effects of the model: how far they can stand for it.
+    pub beside_gain: f64,
+    /// Fall of the mean square residual, mm².
+    pub fall_mm2: f64,
+    /// The place stands, its form does not: readings held out, or restless ones, speak against it.
+    pub form_withdrawn: bool,
+}
+
+/// Result of a search.
+pub struct Search {
+    pub floor: Vec<NoiseModel>,
+    pub noise_before: Vec<NoiseModel>,
+    pub noise_after: Vec<NoiseModel>,
+    pub found: Vec<Found>,
+    /// Residuals with what was found in the fit, mm.
+    pub residual_mm: Vec<Vec<f64>>,
+    /// Log odds of the best candidate that was not accepted.
+    pub best_left: f64,
+    /// Mean square of the residual before anything was found, mm².
+    pub residual_before_mm2: f64,
+}
+
+/// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
+pub struct Grounds<'g, 'a> {
+    pub fine: &'g Ground<'a>,
+    pub coarse: &'g Ground<'a>,
+    /// Shapes over the averaged rows.
+    pub cells: &'g Cells<'g>,
+}
+
+/// Noise by test, on all rows and on averaged ones.
+pub type Floors = [Vec<NoiseModel>; 2];
+
+/// A session with all that may be in it.
+pub(crate) struct Ways<'w, 'g, 'a> {
+    pub(crate) grounds: &'w Grounds<'g, 'a>,
+    pub(crate) families: &'w [Family],
+    pub(crate) floors: &'w Floors,
+    pub(crate) limits: Limits,
+    /// All rows and averaged ones under their noise floors.
+    pub(crate) whitened: [Arc<Whitened<'g, 'a>>; 2],
+    /// Steps made so far.
+    pub(crate) steps: Cell<usize>,
+    /// Balls out of round are not looked at: what the machine does says as much.
+    pub(crate) balls_are_round: Cell<bool>,
+}
+
+/// One step of a search: what it finds and what is left then.
+pub(crate) struct Step {
+    pub(crate) found: Found,
+    pub(crate) residual_mm: Vec<Vec<f64>>,
+    pub(crate) pulls: Pulls,
+    pub(crate) noise: Vec<NoiseModel>,
+}

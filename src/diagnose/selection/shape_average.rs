@@ -1,0 +1,147 @@
+//! How far a size depends on the shape that was chosen: shapes near by, weighted by their evidence. It chooses no shape.
+
+use rayon::prelude::*;
+
+use super::candidates::Family;
+use super::selected::Candidate;
+use super::shape_fit::judged;
+use super::trajectory::settles;
+use crate::diagnose::model::linear_model::Term;
+use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::whitened::LastShape;
+use crate::effects::{COLD, WARM};
+use crate::machine::{Effect, ParameterValue};
+
+/// Time constants of growth that are tried, as shares of the session.
+const SLOW: [f64; 9] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0, 2.0];
+/// Ratios of the slow to the fast node of a growth.
+const NODES: [f64; 3] = [2.0, 3.0, 5.0];
+/// Factors of the chosen time constants that are tried.
+const NEAR: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
+/// Shifts of a bump's centre, as shares of its width, and factors of its width.
+const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
+const WIDTHS: [f64; 9] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.45, 2.0, 3.0, 5.0];
+
+/// Warmth of a part as the session begins, in units of long work at a steady speed.
+const WARMTHS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Log odds by which shapes are no longer near by, and by which they are not even with another state in the beginning.
+const FAR_OFF: f64 = 8.0;
+const STATES_FAR_OFF: f64 = 16.0;
+
+/// Mean and standard deviation of a size over the shapes near a candidate's; `None` where its shape has no such freedom.
+///
+/// `stage` lays out all other effects; `size` tells the size of a shape with its amplitudes.
+pub fn over_shapes<'s>(
+    stage: impl FnOnce() -> Stage<'s, 's>,
+    lead: &Candidate,
+    family: &Family,
+    size: impl Fn(&Candidate) -> f64 + Sync,
+) -> Option<(f64, f64)> {
+    if ["tau", "channel", "width"].iter().all(|name| lead.effect.parameter(name).is_none()) {
+        return None;
+    }
+    let stage = stage();
+    let tests = 0..stage.ground.tests();
+    let length_s = tests.map(|test| stage.ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    let judged = |effect: Effect| judged(&stage, family, lead.family, effect, 0.0, &mut LastShape::default());
+    let counting = |effects: Vec<Effect>| -> Vec<Candidate> {
+        let shapes = effects.into_par_iter().filter_map(judged);
+        shapes.filter(|shape| settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes)).collect()
+    };
+    let mut shapes = counting(near_shapes(&lead.effect, length_s));
+    let best = shapes.iter().map(|shape| shape.log_odds).max_by(f64::total_cmp)?;
+    if has_states(&lead.effect) {
+        shapes.retain(|shape| shape.log_odds > best - STATES_FAR_OFF);
+        shapes = counting(shapes.iter().flat_map(|shape| states(&shape.effect, family)).collect());
+    }
+    let sizes: Vec<(f64, f64)> = shapes.par_iter().map(|shape| (shape.log_odds, size(shape))).collect();
+    let chosen = judged(lead.effect.clone())?;
+    let best = sizes.iter().map(|(odds, _)| *odds).max_by(f64::total_cmp)?;
+    let weights: f64 = sizes.iter().map(|(odds, _)| (odds - best).exp()).sum();
+    let mean = sizes.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
+    let variance = sizes.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
+    let are_near = best > chosen.log_odds - FAR_OFF;
+    (are_near && mean.is_finite()).then(|| (mean, variance.sqrt()))
+}
+
+/// Sum of two nodes below this share of the larger one: nodes that nearly cancel say nothing of the time before the readings.
+const LEAST_SUM: f64 = 0.7;
+
+/// Whether functions of one outlet nearly cancel.
+pub(crate) fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
+    let pairs = terms.iter().zip(amplitudes);
+    pairs.clone().any(|(term, amplitude)| {
+        let own = pairs.clone().filter(|(other, _)| other.outlet == term.outlet).map(|(_, amplitude)| amplitude);
+        own.clone().count() > 1 && own.sum::<f64>().abs() < LEAST_SUM * amplitude.abs()
+    })
+}
+
+/// Whether a part may have been out of balance as the session began.
+fn has_states(effect: &Effect) -> bool {
+    effect.kind == "thermal-growth" && (effect.parameter("heat").is_some() || effect.parameter("channel").is_some())
+}
+
+/// A growth with every friction that may heat the part, and with what it may have brought along as the session began: a
+/// warm part has less to grow.
+fn states(effect: &Effect, family: &Family) -> Vec<Effect> {
+    let begins = |effect: &Effect, state: &str| effect.clone().with("begins", ParameterValue::Word(state.into()));
+    if effect.parameter("heat").is_none() {
+        let warm = effect.number("lag").filter(|lag| *lag > 0.0).map(|_| begins(effect, WARM));
+        return warm.into_iter().chain([begins(effect, COLD)]).collect();
+    }
+    let mut sources: Vec<&ParameterValue> = Vec::new();
+    for source in family.grid.iter().filter_map(|effect| effect.parameter("heat")) {
+        if !sources.contains(&source) {
+            sources.push(source);
+        }
+    }
+    let heated = sources.into_iter().map(|source| effect.clone().with("heat", source.clone()));
+    let of_a_source = |effect: Effect| {
+        let cold = begins(&effect, COLD);
+        let alike = WARMTHS.map(|warmth| cold.clone().with("warmth", ParameterValue::Number(warmth)));
+        alike.into_iter().chain([begins(&effect, WARM)])
+    };
+    heated.flat_map(of_a_source).collect()
+}
+
+/// Shapes beside that of an effect, itself among them, in a session of a length.
+fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
+    // poses have no times
+    let timed = effect.parameter("clock").is_none();
+    if timed && (effect.parameter("tau").is_some() || effect.parameter("channel").is_some()) {
+        let mut list = Vec::new();
+        if effect.parameter("channel").is_some() {
+            list.push(effect.clone());
+            let lags = std::iter::once(0.0).chain(SLOW).map(|share| share * length_s);
+            list.extend(lags.map(|lag| effect.clone().with("lag", ParameterValue::Number(lag))));
+            return list;
+        }
+        let with = |values: Vec<f64>| effect.clone().with("tau", ParameterValue::List(values));
+        if let Some(ParameterValue::List(nodes)) = effect.parameter("tau") {
+            match nodes[..] {
+                // the factors have 1 among them: the chosen shape itself
+                [fast, slow] => list.extend(NEAR.iter().flat_map(|f| NEAR.map(|g| with(vec![f * fast, g * slow])))),
+                [single] => list.extend(NEAR.map(|f| with(vec![f * single]))),
+                _ => list.push(effect.clone()),
+            }
+        }
+        for first in SLOW.map(|share| share * length_s) {
+            list.push(with(vec![first]));
+            if effect.kind == "thermal-growth" {
+                list.extend(NODES.map(|ratio| with(vec![first, ratio * first])));
+            }
+        }
+        return list;
+    }
+    if let (Some(centre), Some(width)) = (effect.number("centre"), effect.number("width")) {
+        let shapes = SHIFTS.iter().flat_map(|shift| WIDTHS.iter().map(move |factor| (shift, factor)));
+        return shapes
+            .map(|(shift, factor)| {
+                let moved = effect.clone().with("centre", ParameterValue::Number(centre + shift * width));
+                moved.with("width", ParameterValue::Number(factor * width))
+            })
+            .collect();
+    }
+    Vec::new()
+}

@@ -1,0 +1,197 @@
+//! Whether a finding predicts readings that its selection never saw: folds of interleaved chunks, selection redone in each.
+
+use crate::diagnose::cause::Cause;
+use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::preflight::mistakes::is_repeat;
+use crate::diagnose::selection::candidates::Family;
+use crate::diagnose::selection::search::search_part;
+use crate::diagnose::selection::selected::{Floors, Found, Grounds};
+use crate::machine::Effect;
+use crate::statistics::{NoiseModel, rms};
+
+/// Outcome of the held-out proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proof {
+    /// Rms of held-out residuals without and with what the other fold found, µm.
+    pub before_um: f64,
+    pub after_um: f64,
+    /// Per finding: the same cause was found in every fold, or in all but one where it is beyond doubt, and held-out readings
+    /// gained from it beside the others.
+    pub passed: Vec<bool>,
+}
+
+/// Share of what is more than noise that held-out readings may keep where they are predicted.
+const KEPT: f64 = 0.5;
+
+impl Proof {
+    /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
+    pub fn predicts(&self, noise_um: f64) -> bool {
+        let beyond = |um: f64| um.powi(2) - noise_um.powi(2);
+        beyond(self.before_um) > 0.0 && beyond(self.after_um) < KEPT * beyond(self.before_um)
+    }
+}
+
+/// Length of a chunk, s; of a run of static poses, in poses.
+pub const CHUNK_S: f64 = 5.0;
+const CHUNK_POSES: usize = 40;
+/// Number of folds.
+const FOLDS: usize = 2;
+
+/// Length of a chunk as a share of the time between two knots of a vibration: it must be shorter than what is to be followed
+/// across it.
+const CHUNK_SHARE: f64 = 0.25;
+
+/// Length of the chunks, s, that fits the courses of what was found.
+fn chunk_s(found: &[Found]) -> f64 {
+    let knots_s = found.iter().filter_map(|found| found.chosen.effect.number("every"));
+    knots_s.fold(CHUNK_S, |chunk, every| chunk.min(CHUNK_SHARE * every))
+}
+
+/// Cross-validates findings, `None` where a fold would be without readings; `floors` are those of all readings, for half a
+/// trace may not show what is noise and what a line of the spectrum, and `found` the effects that the search on them took.
+pub fn prove(
+    grounds: &Grounds,
+    floors: &Floors,
+    families: &[Family],
+    found: &[Found],
+    findings: &[Finding],
+    noise: &[NoiseModel],
+) -> Option<Proof> {
+    let chunk_s = chunk_s(found);
+    let rows = |ground: &Ground, fold: usize, held: bool| fold_rows(ground, fold, held, chunk_s);
+    let is_empty = |held: bool| !rows(grounds.fine, 0, held).iter().flatten().any(|row| *row);
+    if is_empty(true) || is_empty(false) {
+        return None;
+    }
+    let mut before = Vec::new();
+    let mut after = Vec::new();
+    let all: Vec<Accepted> = found.iter().flat_map(|found| found.chosen.accepted()).collect();
+    // by finding: folds that find it, and by fold what the rows left out gain from it, as a share of what they leave
+    let mut again = vec![0; findings.len()];
+    let mut gains = vec![Vec::new(); findings.len()];
+    for fold in 0..FOLDS {
+        let train = [rows(grounds.fine, fold, false), rows(grounds.coarse, fold, false)];
+        let test = rows(grounds.fine, fold, true);
+        let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
+        let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
+        let searched = search_part(&masked, floors, families, found);
+        let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
+        let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);
+        before.extend(held_out(&bare, &test));
+        after.extend(held_out(&full, &test));
+        let unexplained = |residual_mm: &[Vec<f64>]| rms(held_out(residual_mm, &test).into_iter()).powi(2);
+        let left = unexplained(&full);
+        for (index, finding) in findings.iter().enumerate() {
+            let is_again = |found: &Found| is_found_again(grounds, findings, finding, found);
+            let left_by = |model: &[Accepted]| match model.is_empty() {
+                true => unexplained(&bare),
+                false => unexplained(&Stage::new(grounds.fine, noise, model, &train[0]).residual_mm(model)),
+            };
+            if searched.found.iter().any(is_again) {
+                again[index] += 1;
+                let others = searched.found.iter().filter(|found| !is_again(found));
+                let others: Vec<Accepted> = others.flat_map(|found| found.chosen.accepted()).collect();
+                gains[index].push(left_by(&others) / left - 1.0);
+            } else {
+                let own = finding.columns.iter().map(|&column| all[column].clone());
+                gains[index].push(left / left_by(&model.iter().cloned().chain(own).collect::<Vec<_>>()) - 1.0);
+            }
+        }
+    }
+    let passed = findings.iter().zip(again.iter().zip(&gains)).map(|(finding, (&again, gains))| match again {
+        FOLDS => gains.iter().sum::<f64>() > LEAST_GAIN,
+        0 => false,
+        _ => finding.gain > BEYOND_ONE_FOLD && gains.iter().all(|gain| *gain > LEAST_GAIN),
+    });
+    let passed = passed.collect();
+    Some(Proof { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })
+}
+
+/// Share of a finding's probability from which a rival of another kind stands for the same class.
+const NEAR: f64 = 0.5;
+
+/// Gain in log likelihood of all readings with which a finding may be missed by one fold, if the rows left out gain from it there
+/// too: by chance half of the readings may show far less than half of a weak effect.
+const BEYOND_ONE_FOLD: f64 = 40.0;
+
+/// Share of their mean square that rows left out must gain at least: less is chance.
+const LEAST_GAIN: f64 = 0.002;
+
+/// Whether a fold found what a finding says, or a stated rival where the fewer readings of a fold may favour it: of static
+/// poses any, of sweeps one of the same kind or nearly as likely.
+fn is_found_again(grounds: &Grounds, findings: &[Finding], finding: &Finding, found: &Found) -> bool {
+    let machine = grounds.fine.context.machine();
+    let effect = &found.chosen.effect;
+    let is_near = |(rival, probability): &&(Cause, f64)| {
+        !grounds.fine.has_sweeps() || rival.effect == finding.cause.effect || *probability > NEAR * finding.probability
+    };
+    let rivals = finding.rivals.iter().filter(is_near).map(|(rival, _)| rival);
+    let says = |cause: &Cause| {
+        let same_place = effect.place.name(machine) == cause.place;
+        same_place && (effect.kind == cause.effect || cause.effect == "unknown")
+    };
+    // a rival that is another finding counts for that one
+    let is_other = findings.iter().any(|other| !std::ptr::eq(other, finding) && says(&other.cause));
+    // play as one axis reverses is no play as another one does
+    let drives = |effect: &Effect| effect.parameter("of").cloned();
+    let is_driven_alike = finding.effects.first().is_none_or(|own| drives(own) == drives(effect));
+    says(&finding.cause) && is_driven_alike || !is_other && rivals.into_iter().any(says)
+}
+
+fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
+    residual_mm
+        .iter()
+        .zip(rows)
+        .flat_map(|(residual, rows)| residual.iter().zip(rows).filter(|(_, keep)| **keep).map(|(value, _)| *value))
+        .collect()
+}
+
+/// Kept rows inside (`held` true) or outside the chunks of a fold, each of about `chunk_s` seconds.
+///
+/// A sweep has an odd number of chunks, and a repeat in the same setup, the same sweep back among them, has them the other
+/// way round: so what happens as sweeps begin is in both folds, and so is every place of an axis that goes there and back
+/// at a steady speed. Setups take turns with the fold that begins.
+pub fn fold_rows(ground: &Ground, fold: usize, held: bool, chunk_s: f64) -> Vec<Vec<bool>> {
+    let turns = turns(ground);
+    (0..ground.tests())
+        .map(|test| {
+            let time = ground.context.motion(test).time_s.as_ref();
+            let ends = time.and_then(|time| Some((*time.first()?, *time.last()?)));
+            let chunks = ends.map_or(1, |(begins, ends)| odd_chunks((ends - begins) / chunk_s));
+            let chunk = |row: usize| match (time, ends) {
+                (Some(time), Some((begins, ends))) => {
+                    let share = (time[row] - begins) / (ends - begins).max(f64::MIN_POSITIVE);
+                    ((share * chunks as f64) as usize).min(chunks - 1)
+                }
+                _ => row / CHUNK_POSES,
+            };
+            let is_held = |row: usize| (chunk(row) + turns[test]) % FOLDS == fold;
+            (0..ground.kept[test].len()).map(|row| ground.kept[test][row] && is_held(row) == held).collect()
+        })
+        .collect()
+}
+
+/// Odd number of chunks near a number, three at least.
+fn odd_chunks(near: f64) -> usize {
+    2 * ((0.5 * (near - 1.0)).round() as usize).max(1) + 1
+}
+
+/// By test, whether its chunks are the other way round: how often its setup was swept before, and which setup it is, in time.
+fn turns(ground: &Ground) -> Vec<usize> {
+    let session = ground.context.session();
+    let mut turns = vec![0; ground.tests()];
+    let mut setups: Vec<(usize, usize)> = Vec::new();
+    for &test in ground.context.order() {
+        let known = setups.iter().position(|(first, _)| is_repeat(session, *first, test));
+        let setup = known.unwrap_or_else(|| {
+            setups.push((test, 0));
+            setups.len() - 1
+        });
+        turns[test] = setup + setups[setup].1;
+        setups[setup].1 += 1;
+    }
+    turns
+}

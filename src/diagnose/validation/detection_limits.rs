@@ -1,0 +1,316 @@
+//! What a session cannot show: the smallest size of every cause that its recordings would reveal. It looks at no residual.
+
+use crate::diagnose::cause::Cause;
+use crate::diagnose::model::linear_model::{Ground, Term};
+use crate::diagnose::model::regression::Stage;
+use crate::diagnose::selection::candidates::{Family, family_terms, terms};
+use crate::diagnose::selection::naming::{cause_of, unit};
+use crate::effects::{Driver, kind};
+use crate::identify::{Fit, FitError, turned_senses};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::session::Session;
+use crate::units::Measure;
+
+/// A cause that may be there unseen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blind {
+    pub cause: Cause,
+    /// Smallest size with a χ² of 50 beside everything else in the fit, display units; `None`: no size shows.
+    pub smallest: Option<f64>,
+    pub unit: &'static str,
+    /// A test that would show it.
+    pub test: String,
+}
+
+/// χ² from which a cause counts as visible: what the search demands, with the cost of shapes.
+const VISIBLE: f64 = 50.0;
+
+/// Smallest size that shows where a size of one has so much information; `None`: no size does.
+fn smallest(information: f64) -> Option<f64> {
+    (information > 1e-12).then(|| (VISIBLE / information).sqrt())
+}
+
+/// Sizes above which a machinist would want to know: a cause is listed when the session shows it only beyond.
+fn notable(kind: &str, is_angle: bool) -> f64 {
+    match (kind, is_angle) {
+        ("rotary-backlash", _) => 3.0,
+        ("linear-backlash", _) => 1.5,
+        ("lateral-play" | "reversal-spike", true) => 2.0,
+        ("lateral-play" | "reversal-spike", false) => 1.5,
+        ("rotary-error-motion", true) => 2.0,
+        ("rotary-error-motion", false) => 1.0,
+        ("cyclic-error", true) => 2.0,
+        ("cyclic-error", false) => 1.0,
+        ("gravity-sag", _) => 3.0,
+        ("thermal-growth", true) => 3.0,
+        ("thermal-growth", false) => 4.0,
+        ("straightness", true) => 2.0,
+        ("straightness", false) => 1.5,
+        ("squareness", _) => 5.0,
+        ("linear-scale", _) => 10.0,
+        ("servo-lag", _) => 1.0,
+        ("trigger-latency", _) => 5.0,
+        ("bar-length", _) => 2.0,
+        _ => 3.0,
+    }
+}
+
+/// Smallest size, µm or arcsec, from which a motion counts as hidden in any form: named forms have bounds of their own.
+const HIDES_ANY_FORM: f64 = 20.0;
+
+/// Causes that the session does not show at notable sizes.
+pub fn unseen_causes(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blind> {
+    let machine = ground.context.machine();
+    let mut list: Vec<Blind> = Vec::new();
+    let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
+    for family in families.iter().filter(|family| {
+        !matches!(
+            family.kind,
+            "unknown" | "clamp-lift" | "pivot-slip" | "ball-slip" | "vibration" | "beat" | "radius-loss"
+        )
+    }) {
+        let Some(effect) = family.grid.get(family.grid.len() / 2) else { continue };
+        if effect.parameter("of").is_some() {
+            // what another axis drives shows as little as play of the place's own motion, which is listed
+            continue;
+        }
+        let terms = family_terms(machine, family, effect, ground.tests());
+        let own = family.outlets.iter().filter(|outlet| !matches!(outlet, Outlet::SlidesAcceleration { .. }));
+        for outlet in own {
+            // every bar has a calibration of its own, beside the growth of all
+            let key = (family.kind, family.place, *outlet, effect.parameter("bar"));
+            if seen.contains(&key) {
+                continue;
+            }
+            seen.push(key);
+            let own: Vec<Term> = terms.iter().filter(|term| term.outlet == *outlet).copied().collect();
+            let Ok(columns) = ground.columns(effect, &own) else { continue };
+            let (information, _) = stage.project(&columns);
+            let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
+            let measure = own.first().map(|term| term.measure);
+            let is_angle = measure == Some(crate::units::Measure::Angle);
+            if smallest.is_none_or(|smallest| smallest > notable(family.kind, is_angle)) {
+                list.push(Blind {
+                    cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
+                    smallest: smallest.filter(|value| *value < 1e5),
+                    unit: measure.map_or("um", unit),
+                    test: showing_test(machine, family.kind, family.place),
+                });
+            } else if family.kind == "rotary-error-motion" && is_axial(machine, outlet) {
+                list.extend(unseen_once_a_turn(ground, family.place, outlet, stage));
+            }
+        }
+    }
+    unseen_slips(ground, families, stage, &mut list);
+    unseen_of_any_form(ground, families, stage, &mut list);
+    unmoved(machine, families, &mut list);
+    list
+}
+
+/// Axes whose sense could be turned in the machine file without a worse fit.
+pub fn unseen_senses(session: &Session, fit: &Fit) -> Result<Vec<Blind>, FitError> {
+    let untold = turned_senses(session, fit)?.into_iter().filter(|sense| !sense.is_told());
+    let blind = untold.map(|sense| {
+        let name = session.machine.axes[sense.axis].name.clone();
+        Blind {
+            cause: Cause {
+                effect: "axis-sign".into(),
+                driver: Driver::Constant,
+                place: name.clone(),
+                components: vec![name],
+            },
+            smallest: None,
+            unit: "",
+            test: sense.how_to_tell(session),
+        }
+    });
+    Ok(blind.collect())
+}
+
+/// True for motion along a rotary axis's own line.
+fn is_axial(machine: &Machine, outlet: &Outlet) -> bool {
+    let Outlet::Motion { axis, component } = *outlet else { return false };
+    !component.is_angle() && machine.axes[axis].own_component().direction_index() == component.direction_index()
+}
+
+/// Motion along a rotary axis once a turn: to a bar that sweeps a cone it looks like a tilt of the axis, whatever higher
+/// orders show.
+fn unseen_once_a_turn(ground: &Ground, place: Place, outlet: &Outlet, stage: &Stage) -> Option<Blind> {
+    let machine = ground.context.machine();
+    let effect = Effect::new("rotary-error-motion", place).with("orders", ParameterValue::List(vec![1.0]));
+    let columns = ground.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
+    let (information, _) = stage.project(&columns);
+    let weakest = (0..columns.len()).map(|k| information[(k, k)]).fold(f64::INFINITY, f64::min);
+    let smallest = smallest(weakest);
+    smallest.is_none_or(|smallest| smallest > notable("rotary-error-motion", false)).then(|| Blind {
+        cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
+        smallest: smallest.filter(|value| *value < 1e5),
+        unit: "um",
+        test: "once a turn only: the short bar with its balls where the extended bar had the standing one".to_string(),
+    })
+}
+
+/// Slips of a ball between two tests that the session does not show, at the least visible moment.
+fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
+    let machine = ground.context.machine();
+    let tests = &ground.context.session().tests;
+    let runs_at =
+        |time: f64| (0..tests.len()).any(|k| (tests[k].started_at_s..=ground.context.ends_at_s(k)).contains(&time));
+    for kind in ["ball-slip", "pivot-slip"] {
+        // by outlet: the effect and the information at the moment that shows it least
+        let mut least: Vec<(Outlet, &Effect, f64)> = Vec::new();
+        for family in families.iter().filter(|family| family.kind == kind) {
+            let between = family.grid.iter().filter(
+                |effect| matches!(effect.parameter("time"), Some(ParameterValue::Number(time)) if !runs_at(*time)),
+            );
+            for effect in between {
+                let terms = family_terms(machine, family, effect, ground.tests());
+                let Ok(columns) = ground.columns(effect, &terms) else { continue };
+                let (information, _) = stage.project(&columns);
+                for (k, term) in terms.iter().enumerate().take(columns.len()) {
+                    match least.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
+                        Some((_, at, shown)) if information[(k, k)] < *shown => {
+                            (*at, *shown) = (effect, information[(k, k)])
+                        }
+                        Some(_) => {}
+                        None => least.push((term.outlet, effect, information[(k, k)])),
+                    }
+                }
+            }
+        }
+        for (outlet, effect, shown) in least {
+            let smallest = smallest(shown);
+            if smallest.is_none_or(|smallest| smallest > notable(kind, false)) {
+                list.push(Blind {
+                    cause: cause_of(machine, effect, &[outlet]),
+                    smallest: smallest.filter(|value| *value < 1e5),
+                    unit: "um",
+                    test: showing_test(machine, kind, effect.place),
+                });
+            }
+        }
+    }
+}
+
+/// Motions over the travel of an axis that the session does not show whatever their form: the lengths of
+/// an axis together, and its angles.
+fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
+    let machine = ground.context.machine();
+    let mut seen: Vec<Outlet> = Vec::new();
+    // by place and measure: outlets and the smallest size that shows through any of them
+    let mut hidden: Vec<(&Effect, Measure, Vec<Outlet>, Option<f64>)> = Vec::new();
+    for family in families.iter().filter(|family| family.kind == "unknown" && family.place.axis().is_some()) {
+        let Some(effect) = family.grid.first().filter(|effect| effect.tests.is_none()) else { continue };
+        for outlet in &family.outlets {
+            if seen.contains(outlet) {
+                continue;
+            }
+            seen.push(*outlet);
+            let measure = outlet.measure(machine);
+            let own = terms(machine, effect, std::slice::from_ref(outlet));
+            let Ok(columns) = ground.columns(effect, &own) else { continue };
+            let (information, _) = stage.project(&columns);
+            let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
+            let smallest = smallest.filter(|value| *value < 1e5);
+            if smallest.is_some_and(|smallest| smallest <= HIDES_ANY_FORM) {
+                continue;
+            }
+            let own = hidden.iter_mut().find(|(of, kind, ..)| of.place == effect.place && *kind == measure);
+            match own {
+                Some((.., outlets, least)) => {
+                    outlets.push(*outlet);
+                    *least = least.iter().copied().chain(smallest).min_by(f64::total_cmp);
+                }
+                None => hidden.push((effect, measure, vec![*outlet], smallest)),
+            }
+        }
+    }
+    list.extend(hidden.into_iter().map(|(effect, measure, outlets, smallest)| {
+        // its own motion shows along its turning or travel only
+        let own = effect.place.axis().map(|axis| Outlet::own(machine, axis));
+        let is_own = outlets.iter().all(|outlet| Some(*outlet) == own);
+        Blind {
+            cause: cause_of(machine, effect, &outlets),
+            smallest,
+            unit: unit(measure),
+            test: showing_test(machine, if is_own { "cyclic-error" } else { &effect.kind }, effect.place),
+        }
+    }));
+}
+
+/// Causes of axes that never moved, for which there is no family at all.
+fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
+    for axis in 0..machine.axes.len() {
+        let place = Place::Axis(axis);
+        let kinds: &[&str] = match machine.axes[axis].kind {
+            AxisKind::Rotary => &["rotary-backlash", "rotary-error-motion", "cyclic-error", "gravity-sag", "servo-lag"],
+            AxisKind::Linear => &[
+                "linear-backlash",
+                "reversal-spike",
+                "linear-scale",
+                "cyclic-error",
+                "straightness",
+                "squareness",
+                "servo-lag",
+            ],
+        };
+        for name in kinds {
+            let covered = families.iter().any(|family| family.kind == *name && family.place == place);
+            let Some(kind) = kind(name).filter(|_| !covered) else { continue };
+            let outlets = (kind.outlets)(machine, place);
+            let effect = Effect::new(name, place);
+            let Some(outlet) = outlets.first() else { continue };
+            list.push(Blind {
+                cause: cause_of(machine, &effect, &outlets),
+                smallest: None,
+                unit: unit((kind.measure)(machine, outlet, "")),
+                test: showing_test(machine, name, place),
+            });
+        }
+    }
+}
+
+/// A test that shows a cause, in words.
+pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
+    let axis = place.axis().map(|axis| (machine.axes[axis].name.clone(), machine.axes[axis].kind));
+    // an arm has no linear axes that could follow
+    let is_arm = machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary);
+    match (kind, axis) {
+        ("rotary-backlash" | "lateral-play", Some((name, _))) if is_arm => {
+            format!("the same poses with {name} arriving from either side")
+        }
+        ("rotary-error-motion" | "cyclic-error" | "unknown", Some((name, _))) if is_arm => {
+            format!("poses over the whole range of {name}, the other joints standing still")
+        }
+        ("servo-lag" | "reversal-spike", Some((name, _))) if is_arm => {
+            format!("sweeps of {name} in both directions and at two speeds, read in time")
+        }
+        ("rotary-backlash" | "cyclic-error" | "servo-lag" | "reversal-spike", Some((name, AxisKind::Rotary))) => {
+            format!("{name} swept both ways with the linear axes following tangentially")
+        }
+        ("rotary-error-motion" | "lateral-play" | "unknown", Some((name, AxisKind::Rotary))) => {
+            format!(
+                "{name} swept both ways with the linear axes following radially and axially, ball high above the table"
+            )
+        }
+        ("gravity-sag", Some((name, _))) => {
+            format!("{name} over its whole range with and without payload, nothing remounted")
+        }
+        (
+            "squareness" | "linear-scale" | "straightness" | "linear-backlash" | "reversal-spike" | "cyclic-error"
+            | "servo-lag" | "lateral-play" | "unknown",
+            Some((name, _)),
+        ) => {
+            format!("planar circles with {name} in both directions and at two feeds")
+        }
+        ("thermal-growth" | "bar-length" | "ball-slip" | "pivot-slip", _) => {
+            "the first test again at the end, nothing remounted".to_string()
+        }
+        ("ball-form", _) => "the first test again with the ball turned in its cup".to_string(),
+        ("cup-stiction", _) => {
+            "a sweep in which the bar turns in that cup, read from the start without run-up".to_string()
+        }
+        ("trigger-latency", _) => "a sweep with an off-centre ball at two feeds in both directions".to_string(),
+        _ => "the first test again in both directions".to_string(),
+    }
+}

@@ -1,0 +1,98 @@
+//! What the readings as a whole say, and how much may be claimed of each cause then. It finds nothing.
+
+use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::validation::cross_validation::Proof;
+
+/// How a session is explained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    Clean,
+    Explained,
+    PartlyExplained,
+    Unexplained,
+    DataFault,
+    CannotBeJudged,
+}
+
+impl Verdict {
+    /// Words of the JSON contract.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Clean => "clean",
+            Verdict::Explained => "explained",
+            Verdict::PartlyExplained => "partly explained",
+            Verdict::Unexplained => "unexplained",
+            Verdict::DataFault => "data fault",
+            Verdict::CannotBeJudged => "cannot be judged",
+        }
+    }
+}
+
+/// Residual over noise floor up to which a session counts as explained.
+const EXPLAINED: f64 = 1.25;
+
+/// Held-out residual over the residual up to which it does.
+const PREDICTED: f64 = 1.5;
+
+/// Residual over noise floor from which something is there although no candidate says what.
+pub(crate) const SURELY_MORE: f64 = 1.6;
+
+/// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
+pub(crate) const SURE_OF_FORM: f64 = 30.0;
+
+/// Jumps of one session beyond which they may be something that comes and goes.
+const MOST_JUMPS: usize = 2;
+
+/// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
+const UNPROVEN: f64 = 0.97;
+
+/// The verdict on a session whose files are sound.
+pub(crate) fn verdict(
+    findings: &[Finding],
+    rms_after_um: f64,
+    noise_um: Option<f64>,
+    proof: Option<&Proof>,
+) -> Verdict {
+    if findings.is_empty() {
+        return if noise_um.is_some_and(|noise_um| rms_after_um > SURELY_MORE * noise_um) {
+            Verdict::Unexplained
+        } else {
+            Verdict::Clean
+        };
+    }
+    if findings.iter().all(|finding| finding.cause.effect == "unknown") {
+        return Verdict::Unexplained;
+    }
+    // where no noise is known nothing shows that all is explained
+    let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um);
+    // forms that bend to the readings predict others badly; neither the phase of a vibration nor the moment of an event is
+    // to be predicted
+    let escapes = findings.iter().any(|finding| finding.cause.effect == "vibration" || finding.single);
+    let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
+    match is_noise && predicts {
+        true => Verdict::Explained,
+        false => Verdict::PartlyExplained,
+    }
+}
+
+/// Claims no more of each cause than is proven; `carries` says of each whether it holds in the tests it was not learnt from.
+pub(crate) fn temper(
+    findings: &mut [Finding],
+    verdict: Verdict,
+    has_sweeps: bool,
+    proof: Option<&Proof>,
+    carries: &[bool],
+) {
+    let goes_back: Vec<bool> =
+        findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
+    let jumps = findings.iter().filter(|finding| finding.single).count();
+    for (index, finding) in findings.iter_mut().enumerate() {
+        let has_failed = proof.is_some_and(|proof| proof.passed.get(index) == Some(&false));
+        let is_weak = has_sweeps && finding.gain < SURE_OF_FORM;
+        let may_be_no_jump = goes_back[index] || finding.single && jumps > MOST_JUMPS;
+        let is_open = verdict != Verdict::Explained || is_weak || may_be_no_jump || has_failed || !carries[index];
+        if is_open {
+            finding.probability = finding.probability.min(UNPROVEN);
+        }
+    }
+}

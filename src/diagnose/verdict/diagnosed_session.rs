@@ -1,0 +1,51 @@
+//! A session as diagnosed: effects in its machine, errors and places of balls and bars fitted beside them. It searches nothing.
+
+use nalgebra::Vector3;
+
+use super::diagnosis::{DiagnoseError, Diagnosis};
+use crate::chain::Chain;
+use crate::identify::{self, Problem, fitted_session};
+use crate::machine::{Effect, ParameterValue, Place};
+use crate::session::{Ball, Session, Setups, Test};
+
+/// Stated places nearer than this are one, as in the session file.
+const SAME_PLACE_MM: f64 = 1e-3;
+
+/// The session whose simulation predicts its recordings.
+///
+/// Effects were found with first-order columns. Here they act through the exact model at the sizes found, and location
+/// errors, ball places and bars are fitted once more beside them, so that what is second order in an effect does not
+/// stay in the prediction.
+pub fn as_found(session: &Session, diagnosis: &Diagnosis) -> Result<Session, DiagnoseError> {
+    let mut explained = session.clone();
+    explained.machine.effects.extend(diagnosis.effects());
+    let chain = Chain::of(&explained.machine);
+    let setups = Setups::of(&explained);
+    let problem = Problem::new(&explained, &chain, &setups, diagnosis.unknowns.clone())?;
+    let fit = identify::fit(&problem)?;
+    let mut found = fitted_session(&explained, &fit);
+    for effect in &mut found.machine.effects {
+        follow_ball(effect, session, &found.tests);
+    }
+    Ok(found)
+}
+
+/// A slip names the ball concerned by its place: that must be the fitted place when the ball has one.
+fn follow_ball(effect: &mut Effect, stated: &Session, fitted: &[Test]) {
+    let ball: fn(&Test) -> &Ball = match effect.place {
+        Place::Pivot => |test| &test.pivot,
+        Place::SpindleBall => |test| &test.spindle_ball,
+        _ => return,
+    };
+    let Some(ParameterValue::List(at)) = effect.parameter("at") else { return };
+    let is_link = |name: &str| match effect.parameter("link") {
+        Some(ParameterValue::Word(link)) => link == name,
+        _ => true,
+    };
+    let named = Vector3::from_iterator(at.iter().copied().chain([0.0; 3]).take(3));
+    let concerned = |test: &Test| (ball(test).at - named).norm() < SAME_PLACE_MM && is_link(&ball(test).link);
+    if let Some(index) = stated.tests.iter().position(concerned) {
+        let at = ball(&fitted[index]).at;
+        effect.set("at", ParameterValue::List(vec![at.x, at.y, at.z]));
+    }
+}

@@ -1,0 +1,241 @@
+//! What a diagnosis says: verdict, findings, residuals before and after. It works nothing out.
+
+use super::claims::{Verdict, temper, verdict};
+use super::explanation::Told;
+use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::regression::Stage;
+use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_left_mm};
+use crate::diagnose::noise::pose_noise::{Left, Poses};
+use crate::diagnose::preflight::data_fault::DataFault;
+use crate::diagnose::preflight::examine::Examination;
+use crate::diagnose::preflight::small_misfit::implausible;
+use crate::diagnose::selection::selected::Search;
+use crate::diagnose::validation::cross_validation::Proof;
+use crate::diagnose::validation::detection_limits::Blind;
+use crate::diagnose::validation::leave_setup_out::Transfer;
+use crate::diagnose::validation::leave_setup_out::transfers;
+use crate::diagnose::validation::sign_randomisation::Placebo;
+use crate::diagnose::validation::sign_randomisation::placebos;
+use crate::effects::EffectError;
+use crate::identify::{Fit, FitError, Problem, Quantity, TestFit, Unknown};
+use crate::machine::Effect;
+use crate::session::{MotionError, Session, Setups};
+use crate::statistics::rms;
+use crate::units::Measure;
+
+/// Result of a diagnosis.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    pub verdict: Verdict,
+    pub findings: Vec<Finding>,
+    /// A mistake in the files; findings of physics are then empty.
+    pub data_fault: Option<DataFault>,
+    /// Why the readings cannot be judged, where the verdict says so.
+    pub unjudged: Option<String>,
+    /// What to look at whatever the verdict is.
+    pub warnings: Vec<String>,
+    /// Readings left out as gross outliers.
+    pub left_out: usize,
+    /// Held-out proof of the findings.
+    pub proof: Option<Proof>,
+    /// By finding: its gain with the sense of motion drawn at random; `None` where motion does not drive it.
+    pub placebos: Vec<Option<Placebo>>,
+    /// By finding: how well setups left out in turn follow what the others predict.
+    pub transfers: Vec<Option<Transfer>>,
+    pub blind_to: Vec<Blind>,
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+    /// Noise of a reading; `None` for static poses without readings to spare, whose noise nothing shows.
+    pub noise_um: Option<f64>,
+    /// What is left of static poses, by whether the readings of a pose share it.
+    pub left: Option<Left>,
+    pub location_errors: Vec<Moved>,
+    pub tests: Vec<TestBeforeAfter>,
+    /// What was fitted beside the findings, with the priors of the diagnosis.
+    pub unknowns: Vec<Unknown>,
+}
+
+/// A location error before and after the effects were modelled, mm or rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moved {
+    pub name: String,
+    pub measure: Measure,
+    pub before: f64,
+    pub after: f64,
+    pub sigma: f64,
+    pub determined: bool,
+}
+
+/// Residuals of one test before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TestBeforeAfter {
+    pub name: String,
+    pub before_mm: Vec<f64>,
+    pub after_mm: Vec<f64>,
+    pub kept: Vec<bool>,
+}
+
+impl TestBeforeAfter {
+    /// Root mean square of kept rows, µm, before and after.
+    pub fn rms_um(&self) -> (f64, f64) {
+        let of = |values: &[f64]| {
+            1e3 * rms(values.iter().zip(&self.kept).filter(|(_, kept)| **kept).map(|(value, _)| *value))
+        };
+        (of(&self.before_mm), of(&self.after_mm))
+    }
+}
+
+/// Why a session cannot be diagnosed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DiagnoseError {
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+}
+
+impl Diagnosis {
+    /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
+    /// that undoes it. Nothing is fitted.
+    pub fn of_implausible(session: &Session) -> Option<Diagnosis> {
+        implausible(session).map(Examination::without_fit).map(Diagnosis::of_examination)
+    }
+
+    /// Diagnosis by what was told of a search, or by the mistake in the files.
+    pub(crate) fn of(
+        fine: &Ground,
+        setups: &Setups,
+        fit: &Fit,
+        search: &Search,
+        (told, proof): (Told, Option<Proof>),
+        fault: Option<DataFault>,
+        blind_to: Vec<Blind>,
+    ) -> Diagnosis {
+        let is_static = !fine.has_sweeps();
+        // a fast effect in every recording counted as noise as long as it was not known
+        let noise_mm = match fault.is_none() {
+            true => noise_left_mm(fine, &told.left_mm).min(told.rms_mm(fine)),
+            false => mean_noise_mm2(&search.floor).sqrt(),
+        };
+        let Told { columns, stage, left_mm, mut findings } = told;
+        let placebos = placebos(fine, &findings, &columns, &search.noise_after);
+        let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
+        let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();
+        let noise_um = if is_static { left.map(|left| left.readings_um) } else { Some(1e3 * noise_mm) };
+        let tests = before_and_after(fit, left_mm);
+        let pooled = |of: fn(&TestBeforeAfter) -> &[f64]| {
+            let kept = tests.iter().flat_map(|test| of(test).iter().zip(&test.kept).filter(|(_, kept)| **kept));
+            1e3 * rms(kept.map(|(value, _)| *value))
+        };
+        let (rms_before_um, rms_after_um) = match &fault {
+            Some(fault) if fault.after_um.is_finite() => (fault.before_um, fault.after_um),
+            _ => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
+        };
+        let verdict = match fault {
+            Some(_) => Verdict::DataFault,
+            None => verdict(&findings, rms_after_um, noise_um, proof.as_ref()),
+        };
+        let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(Transfer::is_right)).collect();
+        temper(&mut findings, verdict, !is_static, proof.as_ref(), &carries);
+        Diagnosis {
+            verdict,
+            findings,
+            data_fault: fault,
+            unjudged: None,
+            warnings: Vec::new(),
+            left_out: fit.left_out(),
+            proof,
+            placebos,
+            transfers,
+            blind_to,
+            rms_before_um,
+            rms_after_um,
+            noise_um,
+            left,
+            location_errors: moved(fine.problem, fit, &stage),
+            tests,
+            unknowns: fine.problem.unknowns.clone(),
+        }
+    }
+
+    /// Diagnosis of a session in which a mistake was found, or whose readings cannot be judged: no physics is looked for.
+    pub(crate) fn of_examination(examination: Examination) -> Diagnosis {
+        let Examination { fit, fault, unjudged, warnings, repeats_um, .. } = examination;
+        let as_fitted = |test: &TestFit| TestBeforeAfter {
+            name: test.name.clone(),
+            before_mm: test.residual_mm.clone(),
+            after_mm: test.residual_mm.clone(),
+            kept: test.kept.clone(),
+        };
+        let tests: Vec<TestBeforeAfter> = fit.iter().flat_map(|fit| &fit.tests).map(as_fitted).collect();
+        let rms_um = fit.as_ref().map_or(f64::NAN, |fit| 1e3 * fit.rms_mm);
+        let undone = fault.as_ref().filter(|fault| fault.after_um.is_finite());
+        Diagnosis {
+            verdict: if fault.is_some() { Verdict::DataFault } else { Verdict::CannotBeJudged },
+            findings: Vec::new(),
+            proof: None,
+            placebos: Vec::new(),
+            transfers: Vec::new(),
+            left: None,
+            blind_to: Vec::new(),
+            rms_before_um: undone.map_or(rms_um, |fault| fault.before_um),
+            rms_after_um: undone.map_or(rms_um, |fault| fault.after_um),
+            noise_um: repeats_um,
+            location_errors: Vec::new(),
+            tests,
+            left_out: fit.as_ref().map_or(0, Fit::left_out),
+            unknowns: fit.map(|fit| fit.unknowns).unwrap_or_default(),
+            unjudged,
+            warnings,
+            data_fault: fault,
+        }
+    }
+
+    /// Whether the readings and what the files say of them may be believed.
+    pub fn is_sound(&self) -> bool {
+        !matches!(self.verdict, Verdict::DataFault | Verdict::CannotBeJudged)
+    }
+
+    /// Readings that took part, or were left out.
+    pub fn readings(&self) -> usize {
+        self.tests.iter().flat_map(|test| &test.before_mm).filter(|residual| residual.is_finite()).count()
+    }
+
+    /// All effects found, as they go into a machine file.
+    pub fn effects(&self) -> Vec<Effect> {
+        self.findings.iter().flat_map(|finding| finding.effects.iter().cloned()).collect()
+    }
+}
+
+/// Residuals of every test in the fit without effects and with them.
+fn before_and_after(fit: &Fit, left_mm: Vec<Vec<f64>>) -> Vec<TestBeforeAfter> {
+    let told = |(test, after_mm): (&TestFit, Vec<f64>)| TestBeforeAfter {
+        name: test.name.clone(),
+        before_mm: test.residual_mm.clone(),
+        after_mm,
+        kept: test.kept.clone(),
+    };
+    fit.tests.iter().zip(left_mm).map(told).collect()
+}
+
+/// Location errors of the fit with and without the effects.
+fn moved(problem: &Problem, fit: &Fit, stage: &Stage) -> Vec<Moved> {
+    let covariance = stage.covariance();
+    problem
+        .unknowns
+        .iter()
+        .enumerate()
+        .filter(|(_, unknown)| matches!(unknown.quantity, Quantity::Location { .. }))
+        .map(|(k, unknown)| Moved {
+            name: unknown.label.clone(),
+            measure: unknown.measure,
+            before: fit.estimates[k].value,
+            after: fit.estimates[k].value + stage.nuisance(k) * unknown.prior_sigma,
+            sigma: covariance[(k, k)].sqrt() * unknown.prior_sigma,
+            determined: fit.estimates[k].determined,
+        })
+        .collect()
+}

@@ -1,0 +1,296 @@
+//! What a search found as it is told: fitted on all rows, worded, confirmed by readings held out. It searches nothing.
+
+use super::claims::{SURE_OF_FORM, SURELY_MORE};
+use super::irregular_motion;
+use crate::diagnose::cause::Cause;
+use crate::diagnose::findings::finding::{self, Finding};
+use crate::diagnose::findings::next_test;
+use crate::diagnose::findings::next_test::Layout;
+use crate::diagnose::findings::recurring::tell_as_one;
+use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::noise::noise_floor::mean_noise_mm2;
+use crate::diagnose::selection::candidates::Family;
+use crate::diagnose::selection::joint_fit::{mean_square, without_trends};
+use crate::diagnose::selection::naming;
+use crate::diagnose::selection::search;
+use crate::diagnose::selection::selected::{Candidate, Floors, Grounds, Search};
+use crate::diagnose::validation::cross_validation::{Proof, prove};
+
+/// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
+const RESTLESS: f64 = 1.2;
+
+/// What a search found, fitted on all rows and worded.
+pub(crate) struct Told<'g, 'a> {
+    pub(crate) columns: Vec<Accepted>,
+    pub(crate) stage: Stage<'g, 'a>,
+    /// Residual with the findings in the fit, mm.
+    pub(crate) left_mm: Vec<Vec<f64>>,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl<'g, 'a> Told<'g, 'a> {
+    pub(crate) fn of(fine: &'g Ground<'a>, families: &[Family], search: &Search) -> Told<'g, 'a> {
+        let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
+        let findings = finding::findings(fine, families, search, &stage, &columns);
+        let left_mm = stage.residual_mm(&columns);
+        Told { columns, stage, left_mm, findings }
+    }
+
+    /// Rms of the residual over the rows that take part, mm.
+    pub(crate) fn rms_mm(&self, ground: &Ground) -> f64 {
+        mean_square(ground, &self.left_mm).sqrt()
+    }
+}
+
+/// Tells what a search found, proved by readings held out, with the test that would settle what is open; `is_mistaken` where
+/// a mistake in the files was found: nothing else is told then.
+pub(crate) fn explain<'g, 'a>(
+    grounds: &Grounds<'g, 'a>,
+    floors: &Floors,
+    families: &[Family],
+    search: &mut Search,
+    layout: &Layout,
+    is_mistaken: bool,
+) -> (Told<'g, 'a>, Option<Proof>) {
+    let fine = grounds.fine;
+    let noise_um = 1e3 * mean_noise_mm2(&floors[0]).sqrt();
+    let mut told = Told::of(fine, families, search);
+    let mut proof = None;
+    if !told.findings.is_empty() {
+        let proved = prove(grounds, floors, families, &search.found, &told.findings, &search.noise_after);
+        // what static poses show was accepted by prediction already
+        proof = proved.map(|proved| match fine.has_sweeps() {
+            true => confirm(fine, families, search, &mut told, proved, noise_um),
+            false => proved,
+        });
+        proof = proof.filter(|_| !told.findings.is_empty());
+    }
+    if !is_mistaken && fine.has_sweeps() {
+        listen(fine, families, search, &mut told, &mut proof, noise_um);
+    }
+    propose(layout, search, &mut told.findings);
+    tell_as_one(fine, &mut told.findings, &mut proof);
+    (told, proof)
+}
+
+/// Adds to every finding with rivals the test that would tell them apart.
+fn propose(layout: &Layout, search: &Search, findings: &mut [Finding]) {
+    let machine = &layout.session.machine;
+    let timed = |test: &crate::session::Test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some());
+    if !layout.session.tests.iter().any(timed) {
+        return;
+    }
+    for finding in findings.iter_mut().filter(|finding| !finding.rivals.is_empty()) {
+        let mut column = 0;
+        let lead = search.found.iter().find(|found| {
+            let first = column;
+            column += found.chosen.columns.len();
+            finding.columns.first() == Some(&first)
+        });
+        let Some(lead) = lead else { continue };
+        let named = |candidate| (naming::cause(machine, candidate, &[]), candidate);
+        let candidates: Vec<(Cause, &Candidate)> =
+            std::iter::once(named(&lead.chosen)).chain(lead.rivals.iter().map(|(rival, _)| named(rival))).collect();
+        finding.next_test = next_test::next_test(layout, finding, &candidates);
+    }
+}
+
+/// Drops what held-out readings do not confirm, by its name or by what they gain, the weakest first, unless too much stays
+/// unexplained without it to be the rest of a form or chance: it then stays, marked as not proven. Single events cannot repeat.
+///
+/// Forms that predict other readings worse than none at all are not the right ones: the first is told as a place without
+/// a form, the others not at all.
+fn confirm<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    mut proof: Proof,
+    noise_um: f64,
+) -> Proof {
+    let most_mm = STILL_THERE * told.rms_mm(fine);
+    let mut dropped: Vec<usize> = Vec::new();
+    for (index, finding) in told.findings.iter().enumerate().rev() {
+        // what the folds found under other names predicts as well
+        if finding.single
+            || proof.passed[index]
+            || index == 0 && finding.gain > SURE_OF_FORM && proof.predicts(noise_um)
+        {
+            continue;
+        }
+        let without: Vec<Accepted> = (0..told.columns.len())
+            .filter(|column| !finding.columns.contains(column) && !dropped.contains(column))
+            .map(|column| told.columns[column].clone())
+            .collect();
+        let left_mm = Stage::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
+        if mean_square(fine, &left_mm).sqrt() <= most_mm {
+            dropped.extend(&finding.columns);
+        }
+    }
+    drop_columns(fine, families, search, told, &mut proof, &dropped);
+    if proof.after_um > proof.before_um && !told.findings.is_empty() {
+        let failed = |k: usize| !proof.passed[k] && !escapes(&told.findings[k]);
+        let others: Vec<usize> = (1..told.findings.len()).filter(|&k| failed(k)).collect();
+        let others: Vec<usize> = others.into_iter().flat_map(|k| told.findings[k].columns.clone()).collect();
+        if failed(0) {
+            withdraw_form(search, told, 0);
+        }
+        drop_columns(fine, families, search, told, &mut proof, &others);
+    }
+    proof
+}
+
+/// Neither the moment of an event nor the phase of a vibration is to be predicted.
+fn escapes(finding: &Finding) -> bool {
+    finding.single || finding.cause.effect == "vibration"
+}
+
+/// Takes back the form by which a finding is told, now and when it is told anew.
+fn withdraw_form(search: &mut Search, told: &mut Told, index: usize) {
+    let finding = &mut told.findings[index];
+    finding.cause.effect = "unknown".into();
+    let mut column = 0;
+    for found in &mut search.found {
+        found.form_withdrawn |= finding.columns.first() == Some(&column);
+        column += found.chosen.columns.len();
+    }
+}
+
+/// Takes effects out by the columns that they begin with, and tells the rest anew.
+fn drop_columns<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    proof: &mut Proof,
+    dropped: &[usize],
+) {
+    if dropped.is_empty() {
+        return;
+    }
+    let before: Vec<(Vec<usize>, bool)> =
+        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.columns.clone(), *passed)).collect();
+    let mut column = 0;
+    // columns as they were numbered before, of what stays
+    let mut stays: Vec<usize> = Vec::new();
+    search.found.retain(|found| {
+        let own = column..column + found.chosen.columns.len();
+        column = own.end;
+        let is_kept = !dropped.contains(&own.start);
+        stays.extend(own.filter(|_| is_kept));
+        is_kept
+    });
+    *told = Told::of(fine, families, search);
+    // told anew the findings may stand in another order
+    let passed = |finding: &Finding| {
+        let column = finding.columns.first().map(|&column| stays[column]);
+        column.is_some_and(|column| before.iter().any(|(columns, passed)| *passed && columns.contains(&column)))
+    };
+    proof.passed = told.findings.iter().map(passed).collect();
+}
+
+/// Rise of the residual without unproven findings from which they stay, marked as failed.
+pub(crate) const STILL_THERE: f64 = 1.25;
+
+/// Tells an irregular motion where readings stay louder than their noise: in place of a form that only follows it, or alone
+/// where nothing was found. A first finding at whose place readings stay restless has not the right form.
+fn listen<'g, 'a>(
+    fine: &'g Ground<'a>,
+    families: &[Family],
+    search: &mut Search,
+    told: &mut Told<'g, 'a>,
+    proof: &mut Option<Proof>,
+    noise_um: f64,
+) {
+    let floor = search.floor.clone();
+    let is_louder = |told: &Told, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
+    let first = told.findings.first().filter(|_| is_louder(told, RESTLESS));
+    let restless = first.and_then(|first| irregular_motion::restlessness(fine, &told.left_mm, &floor, first));
+    let is_there = |most: f64| restless.as_ref().is_some_and(|restless| restless.share > most);
+    let outshouts = is_there(1.0) && is_louder(told, SURELY_MORE);
+    // a joint that seems to tip as a slide reverses, and that slide is the restless one
+    let is_driven =
+        is_there(irregular_motion::NOT_THE_FORM) && restless.as_ref().is_some_and(|restless| restless.is_driving);
+    let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
+    let stands_for = match is_there(irregular_motion::NOT_THE_FORM) {
+        true => stood_for(fine, search, told),
+        false => vec![false; told.findings.len()],
+    };
+    // jumps beside it, and forms that hold nowhere else or for which it stands, are its own
+    let alone = told.findings.first().is_some_and(|first| !first.single)
+        && (1..told.findings.len()).all(|k| told.findings[k].single || has_failed(k) || stands_for[k]);
+    // many jumps that leave much are none, with one other finding at most beside them
+    let jumps = told.findings.iter().filter(|finding| finding.single).count();
+    let almost_all_jump = jumps > 1 && jumps + 1 >= told.findings.len();
+    let are_no_jumps = almost_all_jump && is_louder(told, SURELY_MORE);
+    if (outshouts || is_driven) && alone || are_no_jumps {
+        // a form that follows an irregular motion here and there
+        let bare = Told::of(fine, families, &search::nothing(fine, &floor));
+        let located = irregular_motion::irregular(fine, &bare.left_mm, &floor);
+        if let Some(irregular) = located.or_else(|| irregular_motion::irregular(fine, &told.left_mm, &floor)) {
+            (*search, *told, *proof) = (search::nothing(fine, &floor), bare, None);
+            told.findings.push(irregular);
+            return;
+        }
+    }
+    // the place is right, but its form alone tells held-out readings worse than no form
+    let misleads = restless.is_some()
+        && told.findings.len() == 1
+        && !escapes(&told.findings[0])
+        && proof.as_ref().is_some_and(|proof| proof.after_um > proof.before_um);
+    if is_there(irregular_motion::NOT_THE_FORM) || are_no_jumps || misleads {
+        let loud = is_louder(told, SURELY_MORE);
+        let is_its_own = |k: usize, finding: &Finding| match finding.single {
+            true => loud || shows_with(fine, finding, &told.findings[0]),
+            false => has_failed(k) || stands_for[k],
+        };
+        let others = told.findings.iter().enumerate().skip(1).filter(|(k, finding)| is_its_own(*k, finding));
+        let others: Vec<usize> = others.flat_map(|(_, finding)| finding.columns.clone()).collect();
+        withdraw_form(search, told, 0);
+        if let Some(proof) = proof {
+            drop_columns(fine, families, search, told, proof, &others);
+        }
+    } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
+        // what changes from test to test alone is no irregular motion
+        let within_mm2 = mean_square(fine, &without_trends(fine, &told.left_mm));
+        if 1e3 * within_mm2.sqrt() > SURELY_MORE * noise_um {
+            told.findings.extend(irregular_motion::irregular(fine, &told.left_mm, &floor));
+        }
+    }
+}
+
+/// Share of its gain that a finding must keep beside an axis that stands elsewhere in each test.
+const KEEPS: f64 = 0.2;
+
+/// Fall of the misfit that each such place costs.
+const COST_OF_A_PLACE: f64 = 10.0;
+
+/// By finding, whether the axis of the first one, were it to stand elsewhere in each test, explains more in its place, what so
+/// many places cost taken off, and leaves it next to nothing.
+fn stood_for(fine: &Ground, search: &Search, told: &Told) -> Vec<bool> {
+    let standing = irregular_motion::standing(fine, &told.findings[0].cause.place);
+    let misfit = |left_out: &[usize], standing: &[Accepted]| {
+        let kept = (0..told.columns.len()).filter(|column| !left_out.contains(column));
+        let kept: Vec<Accepted> = kept.map(|column| told.columns[column].clone()).collect();
+        Stage::new(fine, &search.noise_after, &[&kept, standing].concat(), &fine.kept).misfit
+    };
+    let (whole, beside) = (misfit(&[], &[]), misfit(&[], &standing));
+    let is_stood_for = |finding: &Finding| {
+        let instead = misfit(&finding.columns, &standing);
+        let own = misfit(&finding.columns, &[]) - whole;
+        instead + COST_OF_A_PLACE * (standing.len() as f64) < whole && instead - beside < KEEPS * own
+    };
+    let is_its_place = |finding: &Finding| finding.cause.place == told.findings[0].cause.place;
+    let stands_for = |(k, finding): (usize, &Finding)| k > 0 && (is_its_place(finding) || is_stood_for(finding));
+    told.findings.iter().enumerate().map(stands_for).collect()
+}
+
+/// Whether a jump shows only where the axis of an irregular motion moves: it is one of its own jumps then.
+fn shows_with(fine: &Ground, jump: &Finding, irregular: &Finding) -> bool {
+    let session = fine.context.session();
+    let axis = session.machine.axis_index(&irregular.cause.place);
+    let moves = |test: usize| axis.is_some_and(|axis| fine.context.motion(test).moving.contains(&axis));
+    (0..fine.tests()).filter(|&test| jump.tests.contains(&session.tests[test].name)).all(moves)
+}

@@ -1,0 +1,69 @@
+//! Whether what looks like the shift of single tests is a mistake of the recorder or an effect. It looks for neither.
+
+use super::explanation::STILL_THERE;
+use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::preflight::data_fault::DataFault;
+use crate::diagnose::selection::joint_fit::mean_square;
+use crate::diagnose::selection::naming::cause;
+use crate::diagnose::selection::selected::{Found, Search};
+
+/// Whether one effect explains what looks like the shift of a single test, and more than that test shows it. Two effects may
+/// be a slip there and back, which is a shift.
+fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
+    let is_one = search.found.len() == 1;
+    let is_seen = |test: usize| search.found[0].chosen.columns.iter().any(|column| !column.by_test[test].is_empty());
+    let name = |test: usize| &fine.context.session().tests[test].name;
+    if !is_one || !(0..fine.tests()).any(|test| is_seen(test) && !fault.tests.contains(name(test))) {
+        return false;
+    }
+    let chosen = &search.found[0].chosen;
+    !chosen.is_shift_of_one_test() && left_um(fine, search) < STILL_THERE * noise_um
+}
+
+/// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where an effect explains
+/// more than it.
+pub(crate) fn beside(fine: &Ground, search: &Search, noise_um: f64, mut fault: DataFault) -> Option<DataFault> {
+    if says_as_much(fine, search, &fault) {
+        fault.causes.push(cause(fine.context.machine(), &search.found[0].chosen, &[]));
+        return Some(fault.shared_evenly());
+    }
+    (!explains_a_shift(fine, search, noise_um, &fault)).then_some(fault)
+}
+
+/// Residual with what a search found, µm.
+fn left_um(fine: &Ground, search: &Search) -> f64 {
+    1e3 * mean_square(fine, &search.residual_mm).sqrt()
+}
+
+/// Residual over that of another explanation up to which one is as near as the other.
+const AS_NEAR: f64 = 1.1;
+
+/// Whether the one thing found is an event that has the tests of a fault on one side and all others on the other, and leaves
+/// as much: with amplitudes for each direction it says of these what one shift says.
+fn says_as_much(fine: &Ground, search: &Search, fault: &DataFault) -> bool {
+    let [Found { chosen: event, .. }] = &search.found[..] else { return false };
+    let Some(time_s) = event.effect.number("time").filter(|_| event.is_event()) else { return false };
+    let tests = &fine.context.session().tests;
+    // an event is found a little before or behind the moment between two tests
+    let is_before = |test: &usize| 0.5 * (tests[*test].started_at_s + fine.context.ends_at_s(*test)) < time_s;
+    let (before, after): (Vec<usize>, Vec<usize>) = (0..tests.len()).partition(is_before);
+    let are_its = |side: &[usize]| {
+        side.len() == fault.tests.len() && side.iter().all(|test| fault.tests.contains(&tests[*test].name))
+    };
+    let ratio = fault.after_um / left_um(fine, search);
+    (AS_NEAR.recip()..AS_NEAR).contains(&ratio) && (are_its(&before) || are_its(&after))
+}
+
+/// The shift of a single test that a search found.
+pub(crate) fn shift_of_one_test(search: &Search) -> Option<DataFault> {
+    let found = search.found.iter().find(|found| found.chosen.is_shift_of_one_test())?;
+    let tests = found.chosen.effect.tests.clone().unwrap_or_default();
+    let shift_ms = found.chosen.judgement.amplitudes.first().copied()?;
+    let before_mm2 = search.residual_before_mm2;
+    Some(DataFault::time_shift(
+        shift_ms / 1e3,
+        tests,
+        1e3 * before_mm2.sqrt(),
+        1e3 * (before_mm2 - found.fall_mm2).max(0.0).sqrt(),
+    ))
+}

@@ -1,0 +1,56 @@
+//! Evidence for a block of columns of a linear model, amplitudes drawn from a normal prior: exact, no geometry.
+//!
+//! With the block's projected information `G` and score `z`, and amplitudes from N(0, τ²), the log evidence against nothing is
+//! `½ Σ (w² / (λ + 1/τ²) − ln(1 + τ²λ))` over the eigenvalues λ of `G`, `w` being `z` along its eigenvectors.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+/// A candidate's standing.
+#[derive(Debug, Clone)]
+pub struct Judgement {
+    /// Log of the evidence ratio for the block against nothing, shape grid not counted.
+    pub log_evidence: f64,
+    /// Fall of the weighted sum of squares at the best amplitudes.
+    pub chi2: f64,
+    /// Best amplitudes under the amplitude prior, display units.
+    pub amplitudes: Vec<f64>,
+    /// Prior sigma of the amplitudes that has the most evidence, display units.
+    pub tau: f64,
+}
+
+/// Amplitude priors that are tried, display units: the one with the largest evidence counts.
+const AMPLITUDE_PRIORS: [f64; 9] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
+
+/// The amplitude prior with the most evidence.
+pub fn likeliest_prior(plausible: f64, evidence: impl Fn(f64) -> f64) -> f64 {
+    let tried = AMPLITUDE_PRIORS.into_iter().filter(|tau| *tau <= plausible).map(|tau| (tau, evidence(tau)));
+    tried.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(AMPLITUDE_PRIORS[0], |(tau, _)| tau)
+}
+
+/// Evidence of a block from its projected information and score, amplitudes being plausible up to `plausible`.
+pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judgement {
+    let count = z.len();
+    let eigen = SymmetricEigen::new(information.clone());
+    let w = eigen.eigenvectors.tr_mul(&z);
+    let evidence = |tau: f64| -> f64 {
+        (0..count)
+            .map(|k| {
+                let lambda = eigen.eigenvalues[k].max(0.0);
+                0.5 * (w[k] * w[k] / (lambda + 1.0 / (tau * tau)) - (1.0 + tau * tau * lambda).ln())
+            })
+            .sum()
+    };
+    let tau = likeliest_prior(plausible, evidence);
+    let mut amplitudes = DVector::zeros(count);
+    let mut chi2 = 0.0;
+    for k in 0..count {
+        let lambda = eigen.eigenvalues[k].max(0.0);
+        let precision = lambda + 1.0 / (tau * tau);
+        let v = eigen.eigenvectors.column(k);
+        amplitudes += v * (w[k] / precision);
+        chi2 += w[k] * w[k] / precision;
+    }
+    // one nat for having chosen τ from the data
+    let log_evidence = evidence(tau) - 1.0;
+    Judgement { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
+}

@@ -1,0 +1,13 @@
+//! Statistics without geometry and sessions: noise and whitening, robust location and scale, products of columns, evidence.
+
+mod evidence;
+mod minimum;
+mod noise;
+mod products;
+mod robust;
+
+pub use evidence::{Judgement, judge, likeliest_prior};
+pub use minimum::{least_along, minimise_in_four};
+pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
+pub use products::{Factor, ROW_STEP, add_cross_products, add_products, weighted_products};
+pub use robust::{median, noise_of_rows, rms, robust_sigma};
