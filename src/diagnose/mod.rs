@@ -14,8 +14,7 @@ mod validation;
 mod verdict;
 
 pub use cause::{Cause, MOST_RIVALS};
-pub use findings::finding::{Finding, RangeFound, SizeFound};
-pub use findings::next_test::NextTest;
+pub use findings::finding::{Finding, NextTest, RangeFound, SizeFound};
 pub use model::decimate::thin;
 pub use model::linear_model::{Column, Ground, Term};
 pub use model::long_recordings::{Averaged, MOST_ROWS, lean};

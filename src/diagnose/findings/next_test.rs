@@ -7,7 +7,7 @@ use crate::diagnose::cause::Cause;
 use crate::statistics::NoiseModel;
 use rayon::prelude::*;
 
-use super::finding::Finding;
+use super::finding::{Finding, NextTest};
 use crate::diagnose::model::linear_model::{Column, Ground};
 use crate::diagnose::model::regression::{Accepted, Stage};
 use crate::diagnose::selection::selected::Candidate;
@@ -15,17 +15,6 @@ use crate::effects::Context;
 use crate::identify::Problem;
 use crate::machine::AxisKind;
 use crate::session::{CirclePlane, Clock, Follow, Motion, Path, Recording, Session, Setups, Test};
-
-/// A proposed test.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NextTest {
-    /// What to run, in words.
-    pub says: String,
-    /// Probability that the finding would have afterwards, were it true.
-    pub odds_after: f64,
-    /// Time on the machine, without mounting.
-    pub minutes: f64,
-}
 
 /// A candidate test: one or two recordings that follow the session.
 struct Proposal {

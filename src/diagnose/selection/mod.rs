@@ -6,6 +6,7 @@ pub(crate) mod exchange;
 pub(crate) mod forward_selection;
 pub(crate) mod hidden_outliers;
 pub(crate) mod joint_fit;
+pub(crate) mod judged_shape;
 pub(crate) mod limits;
 pub(crate) mod naming;
 pub(crate) mod pose_search;

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::candidates::Family;
+use super::judged_shape::judged;
 use super::selected::Candidate;
-use super::shape_fit::judged;
 use super::trajectory::settles;
 use crate::diagnose::model::linear_model::Term;
 use crate::diagnose::model::regression::Stage;

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::candidates::{Family, Refined, family_terms, visited};
+use super::candidates::{Family, Refined, visited};
+use super::judged_shape::{OVERTONE_GAIN, PARAMETER_COST, judged};
 use super::screening::stage_of;
 use super::selected::Candidate;
 use crate::diagnose::model::regression::Stage;
@@ -47,8 +48,6 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
 
 /// Rounds of the pattern search over shape parameters.
 const ROUNDS: usize = 9;
-/// Log evidence that a refined parameter costs.
-pub(crate) const PARAMETER_COST: f64 = 1.5;
 
 /// Improves the shape parameters of a candidate by a pattern search.
 fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
@@ -92,8 +91,6 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
 const OVERTONES_ADD: f64 = 2.0;
 /// Fall of the weighted squares from which the overtones of a cyclic error are looked for.
 const WORTH_OVERTONES: f64 = 100.0;
-/// Log odds that each of them must add.
-pub(crate) const OVERTONE_GAIN: f64 = 5.0;
 /// Beats over the travel of a slide, or in a turn, by which an amplitude may swell: a bent screw, an eccentric worm wheel.
 const BEATS: [f64; 8] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0];
 
@@ -260,33 +257,6 @@ fn with_further(stage: &Stage, family: &Family, base: &Candidate, name: &str, va
     effect.set(name, ParameterValue::List(values));
     let cost = base.judgement.log_evidence - base.log_odds;
     judged(stage, family, base.family, effect, cost, &mut LastShape::default())
-}
-
-/// Terms of a vibration with knots beyond which they are too many: one direction in some fifty tests of half a minute, every
-/// five seconds, has half as many, and their covariance is that many squared.
-const MOST_TERMS: usize = 2400;
-
-/// A shape of a family, judged; `cost` is taken off its evidence. Its columns are not worked out.
-pub fn judged(
-    stage: &Stage,
-    family: &Family,
-    index: usize,
-    effect: Effect,
-    cost: f64,
-    last: &mut LastShape,
-) -> Option<Candidate> {
-    let mut terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
-    let profiles = stage.ground.profiles(&effect).ok()?;
-    if effect.parameter("every").is_some() {
-        // knots beyond the end of a recording; no shape of a grid has knots, so none is judged elsewhere with them
-        terms.retain(|term| term.test.is_none_or(|test| !profiles[term.function][test].is_empty()));
-        if terms.len() > MOST_TERMS {
-            return None;
-        }
-    }
-    let judgement = stage.judge_shape((index, &effect), (&profiles, &terms), family.plausible, last);
-    let log_odds = judgement.log_evidence - cost;
-    Some(Candidate { family: index, effect, terms, columns: Vec::new(), judgement, log_odds })
 }
 
 /// Next value of a parameter: lists of periods, travels and frequencies move by ratio, the others by difference.

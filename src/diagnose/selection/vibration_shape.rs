@@ -4,8 +4,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::candidates::{ALONG, Family};
+use super::judged_shape::{OVERTONE_GAIN, PARAMETER_COST, judged};
 use super::selected::Candidate;
-use super::shape_fit::{OVERTONE_GAIN, PARAMETER_COST, judged};
 use crate::diagnose::model::eliminated::log_determinant;
 use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::Stage;

@@ -3,7 +3,8 @@
 use super::claims::{SURE_OF_FORM, SURELY_MORE};
 use super::irregular_motion;
 use crate::diagnose::cause::Cause;
-use crate::diagnose::findings::finding::{self, Finding};
+use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::findings::forming::findings;
 use crate::diagnose::findings::next_test;
 use crate::diagnose::findings::next_test::Layout;
 use crate::diagnose::findings::recurring::tell_as_one;
@@ -33,7 +34,7 @@ impl<'g, 'a> Told<'g, 'a> {
     pub(crate) fn of(fine: &'g Ground<'a>, families: &[Family], search: &Search) -> Told<'g, 'a> {
         let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
-        let findings = finding::findings(fine, families, search, &stage, &columns);
+        let findings = findings(fine, families, search, &stage, &columns);
         let left_mm = stage.residual_mm(&columns);
         Told { columns, stage, left_mm, findings }
     }
