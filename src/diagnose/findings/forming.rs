@@ -1,0 +1,358 @@
+//! Accepted effects to findings: how large they are, where and how surely they act. Grouping and names stand beside it.
+
+use super::finding::{Finding, RangeFound};
+use super::grouping::groups;
+use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
+use crate::diagnose::model::linear_model::{Ground, Term, display};
+use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::selection::candidates::{ALONG, Family};
+use crate::diagnose::selection::naming::{cause, component_name, components};
+use crate::diagnose::selection::ranking::directions;
+use crate::diagnose::selection::selected::{Candidate, Found, Search};
+use crate::diagnose::selection::shape_average::over_shapes;
+use crate::effects::kind;
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Size};
+
+/// Log odds per log odds of the chosen cause by which a rival's lag is softened: forms of the catalogue are never exact.
+const SOFTENING: f64 = 0.01;
+
+/// The same between sag and error motion of a joint over part of a turn: both are smooth curves over the same arc, and
+/// neither parts under load nor bearings keep to a form.
+const SOFTENING_OF_ARCS: f64 = 0.05;
+
+/// Free curves at a place that explain this share beside a named form show that the form is not the right one.
+const FORM_UNKNOWN: f64 = 0.4;
+
+/// Groups what a search accepted and words each group as one finding, strongest first.
+pub fn findings(
+    ground: &Ground,
+    families: &[Family],
+    search: &Search,
+    stage: &Stage,
+    columns: &[Accepted],
+) -> Vec<Finding> {
+    let groups = groups(search, &crate::diagnose::noise::spectrum::rates_of_tests(ground));
+    let mut first_column = Vec::new();
+    let mut next = 0;
+    for found in &search.found {
+        first_column.push(next);
+        next += found.chosen.columns.len();
+    }
+    let covariance = stage.covariance();
+    let mut list: Vec<Finding> = groups
+        .iter()
+        .map(|group| finding(ground, families, search, group, &first_column, stage, &covariance, columns))
+        .collect();
+    if list.len() > 1 {
+        // what each adds beside all others: the first one that a search takes seems to explain everything
+        let strength = |finding: &Finding| {
+            let others = (0..columns.len()).filter(|k| !finding.columns.contains(k)).map(|k| columns[k].clone());
+            Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept).misfit
+        };
+        list.sort_by_cached_key(|finding| std::cmp::Reverse(strength(finding).max(0.0).to_bits()));
+    }
+    list
+}
+
+#[allow(clippy::too_many_arguments)]
+fn finding(
+    ground: &Ground,
+    families: &[Family],
+    search: &Search,
+    group: &[usize],
+    first_column: &[usize],
+    stage: &Stage,
+    covariance: &nalgebra::DMatrix<f64>,
+    columns: &[Accepted],
+) -> Finding {
+    let machine = ground.context.machine();
+    let lead = &search.found[group[0]];
+    let mut effects = Vec::new();
+    let mut own_columns = Vec::new();
+    for &index in group {
+        let found = &search.found[index];
+        let first = first_column[index];
+        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| stage.accepted(first + k)).collect();
+        own_columns.extend(first..first + found.chosen.columns.len());
+        effects.extend(sized(&found.chosen, &sizes, ground));
+    }
+    let gain: f64 = group.iter().map(|&index| search.found[index].gain).sum();
+    let free_gain: f64 = group
+        .iter()
+        .skip(1)
+        .filter(|&&index| search.found[index].chosen.is_free())
+        .map(|&index| search.found[index].gain)
+        .sum();
+    let is_unknown = lead.chosen.is_free() || free_gain > FORM_UNKNOWN * gain;
+    let mut cause = cause(machine, &lead.chosen, &effects);
+    let growing = match lead.chosen.effect.kind.as_str() {
+        kind @ "thermal-growth" => with_sizes(search, group, first_column, stage, kind),
+        _ => Vec::new(),
+    };
+    if !growing.is_empty() {
+        let shown = crate::diagnose::selection::trajectory::growing_outlets(ground, &growing);
+        cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
+    }
+    if is_unknown {
+        cause.effect = "unknown".into();
+        for &index in group.iter().skip(1) {
+            for component in components(machine, &search.found[index].chosen.terms) {
+                if !cause.components.contains(&component) {
+                    cause.components.push(component);
+                }
+            }
+        }
+    }
+    // the part that is surest of its cause speaks for the whole
+    let parts = group.iter().map(|&index| &search.found[index]);
+    let (mut probability, mut rivals) = parts
+        .filter(|part| {
+            (&part.chosen.effect.kind, part.chosen.effect.place) == (&lead.chosen.effect.kind, lead.chosen.effect.place)
+        })
+        .map(|part| standing(machine, part))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or((1.0, Vec::new()));
+    // a rival in more motions, of which one is too small to be told, is the same cause
+    rivals.retain(|(rival, share)| {
+        let is_same = *rival == cause;
+        probability += if is_same { *share } else { 0.0 };
+        !is_same
+    });
+    // lost motion told in two shapes is one play
+    let parts: Vec<Vec<usize>> = group
+        .iter()
+        .filter(|&&index| index == group[0] || is_same_play(lead, &search.found[index]))
+        .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
+        .collect();
+    let mut size = super::size::size_of(ground, &lead.chosen, &cause, stage, covariance, &parts);
+    // a vibration that wanders between neighbouring frequencies is the sum of all of them
+    let vibrating = with_sizes(search, group, first_column, stage, "vibration");
+    let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
+    if vibrating.len() > 1 && cause.effect == "vibration" && !is_sure {
+        size = super::vibration_size::size_together(ground, &vibrating, &search.noise_after, size);
+    }
+    // a spike whose servo is no simple one is the sum of several
+    let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, "reversal-spike").collect();
+    if spikes.len() > 1 && cause.effect == "reversal-spike" {
+        size = super::size::size_together(ground, &spikes, &cause, stage, covariance, size);
+    }
+    let without_own = || {
+        let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
+        Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept)
+    };
+    let family = &families[lead.chosen.family];
+    let as_judged = |shape: &Candidate| super::size::size_as_judged(ground, shape, &cause);
+    if let Some((mean, sigma)) = over_shapes(without_own, &lead.chosen, family, as_judged) {
+        size.value = mean;
+        size.sigma = size.sigma.hypot(sigma);
+    }
+    if growing.len() > 1 {
+        // growth told in several shapes: the others add to the lead's
+        size.value += crate::diagnose::selection::trajectory::growth(ground, &growing, &cause)
+            - crate::diagnose::selection::trajectory::growth(ground, &growing[..1], &cause);
+    }
+    size.sigma = size.sigma.hypot(over_rivals(ground, lead, size.value));
+    let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
+    let range = range(ground, lead);
+    if lead.form_withdrawn {
+        cause.effect = "unknown".into();
+    }
+    Finding {
+        cause,
+        effects,
+        size,
+        tests,
+        range,
+        probability,
+        rivals,
+        gain,
+        single: lead.chosen.is_event(),
+        columns: own_columns,
+        next_test: None,
+        rms_um,
+    }
+}
+
+/// Uncertainty, as a share, up to which a vibration in several directions has the size of its first part: what wanders is
+/// little, and may be told in directions that hardly show it.
+const SURE_SIZE: f64 = 0.1;
+
+/// The parts of a finding that are effects of a kind, each with its first column.
+fn of_kind<'s>(
+    search: &'s Search,
+    group: &'s [usize],
+    first_column: &'s [usize],
+    kind: &'s str,
+) -> impl Iterator<Item = (&'s Candidate, usize)> {
+    let parts = group.iter().map(|&index| (&search.found[index].chosen, first_column[index]));
+    parts.filter(move |(part, _)| part.effect.kind == kind)
+}
+
+/// The same with their sizes (display units).
+fn with_sizes<'s>(
+    search: &'s Search,
+    group: &'s [usize],
+    first_column: &'s [usize],
+    stage: &Stage,
+    kind: &'s str,
+) -> Vec<(&'s Candidate, Vec<f64>)> {
+    let sizes = |part: &Candidate, first| (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect();
+    of_kind(search, group, first_column, kind).map(|(part, first)| (part, sizes(part, first))).collect()
+}
+
+/// Standard deviation of a size over rivals that are the same effect in other components or of another driver.
+fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
+    let machine = ground.context.machine();
+    let own = &lead.chosen.effect;
+    let is_length = |candidate: &Candidate| candidate.terms.iter().any(super::size::is_length);
+    // the amplitudes of a vibration are those of single tests: its size is no matter of the shape
+    if own.kind == "vibration" {
+        return 0.0;
+    }
+    let mut squares = 0.0;
+    let mut weights = 1.0;
+    for (rival, odds) in &lead.rivals {
+        let is_same = rival.effect.kind == own.kind && rival.effect.place == own.place;
+        if is_same && is_length(rival) == is_length(&lead.chosen) {
+            let size = super::size::size_as_judged(ground, rival, &cause(machine, rival, &[]));
+            let weight = odds.min(0.0).exp();
+            squares += weight * (size - value).powi(2);
+            weights += weight;
+        }
+    }
+    (squares / weights).sqrt()
+}
+
+/// Another shape of the lead's lost motion: their half widths add.
+fn is_same_play(lead: &Found, other: &Found) -> bool {
+    lead.chosen.effect.kind.ends_with("-backlash")
+        && lead.chosen.effect.kind == other.chosen.effect.kind
+        && lead.chosen.terms == other.chosen.terms
+}
+
+/// The effect with its fitted sizes; effects with amplitudes by test become one effect per test.
+fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
+    let Some(kind) = kind(&candidate.effect.kind) else { return Vec::new() };
+    let functions = (kind.functions)(&candidate.effect);
+    let sizes_of = |term: &Term, value: f64| -> Vec<Size> {
+        let of = |(outlet, share): (Outlet, f64)| Size {
+            outlet,
+            function: functions[term.function].clone(),
+            value: share * value / display(term.measure),
+        };
+        term.shares().into_iter().map(of).collect()
+    };
+    let mut list: Vec<Effect> = Vec::new();
+    for (term, &value) in candidate.terms.iter().zip(sizes) {
+        let tests = match term.test {
+            Some(test) => Some(vec![ground.context.session().tests[test].name.clone()]),
+            None => candidate.effect.tests.clone(),
+        };
+        match list.iter_mut().find(|effect| effect.tests == tests) {
+            Some(effect) => effect.sizes.extend(sizes_of(term, value)),
+            None => {
+                let mut effect = candidate.effect.clone();
+                effect.parameters.retain(|(name, _)| name != ALONG);
+                effect.tests = tests;
+                effect.sizes = sizes_of(term, value);
+                list.push(effect);
+            }
+        }
+    }
+    list
+}
+
+/// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
+fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
+    let is_arc = |candidate: &Candidate| {
+        candidate.effect.kind == "rotary-error-motion"
+            && !crate::diagnose::selection::trajectory::has_first_order(candidate)
+    };
+    let is_sag = |candidate: &Candidate| candidate.effect.kind == "gravity-sag";
+    one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))
+}
+
+/// Probability of the lead among its rivals, and the rivals worth naming.
+fn standing(machine: &Machine, lead: &Found) -> (f64, Vec<(Cause, f64)>) {
+    let own = cause(machine, &lead.chosen, &[]);
+    let mut named: Vec<(Cause, f64)> = Vec::new();
+    let mut total = 1.0;
+    for (rival, odds) in &lead.rivals {
+        if rival.is_free() {
+            continue;
+        }
+        let cause = cause(machine, rival, &[]);
+        let same = cause.effect == own.effect && cause.place == own.place && cause.components == own.components;
+        if same || named.iter().any(|(other, _)| *other == cause) {
+            continue;
+        }
+        let share = if is_load_or_bearing(&lead.chosen, rival) { SOFTENING_OF_ARCS } else { SOFTENING };
+        let weight = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
+        total += weight;
+        named.push((cause, weight));
+    }
+    let mut rivals: Vec<(Cause, f64)> = named.into_iter().map(|(cause, weight)| (cause, weight / total)).collect();
+    rivals.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
+    rivals.truncate(MOST_RIVALS);
+    (1.0 / total, rivals)
+}
+
+/// Tests in which the columns show, most visible first, and their rms there, µm.
+fn shows(ground: &Ground, columns: &[Accepted], own: &[usize], stage: &Stage) -> (Vec<String>, f64) {
+    let mut shares: Vec<(usize, f64)> = Vec::new();
+    for test in 0..ground.tests() {
+        let rows = ground.residual_mm[test].len();
+        let mut sum = vec![0.0; rows];
+        for &k in own {
+            let size = stage.accepted(k);
+            for (total, value) in sum.iter_mut().zip(&columns[k].column.by_test[test]) {
+                *total += size * value;
+            }
+        }
+        let mean = sum.iter().sum::<f64>() / rows.max(1) as f64;
+        let rms = (sum.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rows.max(1) as f64).sqrt();
+        shares.push((test, rms * 1e3));
+    }
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let largest = shares.first().map_or(0.0, |(_, rms)| *rms);
+    shares.retain(|(_, rms)| *rms > 0.3 * largest);
+    let rms = (shares.iter().map(|(_, rms)| rms * rms).sum::<f64>() / shares.len().max(1) as f64).sqrt();
+    (shares.iter().take(12).map(|(test, _)| ground.context.session().tests[*test].name.clone()).collect(), rms)
+}
+
+/// Where along its driver the lead acts.
+fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
+    let machine = ground.context.machine();
+    let effect = &lead.chosen.effect;
+    let last = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    if let Some(time) = effect.number("time") {
+        return Some(RangeFound { axis: "time_s".into(), from: time, to: last });
+    }
+    let driving = match effect.parameter("of") {
+        Some(ParameterValue::Word(name)) => machine.axis_index(name),
+        _ => None,
+    };
+    let axis = driving.or(effect.place.axis())?;
+    let entry = &machine.axes[axis];
+    let file = |q: f64| entry.kind.to_file_unit(q);
+    if let (Some(centre), Some(width)) = (effect.number("centre"), effect.number("width")) {
+        return Some(RangeFound {
+            axis: entry.name.clone(),
+            from: file(centre - width / 2.0),
+            to: file(centre + width / 2.0),
+        });
+    }
+    // static poses have no times
+    if matches!(effect.kind.as_str(), "thermal-growth") && effect.parameter("clock").is_none() {
+        return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });
+    }
+    let ends = (0..ground.tests())
+        .flat_map(|test| ground.context.motion(test).axis(axis))
+        .fold((f64::MAX, f64::MIN), |(from, to), q| (from.min(q), to.max(q)));
+    // what lies beyond the readings nobody knows
+    let ends = match (effect.kind.as_str(), effect.number("from"), effect.number("to")) {
+        ("clamp-lift", Some(from), Some(to)) => (from.max(ends.0), to.min(ends.1)),
+        _ => ends,
+    };
+    Some(RangeFound { axis: entry.name.clone(), from: file(ends.0), to: file(ends.1) })
+}

@@ -1,0 +1,40 @@
+//! A shape of a family judged at a stage, and what refined shapes must gain. It refines nothing.
+
+use super::candidates::{Family, family_terms};
+use super::selected::Candidate;
+use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::whitened::LastShape;
+use crate::machine::Effect;
+
+/// Log evidence that a refined parameter costs.
+pub(crate) const PARAMETER_COST: f64 = 1.5;
+
+/// Log odds that each of them must add.
+pub(crate) const OVERTONE_GAIN: f64 = 5.0;
+
+/// Terms of a vibration with knots beyond which they are too many: one direction in some fifty tests of half a minute, every
+/// five seconds, has half as many, and their covariance is that many squared.
+const MOST_TERMS: usize = 2400;
+
+/// A shape of a family, judged; `cost` is taken off its evidence. Its columns are not worked out.
+pub fn judged(
+    stage: &Stage,
+    family: &Family,
+    index: usize,
+    effect: Effect,
+    cost: f64,
+    last: &mut LastShape,
+) -> Option<Candidate> {
+    let mut terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
+    let profiles = stage.ground.profiles(&effect).ok()?;
+    if effect.parameter("every").is_some() {
+        // knots beyond the end of a recording; no shape of a grid has knots, so none is judged elsewhere with them
+        terms.retain(|term| term.test.is_none_or(|test| !profiles[term.function][test].is_empty()));
+        if terms.len() > MOST_TERMS {
+            return None;
+        }
+    }
+    let judgement = stage.judge_shape((index, &effect), (&profiles, &terms), family.plausible, last);
+    let log_odds = judgement.log_evidence - cost;
+    Some(Candidate { family: index, effect, terms, columns: Vec::new(), judgement, log_odds })
+}
