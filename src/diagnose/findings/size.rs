@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::finding::SizeFound;
+use super::form_error::form_sigma;
 use crate::diagnose::model::linear_model::{Ground, Term};
 use crate::diagnose::model::regression::Stage;
 use crate::diagnose::selection::naming::unit;
@@ -170,17 +171,6 @@ pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> 
     let main = main_terms(ground, &candidate.effect, cause, &candidate.terms);
     let courses = Courses::of(ground, candidate, &main);
     size_function(candidate, cause, &main, &courses, &candidate.judgement.amplitudes)
-}
-
-/// Uncertainty of a size from the form of its effect, as a share: a form is never exact, a vibration breathes, a screw's
-/// period swells along its travel, and the peak of a spike lies between two readings.
-pub(crate) fn form_sigma(effect: &str) -> f64 {
-    match effect {
-        "reversal-spike" => 0.12,
-        "vibration" => 0.06,
-        "cyclic-error" => 0.07,
-        _ => 0.03,
-    }
 }
 
 /// Whether a term moves along a direction, per kelvin or not.

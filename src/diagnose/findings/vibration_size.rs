@@ -126,7 +126,7 @@ pub(crate) fn size_together(
     if value <= 0.0 {
         return lead;
     }
-    SizeFound { value, sigma: (super::size::form_sigma("vibration") * value).hypot(variance.sqrt()), ..lead }
+    SizeFound { value, sigma: (super::form_error::form_sigma("vibration") * value).hypot(variance.sqrt()), ..lead }
 }
 
 /// Motion in one test by direction; of no weight where the test hardly shows it. `white_mm` is the noise from row to row,

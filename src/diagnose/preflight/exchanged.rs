@@ -1,7 +1,6 @@
 //! Recordings that stand in each other's tests: pairs, and whole rows of files moved by one. Whether they do is for others to judge.
 
 use super::data_fault::SESSION;
-use super::mistakes::is_repeat;
 use super::suspicion::{SOMETIMES, Suspicion};
 use crate::chain::{Chain, Geometry};
 use crate::session::{Motion, Session, Test};
@@ -41,7 +40,7 @@ fn exchanged(session: &Session, one: usize, other: usize) -> Suspicion {
 fn may_be_exchanged(session: &Session, one: usize, other: usize) -> bool {
     let (Some(a), Some(b)) = (&session.tests[one].recording, &session.tests[other].recording) else { return false };
     let bars = [one, other].map(|test| session.tests[test].bar_length_mm);
-    a.axes == b.axes && bars[0] == bars[1] && !is_repeat(session, one, other)
+    a.axes == b.axes && bars[0] == bars[1] && !session.tests[one].is_repeat_of(&session.tests[other])
 }
 
 /// Pairs with one of the tests that fit worst.

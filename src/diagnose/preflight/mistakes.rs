@@ -278,7 +278,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
     for index in order {
         let Some(recording) = &session.tests[index].recording else { continue };
         let Some(place) = swept(recording, axis).filter(|_| among.has(recording)) else { continue };
-        let run = match runs.iter_mut().find(|(first, _)| is_repeat(session, *first, index)) {
+        let run = match runs.iter_mut().find(|(first, _)| session.tests[*first].is_repeat_of(&session.tests[index])) {
             Some((_, run)) => {
                 *run += 1;
                 *run
@@ -309,16 +309,6 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
         weight: RARELY,
         undone,
     })
-}
-
-/// Two tests with the same balls, bar and standing axes.
-pub(crate) fn is_repeat(session: &Session, one: usize, other: usize) -> bool {
-    let (one, other) = (&session.tests[one], &session.tests[other]);
-    one.pivot == other.pivot
-        && one.spindle_ball == other.spindle_ball
-        && one.bar_length_mm == other.bar_length_mm
-        && one.positions == other.positions
-        && one.feed_mm_per_min == other.feed_mm_per_min
 }
 
 /// Positions moved against the lengths by some seconds in some tests of the thinned session.

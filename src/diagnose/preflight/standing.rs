@@ -3,7 +3,6 @@
 use super::ball_places::WORTH;
 use super::data_fault::SESSION;
 use super::misplaced::{names, suspicion};
-use super::mistakes::is_repeat;
 use super::suspicion::Suspicion;
 use crate::chain::{Chain, Geometry};
 use crate::machine::AxisKind;
@@ -39,7 +38,7 @@ pub(crate) fn groups(session: &Session, axis: usize) -> Vec<Vec<usize>> {
         let Some(value) = standing(first) else { continue };
         let others = (0..session.tests.len()).filter(|&test| standing(test).is_some());
         let alike: Vec<usize> = others.clone().filter(|&test| standing(test) == Some(value)).collect();
-        let repeats: Vec<usize> = others.filter(|&test| is_repeat(session, first, test)).collect();
+        let repeats: Vec<usize> = others.filter(|&test| session.tests[first].is_repeat_of(&session.tests[test])).collect();
         for group in [repeats, alike] {
             if group.first() == Some(&first) && !groups.contains(&group) {
                 groups.push(group);

@@ -4,7 +4,6 @@ use crate::diagnose::cause::Cause;
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::model::linear_model::Ground;
 use crate::diagnose::model::regression::{Accepted, Stage};
-use crate::diagnose::preflight::mistakes::is_repeat;
 use crate::diagnose::selection::candidates::Family;
 use crate::diagnose::selection::search::search_part;
 use crate::diagnose::selection::selected::{Floors, Found, Grounds};
@@ -185,7 +184,7 @@ fn turns(ground: &Ground) -> Vec<usize> {
     let mut turns = vec![0; ground.tests()];
     let mut setups: Vec<(usize, usize)> = Vec::new();
     for &test in ground.context.order() {
-        let known = setups.iter().position(|(first, _)| is_repeat(session, *first, test));
+        let known = setups.iter().position(|(first, _)| session.tests[*first].is_repeat_of(&session.tests[test]));
         let setup = known.unwrap_or_else(|| {
             setups.push((test, 0));
             setups.len() - 1

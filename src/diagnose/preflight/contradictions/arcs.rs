@@ -1,7 +1,7 @@
 //! Arcs that are not those of the test: of another sweep than the session states, or shorter than in the test's own repeats.
 
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
-use crate::diagnose::preflight::mistakes::{is_repeat, swept};
+use crate::diagnose::preflight::mistakes::swept;
 use crate::machine::AxisKind;
 use crate::session::{Path, Recording, Session, Test};
 
@@ -62,7 +62,7 @@ fn cut_short(session: &Session) -> Option<DataFault> {
     let arcs: Vec<Option<(usize, f64)>> = (0..session.tests.len()).map(arc).collect();
     (0..arcs.len()).find_map(|index| {
         let (axis, own) = arcs[index]?;
-        let repeats = (0..arcs.len()).filter(|&other| other != index && is_repeat(session, index, other));
+        let repeats = (0..arcs.len()).filter(|&other| other != index && session.tests[index].is_repeat_of(&session.tests[other]));
         let others: Vec<f64> =
             repeats.filter_map(|other| arcs[other].filter(|arc| arc.0 == axis)).map(|arc| arc.1).collect();
         let due = others.iter().copied().reduce(f64::max)?;

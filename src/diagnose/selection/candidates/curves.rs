@@ -1,6 +1,6 @@
 //! Free curves over positions, for what has no form in the catalogue. It judges nothing.
 
-use super::Family;
+use super::family::Family;
 use crate::diagnose::model::linear_model::Ground;
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 

@@ -1,6 +1,6 @@
 //! Candidates that grow with time, friction or temperature. It judges nothing.
 
-use super::{Family, Refined, list_of};
+use super::family::{Family, Refined, list_of};
 use crate::diagnose::model::linear_model::Ground;
 use crate::effects::{OWN, ROTARY, SLIDES};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
@@ -63,12 +63,4 @@ pub fn channels(ground: &Ground) -> Vec<String> {
         .into_iter()
         .filter(|name| name.starts_with("temp") && (0..tests.len()).all(|test| names(test).contains(name)))
         .collect()
-}
-
-/// The slide nearest to the spindle: where growth of the spindle shows.
-pub(super) fn last_before_spindle(ground: &Ground, axis: usize) -> bool {
-    let chain = ground.context.chain();
-    let machine = ground.context.machine();
-    let branch = chain.branch(crate::chain::Branch::Tool);
-    branch.iter().rev().find(|&&k| machine.axes[k].kind == AxisKind::Linear) == Some(&axis)
 }

@@ -1,6 +1,6 @@
 //! Stretches over which a part may sit in another way. It judges nothing.
 
-use super::Refined;
+use super::family::Refined;
 use crate::machine::{Effect, ParameterValue, Place};
 
 /// Places at which a stretch may begin or end, the ends of the travel among them.

@@ -1,10 +1,11 @@
 //! Candidates of a linear axis. It judges nothing.
 
 use super::curves::unknown;
-use super::growth::{growth, last_before_spindle};
+use super::family::{Family, Refined, list_of, refined};
+use super::growth::growth;
+use super::motions::last_before_spindle;
 use super::motions::{directions, finest_step, motion, travelled, visited};
 use super::play::{servo_lag, spikes, windup_refined, windups};
-use super::{Family, Refined, list_of, refined};
 use crate::diagnose::model::linear_model::Ground;
 use crate::machine::{Component, Effect, Machine, Outlet, ParameterValue, Place};
 

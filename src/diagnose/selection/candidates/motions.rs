@@ -89,3 +89,11 @@ pub(super) fn gravity_turns_in(ground: &Ground, axis: usize, looked_at: impl Fn(
         })
     })
 }
+
+/// The slide nearest to the spindle: where growth of the spindle shows.
+pub(super) fn last_before_spindle(ground: &Ground, axis: usize) -> bool {
+    let chain = ground.context.chain();
+    let machine = ground.context.machine();
+    let branch = chain.branch(crate::chain::Branch::Tool);
+    branch.iter().rev().find(|&&k| machine.axes[k].kind == AxisKind::Linear) == Some(&axis)
+}

@@ -1,7 +1,7 @@
 //! Candidates that the sense or the speed of motion drives. It judges nothing.
 
+use super::family::{Family, Refined, number};
 use super::motions::{directions, motion, slides_move, travelled, visited};
-use super::{Family, Refined, number};
 use crate::diagnose::model::linear_model::Ground;
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
 

@@ -1,7 +1,7 @@
 //! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in the other files.
 
+use super::family::{Family, list_of};
 use super::motions::{directions, gravity_turns_in, motion, travelled};
-use super::{Family, list_of};
 use crate::diagnose::model::linear_model::Ground;
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 

@@ -1,11 +1,11 @@
 //! Candidates of a rotary axis. It judges nothing.
 
 use super::curves::{postures, unknown};
+use super::family::{Family, Refined, list_of, number, refined};
 use super::growth::growth;
 use super::lifts::stretches;
 use super::motions::{directions, finest_step, motion, travelled, turns_against_gravity};
 use super::play::{servo_lag, windup_refined, windups};
-use super::{Family, Refined, list_of, number, refined};
 use crate::diagnose::model::linear_model::Ground;
 use crate::machine::{Effect, Outlet, Place};
 use std::f64::consts::PI;

@@ -1,9 +1,9 @@
 //! Candidates of recorder, balls and bars. It judges nothing.
 
+use super::family::{Family, Refined, list_of, number, refined};
 use super::growth::{channels, lag_refined, lagging};
 use super::motions::slides_move;
 use super::vibrations::{beats, vibrations};
-use super::{Family, Refined, list_of, number, refined};
 use crate::diagnose::model::linear_model::Ground;
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 

@@ -1,7 +1,7 @@
 //! Candidates that vibrate or ripple in time. It judges nothing.
 
+use super::family::{Family, Refined, number, refined};
 use super::motions::travelled;
-use super::{Family, Refined, number, refined};
 use crate::diagnose::model::linear_model::Ground;
 use crate::diagnose::noise::spectrum::{aliased, lines};
 use crate::diagnose::selection::ripples::waves;
