@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::{
-    Accepted, CHUNK_S, Column, Ground, LastShape, Stage, Term, Verdict, Whitened, diagnose, families, fold_rows,
-    noise_floor, terms,
+    Accepted, CHUNK_S, Column, LastShape, LinearModel, Regression, Term, Verdict, WhitenedData, diagnose, families,
+    fold_rows, noise_floor, terms,
 };
 use fiveaxis::effects::Context;
 use fiveaxis::identify::{self, FreePrior, Options, Problem};
@@ -60,7 +60,7 @@ fn an_irregular_motion_is_located_and_has_no_form() {
 }
 
 /// Works with the circles fitted and laid out for a search, and the noise of every test.
-fn with_ground(work: impl FnOnce(&Session, &Ground, &[NoiseModel])) {
+fn with_ground(work: impl FnOnce(&Session, &LinearModel, &[NoiseModel])) {
     let session = circles(Vec::new());
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(&session);
@@ -71,7 +71,7 @@ fn with_ground(work: impl FnOnce(&Session, &Ground, &[NoiseModel])) {
     let values: Vec<f64> = fit.estimates.iter().map(|estimate| estimate.value).collect();
     let kept: Vec<Vec<bool>> = fit.tests.iter().map(|test| test.kept.clone()).collect();
     let context = Context::of(&session, &chain).expect("context");
-    let ground = Ground::new(&context, &problem, &values, kept);
+    let ground = LinearModel::new(&context, &problem, &values, kept);
     let noise = NoiseModel { white_mm: 2e-4, ar_mm: 1e-4, ar_rho: 0.9, drift_mm: 5e-5, offset_mm: 5e-5 };
     let noise = vec![noise; ground.tests()];
     work(&session, &ground, &noise);
@@ -207,7 +207,7 @@ fn noisier_sweeps_are_no_missing_physics() {
 }
 
 /// Columns of a vibration along X and Z with amplitudes of its own in every test.
-fn vibration(session: &Session, ground: &Ground, frequency: f64) -> Vec<Column> {
+fn vibration(session: &Session, ground: &LinearModel, frequency: f64) -> Vec<Column> {
     let effect = Effect::new("vibration", Place::SpindleBall)
         .with("frequency", ParameterValue::Number(frequency))
         .with("wander", ParameterValue::Number(1.0))
@@ -217,7 +217,7 @@ fn vibration(session: &Session, ground: &Ground, frequency: f64) -> Vec<Column> 
     ground.columns(&effect, &all.collect::<Vec<_>>()).expect("columns")
 }
 
-fn squareness(session: &Session, ground: &Ground) -> Vec<Column> {
+fn squareness(session: &Session, ground: &LinearModel) -> Vec<Column> {
     let x = session.machine.axis_index("X").expect("X");
     let effect = Effect::new("squareness", Place::Axis(x));
     let outlet = Outlet::Location { axis: x, component: Component::EC };
@@ -231,7 +231,7 @@ fn columns_of_single_tests_are_fitted_in_any_order() {
         let accepted = |blocks: &[&Vec<Column>]| -> Vec<Accepted> {
             blocks.iter().flat_map(|b| b.iter()).map(|column| Accepted { column: column.clone(), prior }).collect()
         };
-        let stage = |blocks: &[&Vec<Column>]| Stage::new(ground, noise, &accepted(blocks), &ground.kept);
+        let stage = |blocks: &[&Vec<Column>]| Regression::new(ground, noise, &accepted(blocks), &ground.kept);
         // what a block takes off the weighted squares beside others: zᵀ (G + 1/prior²)⁻¹ z
         let takes = |beside: &[&Vec<Column>], block: &Vec<Column>| {
             let (gram, z) = stage(beside).project(block);
@@ -257,7 +257,7 @@ fn a_block_judged_test_by_test_has_the_evidence_of_the_whole() {
             .chain(beside)
             .map(|column| Accepted { column, prior: 3.0 })
             .collect();
-        let stage = Stage::new(ground, noise, &accepted, &ground.kept);
+        let stage = Regression::new(ground, noise, &accepted, &ground.kept);
         let block = vibration(session, ground, 2.0);
         let judged = stage.judge(&block, 30.0);
         let (gram, z) = stage.project(&block);
@@ -307,16 +307,16 @@ fn shapes_judged_from_memory_stand_as_judged_anew() {
     with_ground(judged_from_memory);
 }
 
-fn judged_from_memory(session: &Session, ground: &Ground, noise: &[NoiseModel]) {
+fn judged_from_memory(session: &Session, ground: &LinearModel, noise: &[NoiseModel]) {
     let kept = ground.kept.clone();
     let families = families(ground);
     let accepted: Vec<Accepted> =
         squareness(session, ground).into_iter().map(|column| Accepted { column, prior: 10.0 }).collect();
     assert!(!accepted.is_empty());
     // the first stage fills the memory, the second one takes from it beside another model
-    let whitened = Arc::new(Whitened::new(ground, noise, &kept));
-    let stages = [Stage::on(whitened.clone(), &[]), Stage::on(whitened, &accepted)];
-    let anew = [Stage::new(ground, noise, &[], &kept), Stage::new(ground, noise, &accepted, &kept)];
+    let whitened = Arc::new(WhitenedData::new(ground, noise, &kept));
+    let stages = [Regression::on(whitened.clone(), &[]), Regression::on(whitened, &accepted)];
+    let anew = [Regression::new(ground, noise, &[], &kept), Regression::new(ground, noise, &accepted, &kept)];
     let mut judged = 0;
     for (index, family) in families.iter().enumerate().filter(|(_, family)| !family.by_test) {
         let effect = &family.grid[family.grid.len() / 2];

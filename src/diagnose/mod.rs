@@ -16,22 +16,22 @@ mod verdict;
 pub use cause::{Cause, MOST_RIVALS};
 pub use findings::finding::{Finding, NextTest, RangeFound, SizeFound};
 pub use model::decimate::thin;
-pub use model::linear_model::{Column, Ground, Term};
+pub use model::linear_model::{Column, LinearModel, Term};
 pub use model::long_recordings::{Averaged, MOST_ROWS, lean};
-pub use model::regression::{Accepted, Stage};
-pub use model::whitened::{LastShape, Whitened};
+pub use model::regression::{Accepted, Regression};
+pub use model::whitened::{LastShape, WhitenedData};
 pub use noise::noise_floor::noise_floor;
 pub use noise::pose_noise::Left;
 pub use preflight::data_fault::{DataFault, Rival};
 pub use preflight::examine::{Examination, examine};
-pub use selection::candidates::{Family, families, terms};
-pub use selection::screening_grid::Cells;
+pub use selection::candidates::{CandidateFamily, families, terms};
+pub use selection::screening_grid::ScreeningGrid;
 pub use selection::search::{search, search_unless};
-pub use selection::selected::{Candidate, Found, Grounds, Search};
-pub use validation::cross_validation::{CHUNK_S, Proof, fold_rows};
-pub use validation::detection_limits::Blind;
-pub use validation::leave_setup_out::Transfer;
-pub use validation::sign_randomisation::Placebo;
+pub use selection::selected::{Candidate, Resolutions, Search, SelectedEffect};
+pub use validation::cross_validation::{CHUNK_S, CrossValidation, fold_rows};
+pub use validation::detection_limits::Unseen;
+pub use validation::leave_setup_out::LeftOutSetup;
+pub use validation::sign_randomisation::SignRandomisation;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
 pub use verdict::diagnosis::{DiagnoseError, Diagnosis, Moved, TestBeforeAfter};
@@ -70,13 +70,13 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let problem = Problem::new(session, &chain, &setups, unknowns)?;
     let fit = identify::fit(&problem)?;
     let context = Context::of(session, &chain)?;
-    let fine = Ground::new(&context, &problem, &fit.values(), fit.kept_rows());
+    let fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     let diagnosis = diagnosed(fine, &setups, fit, true)?;
     Ok(Diagnosis { warnings: examination.warnings, ..diagnosis })
 }
 
 /// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
-fn diagnosed(mut fine: Ground, setups: &Setups, fit: Fit, may_hide: bool) -> Result<Diagnosis, DiagnoseError> {
+fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -> Result<Diagnosis, DiagnoseError> {
     let (problem, session, values) = (fine.problem, fine.context.session(), fit.values());
     let families = families(&fine);
     fine.prepare(families.iter().flat_map(|family| &family.outlets));
@@ -84,9 +84,9 @@ fn diagnosed(mut fine: Ground, setups: &Setups, fit: Fit, may_hide: bool) -> Res
     let thin_context = Context::of(&thinned, problem.chain)?;
     let mut coarse = fine.thinned(&thin_context, &groups);
     coarse.prepare(families.iter().flat_map(|family| &family.outlets));
-    let cells = Cells::of(&coarse, &families);
-    let grounds = Grounds { fine: &fine, coarse: &coarse, cells: &cells };
-    let floors = floors(&grounds);
+    let cells = ScreeningGrid::of(&coarse, &families);
+    let resolutions = Resolutions { fine: &fine, coarse: &coarse, cells: &cells };
+    let floors = floors(&resolutions);
     let noise_um = 1e3 * mean_noise_mm2(&floors[0]).sqrt();
 
     let strain = strain(problem, &values, WIDER_SETUPS);
@@ -98,7 +98,7 @@ fn diagnosed(mut fine: Ground, setups: &Setups, fit: Fit, may_hide: bool) -> Res
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
     let search = match is_certain {
         true => Ok(nothing(&fine, &floors[0])),
-        false => search_cleanly(&grounds, &floors, &families, cleaner),
+        false => search_cleanly(&resolutions, &floors, &families, cleaner),
     };
     let mut search = match search {
         Ok(search) => search,
@@ -110,9 +110,9 @@ fn diagnosed(mut fine: Ground, setups: &Setups, fit: Fit, may_hide: bool) -> Res
     }
 
     let layout = Layout { session: &thinned, problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
-    let explanation = explain(&grounds, &floors, &families, &mut search, &layout, fault.is_some());
+    let explanation = explain(&resolutions, &floors, &families, &mut search, &layout, fault.is_some());
     // a wrong sense makes all numbers wrong: it stands first
     let mut blind_to = unseen_senses(session, &fit)?;
-    blind_to.extend(unseen_causes(&coarse, &families, &Stage::new(&coarse, &floors[1], &[], &coarse.kept)));
+    blind_to.extend(unseen_causes(&coarse, &families, &Regression::new(&coarse, &floors[1], &[], &coarse.kept)));
     Ok(Diagnosis::of(&fine, setups, &fit, &search, explanation, fault, blind_to))
 }

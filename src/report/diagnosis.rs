@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnose::{Blind, Cause, DataFault, Diagnosis, Finding, MOST_RIVALS, Placebo, Rival, Transfer};
+use crate::diagnose::{
+    Cause, DataFault, Diagnosis, Finding, LeftOutSetup, MOST_RIVALS, Rival, SignRandomisation, Unseen,
+};
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -206,7 +208,7 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
     }
 }
 
-fn blind_json(blind: &Blind) -> BlindJson {
+fn blind_json(blind: &Unseen) -> BlindJson {
     BlindJson {
         effect: blind.cause.effect.clone(),
         place: blind.cause.place.clone(),
@@ -285,13 +287,13 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
     }
 }
 
-fn placebo_json(placebo: Placebo) -> PlaceboJson {
+fn placebo_json(placebo: SignRandomisation) -> PlaceboJson {
     let share = |gain: f64| gain / placebo.gain.max(f64::MIN_POSITIVE);
     PlaceboJson { mean: share(placebo.mean), largest: share(placebo.largest), draws: placebo.draws }
 }
 
-fn other_setups_json(transfer: Transfer) -> OtherSetupsJson {
-    let Transfer { slope, sigma, setups } = transfer;
+fn other_setups_json(transfer: LeftOutSetup) -> OtherSetupsJson {
+    let LeftOutSetup { slope, sigma, setups } = transfer;
     OtherSetupsJson { slope, sigma, setups, carries: transfer.is_right() }
 }
 

@@ -190,7 +190,7 @@ fn control(page: &mut String, json: &FitJson) {
 
 fn setups(page: &mut String, json: &FitJson) {
     page.push_str(
-        "<section>\n<h2>Balls and bars</h2>\n<p class=\"small\">Fitted place minus the session's, µm, one standard deviation.</p>\n\
+        "<section>\n<h2>Balls and bars</h2>\n<p class=\"small\">EliminatedNormal place minus the session's, µm, one standard deviation.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th>setup</th><th class=\"n\">x or length</th><th class=\"n\">y</th><th class=\"n\">z</th>\
          <th class=\"n\">spread before</th></tr></thead>\n<tbody>\n",
     );

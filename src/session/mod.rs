@@ -83,6 +83,15 @@ pub struct Test {
 }
 
 impl Test {
+    /// Whether it has the balls, bar, feed and standing axes of another one.
+    pub fn is_repeat_of(&self, other: &Test) -> bool {
+        self.pivot == other.pivot
+            && self.spindle_ball == other.spindle_ball
+            && self.bar_length_mm == other.bar_length_mm
+            && self.positions == other.positions
+            && self.feed_mm_per_min == other.feed_mm_per_min
+    }
+
     /// Rows of the recording, or samples of the planned path.
     pub fn rows(&self) -> usize {
         match (&self.recording, &self.path) {

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// A candidate's standing.
 #[derive(Debug, Clone)]
-pub struct Judgement {
+pub struct BlockEvidence {
     /// Log of the evidence ratio for the block against nothing, shape grid not counted.
     pub log_evidence: f64,
     /// Fall of the weighted sum of squares at the best amplitudes.
@@ -28,7 +28,7 @@ pub fn likeliest_prior(plausible: f64, evidence: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Evidence of a block from its projected information and score, amplitudes being plausible up to `plausible`.
-pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judgement {
+pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> BlockEvidence {
     let count = z.len();
     let eigen = SymmetricEigen::new(information.clone());
     let w = eigen.eigenvectors.tr_mul(&z);
@@ -52,5 +52,5 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Judg
     }
     // one nat for having chosen τ from the data
     let log_evidence = evidence(tau) - 1.0;
-    Judgement { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
+    BlockEvidence { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
 }

@@ -3,12 +3,12 @@
 use super::finding::{Finding, RangeFound};
 use super::grouping::groups;
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
-use crate::diagnose::model::linear_model::{Ground, Term, display};
-use crate::diagnose::model::regression::{Accepted, Stage};
-use crate::diagnose::selection::candidates::{ALONG, Family};
+use crate::diagnose::model::linear_model::{LinearModel, Term, display};
+use crate::diagnose::model::regression::{Accepted, Regression};
+use crate::diagnose::selection::candidates::{ALONG, CandidateFamily};
 use crate::diagnose::selection::naming::{cause, component_name, components};
 use crate::diagnose::selection::ranking::directions;
-use crate::diagnose::selection::selected::{Candidate, Found, Search};
+use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::selection::shape_average::over_shapes;
 use crate::effects::kind;
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Size};
@@ -25,29 +25,29 @@ const FORM_UNKNOWN: f64 = 0.4;
 
 /// Groups what a search accepted and words each group as one finding, strongest first.
 pub fn findings(
-    ground: &Ground,
-    families: &[Family],
+    model: &LinearModel,
+    families: &[CandidateFamily],
     search: &Search,
-    stage: &Stage,
+    regression: &Regression,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search, &crate::diagnose::noise::spectrum::rates_of_tests(ground));
+    let groups = groups(search, &crate::diagnose::noise::spectrum::rates_of_tests(model));
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
         first_column.push(next);
         next += found.chosen.columns.len();
     }
-    let covariance = stage.covariance();
+    let covariance = regression.covariance();
     let mut list: Vec<Finding> = groups
         .iter()
-        .map(|group| finding(ground, families, search, group, &first_column, stage, &covariance, columns))
+        .map(|group| finding(model, families, search, group, &first_column, regression, &covariance, columns))
         .collect();
     if list.len() > 1 {
         // what each adds beside all others: the first one that a search takes seems to explain everything
         let strength = |finding: &Finding| {
             let others = (0..columns.len()).filter(|k| !finding.columns.contains(k)).map(|k| columns[k].clone());
-            Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept).misfit
+            Regression::new(model, &search.noise_after, &others.collect::<Vec<_>>(), &model.kept).misfit
         };
         list.sort_by_cached_key(|finding| std::cmp::Reverse(strength(finding).max(0.0).to_bits()));
     }
@@ -56,25 +56,25 @@ pub fn findings(
 
 #[allow(clippy::too_many_arguments)]
 fn finding(
-    ground: &Ground,
-    families: &[Family],
+    model: &LinearModel,
+    families: &[CandidateFamily],
     search: &Search,
     group: &[usize],
     first_column: &[usize],
-    stage: &Stage,
+    regression: &Regression,
     covariance: &nalgebra::DMatrix<f64>,
     columns: &[Accepted],
 ) -> Finding {
-    let machine = ground.context.machine();
+    let machine = model.context.machine();
     let lead = &search.found[group[0]];
     let mut effects = Vec::new();
     let mut own_columns = Vec::new();
     for &index in group {
         let found = &search.found[index];
         let first = first_column[index];
-        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| stage.accepted(first + k)).collect();
+        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| regression.accepted(first + k)).collect();
         own_columns.extend(first..first + found.chosen.columns.len());
-        effects.extend(sized(&found.chosen, &sizes, ground));
+        effects.extend(sized(&found.chosen, &sizes, model));
     }
     let gain: f64 = group.iter().map(|&index| search.found[index].gain).sum();
     let free_gain: f64 = group
@@ -86,11 +86,11 @@ fn finding(
     let is_unknown = lead.chosen.is_free() || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
     let growing = match lead.chosen.effect.kind.as_str() {
-        kind @ "thermal-growth" => with_sizes(search, group, first_column, stage, kind),
+        kind @ "thermal-growth" => with_sizes(search, group, first_column, regression, kind),
         _ => Vec::new(),
     };
     if !growing.is_empty() {
-        let shown = crate::diagnose::selection::trajectory::growing_outlets(ground, &growing);
+        let shown = crate::diagnose::selection::trajectory::growing_outlets(model, &growing);
         cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
     }
     if is_unknown {
@@ -124,36 +124,36 @@ fn finding(
         .filter(|&&index| index == group[0] || is_same_play(lead, &search.found[index]))
         .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
         .collect();
-    let mut size = super::size::size_of(ground, &lead.chosen, &cause, stage, covariance, &parts);
+    let mut size = super::size::size_of(model, &lead.chosen, &cause, regression, covariance, &parts);
     // a vibration that wanders between neighbouring frequencies is the sum of all of them
-    let vibrating = with_sizes(search, group, first_column, stage, "vibration");
+    let vibrating = with_sizes(search, group, first_column, regression, "vibration");
     let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
     if vibrating.len() > 1 && cause.effect == "vibration" && !is_sure {
-        size = super::vibration_size::size_together(ground, &vibrating, &search.noise_after, size);
+        size = super::vibration_size::size_together(model, &vibrating, &search.noise_after, size);
     }
     // a spike whose servo is no simple one is the sum of several
     let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, "reversal-spike").collect();
     if spikes.len() > 1 && cause.effect == "reversal-spike" {
-        size = super::size::size_together(ground, &spikes, &cause, stage, covariance, size);
+        size = super::size::size_together(model, &spikes, &cause, regression, covariance, size);
     }
     let without_own = || {
         let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
-        Stage::new(ground, &search.noise_after, &others.collect::<Vec<_>>(), &ground.kept)
+        Regression::new(model, &search.noise_after, &others.collect::<Vec<_>>(), &model.kept)
     };
     let family = &families[lead.chosen.family];
-    let as_judged = |shape: &Candidate| super::size::size_as_judged(ground, shape, &cause);
+    let as_judged = |shape: &Candidate| super::size::size_as_judged(model, shape, &cause);
     if let Some((mean, sigma)) = over_shapes(without_own, &lead.chosen, family, as_judged) {
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
     }
     if growing.len() > 1 {
         // growth told in several shapes: the others add to the lead's
-        size.value += crate::diagnose::selection::trajectory::growth(ground, &growing, &cause)
-            - crate::diagnose::selection::trajectory::growth(ground, &growing[..1], &cause);
+        size.value += crate::diagnose::selection::trajectory::growth(model, &growing, &cause)
+            - crate::diagnose::selection::trajectory::growth(model, &growing[..1], &cause);
     }
-    size.sigma = size.sigma.hypot(over_rivals(ground, lead, size.value));
-    let (tests, rms_um) = shows(ground, columns, &own_columns, stage);
-    let range = range(ground, lead);
+    size.sigma = size.sigma.hypot(over_rivals(model, lead, size.value));
+    let (tests, rms_um) = shows(model, columns, &own_columns, regression);
+    let range = range(model, lead);
     if lead.form_withdrawn {
         cause.effect = "unknown".into();
     }
@@ -193,16 +193,16 @@ fn with_sizes<'s>(
     search: &'s Search,
     group: &'s [usize],
     first_column: &'s [usize],
-    stage: &Stage,
+    regression: &Regression,
     kind: &'s str,
 ) -> Vec<(&'s Candidate, Vec<f64>)> {
-    let sizes = |part: &Candidate, first| (0..part.terms.len()).map(|k| stage.accepted(first + k)).collect();
+    let sizes = |part: &Candidate, first| (0..part.terms.len()).map(|k| regression.accepted(first + k)).collect();
     of_kind(search, group, first_column, kind).map(|(part, first)| (part, sizes(part, first))).collect()
 }
 
 /// Standard deviation of a size over rivals that are the same effect in other components or of another driver.
-fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
-    let machine = ground.context.machine();
+fn over_rivals(model: &LinearModel, lead: &SelectedEffect, value: f64) -> f64 {
+    let machine = model.context.machine();
     let own = &lead.chosen.effect;
     let is_length = |candidate: &Candidate| candidate.terms.iter().any(super::size::is_length);
     // the amplitudes of a vibration are those of single tests: its size is no matter of the shape
@@ -214,7 +214,7 @@ fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
     for (rival, odds) in &lead.rivals {
         let is_same = rival.effect.kind == own.kind && rival.effect.place == own.place;
         if is_same && is_length(rival) == is_length(&lead.chosen) {
-            let size = super::size::size_as_judged(ground, rival, &cause(machine, rival, &[]));
+            let size = super::size::size_as_judged(model, rival, &cause(machine, rival, &[]));
             let weight = odds.min(0.0).exp();
             squares += weight * (size - value).powi(2);
             weights += weight;
@@ -224,14 +224,14 @@ fn over_rivals(ground: &Ground, lead: &Found, value: f64) -> f64 {
 }
 
 /// Another shape of the lead's lost motion: their half widths add.
-fn is_same_play(lead: &Found, other: &Found) -> bool {
+fn is_same_play(lead: &SelectedEffect, other: &SelectedEffect) -> bool {
     lead.chosen.effect.kind.ends_with("-backlash")
         && lead.chosen.effect.kind == other.chosen.effect.kind
         && lead.chosen.terms == other.chosen.terms
 }
 
 /// The effect with its fitted sizes; effects with amplitudes by test become one effect per test.
-fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
+fn sized(candidate: &Candidate, sizes: &[f64], model: &LinearModel) -> Vec<Effect> {
     let Some(kind) = kind(&candidate.effect.kind) else { return Vec::new() };
     let functions = (kind.functions)(&candidate.effect);
     let sizes_of = |term: &Term, value: f64| -> Vec<Size> {
@@ -245,7 +245,7 @@ fn sized(candidate: &Candidate, sizes: &[f64], ground: &Ground) -> Vec<Effect> {
     let mut list: Vec<Effect> = Vec::new();
     for (term, &value) in candidate.terms.iter().zip(sizes) {
         let tests = match term.test {
-            Some(test) => Some(vec![ground.context.session().tests[test].name.clone()]),
+            Some(test) => Some(vec![model.context.session().tests[test].name.clone()]),
             None => candidate.effect.tests.clone(),
         };
         match list.iter_mut().find(|effect| effect.tests == tests) {
@@ -273,7 +273,7 @@ fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
 }
 
 /// Probability of the lead among its rivals, and the rivals worth naming.
-fn standing(machine: &Machine, lead: &Found) -> (f64, Vec<(Cause, f64)>) {
+fn standing(machine: &Machine, lead: &SelectedEffect) -> (f64, Vec<(Cause, f64)>) {
     let own = cause(machine, &lead.chosen, &[]);
     let mut named: Vec<(Cause, f64)> = Vec::new();
     let mut total = 1.0;
@@ -298,13 +298,13 @@ fn standing(machine: &Machine, lead: &Found) -> (f64, Vec<(Cause, f64)>) {
 }
 
 /// Tests in which the columns show, most visible first, and their rms there, µm.
-fn shows(ground: &Ground, columns: &[Accepted], own: &[usize], stage: &Stage) -> (Vec<String>, f64) {
+fn shows(model: &LinearModel, columns: &[Accepted], own: &[usize], regression: &Regression) -> (Vec<String>, f64) {
     let mut shares: Vec<(usize, f64)> = Vec::new();
-    for test in 0..ground.tests() {
-        let rows = ground.residual_mm[test].len();
+    for test in 0..model.tests() {
+        let rows = model.residual_mm[test].len();
         let mut sum = vec![0.0; rows];
         for &k in own {
-            let size = stage.accepted(k);
+            let size = regression.accepted(k);
             for (total, value) in sum.iter_mut().zip(&columns[k].column.by_test[test]) {
                 *total += size * value;
             }
@@ -317,14 +317,14 @@ fn shows(ground: &Ground, columns: &[Accepted], own: &[usize], stage: &Stage) ->
     let largest = shares.first().map_or(0.0, |(_, rms)| *rms);
     shares.retain(|(_, rms)| *rms > 0.3 * largest);
     let rms = (shares.iter().map(|(_, rms)| rms * rms).sum::<f64>() / shares.len().max(1) as f64).sqrt();
-    (shares.iter().take(12).map(|(test, _)| ground.context.session().tests[*test].name.clone()).collect(), rms)
+    (shares.iter().take(12).map(|(test, _)| model.context.session().tests[*test].name.clone()).collect(), rms)
 }
 
 /// Where along its driver the lead acts.
-fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
-    let machine = ground.context.machine();
+fn range(model: &LinearModel, lead: &SelectedEffect) -> Option<RangeFound> {
+    let machine = model.context.machine();
     let effect = &lead.chosen.effect;
-    let last = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    let last = model.context.order().iter().map(|&test| model.context.ends_at_s(test)).fold(0.0, f64::max);
     if let Some(time) = effect.number("time") {
         return Some(RangeFound { axis: "time_s".into(), from: time, to: last });
     }
@@ -346,8 +346,8 @@ fn range(ground: &Ground, lead: &Found) -> Option<RangeFound> {
     if matches!(effect.kind.as_str(), "thermal-growth") && effect.parameter("clock").is_none() {
         return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });
     }
-    let ends = (0..ground.tests())
-        .flat_map(|test| ground.context.motion(test).axis(axis))
+    let ends = (0..model.tests())
+        .flat_map(|test| model.context.motion(test).axis(axis))
         .fold((f64::MAX, f64::MIN), |(from, to), q| (from.min(q), to.max(q)));
     // what lies beyond the readings nobody knows
     let ends = match (effect.kind.as_str(), effect.number("from"), effect.number("to")) {

@@ -2,7 +2,7 @@
 
 use crate::diagnose::noise::spectrum::shown_at;
 use crate::diagnose::selection::naming::{candidate_driver, driver_class};
-use crate::diagnose::selection::selected::{Found, Search};
+use crate::diagnose::selection::selected::{Search, SelectedEffect};
 use crate::effects::Driver;
 
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
@@ -24,14 +24,15 @@ pub(crate) fn groups(search: &Search, rates_hz: &[f64]) -> Vec<Vec<usize>> {
 }
 
 /// Whether an effect belongs to what an effect taken before it tells.
-fn belongs(lead: &Found, found: &Found, rates_hz: &[f64]) -> bool {
+fn belongs(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64]) -> bool {
     let same_place = lead.chosen.effect.place == found.chosen.effect.place
         && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
     let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
     let alike = driver_class(candidate_driver(&lead.chosen)) == driver_class(candidate_driver(&found.chosen));
     let same_cause = same_kind && !found.chosen.is_event();
     // another way to draw the curve of a place names no second cause, whichever was taken first
-    let moves = |found: &Found| matches!(candidate_driver(&found.chosen), Driver::Position | Driver::Direction);
+    let moves =
+        |found: &SelectedEffect| matches!(candidate_driver(&found.chosen), Driver::Position | Driver::Direction);
     let is_drawn_on = lead.chosen.is_free() && moves(lead) && moves(found);
     let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain) || is_drawn_on;
     same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found, rates_hz)
@@ -40,7 +41,7 @@ fn belongs(lead: &Found, found: &Found, rates_hz: &[f64]) -> bool {
 /// Jumps further apart in time are two, s; a jump that creeps may be told in two steps.
 const ONE_JUMP_S: f64 = 30.0;
 
-fn are_two_jumps(one: &Found, other: &Found) -> bool {
+fn are_two_jumps(one: &SelectedEffect, other: &SelectedEffect) -> bool {
     match (one.chosen.effect.number("time"), other.chosen.effect.number("time")) {
         (Some(first), Some(second)) => (first - second).abs() > ONE_JUMP_S,
         _ => false,
@@ -85,8 +86,8 @@ fn every_direction_leads(search: &Search, group: &mut [usize]) {
 
 /// Share of the stronger one's gain below which a named effect is the rest of its form: weight and position of one
 /// joint say the same in other forms.
-fn rest_share(own: &Found, stronger: &Found) -> f64 {
-    let weighs = |found: &Found| candidate_driver(&found.chosen) == Driver::Gravity;
+fn rest_share(own: &SelectedEffect, stronger: &SelectedEffect) -> f64 {
+    let weighs = |found: &SelectedEffect| candidate_driver(&found.chosen) == Driver::Gravity;
     if weighs(own) != weighs(stronger) { 1.0 } else { REST_OF_FORM }
 }
 
@@ -123,9 +124,10 @@ const ONE_BAND: f64 = 0.1;
 const SIDE_OF_A_BAND: f64 = 0.3;
 
 /// Vibrations of one frequency or band, or of what most rates show of it, are one that wanders, wherever the rest of it seems to act.
-fn is_same_line(lead: &Found, found: &Found, rates_hz: &[f64]) -> bool {
-    let frequency =
-        |found: &Found| found.chosen.effect.number("frequency").filter(|_| found.chosen.effect.kind == "vibration");
+fn is_same_line(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64]) -> bool {
+    let frequency = |found: &SelectedEffect| {
+        found.chosen.effect.number("frequency").filter(|_| found.chosen.effect.kind == "vibration")
+    };
     match (frequency(lead), frequency(found)) {
         (Some(one), Some(other)) => {
             let is_near = |one: f64, other: f64| (one - other).abs() < ONE_LINE * one;

@@ -8,8 +8,8 @@ use crate::statistics::NoiseModel;
 use rayon::prelude::*;
 
 use super::finding::{Finding, NextTest};
-use crate::diagnose::model::linear_model::{Column, Ground};
-use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::model::linear_model::{Column, LinearModel};
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::Context;
 use crate::identify::Problem;
@@ -68,12 +68,12 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
     let setups = Setups::of(&longer);
     let problem = Problem::new(&longer, chain, &setups, layout.problem.unknowns.clone()).ok()?;
     let context = Context::of(&longer, chain).ok()?;
-    let ground = Ground::new(&context, &problem, layout.values, kept);
+    let model = LinearModel::new(&context, &problem, layout.values, kept);
     let mut noise = layout.noise.to_vec();
     let sweep = *noise.iter().find(|noise| noise.ar_mm > 0.0).or(noise.first())?;
-    noise.resize(ground.tests(), sweep);
+    noise.resize(model.tests(), sweep);
     let columns =
-        |candidate: &Candidate| -> Option<Vec<Column>> { ground.columns(&candidate.effect, &candidate.terms).ok() };
+        |candidate: &Candidate| -> Option<Vec<Column>> { model.columns(&candidate.effect, &candidate.terms).ok() };
     let lead_columns = columns(lead.1)?;
     let others: Vec<(f64, &Candidate, Vec<Column>)> = finding
         .rivals
@@ -85,18 +85,18 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
         .collect();
     // evidence for the lead against every rival with the session as it is and with one proposal each
     let gaps = |extra: Option<&std::ops::Range<usize>>| -> Vec<f64> {
-        let rows: Vec<Vec<bool>> = (0..ground.tests())
+        let rows: Vec<Vec<bool>> = (0..model.tests())
             .map(|test| {
                 let takes_part = test < layout.session.tests.len() || extra.is_some_and(|extra| extra.contains(&test));
-                if takes_part { ground.kept[test].clone() } else { vec![false; ground.kept[test].len()] }
+                if takes_part { model.kept[test].clone() } else { vec![false; model.kept[test].len()] }
             })
             .collect();
         let gap = |truth: (&Candidate, &[Column]), imitator: (&Candidate, &[Column])| -> f64 {
             let loose = LOOSE * imitator.0.judgement.tau.max(1.0);
-            let model: Vec<Accepted> =
+            let joint: Vec<Accepted> =
                 imitator.1.iter().map(|column| Accepted { column: column.clone(), prior: loose }).collect();
-            let stage = Stage::new(&ground, &noise, &model, &rows);
-            let (information, _) = stage.project(truth.1);
+            let regression = Regression::new(&model, &noise, &joint, &rows);
+            let (information, _) = regression.project(truth.1);
             let sizes = nalgebra::DVector::from_column_slice(&truth.0.judgement.amplitudes);
             sizes.dot(&(information * &sizes)).max(0.0)
         };

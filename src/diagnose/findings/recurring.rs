@@ -3,10 +3,10 @@
 
 use super::finding::{Finding, RangeFound};
 use crate::diagnose::cause::Cause;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::selection::candidates::visited;
 use crate::diagnose::selection::naming::component_name;
-use crate::diagnose::validation::cross_validation::Proof;
+use crate::diagnose::validation::cross_validation::CrossValidation;
 use crate::effects::Driver;
 use crate::machine::{AxisKind, Component, Outlet};
 
@@ -24,15 +24,15 @@ struct Passage {
 
 /// Tells several jumps as one motion of an axis where each comes as that axis moves and some come back at the same place of
 /// it in another sweep; the jumps stay as what draws that motion.
-pub(crate) fn tell_as_one(ground: &Ground, findings: &mut Vec<Finding>, proof: &mut Option<Proof>) {
+pub(crate) fn tell_as_one(model: &LinearModel, findings: &mut Vec<Finding>, proof: &mut Option<CrossValidation>) {
     if findings.len() < 2 || !findings.iter().all(|finding| finding.single) {
         return;
     }
-    let passages: Option<Vec<Passage>> = findings.iter().map(|finding| passage(ground, finding)).collect();
+    let passages: Option<Vec<Passage>> = findings.iter().map(|finding| passage(model, finding)).collect();
     let Some(passages) = passages else { return };
     let axis = passages[0].axis;
     let places = || passages.iter().map(|passage| passage.position);
-    let (low, high) = visited(ground, axis);
+    let (low, high) = visited(model, axis);
     let reach = SAME_PLACE * (high - low);
     // sweeps begin and end at the same places
     let is_inside = |passage: &Passage| low + reach < passage.position && passage.position < high - reach;
@@ -50,7 +50,7 @@ pub(crate) fn tell_as_one(ground: &Ground, findings: &mut Vec<Finding>, proof: &
     // jumps that have nothing to do with one another meet so often
     let all_pairs = (passages.len() * (passages.len() - 1) / 2) as f64;
     let chance = (all_pairs * 2.0 * SAME_PLACE).min(1.0) * (2.0 * SAME_PLACE).powi(pairs as i32 - 1);
-    let machine = ground.context.machine();
+    let machine = model.context.machine();
     let entry = &machine.axes[axis];
     let own = entry.own_component().direction_index();
     // along the axis and tilts across it: what a part that lifts does
@@ -98,14 +98,14 @@ pub(crate) fn tell_as_one(ground: &Ground, findings: &mut Vec<Finding>, proof: &
 }
 
 /// `None` where a jump comes between tests, or while no axis or several move.
-fn passage(ground: &Ground, jump: &Finding) -> Option<Passage> {
+fn passage(model: &LinearModel, jump: &Finding) -> Option<Passage> {
     let time_s = jump.effects.first()?.number("time")?;
-    let context = ground.context;
-    let rows = |test: usize| ground.residual_mm[test].len();
+    let context = model.context;
+    let rows = |test: usize| model.residual_mm[test].len();
     let is_within = |test: &usize| {
         rows(*test) > 1 && (context.session_time_s(*test, 0)..=context.ends_at_s(*test)).contains(&time_s)
     };
-    let test = (0..ground.tests()).find(is_within)?;
+    let test = (0..model.tests()).find(is_within)?;
     let [axis] = context.motion(test).moving[..] else { return None };
     let row = (0..rows(test)).find(|&row| context.session_time_s(test, row) >= time_s)?;
     Some(Passage { test, axis, position: context.motion(test).row(row)[axis] })

@@ -8,11 +8,11 @@ use rand_distr::StandardNormal;
 
 use super::finding::SizeFound;
 use super::form_error::form_sigma;
-use crate::diagnose::model::linear_model::{Ground, Term};
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::unit;
 use crate::diagnose::selection::selected::Candidate;
-use crate::diagnose::selection::trajectory::{Courses, is_once_per_turn, told_along_its_axis};
+use crate::diagnose::selection::trajectory::{Trajectories, is_once_per_turn, told_along_its_axis};
 use crate::effects::kind;
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
@@ -20,29 +20,30 @@ use crate::units::Measure;
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
 /// amplitudes add.
 pub fn size_of(
-    ground: &Ground,
+    model: &LinearModel,
     lead: &Candidate,
     cause: &Cause,
-    stage: &Stage,
+    regression: &Regression,
     covariance: &DMatrix<f64>,
     parts: &[Vec<usize>],
 ) -> SizeFound {
-    let nuisance = ground.problem.unknowns.len();
+    let nuisance = model.problem.unknowns.len();
     let count = lead.terms.len();
-    let amplitudes: Vec<f64> = (0..count).map(|k| parts.iter().map(|part| stage.accepted(part[k])).sum()).collect();
+    let amplitudes: Vec<f64> =
+        (0..count).map(|k| parts.iter().map(|part| regression.accepted(part[k])).sum()).collect();
     let sub = DMatrix::from_fn(count, count, |i, j| {
         let rows = parts.iter().flat_map(|one| parts.iter().map(move |other| (one[i], other[j])));
         rows.map(|(one, other)| covariance[(nuisance + one, nuisance + other)]).sum::<f64>()
     });
     // terms in the unit of the finding: lengths if it has any
-    let main: Vec<usize> = main_terms(ground, &lead.effect, cause, &lead.terms);
+    let main: Vec<usize> = main_terms(model, &lead.effect, cause, &lead.terms);
     let measure = main.first().map_or(Measure::Length, |&k| lead.terms[k].measure);
     let prior = lead.judgement.tau.max(1.0);
-    let courses = Courses::of(ground, lead, &main);
+    let courses = Trajectories::of(model, lead, &main);
     let value_at = |a: &[f64]| size_function(lead, cause, &main, &courses, a);
     let value = value_at(&amplitudes);
     let (value, sigma) = match cause.effect.as_str() {
-        "vibration" => super::vibration_size::size_alone(ground, lead, &amplitudes, &sub, prior),
+        "vibration" => super::vibration_size::size_alone(model, lead, &amplitudes, &sub, prior),
         // many amplitudes of equal rank, none of them hidden
         "unknown" => (value, first_order(&value_at, &amplitudes, &sub)),
         _ => {
@@ -82,21 +83,21 @@ pub fn size_of(
 /// Size of an effect that several accepted shapes tell together, each given with its first column: the largest value of the
 /// sum of their courses. `lead` is the size of the first one alone.
 pub(crate) fn size_together(
-    ground: &Ground,
+    model: &LinearModel,
     parts: &[(&Candidate, usize)],
     cause: &Cause,
-    stage: &Stage,
+    regression: &Regression,
     covariance: &DMatrix<f64>,
     lead: SizeFound,
 ) -> SizeFound {
-    let nuisance = ground.problem.unknowns.len();
+    let nuisance = model.problem.unknowns.len();
     let columns: Vec<usize> =
         parts.iter().flat_map(|(part, first)| (*first..first + part.terms.len()).collect::<Vec<_>>()).collect();
-    let amplitudes: Vec<f64> = columns.iter().map(|&column| stage.accepted(column)).collect();
+    let amplitudes: Vec<f64> = columns.iter().map(|&column| regression.accepted(column)).collect();
     let sub = DMatrix::from_fn(columns.len(), columns.len(), |one, other| {
         covariance[(nuisance + columns[one], nuisance + columns[other])]
     });
-    let courses = Courses::of_all(ground, parts.iter().map(|(part, _)| *part));
+    let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
     let value_at = |amplitudes: &[f64]| courses.largest(cause, amplitudes);
     let value = value_at(&amplitudes);
     let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_sigma(&cause.effect) * value);
@@ -167,9 +168,9 @@ fn drawn(
 }
 
 /// Size of a candidate with the amplitudes that it was judged with.
-pub fn size_as_judged(ground: &Ground, candidate: &Candidate, cause: &Cause) -> f64 {
-    let main = main_terms(ground, &candidate.effect, cause, &candidate.terms);
-    let courses = Courses::of(ground, candidate, &main);
+pub fn size_as_judged(model: &LinearModel, candidate: &Candidate, cause: &Cause) -> f64 {
+    let main = main_terms(model, &candidate.effect, cause, &candidate.terms);
+    let courses = Trajectories::of(model, candidate, &main);
     size_function(candidate, cause, &main, &courses, &candidate.judgement.amplitudes)
 }
 
@@ -180,7 +181,7 @@ pub(crate) fn is_length(term: &Term) -> bool {
 
 /// Terms that carry the size: of a lag the lag, of what grows the growth along its axis, else lengths where there are any,
 /// else all.
-fn main_terms(ground: &Ground, effect: &Effect, cause: &Cause, terms: &[Term]) -> Vec<usize> {
+fn main_terms(model: &LinearModel, effect: &Effect, cause: &Cause, terms: &[Term]) -> Vec<usize> {
     let of = |outlet: &dyn Fn(&Outlet) -> bool| -> Vec<usize> {
         (0..terms.len()).filter(|&k| outlet(&terms[k].outlet)).collect()
     };
@@ -188,7 +189,7 @@ fn main_terms(ground: &Ground, effect: &Effect, cause: &Cause, terms: &[Term]) -
     if !lags.is_empty() {
         return lags;
     }
-    let machine = ground.context.machine();
+    let machine = model.context.machine();
     let along = told_along_its_axis(machine, effect, cause);
     let growth = of(&|outlet| Some(*outlet) == along);
     if !growth.is_empty() {
@@ -204,7 +205,7 @@ pub(crate) fn grows(effect: &Effect) -> bool {
 }
 
 /// The size for given amplitudes (display units).
-fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Courses, amplitudes: &[f64]) -> f64 {
+fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Trajectories, amplitudes: &[f64]) -> f64 {
     match cause.effect.as_str() {
         // a height of 1 at the centre, whether or not a test stood there
         "straightness" if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),

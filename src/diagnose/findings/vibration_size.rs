@@ -5,7 +5,7 @@ use crate::statistics::NoiseModel;
 use nalgebra::DMatrix;
 
 use super::finding::SizeFound;
-use crate::diagnose::model::linear_model::{Ground, Term};
+use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::selection::selected::Candidate;
 use crate::machine::Outlet;
 
@@ -27,13 +27,13 @@ struct Motion {
 /// Amplitude of one vibration and its standard deviation, the form not counted: over all tests by how well each tells it.
 /// Directions at right angles add as their squares.
 pub(crate) fn size_alone(
-    ground: &Ground,
+    model: &LinearModel,
     lead: &Candidate,
     amplitudes: &[f64],
     covariance: &DMatrix<f64>,
     prior: f64,
 ) -> (f64, f64) {
-    let Ok(profiles) = ground.profiles(&lead.effect) else { return (0.0, 0.0) };
+    let Ok(profiles) = model.profiles(&lead.effect) else { return (0.0, 0.0) };
     let mut outlets: Vec<Outlet> = Vec::new();
     for term in &lead.terms {
         if !outlets.contains(&term.outlet) {
@@ -42,7 +42,7 @@ pub(crate) fn size_alone(
     }
     let (mut square, mut variance) = (0.0, 0.0);
     for outlet in outlets {
-        let motions: Vec<Motion> = (0..ground.tests())
+        let motions: Vec<Motion> = (0..model.tests())
             .filter_map(|test| {
                 let acts = |term: &Term| term.outlet == outlet && term.test.is_none_or(|own| own == test);
                 let own: Vec<usize> = (0..lead.terms.len()).filter(|&k| acts(&lead.terms[k])).collect();
@@ -63,7 +63,7 @@ pub(crate) fn size_alone(
         return (value, 0.5 * variance.sqrt() / value);
     }
     // no test tells it by itself: as large as it was fitted, and no surer than that
-    let fitted = amplitudes.iter().map(|size| size * size).sum::<f64>() / ground.tests().max(1) as f64;
+    let fitted = amplitudes.iter().map(|size| size * size).sum::<f64>() / model.tests().max(1) as f64;
     (fitted.sqrt(), fitted.sqrt())
 }
 
@@ -100,7 +100,7 @@ fn motion_of<'p>(
 
 /// Size of vibrations of one line, in the directions of the first one; `lead` is its size alone.
 pub(crate) fn size_together(
-    ground: &Ground,
+    model: &LinearModel,
     parts: &[(&Candidate, Vec<f64>)],
     noise: &[NoiseModel],
     lead: SizeFound,
@@ -114,7 +114,7 @@ pub(crate) fn size_together(
     let prior = parts.iter().map(|(part, _)| part.judgement.tau).fold(1.0, f64::max);
     let mut sums = vec![(0.0, 0.0); directions.len()];
     for (test, noise) in noise.iter().enumerate() {
-        let motions = motions(ground, parts, (noise.white_mm, prior), &directions, test);
+        let motions = motions(model, parts, (noise.white_mm, prior), &directions, test);
         for ((squares, weights), motion) in sums.iter_mut().zip(motions) {
             *squares += motion.weight * motion.square;
             *weights += motion.weight;
@@ -132,14 +132,14 @@ pub(crate) fn size_together(
 /// Motion in one test by direction; of no weight where the test hardly shows it. `white_mm` is the noise from row to row,
 /// `prior` the standard deviation of an amplitude, µm.
 fn motions(
-    ground: &Ground,
+    model: &LinearModel,
     parts: &[(&Candidate, Vec<f64>)],
     (white_mm, prior): (f64, f64),
     directions: &[Term],
     test: usize,
 ) -> Vec<Motion> {
-    let gains: Vec<_> = directions.iter().map(|term| ground.gains_of_term(term)).collect();
-    let rows = ground.residual_mm[test].len();
+    let gains: Vec<_> = directions.iter().map(|term| model.gains_of_term(term)).collect();
+    let rows = model.residual_mm[test].len();
     // a sine has half of its amplitude's square
     let shown = |one: usize, other: usize| {
         let products = gains[one][test].iter().zip(&gains[other][test]).map(|(a, b)| a * b);
@@ -155,7 +155,7 @@ fn motions(
         if known < LEAST_KNOWN {
             return Motion { square: 0.0, weight: 0.0 };
         }
-        let course = course(ground, parts, direction, test, rows);
+        let course = course(model, parts, direction, test, rows);
         let mean_square = course.iter().map(|value| value * value).sum::<f64>() / rows.max(1) as f64;
         // noise alone has a square as well, of a cosine and of a sine
         Motion { square: 2.0 * mean_square / known.powi(2) - 2.0 * variance / known, weight: known / variance }
@@ -164,15 +164,21 @@ fn motions(
 }
 
 /// Course of the motion along one direction in a test, summed over all parts, µm.
-fn course(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], direction: &Term, test: usize, rows: usize) -> Vec<f64> {
+fn course(
+    model: &LinearModel,
+    parts: &[(&Candidate, Vec<f64>)],
+    direction: &Term,
+    test: usize,
+    rows: usize,
+) -> Vec<f64> {
     let mut course = vec![0.0; rows];
     for (part, sizes) in parts {
-        let Ok(profiles) = ground.profiles(&part.effect) else { continue };
+        let Ok(profiles) = model.profiles(&part.effect) else { continue };
         for (term, size) in part.terms.iter().zip(sizes) {
             if term.test.is_some_and(|own| own != test) {
                 continue;
             }
-            let Some(sign) = same_direction(ground, direction, term, test) else { continue };
+            let Some(sign) = same_direction(model, direction, term, test) else { continue };
             let profile = &profiles[term.function][test];
             course.iter_mut().zip(profile).for_each(|(sum, value)| *sum += sign * size * value);
         }
@@ -181,11 +187,11 @@ fn course(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], direction: &Term, t
 }
 
 /// Sign with which a term moves the readings of a test as another one does, if it does.
-fn same_direction(ground: &Ground, one: &Term, other: &Term, test: usize) -> Option<f64> {
+fn same_direction(model: &LinearModel, one: &Term, other: &Term, test: usize) -> Option<f64> {
     if (one.outlet, one.along) == (other.outlet, other.along) {
         return Some(1.0);
     }
-    let (one, other) = (ground.gains_of_term(one), ground.gains_of_term(other));
+    let (one, other) = (model.gains_of_term(one), model.gains_of_term(other));
     let (one, other) = (one.get(test)?, other.get(test)?);
     let product: f64 = one.iter().zip(other).map(|(a, b)| a * b).sum();
     let largest = one.iter().map(|a| a * a).sum::<f64>().max(other.iter().map(|b| b * b).sum());

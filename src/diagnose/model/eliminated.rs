@@ -4,14 +4,14 @@
 //! `N_gg`; what is left of the others is `N_gg − Σ N_gL N_LL⁻¹ N_Lg`. A vibration has a cosine and a sine in each of fifty
 //! tests: the work then grows with the tests and not with their cube.
 
-use crate::statistics::{Judgement, likeliest_prior};
+use crate::statistics::{BlockEvidence, likeliest_prior};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 use super::linear_model::CrossProducts;
 use super::whitened::Products;
 
 /// Columns that were fitted, all in units of their priors.
-pub struct Fitted {
+pub struct EliminatedNormal {
     /// Amplitudes of all columns.
     pub amplitudes: DVector<f64>,
     /// Fall of the weighted sum of squares.
@@ -81,12 +81,12 @@ struct Block {
     test: usize,
 }
 
-impl Fitted {
+impl EliminatedNormal {
     /// Fits columns; `is_local` tells those that act in one test alone.
     ///
     /// By test, `seen` lists the columns and `sums` the products of all pairs (row by row, lower triangle), those with the
     /// readings last. `beyond` is how far the first columns, all of them shared, are from their prior means already.
-    pub fn new(is_local: &[bool], beyond: &[f64], seen: &[Vec<usize>], sums: &[Vec<f64>]) -> Fitted {
+    pub fn new(is_local: &[bool], beyond: &[f64], seen: &[Vec<usize>], sums: &[Vec<f64>]) -> EliminatedNormal {
         let shared: Vec<usize> = (0..is_local.len()).filter(|&i| !is_local[i]).collect();
         let mut place = vec![0; is_local.len()];
         shared.iter().enumerate().for_each(|(at, &i)| place[i] = at);
@@ -142,7 +142,7 @@ impl Fitted {
         let shared_in =
             seen.iter().map(|seen| seen.iter().filter(|&&i| i >= unknowns && !is_local[i]).copied().collect());
         let shared_in = shared_in.collect();
-        Fitted { amplitudes, explained, shared, normal, factor, local, seen: all_seen, shared_in, unknowns }
+        EliminatedNormal { amplitudes, explained, shared, normal, factor, local, seen: all_seen, shared_in, unknowns }
     }
 
     /// Covariance of all amplitudes.
@@ -261,7 +261,7 @@ impl Fitted {
         with_accepted: &[CrossProducts],
         homes: &[usize],
         plausible: f64,
-    ) -> Judgement {
+    ) -> BlockEvidence {
         let count = homes.len();
         let z = self.score(products, with_accepted);
         let cross = self.shared_rows(products, with_accepted);
@@ -309,7 +309,7 @@ impl Fitted {
             block.columns.iter().zip(own.iter()).for_each(|(&j, value)| amplitudes[j] = *value);
         }
         // one nat for having chosen τ from the data
-        Judgement { log_evidence: evidence - 1.0, chi2, tau, amplitudes }
+        BlockEvidence { log_evidence: evidence - 1.0, chi2, tau, amplitudes }
     }
 
     /// Products of some columns with those that act in a test alone: directions of their basis × columns.

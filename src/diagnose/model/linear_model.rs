@@ -19,7 +19,7 @@ use crate::units::Measure;
 pub type Gains<'g> = Cow<'g, [Vec<f64>]>;
 
 /// The session around its fit: everything the search needs is linear from here.
-pub struct Ground<'a> {
+pub struct LinearModel<'a> {
     pub context: &'a Context<'a>,
     pub problem: &'a Problem<'a>,
     /// Reading minus model at the fit, mm, by test.
@@ -36,9 +36,14 @@ pub struct Ground<'a> {
     shapes: Arc<Shapes>,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> LinearModel<'a> {
     /// Lays out a problem at the values of a fit.
-    pub fn new(context: &'a Context<'a>, problem: &'a Problem<'a>, values: &[f64], kept: Vec<Vec<bool>>) -> Ground<'a> {
+    pub fn new(
+        context: &'a Context<'a>,
+        problem: &'a Problem<'a>,
+        values: &[f64],
+        kept: Vec<Vec<bool>>,
+    ) -> LinearModel<'a> {
         let geometry = problem.geometry(values);
         let mut residual_mm = Vec::new();
         let mut nuisance = Vec::new();
@@ -62,14 +67,14 @@ impl<'a> Ground<'a> {
         let (gains, shapes) = (HashMap::new(), Arc::default());
         let unknowns = problem.unknowns.iter().zip(values);
         let beyond = unknowns.map(|(unknown, value)| (value - unknown.prior_mean) / unknown.prior_sigma).collect();
-        Ground { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes }
+        LinearModel { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes }
     }
 
     /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
     ///
     /// `context` belongs to the thinned session; `groups` are its rows as ranges of the rows here.
-    pub fn thinned(&self, context: &'a Context<'a>, groups: &[Vec<std::ops::Range<usize>>]) -> Ground<'a> {
-        let mut thin = Ground {
+    pub fn thinned(&self, context: &'a Context<'a>, groups: &[Vec<std::ops::Range<usize>>]) -> LinearModel<'a> {
+        let mut thin = LinearModel {
             context,
             problem: self.problem,
             residual_mm: Vec::new(),
@@ -111,8 +116,8 @@ impl<'a> Ground<'a> {
     }
 
     /// The same ground with other rows taking part.
-    pub fn with_rows(&self, kept: Vec<Vec<bool>>) -> Ground<'a> {
-        Ground {
+    pub fn with_rows(&self, kept: Vec<Vec<bool>>) -> LinearModel<'a> {
+        LinearModel {
             context: self.context,
             problem: self.problem,
             residual_mm: self.residual_mm.clone(),

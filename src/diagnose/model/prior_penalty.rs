@@ -1,6 +1,6 @@
 //! How far the fit had to pull balls, bars and location errors from what was stated of them. It fits nothing.
 
-use super::linear_model::Ground;
+use super::linear_model::LinearModel;
 use crate::identify::Quantity;
 
 /// Degrees of freedom of the t distribution of what was stated: one cup set carelessly is far off, and no sign of physics.
@@ -8,16 +8,16 @@ const FREEDOM: f64 = 8.0;
 
 /// Penalties by ball, bar and location error.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Pulls(Vec<f64>);
+pub(crate) struct PriorPenalty(Vec<f64>);
 
-impl Pulls {
+impl PriorPenalty {
     /// Of unknowns that a fit changed by so many of their priors.
-    pub(crate) fn of(ground: &Ground, changed: impl Fn(usize) -> f64) -> Pulls {
-        let unknowns = &ground.problem.unknowns;
+    pub(crate) fn of(model: &LinearModel, changed: impl Fn(usize) -> f64) -> PriorPenalty {
+        let unknowns = &model.problem.unknowns;
         // by ball, bar or location error: sum of squares and number of coordinates
         let mut things: Vec<(Quantity, f64, f64)> = Vec::new();
         for (k, unknown) in unknowns.iter().enumerate() {
-            let pull = ground.beyond[k] + changed(k);
+            let pull = model.beyond[k] + changed(k);
             let thing = match unknown.quantity {
                 Quantity::Pivot { setup, .. } => Quantity::Pivot { setup, coordinate: 0 },
                 Quantity::SpindleBall { setup, .. } => Quantity::SpindleBall { setup, coordinate: 0 },
@@ -29,7 +29,7 @@ impl Pulls {
             }
         }
         let penalty = |squares: f64, count: f64| (FREEDOM + count) * (squares / FREEDOM).ln_1p();
-        Pulls(things.into_iter().map(|(_, squares, count)| penalty(squares, count)).collect())
+        PriorPenalty(things.into_iter().map(|(_, squares, count)| penalty(squares, count)).collect())
     }
 
     /// Twice the negative log likelihood of what was stated, less a constant.
@@ -38,7 +38,7 @@ impl Pulls {
     }
 
     /// Fall of the misfit to that of others, without what falls most: one thing alone may simply not be where it was stated to be.
-    pub(crate) fn shared_relief(&self, after: &Pulls) -> f64 {
+    pub(crate) fn shared_relief(&self, after: &PriorPenalty) -> f64 {
         let falls = || self.0.iter().zip(&after.0).map(|(before, after)| before - after);
         falls().sum::<f64>() - falls().fold(0.0, f64::max)
     }

@@ -10,27 +10,27 @@ use nalgebra::{DMatrix, DVector};
 
 use rayon::prelude::*;
 
-use super::eliminated::Fitted;
-use super::linear_model::{Column, CrossProducts, Ground, Term};
-use super::prior_penalty::Pulls;
-use super::whitened::{LastShape, Products, Whitened};
+use super::eliminated::EliminatedNormal;
+use super::linear_model::{Column, CrossProducts, LinearModel, Term};
+use super::prior_penalty::PriorPenalty;
+use super::whitened::{LastShape, Products, WhitenedData};
 use crate::effects::Profile;
 use crate::machine::Effect;
-use crate::statistics::{Judgement, judge};
+use crate::statistics::{BlockEvidence, judge};
 
 /// Whitened session with what has been fitted so far.
-pub struct Stage<'g, 'a> {
-    pub ground: &'g Ground<'a>,
-    whitened: Arc<Whitened<'g, 'a>>,
+pub struct Regression<'g, 'a> {
+    pub model: &'g LinearModel<'a>,
+    whitened: Arc<WhitenedData<'g, 'a>>,
     /// By test: whitened columns that it sees, one after the other, the whitened readings last.
     white: Vec<Vec<f64>>,
     /// Places of a test's columns among all.
     seen: Vec<Vec<usize>>,
-    /// By test: the accepted columns that act, as [`Fitted`] has them, whitened twice: their products with a column are those
+    /// By test: the accepted columns that act, as [`EliminatedNormal`] has them, whitened twice: their products with a column are those
     /// of both whitened.
     twice: Vec<Vec<f64>>,
     /// What was fitted.
-    fitted: Fitted,
+    fitted: EliminatedNormal,
     /// Prior sigma of the accepted columns, display units.
     accepted_prior: Vec<f64>,
     /// Weighted sum of squares left after the fit.
@@ -44,26 +44,26 @@ pub struct Accepted {
     pub prior: f64,
 }
 
-impl<'g, 'a> Stage<'g, 'a> {
+impl<'g, 'a> Regression<'g, 'a> {
     /// Whitens the rows `kept` of the ground and fits nuisance and accepted columns.
     pub fn new(
-        ground: &'g Ground<'a>,
+        model: &'g LinearModel<'a>,
         noise: &[NoiseModel],
         accepted: &[Accepted],
         kept: &[Vec<bool>],
-    ) -> Stage<'g, 'a> {
-        Stage::on(Arc::new(Whitened::new(ground, noise, kept)), accepted)
+    ) -> Regression<'g, 'a> {
+        Regression::on(Arc::new(WhitenedData::new(model, noise, kept)), accepted)
     }
 
     /// Fits nuisance and accepted columns to a session that has been whitened.
-    pub fn on(whitened: Arc<Whitened<'g, 'a>>, accepted: &[Accepted]) -> Stage<'g, 'a> {
-        let ground = whitened.ground;
-        let nuisance = ground.problem.unknowns.len();
+    pub fn on(whitened: Arc<WhitenedData<'g, 'a>>, accepted: &[Accepted]) -> Regression<'g, 'a> {
+        let model = whitened.model;
+        let nuisance = model.problem.unknowns.len();
         let count = nuisance + accepted.len();
-        let parts: Vec<_> = (0..ground.tests())
+        let parts: Vec<_> = (0..model.tests())
             .into_par_iter()
             .map(|test| {
-                let rows = ground.residual_mm[test].len();
+                let rows = model.residual_mm[test].len();
                 let (unknowns, readings) = whitened.columns(test);
                 let present: Vec<usize> =
                     (0..accepted.len()).filter(|&k| !accepted[k].column.by_test[test].is_empty()).collect();
@@ -76,7 +76,7 @@ impl<'g, 'a> Stage<'g, 'a> {
                 let mut twice = own.clone();
                 twice.chunks_exact_mut(rows.max(1)).for_each(|column| whitened.whiten_transposed(test, column));
                 let white = [unknowns, &own, readings].concat();
-                let mut seen = ground.problem.tests[test].columns.clone();
+                let mut seen = model.problem.tests[test].columns.clone();
                 seen.extend(present.iter().map(|k| nuisance + k));
                 let width = seen.len() + 1;
                 let mut sums = vec![0.0; width * width];
@@ -91,24 +91,25 @@ impl<'g, 'a> Stage<'g, 'a> {
             all_seen.push(seen);
             all_twice.push(twice);
         }
-        let beyond = &ground.beyond;
+        let beyond = &model.beyond;
         let readings: f64 = all_sums.iter().filter_map(|sums| sums.last()).sum();
         let total = readings + beyond.iter().map(|beyond| beyond * beyond).sum::<f64>();
         let is_local = |k: usize| accepted[k].column.by_test.iter().filter(|column| !column.is_empty()).count() == 1;
         let local: Vec<bool> = (0..count).map(|i| i >= nuisance && is_local(i - nuisance)).collect();
-        let fitted = Fitted::new(&local, beyond, &all_seen, &all_sums);
+        let fitted = EliminatedNormal::new(&local, beyond, &all_seen, &all_sums);
         let misfit = total - fitted.explained;
-        let twice = all_twice.iter().enumerate().map(|(test, (present, twice))| {
-            fitted.as_it_has_them(test, present, twice, ground.residual_mm[test].len())
-        });
+        let twice = all_twice
+            .iter()
+            .enumerate()
+            .map(|(test, (present, twice))| fitted.as_it_has_them(test, present, twice, model.residual_mm[test].len()));
         let twice = twice.collect();
         let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
-        Stage { ground, whitened, white: all_white, seen: all_seen, twice, fitted, accepted_prior, misfit }
+        Regression { model, whitened, white: all_white, seen: all_seen, twice, fitted, accepted_prior, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
     pub fn accepted(&self, index: usize) -> f64 {
-        self.fitted.amplitudes[self.ground.problem.unknowns.len() + index] * self.accepted_prior[index]
+        self.fitted.amplitudes[self.model.problem.unknowns.len() + index] * self.accepted_prior[index]
     }
 
     /// Change of an unknown of the fit, in units of its prior.
@@ -119,7 +120,7 @@ impl<'g, 'a> Stage<'g, 'a> {
     /// Covariance of all fitted amplitudes: nuisance in units of the priors, accepted in display units.
     pub fn covariance(&self) -> DMatrix<f64> {
         let mut covariance = self.fitted.covariance();
-        let nuisance = self.ground.problem.unknowns.len();
+        let nuisance = self.model.problem.unknowns.len();
         for (k, prior) in self.accepted_prior.iter().enumerate() {
             covariance.row_mut(nuisance + k).scale_mut(*prior);
             covariance.column_mut(nuisance + k).scale_mut(*prior);
@@ -128,19 +129,19 @@ impl<'g, 'a> Stage<'g, 'a> {
     }
 
     /// How far the unknowns of the fit were pulled from what was stated of them.
-    pub(crate) fn pulls(&self) -> Pulls {
-        Pulls::of(self.ground, |k| self.nuisance(k))
+    pub(crate) fn pulls(&self) -> PriorPenalty {
+        PriorPenalty::of(self.model, |k| self.nuisance(k))
     }
 
     /// Residuals left by nuisance and accepted columns, mm; NaN where there is no reading.
     pub fn residual_mm(&self, accepted: &[Accepted]) -> Vec<Vec<f64>> {
-        let nuisance = self.ground.problem.unknowns.len();
+        let nuisance = self.model.problem.unknowns.len();
         let fitted = self.fitted.amplitudes.rows(0, nuisance);
-        (0..self.ground.tests())
+        (0..self.model.tests())
             .map(|test| {
-                let model = &self.ground.nuisance[test] * fitted;
+                let joint = &self.model.nuisance[test] * fitted;
                 let mut residual: Vec<f64> =
-                    self.ground.residual_mm[test].iter().zip(model.iter()).map(|(r, m)| r - m).collect();
+                    self.model.residual_mm[test].iter().zip(joint.iter()).map(|(r, m)| r - m).collect();
                 for (k, accepted) in accepted.iter().enumerate() {
                     let size = self.accepted(k);
                     for (value, column) in residual.iter_mut().zip(&accepted.column.by_test[test]) {
@@ -164,13 +165,13 @@ impl<'g, 'a> Stage<'g, 'a> {
             let acts = |&j: &usize| !twice.is_empty() && !columns[j].by_test[test].is_empty();
             let own: Vec<usize> = (0..columns.len()).filter(acts).collect();
             let block: Vec<f64> = own.iter().flat_map(|&j| columns[j].by_test[test].iter().copied()).collect();
-            CrossProducts::of(twice, (own, &block), self.ground.residual_mm[test].len())
+            CrossProducts::of(twice, (own, &block), self.model.residual_mm[test].len())
         };
         self.twice.iter().enumerate().map(in_test).collect()
     }
 
     /// Judges a block whose amplitudes are plausible up to `plausible` display units.
-    pub fn judge(&self, columns: &[Column], plausible: f64) -> Judgement {
+    pub fn judge(&self, columns: &[Column], plausible: f64) -> BlockEvidence {
         let products = self.whitened.products(columns, &mut LastShape::default());
         let mut homes = Vec::with_capacity(columns.len());
         for column in columns {
@@ -187,9 +188,9 @@ impl<'g, 'a> Stage<'g, 'a> {
         (profiles, terms): (&[Profile], &[Term]),
         plausible: f64,
         last: &mut LastShape,
-    ) -> Judgement {
+    ) -> BlockEvidence {
         let products = self.whitened.products_of((family, effect), (profiles, terms), last);
-        let with_accepted = self.ground.products_with((profiles, terms), &self.twice);
+        let with_accepted = self.model.products_with((profiles, terms), &self.twice);
         let homes: Vec<Option<usize>> = terms.iter().map(|term| term.test).collect();
         self.judge_products(&products, &with_accepted, &homes, plausible)
     }
@@ -201,14 +202,14 @@ impl<'g, 'a> Stage<'g, 'a> {
         (profiles, terms): (&[Profile], &[Term]),
     ) -> Vec<(Vec<usize>, DMatrix<f64>, DVector<f64>)> {
         let products = self.whitened.products_of((family, effect), (profiles, terms), &mut LastShape::default());
-        let left = self.fitted.score(&products, &self.ground.products_with((profiles, terms), &self.twice));
+        let left = self.fitted.score(&products, &self.model.products_with((profiles, terms), &self.twice));
         let in_test = |test: usize| {
             let own: Vec<usize> = (0..terms.len()).filter(|&k| terms[k].test == Some(test)).collect();
             let z = DVector::from_iterator(own.len(), own.iter().map(|&k| left[k]));
             let gram = products.gram_in(test, &own);
             (own, gram, z)
         };
-        (0..self.ground.tests()).map(in_test).collect()
+        (0..self.model.tests()).map(in_test).collect()
     }
 
     /// Judges a block by its products; `homes` are the tests in which its columns act, where that is one each.
@@ -218,7 +219,7 @@ impl<'g, 'a> Stage<'g, 'a> {
         with_accepted: &[CrossProducts],
         homes: &[Option<usize>],
         plausible: f64,
-    ) -> Judgement {
+    ) -> BlockEvidence {
         let homes: Option<Vec<usize>> = homes.iter().copied().collect();
         match homes {
             Some(homes) if homes.len() > MOST_TOGETHER => {
@@ -233,9 +234,9 @@ impl<'g, 'a> Stage<'g, 'a> {
 
     /// What is left of the data, whitened twice: its product with a column is the column's score.
     pub fn matched(&self) -> Vec<Vec<f64>> {
-        (0..self.ground.tests())
+        (0..self.model.tests())
             .map(|test| {
-                let rows = self.ground.residual_mm[test].len();
+                let rows = self.model.residual_mm[test].len();
                 let (base, readings) = self.white[test].split_at(self.seen[test].len() * rows);
                 let mut left = readings.to_vec();
                 for (column, &k) in base.chunks_exact(rows.max(1)).zip(&self.seen[test]) {

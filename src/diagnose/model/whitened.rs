@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::linear_model::{Column, Ground, Term};
+use super::linear_model::{Column, LinearModel, Term};
 use super::shapes::name;
 use crate::effects::Profile;
 use crate::machine::Effect;
@@ -16,8 +16,8 @@ use crate::machine::Effect;
 const MOST_VALUES: usize = 32_000_000;
 
 /// Readings and unknowns of a session, whitened.
-pub struct Whitened<'g, 'a> {
-    pub ground: &'g Ground<'a>,
+pub struct WhitenedData<'g, 'a> {
+    pub model: &'g LinearModel<'a>,
     whiteners: Vec<Whitener>,
     /// By test: whitened columns of the unknowns that it sees, one after the other, the whitened readings last.
     white: Vec<Vec<f64>>,
@@ -124,29 +124,29 @@ pub struct LastShape {
     by_test: Vec<Option<Remembered>>,
 }
 
-impl<'g, 'a> Whitened<'g, 'a> {
+impl<'g, 'a> WhitenedData<'g, 'a> {
     /// Whitens the rows `kept` of the ground.
-    pub fn new(ground: &'g Ground<'a>, noise: &[NoiseModel], kept: &[Vec<bool>]) -> Whitened<'g, 'a> {
-        let parts: Vec<_> = (0..ground.tests())
+    pub fn new(model: &'g LinearModel<'a>, noise: &[NoiseModel], kept: &[Vec<bool>]) -> WhitenedData<'g, 'a> {
+        let parts: Vec<_> = (0..model.tests())
             .into_par_iter()
             .map(|test| {
                 let whitener = Whitener::new(&noise[test], &kept[test]);
-                let residual = &ground.residual_mm[test];
-                let seen = &ground.problem.tests[test].columns;
+                let residual = &model.residual_mm[test];
+                let seen = &model.problem.tests[test].columns;
                 let mut white = Vec::with_capacity((seen.len() + 1) * residual.len());
-                seen.iter().for_each(|&k| white.extend(ground.nuisance[test].column(k).iter()));
+                seen.iter().for_each(|&k| white.extend(model.nuisance[test].column(k).iter()));
                 white.extend(residual);
                 whitener.apply_all(&mut white);
                 (whitener, white)
             })
             .collect();
         let (whiteners, white) = parts.into_iter().unzip();
-        Whitened { ground, whiteners, white, known: Mutex::default() }
+        WhitenedData { model, whiteners, white, known: Mutex::default() }
     }
 
     /// Whitened columns of the unknowns that a test sees, and its readings.
     pub fn columns(&self, test: usize) -> (&[f64], &[f64]) {
-        let readings = self.ground.residual_mm[test].len();
+        let readings = self.model.residual_mm[test].len();
         self.white[test].split_at(self.white[test].len() - readings)
     }
 
@@ -172,7 +172,7 @@ impl<'g, 'a> Whitened<'g, 'a> {
         if let Some(products) = known().by_shape.get(&key) {
             return products.clone();
         }
-        let products = Arc::new(self.products(&self.ground.columns_of(profiles, terms), last));
+        let products = Arc::new(self.products(&self.model.columns_of(profiles, terms), last));
         let mut known = known();
         if known.values + products.values() <= MOST_VALUES {
             known.values += products.values();
@@ -184,13 +184,13 @@ impl<'g, 'a> Whitened<'g, 'a> {
     /// Products of a block.
     pub fn products(&self, columns: &[Column], last: &mut LastShape) -> Products {
         let count = columns.len();
-        let mut grams = Vec::with_capacity(self.ground.tests());
+        let mut grams = Vec::with_capacity(self.model.tests());
         let mut products = Products {
             gram: Gram::ByTest(Vec::new()),
-            cross: DMatrix::zeros(self.ground.problem.unknowns.len(), count),
+            cross: DMatrix::zeros(self.model.problem.unknowns.len(), count),
             z: DVector::zeros(count),
         };
-        last.by_test.resize(self.ground.tests(), None);
+        last.by_test.resize(self.model.tests(), None);
         for (test, memory) in last.by_test.iter_mut().enumerate() {
             let same = |(remembered, _): &Remembered| {
                 columns.len() == remembered.len()
@@ -203,7 +203,7 @@ impl<'g, 'a> Whitened<'g, 'a> {
             grams.push(memory.as_ref().map(|(_, sums)| sums.gram.clone()));
             let Some((_, sums)) = memory else { continue };
             let own = sums.gram.present.len();
-            let seen = &self.ground.problem.tests[test].columns;
+            let seen = &self.model.problem.tests[test].columns;
             for (local, &k) in seen.iter().enumerate() {
                 for (a, &j) in sums.gram.present.iter().enumerate() {
                     products.cross[(k, j)] += sums.cross[local * own + a];
@@ -227,8 +227,8 @@ impl<'g, 'a> Whitened<'g, 'a> {
         if present.is_empty() {
             return None;
         }
-        let rows = self.ground.residual_mm[test].len();
-        let (own, seen) = (present.len(), self.ground.problem.tests[test].columns.len());
+        let rows = self.model.residual_mm[test].len();
+        let (own, seen) = (present.len(), self.model.problem.tests[test].columns.len());
         let mut block = Vec::with_capacity(rows * own);
         present.iter().for_each(|&j| block.extend_from_slice(&columns[j].by_test[test]));
         self.whiteners[test].apply_all(&mut block);

@@ -4,7 +4,7 @@ use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::spectrum::lines;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 
 /// Half waves of the free curve of a trace.
 const HALF_WAVES: usize = 12;
@@ -32,33 +32,33 @@ const WITH_OFFSETS: f64 = 1.062;
 
 /// Noise floor of every test. Static poses have no order in time from which it could be told from missing physics:
 /// for them it is the white noise of the residual itself.
-pub fn noise_floor(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
-    noise_of(ground, residual_mm, &quietest(&traces_by_noise(ground, residual_mm)))
+pub fn noise_floor(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
+    noise_of(model, residual_mm, &quietest(&traces_by_noise(model, residual_mm)))
 }
 
 /// Noise of a reading in a session whose effects are in the residual no more, mm: of all traces but those in which
 /// something else may act, with the wander of the gauge's zero from test to test.
-pub fn noise_left_mm(ground: &Ground, residual_mm: &[Vec<f64>]) -> f64 {
-    let traces = traces_by_noise(ground, residual_mm);
-    let rms_mm = |chosen: &[&Trace]| mean_noise_mm2(&noise_of(ground, residual_mm, chosen)).sqrt();
+pub fn noise_left_mm(model: &LinearModel, residual_mm: &[Vec<f64>]) -> f64 {
+    let traces = traces_by_noise(model, residual_mm);
+    let rms_mm = |chosen: &[&Trace]| mean_noise_mm2(&noise_of(model, residual_mm, chosen)).sqrt();
     WITH_OFFSETS * rms_mm(&most(&traces)).min(LOUDER * rms_mm(&quietest(&traces)))
 }
 
 /// Residual of a test, NaN where a row takes no part.
-pub fn masked(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
-    residual_mm[test].iter().zip(&ground.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
+pub fn masked(model: &LinearModel, residual_mm: &[Vec<f64>], test: usize) -> Vec<f64> {
+    residual_mm[test].iter().zip(&model.kept[test]).map(|(r, kept)| if *kept { *r } else { f64::NAN }).collect()
 }
 
 /// Traces from which noise is learnt, the quietest first.
-fn traces_by_noise(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
-    let readings = |test: usize| ground.kept[test].iter().filter(|kept| **kept).count();
-    let is_sweep = |test: &usize| ground.context.motion(*test).time_s.is_some() && readings(*test) >= SHORTEST;
+fn traces_by_noise(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
+    let readings = |test: usize| model.kept[test].iter().filter(|kept| **kept).count();
+    let is_sweep = |test: &usize| model.context.motion(*test).time_s.is_some() && readings(*test) >= SHORTEST;
     let sweeps = (0..residual_mm.len()).filter(is_sweep);
-    let standing_out = lines(ground, residual_mm).into_iter().filter(|line| line.prominence > STANDS_OUT);
+    let standing_out = lines(model, residual_mm).into_iter().filter(|line| line.prominence > STANDS_OUT);
     let loud_hz: Vec<f64> = standing_out.take(MOST_LINES).map(|line| line.hz).collect();
-    let time = |test: usize| ground.context.motion(test).time_s.as_deref().unwrap_or_default();
+    let time = |test: usize| model.context.motion(test).time_s.as_deref().unwrap_or_default();
     let mut traces: Vec<Trace> =
-        sweeps.map(|test| Trace::new(masked(ground, residual_mm, test), time(test), &loud_hz)).collect();
+        sweeps.map(|test| Trace::new(masked(model, residual_mm, test), time(test), &loud_hz)).collect();
     traces.sort_by(|a, b| a.rough_mm.total_cmp(&b.rough_mm));
     traces
 }
@@ -94,8 +94,8 @@ fn most(traces: &[Trace]) -> Vec<&Trace> {
 }
 
 /// Noise of every test by what some traces say of sweeps.
-fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], chosen: &[&Trace]) -> Vec<NoiseModel> {
-    let all = (0..residual_mm.len()).flat_map(|test| masked(ground, residual_mm, test));
+fn noise_of(model: &LinearModel, residual_mm: &[Vec<f64>], chosen: &[&Trace]) -> Vec<NoiseModel> {
+    let all = (0..residual_mm.len()).flat_map(|test| masked(model, residual_mm, test));
     let poses = NoiseModel::white(rms(all).max(NOISE_FLOOR_MM));
     if chosen.is_empty() {
         return vec![poses; residual_mm.len()];
@@ -103,9 +103,7 @@ fn noise_of(ground: &Ground, residual_mm: &[Vec<f64>], chosen: &[&Trace]) -> Vec
     let mut noise = fit(chosen);
     noise.drift_mm = DRIFT_SHARE * noise.rms_mm();
     noise.offset_mm = OFFSET_SHARE * noise.rms_mm();
-    (0..residual_mm.len())
-        .map(|test| if ground.context.motion(test).time_s.is_some() { noise } else { poses })
-        .collect()
+    (0..residual_mm.len()).map(|test| if model.context.motion(test).time_s.is_some() { noise } else { poses }).collect()
 }
 
 /// The same noise with an offset of each test of a share of the rest at least.
@@ -137,7 +135,7 @@ fn bounded(noise: NoiseModel, floor: &[NoiseModel]) -> NoiseModel {
 
 /// Most likely noise of the residuals as they are, within what the floor allows.
 pub fn likely_noise(
-    ground: &Ground,
+    model: &LinearModel,
     residual_mm: &[Vec<f64>],
     start: &[NoiseModel],
     floor: &[NoiseModel],
@@ -145,16 +143,13 @@ pub fn likely_noise(
     let mut sweeps = Vec::new();
     let mut poses = Vec::new();
     for test in 0..residual_mm.len() {
-        let of_kind = if ground.context.motion(test).time_s.is_some() { &mut sweeps } else { &mut poses };
-        of_kind.push(masked(ground, residual_mm, test));
+        let of_kind = if model.context.motion(test).time_s.is_some() { &mut sweeps } else { &mut poses };
+        of_kind.push(masked(model, residual_mm, test));
     }
     let white = NoiseModel::white(rms(poses.iter().flatten().copied()).max(NOISE_FLOOR_MM));
-    let from =
-        (0..residual_mm.len()).find(|&test| ground.context.motion(test).time_s.is_some()).map(|test| start[test]);
+    let from = (0..residual_mm.len()).find(|&test| model.context.motion(test).time_s.is_some()).map(|test| start[test]);
     let sweep = if sweeps.is_empty() { white } else { likeliest(&sweeps, from, floor) };
-    (0..residual_mm.len())
-        .map(|test| if ground.context.motion(test).time_s.is_some() { sweep } else { white })
-        .collect()
+    (0..residual_mm.len()).map(|test| if model.context.motion(test).time_s.is_some() { sweep } else { white }).collect()
 }
 
 /// Most likely noise of traces within what the floor allows: from where the last one was, and anew where that ends worse

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::chain::Branch;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{Component, Outlet};
 
 /// Readings by the pose in which they were taken, over all tests.
@@ -18,15 +18,15 @@ pub struct Poses {
 
 impl Poses {
     /// Rows of different tests with the same number and the same positions were read at one stop.
-    pub fn of(ground: &Ground) -> Poses {
+    pub fn of(model: &LinearModel) -> Poses {
         let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
-        let mut of_row = vec![Vec::new(); ground.tests()];
-        for &test in ground.context.order() {
-            let motion = ground.context.motion(test);
+        let mut of_row = vec![Vec::new(); model.tests()];
+        for &test in model.context.order() {
+            let motion = model.context.motion(test);
             of_row[test] = (0..motion.rows())
                 .map(|row| {
-                    let number = ground.context.pose_number(test, row);
-                    let began = ground.context.session().tests[test].started_at_s;
+                    let number = model.context.pose_number(test, row);
+                    let began = model.context.session().tests[test].started_at_s;
                     let key = [number, began].iter().chain(motion.row(row)).map(|value| value.to_bits()).collect();
                     let next = known.len();
                     *known.entry(key).or_insert(next)
@@ -37,10 +37,10 @@ impl Poses {
     }
 
     /// Kept rows of every pose as test and row.
-    fn rows(&self, ground: &Ground) -> Vec<Vec<(usize, usize)>> {
+    fn rows(&self, model: &LinearModel) -> Vec<Vec<(usize, usize)>> {
         let mut rows = vec![Vec::new(); self.count];
         for (test, poses) in self.of_row.iter().enumerate() {
-            for (row, &pose) in poses.iter().enumerate().filter(|(row, _)| ground.kept[test][*row]) {
+            for (row, &pose) in poses.iter().enumerate().filter(|(row, _)| model.kept[test][*row]) {
                 rows[pose].push((test, row));
             }
         }
@@ -50,15 +50,15 @@ impl Poses {
 
 /// Number of readings that count as one, at least 1: variance of what a joint sees of the residual, with the readings
 /// of a pose together, over what it would be if each had an error of its own; the mean over all joints.
-pub fn readings_as_one(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> f64 {
-    let rows = poses.rows(ground);
+pub fn readings_as_one(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> f64 {
+    let rows = poses.rows(model);
     let count = rows.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let square = rows.iter().flatten().map(|&(test, row)| residual_mm[test][row].powi(2)).sum::<f64>() / count;
-    let machine = ground.context.machine();
+    let machine = model.context.machine();
     let ratios: Vec<f64> = (0..machine.axes.len())
         .filter_map(|axis| {
             let outlet = Outlet::own(machine, axis);
-            let gains = ground.gains(&outlet);
+            let gains = model.gains(&outlet);
             let gain = |test: usize, row: usize| gains[test].get(row).copied().unwrap_or(0.0);
             let (mut together, mut apart) = (0.0, 0.0);
             for rows in &rows {
@@ -92,11 +92,11 @@ const PER_LEVER: f64 = 1e-2;
 
 impl Left {
     /// Splits residuals (mm); `None` where too few poses have more readings than their last link has free motions.
-    pub fn of(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> Option<Left> {
-        let last = *ground.context.chain().branch(Branch::Tool).last()?;
+    pub fn of(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> Option<Left> {
+        let last = *model.context.chain().branch(Branch::Tool).last()?;
         let outlets = Component::ALL.map(|component| Outlet::Motion { axis: last, component });
-        let gains: Vec<_> = outlets.iter().map(|outlet| ground.gains(outlet)).collect();
-        let rows = poses.rows(ground);
+        let gains: Vec<_> = outlets.iter().map(|outlet| model.gains(outlet)).collect();
+        let rows = poses.rows(model);
         let mut variances: Vec<f64> = Vec::new();
         for rows in rows.iter().filter(|rows| rows.len() > FREE_MOTIONS) {
             let free = DMatrix::from_fn(rows.len(), FREE_MOTIONS, |i, k| {

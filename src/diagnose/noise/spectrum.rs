@@ -1,6 +1,6 @@
 //! Lines in the spectrum of residuals over time. What makes them is for others to say.
 
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 
 /// A frequency at which the traces together are louder than beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,8 +21,8 @@ const ONE_LINE: usize = 3;
 
 /// Lines of the power spectrum in time, summed over all traces, the most prominent first; the trend of neighbouring rows is
 /// taken off before.
-pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
-    let traces = traces(ground, residual_mm);
+pub fn lines(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Line> {
+    let traces = traces(model, residual_mm);
     let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
     let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
     if traces.is_empty() || longest <= 0.0 {
@@ -51,14 +51,14 @@ pub fn lines(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Line> {
 }
 
 /// Readings per second of the tests that are long enough for a spectrum.
-pub fn rates_of_tests(ground: &Ground) -> Vec<f64> {
-    traces(ground, &ground.residual_mm).iter().map(|trace| 1.0 / trace.step_s).collect()
+pub fn rates_of_tests(model: &LinearModel) -> Vec<f64> {
+    traces(model, &model.residual_mm).iter().map(|trace| 1.0 / trace.step_s).collect()
 }
 
 /// Frequencies that look like another one at one of the sampling rates, that which shows there among them, and fast enough in
 /// every trace.
-pub fn aliases(ground: &Ground, hz: f64) -> Vec<f64> {
-    let traces = traces(ground, &ground.residual_mm);
+pub fn aliases(model: &LinearModel, hz: f64) -> Vec<f64> {
+    let traces = traces(model, &model.residual_mm);
     let rates = different(traces.iter().map(|trace| 1.0 / trace.step_s), SAME_RATE);
     let folded = rates.iter().flat_map(|&rate| [(rate - hz).abs(), rate + hz, shown_at(rate, hz)]);
     let is_fast = |hz: &f64| *hz < HIGHEST_HZ && traces.iter().all(|trace| trace.cycles(*hz) > LEAST_CYCLES);
@@ -85,8 +85,8 @@ fn different(all: impl Iterator<Item = f64>, share: f64) -> Vec<f64> {
 }
 
 /// Traces of the tests that are long enough for a spectrum.
-fn traces(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
-    (0..ground.tests()).filter_map(|test| Trace::of(ground, residual_mm, test)).collect()
+fn traces(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Trace> {
+    (0..model.tests()).filter_map(|test| Trace::of(model, residual_mm, test)).collect()
 }
 
 /// Ratio of two sampling rates from which they are two.
@@ -101,8 +101,8 @@ const FINER: usize = 8;
 
 /// Frequencies that all traces together may be aliases of, the loudest first, and those of which one of `lines` is one; none where all
 /// are sampled at one rate, which does not show which alias is the true frequency.
-pub fn aliased(ground: &Ground, residual_mm: &[Vec<f64>], lines: &[f64]) -> Vec<f64> {
-    let traces = traces(ground, residual_mm);
+pub fn aliased(model: &LinearModel, residual_mm: &[Vec<f64>], lines: &[f64]) -> Vec<f64> {
+    let traces = traces(model, residual_mm);
     let longest = traces.iter().map(Trace::length_s).fold(0.0, f64::max);
     let finest = traces.iter().map(|trace| trace.step_s).fold(f64::MAX, f64::min);
     let slowest = traces.iter().map(|trace| trace.step_s).fold(0.0, f64::max);
@@ -194,10 +194,10 @@ struct Trace {
 
 impl Trace {
     /// `None` for static poses and very short traces.
-    fn of(ground: &Ground, residual_mm: &[Vec<f64>], test: usize) -> Option<Trace> {
-        let time = ground.context.motion(test).time_s.as_ref()?;
+    fn of(model: &LinearModel, residual_mm: &[Vec<f64>], test: usize) -> Option<Trace> {
+        let time = model.context.motion(test).time_s.as_ref()?;
         let residual = &residual_mm[test];
-        let rows: Vec<usize> = (0..residual.len()).filter(|&row| ground.kept[test][row]).collect();
+        let rows: Vec<usize> = (0..residual.len()).filter(|&row| model.kept[test][row]).collect();
         if rows.len() < SHORTEST {
             return None;
         }

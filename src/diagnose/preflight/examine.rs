@@ -7,7 +7,7 @@ use super::gross_misfit::contest;
 use super::quick_fit::strain;
 use super::small_misfit::preflight;
 use crate::chain::Chain;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_floor};
 use crate::effects::Context;
 use crate::identify::{self, Fit, FitError, Options, Problem};
@@ -104,8 +104,8 @@ fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result
     let problem = Problem::new(session, &chain, &setups, fit.unknowns.clone())?;
     let values = fit.values();
     let context = Context::of(session, &chain)?;
-    let ground = Ground::new(&context, &problem, &values, fit.kept_rows());
-    let noise_um = 1e3 * mean_noise_mm2(&noise_floor(&ground, &ground.residual_mm)).sqrt();
+    let model = LinearModel::new(&context, &problem, &values, fit.kept_rows());
+    let noise_um = 1e3 * mean_noise_mm2(&noise_floor(&model, &model.residual_mm)).sqrt();
     let strain = strain(&problem, &values, 1.0);
     let found = preflight(session, 1e3 * fit.rms_mm, noise_um, examination.left_out_share, strain);
     // the shift of one test's clock may be a slip: only a diagnosis tells

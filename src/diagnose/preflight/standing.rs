@@ -38,7 +38,8 @@ pub(crate) fn groups(session: &Session, axis: usize) -> Vec<Vec<usize>> {
         let Some(value) = standing(first) else { continue };
         let others = (0..session.tests.len()).filter(|&test| standing(test).is_some());
         let alike: Vec<usize> = others.clone().filter(|&test| standing(test) == Some(value)).collect();
-        let repeats: Vec<usize> = others.filter(|&test| session.tests[first].is_repeat_of(&session.tests[test])).collect();
+        let repeats: Vec<usize> =
+            others.filter(|&test| session.tests[first].is_repeat_of(&session.tests[test])).collect();
         for group in [repeats, alike] {
             if group.first() == Some(&first) && !groups.contains(&group) {
                 groups.push(group);

@@ -1,8 +1,8 @@
 //! When the evidence demands an effect, beside none and beside others. It compares no candidates.
 
 use super::limits::Limits;
-use super::selected::{Candidate, Found};
-use crate::diagnose::model::linear_model::Ground;
+use super::selected::{Candidate, SelectedEffect};
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
 use crate::identify::Quantity;
 use crate::statistics::NoiseModel;
@@ -33,7 +33,7 @@ pub(crate) fn relieves(chosen: &Candidate, shared_relief: f64) -> bool {
 /// odds, by how far it brings balls and bars back, and, where these leave it open, off the mean square within sweeps.
 pub(crate) fn is_demanded(
     limits: &Limits,
-    found: &[Found],
+    found: &[SelectedEffect],
     chosen: &Candidate,
     (fall_mm2, log_odds, relief): (f64, f64, f64),
     fall_within_mm2: impl FnOnce() -> f64,
@@ -52,7 +52,8 @@ pub(crate) fn is_demanded(
         return log_odds > odds && (in_noise(fall_mm2, rms) || shows_within || relieves(chosen, relief));
     }
     let explained: f64 = found.iter().map(|found| found.fall_mm2.max(0.0)).sum();
-    let there: Vec<&Found> = found.iter().filter(|other| other.chosen.effect.place == chosen.effect.place).collect();
+    let there: Vec<&SelectedEffect> =
+        found.iter().filter(|other| other.chosen.effect.place == chosen.effect.place).collect();
     let same_place = !there.is_empty();
     let same_kind = there.iter().any(|other| other.chosen.effect.kind == chosen.effect.kind);
     let is_sure_rest = same_kind && !is_event && log_odds > limits.sure_rest;
@@ -78,11 +79,11 @@ pub(crate) fn adds_enough(
 }
 
 /// Growth of the bar below its own uncertainty: a gauge's zero may wander as far in a session.
-pub(crate) fn is_below_the_bar(ground: &Ground, chosen: &Candidate) -> bool {
+pub(crate) fn is_below_the_bar(model: &LinearModel, chosen: &Candidate) -> bool {
     if chosen.effect.kind != "bar-length" || chosen.effect.parameter("bar").is_some() {
         return false;
     }
-    let uncertain_mm = ground
+    let uncertain_mm = model
         .problem
         .unknowns
         .iter()
@@ -90,8 +91,8 @@ pub(crate) fn is_below_the_bar(ground: &Ground, chosen: &Candidate) -> bool {
         .map(|unknown| unknown.prior_sigma)
         .fold(0.0, f64::max);
     let mut ends = (f64::MAX, f64::MIN);
-    for test in 0..ground.tests() {
-        for row in (0..ground.kept[test].len()).filter(|&row| ground.kept[test][row]) {
+    for test in 0..model.tests() {
+        for row in (0..model.kept[test].len()).filter(|&row| model.kept[test][row]) {
             let columns = chosen.columns.iter().zip(&chosen.judgement.amplitudes);
             let grown: f64 =
                 columns.map(|(column, size)| size * column.by_test[test].get(row).copied().unwrap_or(0.0)).sum();

@@ -3,11 +3,11 @@
 use std::collections::HashSet;
 
 use super::acceptance::{adds_enough, relieves};
-use super::joint_fit::{Model, mean_square, rest_of};
+use super::joint_fit::{JointFit, mean_square, rest_of};
 use super::ranking::{BALL_FORM, simpler};
-use super::selected::{Candidate, Found, Ways};
+use super::selected::{Candidate, SelectedEffect, SelectionContext};
 use super::shape_average::cancels;
-use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
 
 /// Residual over noise floor from which other first steps are tried as well.
@@ -36,46 +36,47 @@ const FREE_SHARE: f64 = 0.03;
 const ONE_CAUSE: f64 = 20.0;
 
 /// Whether an effect is growth of two nodes that nearly cancel: large ones follow whatever changes from test to test.
-fn bends_to_anything(found: &Found) -> bool {
+fn bends_to_anything(found: &SelectedEffect) -> bool {
     let chosen = &found.chosen;
     chosen.effect.kind == "thermal-growth" && cancels(&chosen.terms, &chosen.judgement.amplitudes)
 }
 
-impl Ways<'_, '_, '_> {
+impl SelectionContext<'_, '_, '_> {
     /// Replaces what a greedy search took too early: the first effect where much stays unexplained or it bends to anything, then
     /// each beside the others.
-    pub(crate) fn exchange(&self, model: &mut Model) {
+    pub(crate) fn exchange(&self, joint: &mut JointFit) {
         let floor_mm2 = mean_noise_mm2(&self.floors[0]);
-        let left_mm2 = mean_square(self.grounds.fine, &model.residual_mm);
-        let is_doubtful = |first: &Found| left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 || bends_to_anything(first);
-        if model.found.first().is_some_and(is_doubtful) {
-            self.start_otherwise(model);
+        let left_mm2 = mean_square(self.resolutions.fine, &joint.residual_mm);
+        let is_doubtful =
+            |first: &SelectedEffect| left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 || bends_to_anything(first);
+        if joint.found.first().is_some_and(is_doubtful) {
+            self.start_otherwise(joint);
         }
-        let round_ball = self.round_balls(model);
-        self.take_other_motions(model);
-        for index in (0..model.found.len()).rev() {
+        let round_ball = self.round_balls(joint);
+        self.take_other_motions(joint);
+        for index in (0..joint.found.len()).rev() {
             // a model that was replaced may be shorter
-            if index >= model.found.len() {
+            if index >= joint.found.len() {
                 continue;
             }
             // an effect that was given has no rivals yet
-            let has_rivals = !model.found[index].rivals.is_empty();
-            if has_rivals && (model.found.len() == 1 || !self.goes_on()) {
+            let has_rivals = !joint.found[index].rivals.is_empty();
+            if has_rivals && (joint.found.len() == 1 || !self.goes_on()) {
                 continue;
             }
             // a free curve at the place of an effect found before it is the rest of that one's form
-            if rest_of(&model.found, index).is_some() {
+            if rest_of(&joint.found, index).is_some() {
                 continue;
             }
-            let mut trial = model.without(self, index);
+            let mut trial = joint.without(self, index);
             let Some(step) = self.next(&trial, None) else { continue };
-            let old = model.found[index].chosen.family;
+            let old = joint.found[index].chosen.family;
             let mut rivals = step.found.rivals.clone();
             let ranked_odds = step.found.ranked_odds;
             // beside the same motion in fewer directions, one in more is a rival and no other set
             let is_simpler = simpler(
-                self.grounds.fine.context.machine(),
-                &[step.found.chosen.clone(), model.found[index].chosen.clone()],
+                self.resolutions.fine.context.machine(),
+                &[step.found.chosen.clone(), joint.found[index].chosen.clone()],
                 0,
             )
             .is_some();
@@ -83,26 +84,26 @@ impl Ways<'_, '_, '_> {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);
                 self.grow(&mut trial, None);
-                if self.replace(model, trial, BETTER_SET) {
+                if self.replace(joint, trial, BETTER_SET) {
                     continue;
                 }
             }
             // beside the others the rivals are fewer than when it was taken
             rivals.retain(|(rival, _)| rival.family != old);
-            model.found[index].rivals = rivals;
-            model.found[index].ranked_odds = ranked_odds;
+            joint.found[index].rivals = rivals;
+            joint.found[index].ranked_odds = ranked_odds;
         }
-        if let (Some(ball), Some(first)) = (round_ball, model.found.first_mut()) {
+        if let (Some(ball), Some(first)) = (round_ball, joint.found.first_mut()) {
             first.rivals.push(ball);
         }
     }
 
     /// Takes the form of an effect in other motions where a free curve had to follow those: one cause rather than two.
-    fn take_other_motions(&self, model: &mut Model) {
-        let last = model.found.len().saturating_sub(1);
-        let Some(whole) = rest_of(&model.found, last) else { return };
+    fn take_other_motions(&self, joint: &mut JointFit) {
+        let last = joint.found.len().saturating_sub(1);
+        let Some(whole) = rest_of(&joint.found, last) else { return };
         let moves = |candidate: &Candidate, outlet| candidate.terms.iter().any(|term| term.outlet == outlet);
-        let (lead, rest) = (&model.found[whole].chosen, &model.found[last].chosen);
+        let (lead, rest) = (&joint.found[whole].chosen, &joint.found[last].chosen);
         let is_error_motion = lead.effect.kind == "rotary-error-motion";
         if !is_error_motion || !self.goes_on() || rest.terms.iter().any(|term| moves(lead, term.outlet)) {
             return;
@@ -111,30 +112,30 @@ impl Ways<'_, '_, '_> {
             let is_alike = rival.effect.kind == lead.effect.kind && rival.effect.place == lead.effect.place;
             is_alike && rest.terms.iter().all(|term| moves(rival, term.outlet))
         };
-        let rivals = model.found[whole].rivals.iter().map(|(rival, _)| rival);
+        let rivals = joint.found[whole].rivals.iter().map(|(rival, _)| rival);
         let Some(other) = rivals.clone().find(|rival| is_same_form(rival)).cloned() else { return };
-        let mut trial = model.without(self, last).without(self, whole);
+        let mut trial = joint.without(self, last).without(self, whole);
         if let Some(step) = self.next(&trial, Some(other)) {
             trial.add(self, step);
             self.grow(&mut trial, None);
             let trial = self.pruned(trial);
-            self.replace(model, trial, -ONE_CAUSE);
+            self.replace(joint, trial, -ONE_CAUSE);
         }
     }
 
     /// Tries other first effects.
-    fn start_otherwise(&self, model: &mut Model) {
-        let mut tried = vec![model.found[0].chosen.effect.kind.clone()];
-        let rivals: Vec<Candidate> = model.found[0].rivals.iter().map(|(rival, _)| rival.clone()).collect();
+    fn start_otherwise(&self, joint: &mut JointFit) {
+        let mut tried = vec![joint.found[0].chosen.effect.kind.clone()];
+        let rivals: Vec<Candidate> = joint.found[0].rivals.iter().map(|(rival, _)| rival.clone()).collect();
         for rival in rivals {
             let kind = &rival.effect.kind;
             if !self.goes_on() || tried.len() > OTHER_STARTS || tried.contains(kind) || rival.is_free() {
                 continue;
             }
             tried.push(kind.clone());
-            let mut trial = Model::empty(self);
+            let mut trial = JointFit::empty(self);
             self.grow(&mut trial, Some(rival));
-            self.replace(model, trial, BETTER_SET);
+            self.replace(joint, trial, BETTER_SET);
         }
     }
 
@@ -142,22 +143,22 @@ impl Ways<'_, '_, '_> {
     /// the direction of the bar is the position of the slides.
     ///
     /// The ball that was left, with its log odds beside the machine's effects: nothing tells it from them.
-    fn round_balls(&self, model: &mut Model) -> Option<(Candidate, f64)> {
-        let first = model.found.first().filter(|first| first.chosen.effect.kind == BALL_FORM)?;
+    fn round_balls(&self, joint: &mut JointFit) -> Option<(Candidate, f64)> {
+        let first = joint.found.first().filter(|first| first.chosen.effect.kind == BALL_FORM)?;
         let of_machine = |rival: &&Candidate| rival.effect.kind != BALL_FORM && !rival.is_event();
         let rivals: Vec<Candidate> = first.rivals.iter().map(|(rival, _)| rival).filter(of_machine).cloned().collect();
-        let (ball, stands) = (first.chosen.clone(), model.standing(self));
+        let (ball, stands) = (first.chosen.clone(), joint.standing(self));
         let better = BALLS_MUST_BE_BETTER.min(BALLS_SHARE * first.gain);
         let mut tried: Vec<String> = Vec::new();
         self.balls_are_round.set(true);
         for rival in rivals {
             if tried.len() < OTHER_STARTS && !tried.contains(&rival.effect.kind) {
                 tried.push(rival.effect.kind.clone());
-                let mut trial = Model::empty(self);
+                let mut trial = JointFit::empty(self);
                 self.grow(&mut trial, Some(rival));
                 let are_few = (1..=MOST_FOR_A_BALL).contains(&trial.found.len());
-                if are_few && self.replace(model, trial, -better) {
-                    return Some((ball, (stands - model.standing(self)).min(0.0) - BALLS_ARE_GAUGES));
+                if are_few && self.replace(joint, trial, -better) {
+                    return Some((ball, (stands - joint.standing(self)).min(0.0) - BALLS_ARE_GAUGES));
                 }
             }
         }
@@ -166,70 +167,70 @@ impl Ways<'_, '_, '_> {
     }
 
     /// The model without effects that add too little to what the others explain, whichever was taken first.
-    pub(crate) fn pruned(&self, mut model: Model) -> Model {
-        let fine = self.grounds.fine;
+    pub(crate) fn pruned(&self, mut joint: JointFit) -> JointFit {
+        let fine = self.resolutions.fine;
         let left = |columns: &[Accepted]| {
-            let stage = Stage::on(self.whitened[0].clone(), columns);
-            (mean_square(fine, &stage.residual_mm(columns)), stage.pulls())
+            let regression = Regression::on(self.whitened[0].clone(), columns);
+            (mean_square(fine, &regression.residual_mm(columns)), regression.pulls())
         };
         let before_mm2 = left(&[]).0;
-        while model.found.len() > 1 {
-            let (all_mm2, all_pulls) = left(&model.columns[0]);
+        while joint.found.len() > 1 {
+            let (all_mm2, all_pulls) = left(&joint.columns[0]);
             let mut first = 0;
-            let falls: Vec<(f64, f64, f64)> = model
+            let falls: Vec<(f64, f64, f64)> = joint
                 .found
                 .iter()
                 .map(|found| {
                     let own = first..first + found.chosen.columns.len();
                     first = own.end;
-                    let others = (0..model.columns[0].len()).filter(|column| !own.contains(column));
-                    let others: Vec<Accepted> = others.map(|column| model.columns[0][column].clone()).collect();
+                    let others = (0..joint.columns[0].len()).filter(|column| !own.contains(column));
+                    let others: Vec<Accepted> = others.map(|column| joint.columns[0][column].clone()).collect();
                     let (without_mm2, pulls) = left(&others);
                     (without_mm2 - all_mm2, before_mm2 - without_mm2, pulls.shared_relief(&all_pulls))
                 })
                 .collect();
             let adds_little = (0..falls.len())
                 .filter(|&index| {
-                    let place = model.found[index].chosen.effect.place;
+                    let place = joint.found[index].chosen.effect.place;
                     // a free curve can stand for any form at its place: it is the one to go
-                    let is_free = |k: usize| model.found[k].chosen.is_free();
-                    let stands_for = |k: usize| is_free(k) && model.found[k].chosen.effect.place == place;
+                    let is_free = |k: usize| joint.found[k].chosen.is_free();
+                    let stands_for = |k: usize| is_free(k) && joint.found[k].chosen.effect.place == place;
                     if !is_free(index) && (0..falls.len()).any(|k| k != index && stands_for(k)) {
                         return false;
                     }
-                    let beside = (0..falls.len()).any(|k| k != index && model.found[k].chosen.effect.place == place);
+                    let beside = (0..falls.len()).any(|k| k != index && joint.found[k].chosen.effect.place == place);
                     let (fall_mm2, explained_mm2, relief) = falls[index];
-                    !relieves(&model.found[index].chosen, relief)
+                    !relieves(&joint.found[index].chosen, relief)
                         && !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
                 })
                 .min_by(|&a, &b| falls[a].0.total_cmp(&falls[b].0));
             let Some(index) = adds_little else { break };
-            model = model.without(self, index);
+            joint = joint.without(self, index);
         }
-        model
+        joint
     }
 
     /// Takes a trial when it stands better by some log odds; whether it did.
-    pub(crate) fn replace(&self, model: &mut Model, trial: Model, margin: f64) -> bool {
-        let trial = if trial.standing(self) > model.standing(self) { self.pruned(trial) } else { trial };
-        let (now, other) = (model.standing(self), trial.standing(self));
-        let starts_free = |model: &Model| model.found.first().is_some_and(|first| first.chosen.is_free());
+    pub(crate) fn replace(&self, joint: &mut JointFit, trial: JointFit, margin: f64) -> bool {
+        let trial = if trial.standing(self) > joint.standing(self) { self.pruned(trial) } else { trial };
+        let (now, other) = (joint.standing(self), trial.standing(self));
+        let starts_free = |joint: &JointFit| joint.found.first().is_some_and(|first| first.chosen.is_free());
         // a free curve before a named form must stand far better, as where one effect is chosen
-        let margin = if starts_free(&trial) && !starts_free(model) {
-            BETTER_FREE_SET.max(model.found.first().map_or(0.0, |first| FREE_SHARE * first.gain))
+        let margin = if starts_free(&trial) && !starts_free(joint) {
+            BETTER_FREE_SET.max(joint.found.first().map_or(0.0, |first| FREE_SHARE * first.gain))
         } else {
             margin
         };
         // a set that acts at more places must stand better by what each further one needs
-        let places = |model: &Model| {
-            let places = model.found.iter().map(|found| found.chosen.effect.place);
+        let places = |joint: &JointFit| {
+            let places = joint.found.iter().map(|found| found.chosen.effect.place);
             places.collect::<HashSet<_>>().len()
         };
-        let further = places(&trial).saturating_sub(places(model).max(1));
+        let further = places(&trial).saturating_sub(places(joint).max(1));
         let margin = if margin < 0.0 { margin } else { margin.max(self.limits.accept_further * further as f64) };
         let is_better = other > now + margin;
         if is_better {
-            *model = trial;
+            *joint = trial;
         }
         is_better
     }

@@ -1,13 +1,13 @@
 //! Grows a set of effects: screens every family, refines the best, compares, accepts, and repeats. It takes nothing back.
 
 use super::acceptance::{is_below_the_bar, is_demanded};
-use super::joint_fit::{Model, joined, mean_square, pooled_misfit, without_trends};
+use super::joint_fit::{JointFit, joined, mean_square, pooled_misfit, without_trends};
 use super::ranking::{BALL_FORM, choose, compare, is_sensible, keep_diverse};
 use super::screening::screen;
-use super::selected::{Candidate, Found, Step, Ways};
+use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shape_fit::refine_all;
 use crate::diagnose::findings::size::grows;
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{likely_noise, wandering};
 use crate::statistics::NoiseModel;
 
@@ -18,86 +18,89 @@ const WANDERS_FAR: f64 = 1.0;
 const WORTH_TELLING: f64 = 6.0;
 const BEYOND_A_ZERO: f64 = 300.0;
 
-impl Ways<'_, '_, '_> {
+impl SelectionContext<'_, '_, '_> {
     /// Whether other sets of effects may still be tried.
     pub(crate) fn goes_on(&self) -> bool {
         self.steps.get() < self.limits.steps
     }
 
     /// Adds effects as long as the evidence demands one; the first one may be given.
-    pub(crate) fn grow(&self, model: &mut Model, mut first: Option<Candidate>) {
-        let fine = self.grounds.fine;
-        while model.found.len() < self.limits.effects {
-            let Some(step) = self.next(model, first.take()) else { break };
+    pub(crate) fn grow(&self, joint: &mut JointFit, mut first: Option<Candidate>) {
+        let fine = self.resolutions.fine;
+        while joint.found.len() < self.limits.effects {
+            let Some(step) = self.next(joint, first.take()) else { break };
             let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
-            let fall_within_mm2 = || within_mm2(&model.residual_mm) - within_mm2(&step.residual_mm);
-            let standing = (step.found.fall_mm2, step.found.log_odds, model.pulls.shared_relief(&step.pulls));
+            let fall_within_mm2 = || within_mm2(&joint.residual_mm) - within_mm2(&step.residual_mm);
+            let standing = (step.found.fall_mm2, step.found.log_odds, joint.pulls.shared_relief(&step.pulls));
             let (chosen, floor) = (&step.found.chosen, &self.floors[0]);
-            let demanded = is_demanded(&self.limits, &model.found, chosen, standing, fall_within_mm2, floor);
-            if !demanded || self.is_wander_of_the_zero(model, &step) {
-                model.best_left = step.found.log_odds;
+            let demanded = is_demanded(&self.limits, &joint.found, chosen, standing, fall_within_mm2, floor);
+            if !demanded || self.is_wander_of_the_zero(joint, &step) {
+                joint.best_left = step.found.log_odds;
                 break;
             }
-            model.add(self, step);
+            joint.add(self, step);
         }
     }
 
     /// Whether a growth is not worth telling, the gauge's zero wandering from test to test more than the floor has it.
-    fn is_wander_of_the_zero(&self, model: &Model, step: &Step) -> bool {
+    fn is_wander_of_the_zero(&self, joint: &JointFit, step: &Step) -> bool {
         let chosen = &step.found.chosen;
         if !grows(&chosen.effect) || step.found.log_odds > BEYOND_A_ZERO {
             return false;
         }
-        let fine = self.grounds.fine;
+        let fine = self.resolutions.fine;
         let cost = chosen.judgement.log_evidence - chosen.log_odds;
         let log_odds_beside = |share: f64| {
             let noise: Vec<NoiseModel> = step.noise.iter().map(|noise| wandering(noise, share)).collect();
-            let stage = Stage::new(fine, &noise, &model.columns[0], &fine.kept);
-            stage.judge(&chosen.columns, self.families[chosen.family].plausible).log_evidence - cost
+            let regression = Regression::new(fine, &noise, &joint.columns[0], &fine.kept);
+            regression.judge(&chosen.columns, self.families[chosen.family].plausible).log_evidence - cost
         };
         log_odds_beside(WANDERS) < WORTH_TELLING
             || is_below_the_bar(fine, chosen) && log_odds_beside(WANDERS_FAR) < WORTH_TELLING
     }
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.
-    pub(crate) fn next(&self, model: &Model, given: Option<Candidate>) -> Option<Step> {
+    pub(crate) fn next(&self, joint: &JointFit, given: Option<Candidate>) -> Option<Step> {
         self.steps.set(self.steps.get() + 1);
-        let fine = self.grounds.fine;
+        let fine = self.resolutions.fine;
         let families = self.families;
         let candidates = match given {
             Some(given) => vec![given],
             None => {
                 let [fine, coarse] = &self.whitened;
-                let stages = [Stage::on(fine.clone(), &model.columns[0]), Stage::on(coarse.clone(), &model.columns[1])];
-                let mut candidates = screen(&stages, families, self.grounds.cells);
-                candidates.retain(|candidate| is_sensible(candidate, stages[0].misfit));
+                let regressions = [
+                    Regression::on(fine.clone(), &joint.columns[0]),
+                    Regression::on(coarse.clone(), &joint.columns[1]),
+                ];
+                let mut candidates = screen(&regressions, families, self.resolutions.cells);
+                candidates.retain(|candidate| is_sensible(candidate, regressions[0].misfit));
                 candidates.retain(|candidate| !self.balls_are_round.get() || candidate.effect.kind != BALL_FORM);
                 keep_diverse(&mut candidates, families);
-                refine_all(&stages, families, candidates)
+                refine_all(&regressions, families, candidates)
             }
         };
         let best = candidates.first()?;
         // the noise that the best candidate leaves is the one to compare under
-        let with_best = joined(&model.columns[0], best);
-        let left = Stage::on(self.whitened[0].clone(), &with_best).residual_mm(&with_best);
+        let with_best = joined(&joint.columns[0], best);
+        let left = Regression::on(self.whitened[0].clone(), &with_best).residual_mm(&with_best);
         let noise_left = likely_noise(fine, &left, &self.floors[0], &self.floors[0]);
-        let stage = Stage::new(fine, &noise_left, &model.columns[0], &fine.kept);
-        let candidates = compare(&stage, families, candidates);
+        let regression = Regression::new(fine, &noise_left, &joint.columns[0], &fine.kept);
+        let candidates = compare(&regression, families, candidates);
         let index = choose(&candidates, families, fine);
         let chosen = candidates[index].clone();
-        let with_chosen = joined(&model.columns[0], &chosen);
-        let stage = Stage::new(fine, &noise_left, &with_chosen, &fine.kept);
-        let (residual_mm, pulls) = (stage.residual_mm(&with_chosen), stage.pulls());
+        let with_chosen = joined(&joint.columns[0], &chosen);
+        let regression = Regression::new(fine, &noise_left, &with_chosen, &fine.kept);
+        let (residual_mm, pulls) = (regression.residual_mm(&with_chosen), regression.pulls());
         let noise = likely_noise(fine, &residual_mm, &noise_left, &self.floors[0]);
-        let gain = 0.5 * (model.misfit(self) - pooled_misfit(fine, &noise, &residual_mm) - pulls.misfit());
+        let gain = 0.5 * (joint.misfit(self) - pooled_misfit(fine, &noise, &residual_mm) - pulls.misfit());
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
-        let fall_mm2 = mean_square(fine, &model.residual_mm) - mean_square(fine, &residual_mm);
+        let fall_mm2 = mean_square(fine, &joint.residual_mm) - mean_square(fine, &residual_mm);
         let lead = candidates[index].log_odds;
         let rivals = candidates.into_iter().enumerate().filter(|(k, _)| *k != index).map(|(_, rival)| {
             let odds = rival.log_odds - lead;
             (rival, odds)
         });
-        let found = Found {
+        let found = SelectedEffect {
             rivals: rivals.collect(),
             chosen,
             log_odds,

@@ -1,8 +1,8 @@
 //! A shape of a family judged at a stage, and what refined shapes must gain. It refines nothing.
 
-use super::candidates::{Family, family_terms};
+use super::candidates::{CandidateFamily, family_terms};
 use super::selected::Candidate;
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::machine::Effect;
 
@@ -18,15 +18,15 @@ const MOST_TERMS: usize = 2400;
 
 /// A shape of a family, judged; `cost` is taken off its evidence. Its columns are not worked out.
 pub fn judged(
-    stage: &Stage,
-    family: &Family,
+    regression: &Regression,
+    family: &CandidateFamily,
     index: usize,
     effect: Effect,
     cost: f64,
     last: &mut LastShape,
 ) -> Option<Candidate> {
-    let mut terms = family_terms(stage.ground.context.machine(), family, &effect, stage.ground.tests());
-    let profiles = stage.ground.profiles(&effect).ok()?;
+    let mut terms = family_terms(regression.model.context.machine(), family, &effect, regression.model.tests());
+    let profiles = regression.model.profiles(&effect).ok()?;
     if effect.parameter("every").is_some() {
         // knots beyond the end of a recording; no shape of a grid has knots, so none is judged elsewhere with them
         terms.retain(|term| term.test.is_none_or(|test| !profiles[term.function][test].is_empty()));
@@ -34,7 +34,7 @@ pub fn judged(
             return None;
         }
     }
-    let judgement = stage.judge_shape((index, &effect), (&profiles, &terms), family.plausible, last);
+    let judgement = regression.judge_shape((index, &effect), (&profiles, &terms), family.plausible, last);
     let log_odds = judgement.log_evidence - cost;
     Some(Candidate { family: index, effect, terms, columns: Vec::new(), judgement, log_odds })
 }

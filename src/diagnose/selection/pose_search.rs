@@ -4,15 +4,15 @@
 //! poses not used for it are predicted better. A first search learns how fast the axes are to each other from what
 //! arrival leaves; the second starts anew with that.
 
-use super::candidates::Family;
+use super::candidates::CandidateFamily;
 use super::joint_fit::{joined, mean_square};
 use super::ranking::{choose, keep_diverse};
 use super::screening::screen;
-use super::screening_grid::Cells;
-use super::selected::{Candidate, Found, Search};
+use super::screening_grid::ScreeningGrid;
+use super::selected::{Candidate, Search, SelectedEffect};
 use super::shape_fit::refine_all;
-use crate::diagnose::model::linear_model::{Column, Ground};
-use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::model::linear_model::{Column, LinearModel};
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::pose_noise::{Poses, readings_as_one};
 use crate::machine::ParameterValue;
 use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};
@@ -33,11 +33,11 @@ const RATE_ROUNDS: usize = 2;
 const RATE_COST: f64 = 1.5;
 
 /// Searches a session of static poses.
-pub fn search_poses(ground: &Ground, families: &[Family]) -> Search {
-    let poses = Poses::of(ground);
-    let mut state = State::start(ground, &poses);
+pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search {
+    let poses = Poses::of(model);
+    let mut state = State::start(model, &poses);
     let noise_before = state.noise.clone();
-    let residual_before_mm2 = mean_square(ground, &state.residual_mm);
+    let residual_before_mm2 = mean_square(model, &state.residual_mm);
     state.rounds(&without_free_curves(families), &poses, STRONG);
     let mut families = families.to_vec();
     if let Some(rates) = state.refined_rates() {
@@ -45,7 +45,7 @@ pub fn search_poses(ground: &Ground, families: &[Family]) -> Search {
         for effect in arrivals.flat_map(|family| &mut family.grid) {
             effect.set("rates", ParameterValue::List(rates.clone()));
         }
-        state = State::start(ground, &poses);
+        state = State::start(model, &poses);
     }
     state.rounds(&without_free_curves(&families), &poses, ACCEPT_FURTHER);
     let best_left = state.rounds(&families, &poses, ACCEPT_FURTHER);
@@ -61,7 +61,7 @@ pub fn search_poses(ground: &Ground, families: &[Family]) -> Search {
 }
 
 /// The same list with nothing to look at for free curves: they are many columns and asked when named forms are used up.
-fn without_free_curves(families: &[Family]) -> Vec<Family> {
+fn without_free_curves(families: &[CandidateFamily]) -> Vec<CandidateFamily> {
     let mut named = families.to_vec();
     named.iter_mut().filter(|family| family.kind == "unknown").for_each(|family| family.grid.clear());
     named
@@ -69,36 +69,36 @@ fn without_free_curves(families: &[Family]) -> Vec<Family> {
 
 /// What has been found so far and what it leaves.
 struct State<'g, 'a> {
-    ground: &'g Ground<'a>,
-    model: Vec<Accepted>,
-    found: Vec<Found>,
+    model: &'g LinearModel<'a>,
+    joint: Vec<Accepted>,
+    found: Vec<SelectedEffect>,
     residual_mm: Vec<Vec<f64>>,
     /// White noise at the level of the residual, enlarged for readings that count as one.
     noise: Vec<NoiseModel>,
 }
 
 impl<'g, 'a> State<'g, 'a> {
-    fn start(ground: &'g Ground<'a>, poses: &Poses) -> State<'g, 'a> {
-        let residual_mm = ground.residual_mm.clone();
-        let noise = noise(ground, poses, &residual_mm);
-        State { ground, model: Vec::new(), found: Vec::new(), residual_mm, noise }
+    fn start(model: &'g LinearModel<'a>, poses: &Poses) -> State<'g, 'a> {
+        let residual_mm = model.residual_mm.clone();
+        let noise = noise(model, poses, &residual_mm);
+        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise }
     }
 
     /// Rounds until nothing more passes; log odds of the best candidate that did not.
-    fn rounds(&mut self, families: &[Family], poses: &Poses, least_log_odds: f64) -> f64 {
-        let cells = Cells::of(self.ground, families);
+    fn rounds(&mut self, families: &[CandidateFamily], poses: &Poses, least_log_odds: f64) -> f64 {
+        let cells = ScreeningGrid::of(self.model, families);
         while self.found.len() < MOST_EFFECTS {
-            let stage = || Stage::new(self.ground, &self.noise, &self.model, &self.ground.kept);
-            let stages = [stage(), stage()];
-            let mut candidates = screen(&stages, families, &cells);
+            let regression = || Regression::new(self.model, &self.noise, &self.joint, &self.model.kept);
+            let regressions = [regression(), regression()];
+            let mut candidates = screen(&regressions, families, &cells);
             keep_diverse(&mut candidates, families);
-            let candidates = refine_all(&stages, families, candidates);
+            let candidates = refine_all(&regressions, families, candidates);
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
             let least = if self.found.is_empty() { ACCEPT_FIRST } else { least_log_odds };
             if best < least {
                 return best;
             }
-            let index = choose(&candidates, families, self.ground);
+            let index = choose(&candidates, families, self.model);
             self.accept(families, candidates, index, poses);
             for place in 0..self.found.len() {
                 self.refine_again(families, place, poses);
@@ -107,22 +107,22 @@ impl<'g, 'a> State<'g, 'a> {
         f64::NEG_INFINITY
     }
 
-    fn accept(&mut self, families: &[Family], candidates: Vec<Candidate>, index: usize, poses: &Poses) {
+    fn accept(&mut self, families: &[CandidateFamily], candidates: Vec<Candidate>, index: usize, poses: &Poses) {
         let chosen = candidates[index].clone();
-        let model = joined(&self.model, &chosen);
-        let stage = Stage::new(self.ground, &self.noise, &model, &self.ground.kept);
-        let left = stage.residual_mm(&model);
+        let joint = joined(&self.joint, &chosen);
+        let regression = Regression::new(self.model, &self.noise, &joint, &self.model.kept);
+        let left = regression.residual_mm(&joint);
         let (square_before, square_after) =
-            (mean_square(self.ground, &self.residual_mm), mean_square(self.ground, &left));
-        let readings = self.ground.kept.iter().flatten().filter(|kept| **kept).count() as f64;
-        let gain = 0.5 * readings / readings_as_one(self.ground, poses, &left) * (square_before / square_after).ln();
+            (mean_square(self.model, &self.residual_mm), mean_square(self.model, &left));
+        let readings = self.model.kept.iter().flatten().filter(|kept| **kept).count() as f64;
+        let gain = 0.5 * readings / readings_as_one(self.model, poses, &left) * (square_before / square_after).ln();
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         let rivals = candidates
             .into_iter()
             .enumerate()
             .filter(|(k, _)| *k != index)
             .filter(|(_, other)| {
-                let again = stage.judge(&other.columns, families[other.family].plausible).log_evidence;
+                let again = regression.judge(&other.columns, families[other.family].plausible).log_evidence;
                 again < STILL_THERE * other.judgement.log_evidence
             })
             .map(|(_, rival)| {
@@ -130,10 +130,10 @@ impl<'g, 'a> State<'g, 'a> {
                 (rival, odds)
             })
             .collect();
-        self.noise = noise(self.ground, poses, &left);
+        self.noise = noise(self.model, poses, &left);
         self.residual_mm = left;
-        self.model = model;
-        self.found.push(Found {
+        self.joint = joint;
+        self.found.push(SelectedEffect {
             chosen,
             rivals,
             log_odds,
@@ -146,7 +146,7 @@ impl<'g, 'a> State<'g, 'a> {
     }
 
     /// Finds the shape of an accepted effect once more beside the others: it was judged when more was unexplained.
-    fn refine_again(&mut self, families: &[Family], place: usize, poses: &Poses) {
+    fn refine_again(&mut self, families: &[CandidateFamily], place: usize, poses: &Poses) {
         let family = self.found[place].chosen.family;
         if families[family].refined.is_empty() {
             return;
@@ -158,41 +158,42 @@ impl<'g, 'a> State<'g, 'a> {
             .filter(|&other| other != place)
             .flat_map(|other| self.found[other].chosen.accepted())
             .collect();
-        let stage = || Stage::new(self.ground, &self.noise, &others, &self.ground.kept);
-        let stages = [stage(), stage()];
-        let cells = Cells::of(self.ground, &alone);
-        let Some(again) = refine_all(&stages, &alone, screen(&stages, &alone, &cells)).into_iter().next() else {
+        let regression = || Regression::new(self.model, &self.noise, &others, &self.model.kept);
+        let regressions = [regression(), regression()];
+        let cells = ScreeningGrid::of(self.model, &alone);
+        let Some(again) = refine_all(&regressions, &alone, screen(&regressions, &alone, &cells)).into_iter().next()
+        else {
             return;
         };
-        let now = stages[0].judge(&self.found[place].chosen.columns, families[family].plausible);
+        let now = regressions[0].judge(&self.found[place].chosen.columns, families[family].plausible);
         if again.judgement.log_evidence <= now.log_evidence {
             return;
         }
         self.found[place].chosen = again;
-        self.model = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let stage = Stage::new(self.ground, &self.noise, &self.model, &self.ground.kept);
-        self.residual_mm = stage.residual_mm(&self.model);
-        self.noise = noise(self.ground, poses, &self.residual_mm);
+        self.joint = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let regression = Regression::new(self.model, &self.noise, &self.joint, &self.model.kept);
+        self.residual_mm = regression.residual_mm(&self.joint);
+        self.noise = noise(self.model, poses, &self.residual_mm);
     }
 
     /// Relative top speeds of the axes, refined for all arrival effects together; `None` where equal ones do as well.
     fn refined_rates(&self) -> Option<Vec<f64>> {
-        let (arrivals, others): (Vec<&Found>, Vec<&Found>) =
+        let (arrivals, others): (Vec<&SelectedEffect>, Vec<&SelectedEffect>) =
             self.found.iter().partition(|found| found.chosen.effect.kind == "arrival-lag");
         if arrivals.is_empty() {
             return None;
         }
         let others: Vec<Accepted> = others.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let stage = Stage::new(self.ground, &self.noise, &others, &self.ground.kept);
+        let regression = Regression::new(self.model, &self.noise, &others, &self.model.kept);
         let gain = |rates: &[f64]| -> Option<f64> {
             let mut all: Vec<Column> = Vec::new();
             for found in &arrivals {
                 let effect = found.chosen.effect.clone().with("rates", ParameterValue::List(rates.to_vec()));
-                all.extend(self.ground.columns(&effect, &found.chosen.terms).ok()?);
+                all.extend(self.model.columns(&effect, &found.chosen.terms).ok()?);
             }
-            Some(0.5 * stage.judge(&all, f64::INFINITY).chi2)
+            Some(0.5 * regression.judge(&all, f64::INFINITY).chi2)
         };
-        let axes = self.ground.context.machine().axes.len();
+        let axes = self.model.context.machine().axes.len();
         let mut rates = vec![1.0; axes];
         let equal = gain(&rates)?;
         let mut best = equal;
@@ -215,7 +216,7 @@ impl<'g, 'a> State<'g, 'a> {
 }
 
 /// White noise that makes one likelihood out of readings which share the error of their pose.
-fn noise(ground: &Ground, poses: &Poses, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
-    let white = (mean_square(ground, residual_mm) * readings_as_one(ground, poses, residual_mm)).sqrt();
-    vec![NoiseModel::white(white.max(NOISE_FLOOR_MM)); ground.tests()]
+fn noise(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
+    let white = (mean_square(model, residual_mm) * readings_as_one(model, poses, residual_mm)).sqrt();
+    vec![NoiseModel::white(white.max(NOISE_FLOOR_MM)); model.tests()]
 }

@@ -4,10 +4,10 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::candidates::Family;
+use super::candidates::CandidateFamily;
 use super::selected::Candidate;
-use crate::diagnose::model::linear_model::{Ground, Term};
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::diagnose::model::regression::Regression;
 use crate::machine::{Machine, ParameterValue};
 
 /// Families refined at each stage.
@@ -52,7 +52,7 @@ const REFINED_ALIKE: usize = 8;
 const REFINED_FAST: usize = 3;
 
 /// Keeps the best candidates, but not only free curves, only one kind, or only what was judged on averaged rows.
-pub(crate) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family]) {
+pub(crate) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[CandidateFamily]) {
     let mut named: Vec<&'static str> = Vec::new();
     let (mut free, mut fast) = (0, 0);
     candidates.retain(|candidate| {
@@ -73,10 +73,14 @@ pub(crate) fn keep_diverse(candidates: &mut Vec<Candidate>, families: &[Family])
 }
 
 /// Judges refined candidates under one noise, on all rows.
-pub(crate) fn compare(stage: &Stage, families: &[Family], mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+pub(crate) fn compare(
+    regression: &Regression,
+    families: &[CandidateFamily],
+    mut candidates: Vec<Candidate>,
+) -> Vec<Candidate> {
     candidates.par_iter_mut().for_each(|candidate| {
         let cost = candidate.judgement.log_evidence - candidate.log_odds;
-        candidate.judgement = stage.judge(&candidate.columns, families[candidate.family].plausible);
+        candidate.judgement = regression.judge(&candidate.columns, families[candidate.family].plausible);
         candidate.log_odds = candidate.judgement.log_evidence - cost;
     });
     candidates.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -93,7 +97,7 @@ const TIE_SHARE: f64 = 0.002;
 const FREE_TIE: f64 = 10.0;
 
 /// The candidate to accept: the best named one, unless a free curve explains far more; customary names win ties.
-pub(crate) fn choose(candidates: &[Candidate], families: &[Family], ground: &Ground) -> usize {
+pub(crate) fn choose(candidates: &[Candidate], families: &[CandidateFamily], model: &LinearModel) -> usize {
     let best_named = candidates.iter().position(|candidate| !candidate.is_free());
     let best = match best_named {
         Some(named) if candidates[0].is_free() => {
@@ -102,7 +106,7 @@ pub(crate) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
         }
         _ => 0,
     };
-    let best = simpler(ground.context.machine(), candidates, best).unwrap_or(best);
+    let best = simpler(model.context.machine(), candidates, best).unwrap_or(best);
     // a free curve over an axis that only follows another one says the same as one over that axis
     let share = TIE_SHARE * candidates[best].log_odds.max(0.0);
     let tie = if candidates[best].is_free() { FREE_TIE } else { TIE.max(share) };
@@ -111,7 +115,7 @@ pub(crate) fn choose(candidates: &[Candidate], families: &[Family], ground: &Gro
     };
     (0..candidates.len())
         .filter(|&k| k == best || near(&candidates[k]))
-        .min_by_key(|&k| (families[candidates[k].family].customary_rank(ground), k != best))
+        .min_by_key(|&k| (families[candidates[k].family].customary_rank(model), k != best))
         .unwrap_or(best)
 }
 

@@ -1,6 +1,6 @@
 //! Ripples of residuals along an axis that wander with time. What makes them is for others to say.
 
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::Outlet;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -43,11 +43,11 @@ struct Rows {
 }
 
 /// The loudest ripples of an axis through one of its outlets, with the beat that all tests have in common.
-pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
-    let gains = ground.gains(outlet);
-    let moves = |test: &usize| ground.context.motion(*test).moving.contains(&axis) && !gains[*test].is_empty();
+pub fn waves(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Wave> {
+    let gains = model.gains(outlet);
+    let moves = |test: &usize| model.context.motion(*test).moving.contains(&axis) && !gains[*test].is_empty();
     let tests: Vec<Rows> =
-        (0..ground.tests()).filter(moves).filter_map(|test| rows(ground, axis, &gains[test], test)).collect();
+        (0..model.tests()).filter(moves).filter_map(|test| rows(model, axis, &gains[test], test)).collect();
     if tests.len() < LEAST_TESTS {
         return Vec::new();
     }
@@ -94,18 +94,18 @@ pub fn waves(ground: &Ground, axis: usize, outlet: &Outlet) -> Vec<Wave> {
 }
 
 /// Averaged readings of a test.
-fn rows(ground: &Ground, axis: usize, gain: &[f64], test: usize) -> Option<Rows> {
-    let motion = ground.context.motion(test);
+fn rows(model: &LinearModel, axis: usize, gain: &[f64], test: usize) -> Option<Rows> {
+    let motion = model.context.motion(test);
     motion.time_s.as_ref()?;
-    let kept: Vec<usize> = (0..motion.rows()).filter(|&row| ground.kept[test][row]).collect();
-    let residual = &ground.residual_mm[test];
+    let kept: Vec<usize> = (0..motion.rows()).filter(|&row| model.kept[test][row]).collect();
+    let residual = &model.residual_mm[test];
     let mean = kept.iter().map(|&row| residual[row]).sum::<f64>() / kept.len().max(1) as f64;
     let groups = kept.chunks((kept.len() / ROWS).max(1));
     let over = |value: &dyn Fn(usize) -> f64| -> Vec<f64> {
         groups.clone().map(|rows| rows.iter().map(|&row| value(row)).sum::<f64>() / rows.len() as f64).collect()
     };
     let q = over(&|row| motion.row(row)[axis]);
-    let t = over(&|row| ground.context.session_time_s(test, row));
+    let t = over(&|row| model.context.session_time_s(test, row));
     let score = over(&|row| gain[row] * (residual[row] - mean));
     let weight: f64 = over(&|row| gain[row] * gain[row]).iter().sum();
     let middle_s = t.iter().sum::<f64>() / t.len().max(1) as f64;

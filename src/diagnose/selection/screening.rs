@@ -2,18 +2,21 @@
 
 use rayon::prelude::*;
 
-use super::candidates::{Family, family_terms};
-use super::screening_grid::Cells;
+use super::candidates::{CandidateFamily, family_terms};
+use super::screening_grid::ScreeningGrid;
 use super::selected::Candidate;
-use crate::diagnose::model::linear_model::{Ground, Term};
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::effects::Profile;
 use crate::machine::{Effect, ParameterValue};
 
 /// The stage at which a family is judged: all rows for fast ones.
-pub fn stage_of<'s, 'g, 'a>(stages: &'s [Stage<'g, 'a>; 2], family: &Family) -> &'s Stage<'g, 'a> {
-    &stages[usize::from(!family.fast)]
+pub fn stage_of<'s, 'g, 'a>(
+    regressions: &'s [Regression<'g, 'a>; 2],
+    family: &CandidateFamily,
+) -> &'s Regression<'g, 'a> {
+    &regressions[usize::from(!family.fast)]
 }
 
 /// Cells of a long periodic grid that are judged exactly after a quick look at all.
@@ -22,17 +25,17 @@ const SPECTRAL_CELLS: usize = 5;
 const LONG_GRID: usize = 24;
 
 /// The best cell of every family, best first.
-pub fn screen(stages: &[Stage; 2], families: &[Family], cells: &Cells) -> Vec<Candidate> {
-    let machine = stages[0].ground.context.machine();
-    let matched = stages[0].matched();
+pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells: &ScreeningGrid) -> Vec<Candidate> {
+    let machine = regressions[0].model.context.machine();
+    let matched = regressions[0].matched();
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
         .filter_map(|(index, family)| {
-            let stage = stage_of(stages, family);
+            let regression = stage_of(regressions, family);
             let mut last = LastShape::default();
             let mut judged = |effect: &Effect, terms: &[Term], profiles: &[Profile]| {
-                let judgement = stage.judge_shape((index, effect), (profiles, terms), family.plausible, &mut last);
+                let judgement = regression.judge_shape((index, effect), (profiles, terms), family.plausible, &mut last);
                 let log_odds = judgement.log_evidence;
                 // the columns follow when the candidate is refined
                 let columns = Vec::new();
@@ -41,13 +44,13 @@ pub fn screen(stages: &[Stage; 2], families: &[Family], cells: &Cells) -> Vec<Ca
             let better = |a: &Candidate, b: &Candidate| a.log_odds.total_cmp(&b.log_odds);
             let best = if family.fast {
                 let grid: Vec<&Effect> = if family.kind == "cyclic-error" && family.grid.len() > LONG_GRID {
-                    loudest(stage.ground, family, &matched)
+                    loudest(regression.model, family, &matched)
                 } else {
                     family.grid.iter().collect()
                 };
                 let cells = grid.into_iter().filter_map(|effect| {
-                    let terms = family_terms(machine, family, effect, stage.ground.tests());
-                    Some(judged(effect, &terms, &stage.ground.profiles(effect).ok()?))
+                    let terms = family_terms(machine, family, effect, regression.model.tests());
+                    Some(judged(effect, &terms, &regression.model.profiles(effect).ok()?))
                 });
                 cells.max_by(better)
             } else {
@@ -64,17 +67,17 @@ pub fn screen(stages: &[Stage; 2], families: &[Family], cells: &Cells) -> Vec<Ca
     list
 }
 /// The periods of a grid whose sine or cosine the matched residual holds most of, over tests in which the axis moves.
-fn loudest<'f>(ground: &Ground, family: &'f Family, matched: &[Vec<f64>]) -> Vec<&'f Effect> {
+fn loudest<'f>(model: &LinearModel, family: &'f CandidateFamily, matched: &[Vec<f64>]) -> Vec<&'f Effect> {
     let Some(axis) = family.place.axis() else { return Vec::new() };
-    let gains = ground.gains(&family.outlets[0]);
-    let tests: Vec<usize> = (0..ground.tests())
-        .filter(|&test| ground.context.motion(test).moving.contains(&axis) && !gains[test].is_empty())
+    let gains = model.gains(&family.outlets[0]);
+    let tests: Vec<usize> = (0..model.tests())
+        .filter(|&test| model.context.motion(test).moving.contains(&axis) && !gains[test].is_empty())
         .collect();
     let rows: Vec<(f64, f64, f64)> = tests
         .iter()
         .flat_map(|&test| {
             let gain = &gains[test];
-            let positions = ground.context.motion(test).axis(axis);
+            let positions = model.context.motion(test).axis(axis);
             positions.zip(gain.iter().zip(&matched[test])).map(|(q, (g, m))| (q, g * m, g * g)).collect::<Vec<_>>()
         })
         .collect();

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::candidates::{Family, family_terms};
-use crate::diagnose::model::linear_model::{Ground, Term};
+use super::candidates::{CandidateFamily, family_terms};
+use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::effects::{Profile, kind};
 use crate::machine::Effect;
 
@@ -17,15 +17,15 @@ pub struct Cell<'f> {
 }
 
 /// Cells of every family that is judged on averaged rows; fast families have none.
-pub struct Cells<'f> {
+pub struct ScreeningGrid<'f> {
     by_family: Vec<Vec<Cell<'f>>>,
 }
 
-impl<'f> Cells<'f> {
+impl<'f> ScreeningGrid<'f> {
     /// Shapes over the rows of `coarse`. Families that differ in outlets alone share them.
-    pub fn of(coarse: &Ground, families: &'f [Family]) -> Cells<'f> {
+    pub fn of(coarse: &LinearModel, families: &'f [CandidateFamily]) -> ScreeningGrid<'f> {
         let mut distinct: Vec<&Effect> = Vec::new();
-        let slow = |family: &&Family| !family.fast;
+        let slow = |family: &&CandidateFamily| !family.fast;
         for effect in families.iter().filter(slow).flat_map(|family| &family.grid) {
             // families with the same shapes follow each other closely
             if !distinct.iter().rev().any(|other| *other == effect) {
@@ -37,7 +37,7 @@ impl<'f> Cells<'f> {
             .map(|effect| kind(&effect.kind)?.shape(coarse.context, effect).ok().map(Arc::new))
             .collect();
         let machine = coarse.context.machine();
-        let cells = |family: &'f Family| -> Vec<Cell<'f>> {
+        let cells = |family: &'f CandidateFamily| -> Vec<Cell<'f>> {
             let grid = family.grid.iter().filter(|_| !family.fast);
             grid.filter_map(|effect| {
                 let index = distinct.iter().position(|other| *other == effect)?;
@@ -46,7 +46,7 @@ impl<'f> Cells<'f> {
             })
             .collect()
         };
-        Cells { by_family: families.iter().map(cells).collect() }
+        ScreeningGrid { by_family: families.iter().map(cells).collect() }
     }
 
     /// Cells of a family.

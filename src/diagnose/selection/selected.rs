@@ -1,17 +1,17 @@
 //! What a search works on and what it finds. It decides nothing.
 
-use crate::statistics::Judgement;
+use crate::statistics::BlockEvidence;
 use crate::statistics::NoiseModel;
 use std::cell::Cell;
 use std::sync::Arc;
 
-use super::candidates::Family;
+use super::candidates::CandidateFamily;
 use super::limits::Limits;
-use super::screening_grid::Cells;
-use crate::diagnose::model::linear_model::{Column, Ground, Term};
-use crate::diagnose::model::prior_penalty::Pulls;
+use super::screening_grid::ScreeningGrid;
+use crate::diagnose::model::linear_model::{Column, LinearModel, Term};
+use crate::diagnose::model::prior_penalty::PriorPenalty;
 use crate::diagnose::model::regression::Accepted;
-use crate::diagnose::model::whitened::Whitened;
+use crate::diagnose::model::whitened::WhitenedData;
 use crate::machine::Effect;
 
 /// A candidate with its best shape.
@@ -21,7 +21,7 @@ pub struct Candidate {
     pub effect: Effect,
     pub terms: Vec<Term>,
     pub columns: Vec<Column>,
-    pub judgement: Judgement,
+    pub judgement: BlockEvidence,
     /// Log evidence with the cost of the shape grid taken off.
     pub log_odds: f64,
 }
@@ -50,7 +50,7 @@ impl Candidate {
 
 /// An accepted effect with its rivals.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct SelectedEffect {
     pub chosen: Candidate,
     /// Other candidates at the same stage, best first, with their log odds relative to the chosen one (below zero).
     pub rivals: Vec<(Candidate, f64)>,
@@ -73,7 +73,7 @@ pub struct Search {
     pub floor: Vec<NoiseModel>,
     pub noise_before: Vec<NoiseModel>,
     pub noise_after: Vec<NoiseModel>,
-    pub found: Vec<Found>,
+    pub found: Vec<SelectedEffect>,
     /// Residuals with what was found in the fit, mm.
     pub residual_mm: Vec<Vec<f64>>,
     /// Log odds of the best candidate that was not accepted.
@@ -83,24 +83,24 @@ pub struct Search {
 }
 
 /// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
-pub struct Grounds<'g, 'a> {
-    pub fine: &'g Ground<'a>,
-    pub coarse: &'g Ground<'a>,
+pub struct Resolutions<'g, 'a> {
+    pub fine: &'g LinearModel<'a>,
+    pub coarse: &'g LinearModel<'a>,
     /// Shapes over the averaged rows.
-    pub cells: &'g Cells<'g>,
+    pub cells: &'g ScreeningGrid<'g>,
 }
 
 /// Noise by test, on all rows and on averaged ones.
 pub type Floors = [Vec<NoiseModel>; 2];
 
 /// A session with all that may be in it.
-pub(crate) struct Ways<'w, 'g, 'a> {
-    pub(crate) grounds: &'w Grounds<'g, 'a>,
-    pub(crate) families: &'w [Family],
+pub(crate) struct SelectionContext<'w, 'g, 'a> {
+    pub(crate) resolutions: &'w Resolutions<'g, 'a>,
+    pub(crate) families: &'w [CandidateFamily],
     pub(crate) floors: &'w Floors,
     pub(crate) limits: Limits,
     /// All rows and averaged ones under their noise floors.
-    pub(crate) whitened: [Arc<Whitened<'g, 'a>>; 2],
+    pub(crate) whitened: [Arc<WhitenedData<'g, 'a>>; 2],
     /// Steps made so far.
     pub(crate) steps: Cell<usize>,
     /// Balls out of round are not looked at: what the machine does says as much.
@@ -109,8 +109,8 @@ pub(crate) struct Ways<'w, 'g, 'a> {
 
 /// One step of a search: what it finds and what is left then.
 pub(crate) struct Step {
-    pub(crate) found: Found,
+    pub(crate) found: SelectedEffect,
     pub(crate) residual_mm: Vec<Vec<f64>>,
-    pub(crate) pulls: Pulls,
+    pub(crate) pulls: PriorPenalty,
     pub(crate) noise: Vec<NoiseModel>,
 }

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::candidates::Family;
+use super::candidates::CandidateFamily;
 use super::judged_shape::judged;
 use super::selected::Candidate;
 use super::trajectory::settles;
 use crate::diagnose::model::linear_model::Term;
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::effects::{COLD, WARM};
 use crate::machine::{Effect, ParameterValue};
@@ -33,18 +33,18 @@ const STATES_FAR_OFF: f64 = 16.0;
 ///
 /// `stage` lays out all other effects; `size` tells the size of a shape with its amplitudes.
 pub fn over_shapes<'s>(
-    stage: impl FnOnce() -> Stage<'s, 's>,
+    regression: impl FnOnce() -> Regression<'s, 's>,
     lead: &Candidate,
-    family: &Family,
+    family: &CandidateFamily,
     size: impl Fn(&Candidate) -> f64 + Sync,
 ) -> Option<(f64, f64)> {
     if ["tau", "channel", "width"].iter().all(|name| lead.effect.parameter(name).is_none()) {
         return None;
     }
-    let stage = stage();
-    let tests = 0..stage.ground.tests();
-    let length_s = tests.map(|test| stage.ground.context.ends_at_s(test)).fold(0.0, f64::max);
-    let judged = |effect: Effect| judged(&stage, family, lead.family, effect, 0.0, &mut LastShape::default());
+    let regression = regression();
+    let tests = 0..regression.model.tests();
+    let length_s = tests.map(|test| regression.model.context.ends_at_s(test)).fold(0.0, f64::max);
+    let judged = |effect: Effect| judged(&regression, family, lead.family, effect, 0.0, &mut LastShape::default());
     let counting = |effects: Vec<Effect>| -> Vec<Candidate> {
         let shapes = effects.into_par_iter().filter_map(judged);
         shapes.filter(|shape| settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes)).collect()
@@ -84,7 +84,7 @@ fn has_states(effect: &Effect) -> bool {
 
 /// A growth with every friction that may heat the part, and with what it may have brought along as the session began: a
 /// warm part has less to grow.
-fn states(effect: &Effect, family: &Family) -> Vec<Effect> {
+fn states(effect: &Effect, family: &CandidateFamily) -> Vec<Effect> {
     let begins = |effect: &Effect, state: &str| effect.clone().with("begins", ParameterValue::Word(state.into()));
     if effect.parameter("heat").is_none() {
         let warm = effect.number("lag").filter(|lag| *lag > 0.0).map(|_| begins(effect, WARM));

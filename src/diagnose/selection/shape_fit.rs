@@ -2,22 +2,26 @@
 
 use rayon::prelude::*;
 
-use super::candidates::{Family, Refined, visited};
+use super::candidates::{CandidateFamily, Refined, visited};
 use super::judged_shape::{OVERTONE_GAIN, PARAMETER_COST, judged};
 use super::screening::stage_of;
 use super::selected::Candidate;
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::effects::WARM;
 use crate::machine::{Effect, ParameterValue};
 
 /// Refined shapes; their columns are those of all rows.
-pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Candidate>) -> Vec<Candidate> {
+pub fn refine_all(
+    regressions: &[Regression; 2],
+    families: &[CandidateFamily],
+    candidates: Vec<Candidate>,
+) -> Vec<Candidate> {
     let list: Vec<Candidate> = candidates
         .into_par_iter()
         .map(|candidate| {
             let family = &families[candidate.family];
-            refine(stage_of(stages, family), family, candidate)
+            refine(stage_of(regressions, family), family, candidate)
         })
         .collect();
     // overtones and sidebands are a part of what the first period explains
@@ -27,18 +31,18 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
         .filter_map(|candidate| {
             let family = &families[candidate.family];
             let may_lead = OVERTONES_ADD * candidate.judgement.chi2 > leading;
-            let stage = stage_of(stages, family);
+            let regression = stage_of(regressions, family);
             let mut refined = match candidate.effect.kind.as_str() {
-                "cyclic-error" if may_lead => with_overtones(stage, family, candidate),
+                "cyclic-error" if may_lead => with_overtones(regression, family, candidate),
                 "vibration" if may_lead && candidate.judgement.chi2 > WORTH_OVERTONES => {
-                    super::vibration_shape::with_wander(stage, family, candidate)
+                    super::vibration_shape::with_wander(regression, family, candidate)
                 }
-                "thermal-growth" if may_lead => with_warm_start(stage, family, candidate),
-                "linear-scale" if may_lead => with_curvature(stage, family, candidate),
-                "clamp-lift" if may_lead => with_other_edge(stage, family, candidate),
+                "thermal-growth" if may_lead => with_warm_start(regression, family, candidate),
+                "linear-scale" if may_lead => with_curvature(regression, family, candidate),
+                "clamp-lift" if may_lead => with_other_edge(regression, family, candidate),
                 _ => candidate,
             };
-            refined.columns = stages[0].ground.columns(&refined.effect, &refined.terms).ok()?;
+            refined.columns = regressions[0].model.columns(&refined.effect, &refined.terms).ok()?;
             Some(refined)
         })
         .collect();
@@ -50,7 +54,7 @@ pub fn refine_all(stages: &[Stage; 2], families: &[Family], candidates: Vec<Cand
 const ROUNDS: usize = 9;
 
 /// Improves the shape parameters of a candidate by a pattern search.
-fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
+fn refine(regression: &Regression, family: &CandidateFamily, candidate: Candidate) -> Candidate {
     let index = candidate.family;
     let mut best = candidate;
     let cost = best.judgement.log_evidence - best.log_odds;
@@ -68,7 +72,7 @@ fn refine(stage: &Stage, family: &Family, candidate: Candidate) -> Candidate {
                 }
                 let mut effect = best.effect.clone();
                 set_parameter(&mut effect, refined, value);
-                let trial = judged(stage, family, index, effect, cost, &mut last);
+                let trial = judged(regression, family, index, effect, cost, &mut last);
                 if let Some(trial) = trial.filter(|trial| trial.log_odds > best.log_odds) {
                     best = trial;
                     improved = true;
@@ -95,7 +99,7 @@ const WORTH_OVERTONES: f64 = 100.0;
 const BEATS: [f64; 8] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0];
 
 /// A cyclic error with its second harmonic and a sideband, as far as the readings ask for them.
-fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
+fn with_overtones(regression: &Regression, family: &CandidateFamily, mut best: Candidate) -> Candidate {
     if best.judgement.chi2 < WORTH_OVERTONES {
         return best;
     }
@@ -111,18 +115,18 @@ fn with_overtones(stage: &Stage, family: &Family, mut best: Candidate) -> Candid
     let sidebands = beats.map(|beat| if rotary { first + beat } else { 1.0 / (1.0 / first + beat / refined.most) });
     for further in [second, sidebands.collect()] {
         let trials =
-            further.into_iter().filter(within).filter_map(|value| with_further(stage, family, &best, name, value));
+            further.into_iter().filter(within).filter_map(|value| with_further(regression, family, &best, name, value));
         let Some(trial) = trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) else { continue };
         if trial.log_odds > best.log_odds + OVERTONE_GAIN {
             best = trial;
         }
     }
-    if list_length(&best.effect, name) > 1 { tuned(stage, family, best, name) } else { best }
+    if list_length(&best.effect, name) > 1 { tuned(regression, family, best, name) } else { best }
 }
 
 /// Growth by friction, or with a channel, of a part that was out of balance as the session began, as far as the readings
 /// ask for it.
-fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate {
+fn with_warm_start(regression: &Regression, family: &CandidateFamily, best: Candidate) -> Candidate {
     if best.judgement.chi2 < WORTH_OVERTONES {
         return best;
     }
@@ -133,10 +137,10 @@ fn with_warm_start(stage: &Stage, family: &Family, best: Candidate) -> Candidate
     let lagging = family.grid.iter().filter(lags);
     let trials = std::iter::once(&best.effect).filter(may_begin_warm).chain(lagging).filter_map(|effect| {
         let warm = effect.clone().with("begins", ParameterValue::Word(WARM.into()));
-        judged(stage, family, best.family, warm, cost, &mut LastShape::default())
+        judged(regression, family, best.family, warm, cost, &mut LastShape::default())
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
-        Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => refine(stage, family, trial),
+        Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => refine(regression, family, trial),
         _ => best,
     }
 }
@@ -149,16 +153,16 @@ const CURVED_HALVINGS: usize = 5;
 
 /// A scale that is larger at one end than at the other, as far as the readings ask for it; its size is that in the middle of
 /// where the slide was.
-fn with_curvature(stage: &Stage, family: &Family, straight: Candidate) -> Candidate {
+fn with_curvature(regression: &Regression, family: &CandidateFamily, straight: Candidate) -> Candidate {
     let Some(axis) = straight.effect.place.axis().filter(|_| straight.judgement.chi2 > WORTH_OVERTONES) else {
         return straight;
     };
-    let (from, to) = visited(stage.ground, axis);
+    let (from, to) = visited(regression.model, axis);
     let cost = straight.judgement.log_evidence - straight.log_odds;
     let curved = |curvature: f64| {
         let effect = straight.effect.clone().with("curvature", ParameterValue::Number(curvature));
         let effect = effect.with("centre", ParameterValue::Number(0.5 * (from + to)));
-        judged(stage, family, straight.family, effect, cost, &mut LastShape::default())
+        judged(regression, family, straight.family, effect, cost, &mut LastShape::default())
     };
     let (mut at, mut step) = (0.0, CURVED_STEP);
     let mut best = straight.clone();
@@ -183,7 +187,7 @@ const EDGES: usize = 30;
 
 /// A lift with one edge where it is and the other anywhere: of a stretch that the grid does not have, one edge is found
 /// first.
-fn with_other_edge(stage: &Stage, family: &Family, best: Candidate) -> Candidate {
+fn with_other_edge(regression: &Regression, family: &CandidateFamily, best: Candidate) -> Candidate {
     let bounds = |name: &str| family.refined.iter().find(|refined| refined.name == name);
     let (Some(from), Some(to)) = (bounds("from"), bounds("to")) else { return best };
     let (Some(begins), Some(ends)) = (best.effect.number("from"), best.effect.number("to")) else { return best };
@@ -195,11 +199,11 @@ fn with_other_edge(stage: &Stage, family: &Family, best: Candidate) -> Candidate
     let trials = places.flat_map(|place| [(begins, place), (ends, place)]).filter_map(|(kept, place)| {
         let lift = best.effect.clone().with("from", ParameterValue::Number(kept.min(place)));
         let lift = lift.with("to", ParameterValue::Number(kept.max(place)));
-        judged(stage, family, best.family, lift, cost, &mut LastShape::default())
+        judged(regression, family, best.family, lift, cost, &mut LastShape::default())
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
         Some(trial) if trial.log_odds > best.log_odds => {
-            let refined = refine(stage, family, trial);
+            let refined = refine(regression, family, trial);
             if refined.log_odds > best.log_odds { refined } else { best }
         }
         _ => best,
@@ -211,7 +215,7 @@ const TUNING_STEP: f64 = 0.004;
 const TUNINGS: i32 = 5;
 
 /// Periods or orders tuned together; an exact second harmonic stays one.
-fn tuned(stage: &Stage, family: &Family, mut best: Candidate, name: &str) -> Candidate {
+fn tuned(regression: &Regression, family: &CandidateFamily, mut best: Candidate, name: &str) -> Candidate {
     let cost = best.judgement.log_evidence - best.log_odds;
     for halving in 0..TUNINGS {
         let step = TUNING_STEP * 0.5f64.powi(halving);
@@ -231,7 +235,7 @@ fn tuned(stage: &Stage, family: &Family, mut best: Candidate, name: &str) -> Can
                     }
                     let mut effect = best.effect.clone();
                     effect.set(name, ParameterValue::List(values));
-                    match judged(stage, family, best.family, effect, cost, &mut LastShape::default()) {
+                    match judged(regression, family, best.family, effect, cost, &mut LastShape::default()) {
                         Some(trial) if trial.log_odds > best.log_odds => best = trial,
                         _ => break,
                     }
@@ -250,13 +254,19 @@ fn list_length(effect: &Effect, name: &str) -> usize {
 }
 
 /// A candidate with one more element of a list parameter.
-fn with_further(stage: &Stage, family: &Family, base: &Candidate, name: &str, value: f64) -> Option<Candidate> {
+fn with_further(
+    regression: &Regression,
+    family: &CandidateFamily,
+    base: &Candidate,
+    name: &str,
+    value: f64,
+) -> Option<Candidate> {
     let Some(ParameterValue::List(mut values)) = base.effect.parameter(name).cloned() else { return None };
     values.push(value);
     let mut effect = base.effect.clone();
     effect.set(name, ParameterValue::List(values));
     let cost = base.judgement.log_evidence - base.log_odds;
-    judged(stage, family, base.family, effect, cost, &mut LastShape::default())
+    judged(regression, family, base.family, effect, cost, &mut LastShape::default())
 }
 
 /// Next value of a parameter: lists of periods, travels and frequencies move by ratio, the others by difference.

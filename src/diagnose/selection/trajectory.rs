@@ -4,7 +4,7 @@ use super::candidates::travelled;
 use super::naming::component_name;
 use super::selected::Candidate;
 use crate::diagnose::cause::Cause;
-use crate::diagnose::model::linear_model::{Ground, Term};
+use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::effects::WARM;
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
 use crate::units::Measure;
@@ -48,7 +48,7 @@ type Parts = Vec<(usize, Vec<f64>)>;
 
 /// Courses of the terms over the rows in which the place's axis moves (all rows for other places), by outlet.
 #[derive(Default)]
-pub(crate) struct Courses {
+pub(crate) struct Trajectories {
     by_outlet: Vec<(Outlet, Parts)>,
     /// Positions of the place's axis in the same rows; empty for other places and for turns.
     positions: Vec<f64>,
@@ -101,29 +101,29 @@ const GROWS_WITH: f64 = 0.15;
 
 /// Motions that growth in one or several shapes shows in, that along its axis first and then by their ranges over the
 /// readings (display units): amplitudes of nodes may cancel, and a node may have settled before the first reading.
-pub(crate) fn growing_outlets(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<Outlet> {
-    let courses = growth_courses(ground, parts);
+pub(crate) fn growing_outlets(model: &LinearModel, parts: &[(&Candidate, Vec<f64>)]) -> Vec<Outlet> {
+    let courses = growth_courses(model, parts);
     let mut ranges: Vec<(Outlet, f64)> =
         courses.iter().map(|(outlet, course)| (*outlet, range(low_and_high(course)))).collect();
     ranges.sort_by(|a, b| b.1.total_cmp(&a.1));
     let largest = ranges.first().map_or(0.0, |(_, range)| *range);
     ranges.retain(|(_, range)| *range >= GROWS_WITH * largest);
-    let along = parts.first().and_then(|(lead, _)| along_its_axis(ground.context.machine(), &lead.effect));
+    let along = parts.first().and_then(|(lead, _)| along_its_axis(model.context.machine(), &lead.effect));
     // the size is that of the first one
     ranges.sort_by_key(|(outlet, _)| Some(*outlet) != along);
     ranges.into_iter().map(|(outlet, _)| outlet).collect()
 }
 
 /// Growth of several shapes together, peak to peak: along its axis where that is told, else the largest one.
-pub(crate) fn growth(ground: &Ground, parts: &[(&Candidate, Vec<f64>)], cause: &Cause) -> f64 {
-    let machine = ground.context.machine();
+pub(crate) fn growth(model: &LinearModel, parts: &[(&Candidate, Vec<f64>)], cause: &Cause) -> f64 {
+    let machine = model.context.machine();
     let along = parts.first().and_then(|(lead, _)| told_along_its_axis(machine, &lead.effect, cause));
     let settles = parts.iter().any(|(part, _)| settles(&part.effect));
     let measured = |outlet: &Outlet| match along {
         Some(along) => *outlet == along,
         None => outlet.measure(machine) == Measure::Length,
     };
-    let courses = growth_courses(ground, parts);
+    let courses = growth_courses(model, parts);
     let sizes =
         courses.iter().filter(|(outlet, _)| measured(outlet)).map(|(_, course)| grown(low_and_high(course), settles));
     sizes.fold(0.0, f64::max)
@@ -136,23 +136,26 @@ fn grown((low, high): (f64, f64), settles: bool) -> f64 {
 }
 
 /// Course of every motion over the readings, summed over the shapes (display units).
-fn growth_courses(ground: &Ground, parts: &[(&Candidate, Vec<f64>)]) -> Vec<(Outlet, Vec<f64>)> {
-    let courses = Courses::of_all(ground, parts.iter().map(|(part, _)| *part));
+fn growth_courses(model: &LinearModel, parts: &[(&Candidate, Vec<f64>)]) -> Vec<(Outlet, Vec<f64>)> {
+    let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
     let amplitudes: Vec<f64> = parts.iter().flat_map(|(_, sizes)| sizes.iter().copied()).collect();
     courses.by_outlet.into_iter().map(|(outlet, terms)| (outlet, course(&terms, &amplitudes))).collect()
 }
 
-impl Courses {
-    pub(crate) fn of(ground: &Ground, lead: &Candidate, main: &[usize]) -> Courses {
+impl Trajectories {
+    pub(crate) fn of(model: &LinearModel, lead: &Candidate, main: &[usize]) -> Trajectories {
         // bars that grow in proportion to their lengths: the size is the longest one's
         let effect = match lead.effect.parameter("growing") {
             Some(_) => &lead.effect.clone().with("growing", ParameterValue::Word("alike".into())),
             None => &lead.effect,
         };
-        let empty =
-            Courses { settles: settles(&lead.effect), orders: orders_of_a_turn(ground, lead), ..Courses::default() };
-        let Ok(profiles) = ground.profiles(effect) else { return empty };
-        let machine = ground.context.machine();
+        let empty = Trajectories {
+            settles: settles(&lead.effect),
+            orders: orders_of_a_turn(model, lead),
+            ..Trajectories::default()
+        };
+        let Ok(profiles) = model.profiles(effect) else { return empty };
+        let machine = model.context.machine();
         // one axis may move as another one drives it
         let driving = match lead.effect.parameter("of") {
             Some(ParameterValue::Word(name)) => machine.axis_index(name),
@@ -163,13 +166,13 @@ impl Courses {
         let everywhere =
             matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");
         let counts =
-            |test: &usize| everywhere || axis.is_none_or(|axis| ground.context.motion(*test).moving.contains(&axis));
-        let tests: Vec<usize> = (0..ground.tests()).filter(counts).collect();
+            |test: &usize| everywhere || axis.is_none_or(|axis| model.context.motion(*test).moving.contains(&axis));
+        let tests: Vec<usize> = (0..model.tests()).filter(counts).collect();
         let function = |k: usize| -> Vec<f64> {
             let mut rows = Vec::new();
             for &test in &tests {
                 let profile = &profiles[lead.terms[k].function][test];
-                let count = ground.residual_mm[test].len();
+                let count = model.residual_mm[test].len();
                 if profile.is_empty() { rows.resize(rows.len() + count, 0.0) } else { rows.extend_from_slice(profile) }
             }
             rows
@@ -184,20 +187,20 @@ impl Courses {
             }
         }
         let positions =
-            |axis: usize| tests.iter().flat_map(move |&test| ground.context.motion(test).axis(axis)).collect();
+            |axis: usize| tests.iter().flat_map(move |&test| model.context.motion(test).axis(axis)).collect();
         let is_length = |(outlet, _): &(Outlet, Parts)| outlet.measure(machine) == Measure::Length;
         let of_axis = lead.effect.place.axis().filter(|_| by_outlet.iter().all(is_length));
         let positions = of_axis.map(positions).unwrap_or_default();
-        Courses { by_outlet, positions, ..empty }
+        Trajectories { by_outlet, positions, ..empty }
     }
 
     /// The courses of several shapes of one place, which add; amplitudes are those of the first shape, then of the next.
-    pub(crate) fn of_all<'s>(ground: &Ground, shapes: impl Iterator<Item = &'s Candidate>) -> Courses {
-        let mut all = Courses::default();
+    pub(crate) fn of_all<'s>(model: &LinearModel, shapes: impl Iterator<Item = &'s Candidate>) -> Trajectories {
+        let mut all = Trajectories::default();
         let mut first = 0;
         for shape in shapes {
             let terms: Vec<usize> = (0..shape.terms.len()).collect();
-            for (outlet, parts) in Courses::of(ground, shape, &terms).by_outlet {
+            for (outlet, parts) in Trajectories::of(model, shape, &terms).by_outlet {
                 let parts = parts.into_iter().map(|(k, rows)| (first + k, rows));
                 match all.by_outlet.iter_mut().find(|(other, _)| *other == outlet) {
                     Some((_, sum)) => sum.extend(parts),
@@ -256,10 +259,10 @@ impl Courses {
 }
 
 /// The terms of an error motion over a whole turn.
-fn orders_of_a_turn(ground: &Ground, lead: &Candidate) -> Option<Vec<OrderTerm>> {
+fn orders_of_a_turn(model: &LinearModel, lead: &Candidate) -> Option<Vec<OrderTerm>> {
     let axis = lead.effect.place.axis().filter(|_| has_first_order(lead))?;
-    travelled(ground, axis).filter(|(from, to)| to - from > WHOLE_TURN)?;
-    let axial = axial(ground.context.machine(), axis);
+    travelled(model, axis).filter(|(from, to)| to - from > WHOLE_TURN)?;
+    let axial = axial(model.context.machine(), axis);
     let order = |term: &Term| OrderTerm {
         is_cosine: term.function.is_multiple_of(2),
         is_taken_up: term.outlet != axial && is_once_per_turn(&lead.effect, term),

@@ -3,12 +3,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::candidates::{ALONG, Family};
+use super::candidates::{ALONG, CandidateFamily};
 use super::judged_shape::{OVERTONE_GAIN, PARAMETER_COST, judged};
 use super::selected::Candidate;
 use crate::diagnose::model::eliminated::log_determinant;
 use crate::diagnose::model::linear_model::Column;
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::noise::spectrum::aliases;
 use crate::machine::{Effect, Outlet, ParameterValue};
@@ -27,30 +27,30 @@ const HAS_A_COURSE: f64 = 0.1;
 
 /// A vibration whose amplitude and phase change in the course of a recording, and of a ball along one direction, as far as
 /// the readings ask for it.
-pub(crate) fn with_wander(stage: &Stage, family: &Family, plain: Candidate) -> Candidate {
-    let plain = of_all_rates(stage, family, plain);
+pub(crate) fn with_wander(regression: &Regression, family: &CandidateFamily, plain: Candidate) -> Candidate {
+    let plain = of_all_rates(regression, family, plain);
     let swings_freely = family.outlets == [0, 1, 2].map(Outlet::SpindleBall);
-    let best = with_polynomials(stage, family, plain, MOST_WANDER[usize::from(swings_freely)]);
+    let best = with_polynomials(regression, family, plain, MOST_WANDER[usize::from(swings_freely)]);
     if !swings_freely {
-        return with_splines(stage, family, best);
+        return with_splines(regression, family, best);
     }
-    if best.judgement.chi2 < HAS_A_DIRECTION * stage.misfit {
+    if best.judgement.chi2 < HAS_A_DIRECTION * regression.misfit {
         return best;
     }
-    match along_one_direction(stage, family, &best) {
+    match along_one_direction(regression, family, &best) {
         Some(one) if one.log_odds > best.log_odds => one,
         _ => best,
     }
 }
 
 /// At the frequency, or at one of which it is an alias at one of the sampling rates, that explains most at all of them.
-fn of_all_rates(stage: &Stage, family: &Family, plain: Candidate) -> Candidate {
+fn of_all_rates(regression: &Regression, family: &CandidateFamily, plain: Candidate) -> Candidate {
     let Some(hz) = plain.effect.number("frequency") else { return plain };
     let every = plain.effect.number("every");
     let is_fast = |alias: &f64| every.is_none_or(|every| has_cycles(every, *alias));
-    let aliases = aliases(stage.ground, hz).into_iter().filter(is_fast);
+    let aliases = aliases(regression.model, hz).into_iter().filter(is_fast);
     let trials = aliases.filter_map(|alias| {
-        varied(stage, family, &plain, plain.effect.clone().with("frequency", ParameterValue::Number(alias)))
+        varied(regression, family, &plain, plain.effect.clone().with("frequency", ParameterValue::Number(alias)))
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
         Some(other) if other.log_odds > plain.log_odds + OVERTONE_GAIN => other,
@@ -64,11 +64,16 @@ fn has_cycles(every: f64, hz: f64) -> bool {
 }
 
 /// With polynomials for amplitude and phase, up to a degree.
-fn with_polynomials(stage: &Stage, family: &Family, plain: Candidate, most: i32) -> Candidate {
+fn with_polynomials(regression: &Regression, family: &CandidateFamily, plain: Candidate, most: i32) -> Candidate {
     let effect = plain.effect.clone();
     let mut best = plain;
     for degree in 1..=most {
-        match varied(stage, family, &best, effect.clone().with("wander", ParameterValue::Number(f64::from(degree)))) {
+        match varied(
+            regression,
+            family,
+            &best,
+            effect.clone().with("wander", ParameterValue::Number(f64::from(degree))),
+        ) {
             Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
             // a phase that turns shows in the second degree, not always in the first
             _ if degree == 1 => {}
@@ -79,13 +84,13 @@ fn with_polynomials(stage: &Stage, family: &Family, plain: Candidate, most: i32)
 }
 
 /// With splines for amplitude and phase, where those tell more.
-fn with_splines(stage: &Stage, family: &Family, mut best: Candidate) -> Candidate {
-    if best.judgement.chi2 < HAS_A_COURSE * stage.misfit {
+fn with_splines(regression: &Regression, family: &CandidateFamily, mut best: Candidate) -> Candidate {
+    if best.judgement.chi2 < HAS_A_COURSE * regression.misfit {
         return best;
     }
-    let context = stage.ground.context;
+    let context = regression.model.context;
     let length_s = |test: usize| context.ends_at_s(test) - context.session().tests[test].started_at_s;
-    let longest_s = (0..stage.ground.tests()).map(length_s).fold(0.0, f64::max);
+    let longest_s = (0..regression.model.tests()).map(length_s).fold(0.0, f64::max);
     let hz = best.effect.number("frequency").unwrap_or(0.0);
     for every in KNOTS_S.into_iter().filter(|every| has_cycles(*every, hz)) {
         let knots = (longest_s / every).ceil() + 2.0;
@@ -93,14 +98,14 @@ fn with_splines(stage: &Stage, family: &Family, mut best: Candidate) -> Candidat
             break;
         }
         let effect = best.effect.clone().with("wander", ParameterValue::Number(knots.max(3.0)));
-        match varied(stage, family, &best, effect.with("every", ParameterValue::Number(every))) {
+        match varied(regression, family, &best, effect.with("every", ParameterValue::Number(every))) {
             Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
             _ => {}
         }
     }
     match best.effect.number("every") {
         // which alias it is could not be told as long as nothing followed its course
-        Some(every) => of_all_rates(stage, family, in_the_middle(stage, family, best, every)),
+        Some(every) => of_all_rates(regression, family, in_the_middle(regression, family, best, every)),
         None => best,
     }
 }
@@ -111,7 +116,7 @@ const OFF_BY: f64 = 0.1;
 const HALVINGS: usize = 2;
 
 /// At the middle of its band: splines follow a line that is not quite at its frequency, but then less of its course.
-fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate, every: f64) -> Candidate {
+fn in_the_middle(regression: &Regression, family: &CandidateFamily, mut best: Candidate, every: f64) -> Candidate {
     let mut step = OFF_BY / every;
     for _ in 0..=HALVINGS {
         for sign in [1.0, -1.0] {
@@ -119,7 +124,7 @@ fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate, every: f64
                 && has_cycles(every, hz + sign * step)
             {
                 let moved = best.effect.clone().with("frequency", ParameterValue::Number(hz + sign * step));
-                match varied(stage, family, &best, moved) {
+                match varied(regression, family, &best, moved) {
                     Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
                     _ => break,
                 }
@@ -131,9 +136,14 @@ fn in_the_middle(stage: &Stage, family: &Family, mut best: Candidate, every: f64
 }
 
 /// A candidate in another shape.
-fn varied(stage: &Stage, family: &Family, candidate: &Candidate, effect: Effect) -> Option<Candidate> {
+fn varied(
+    regression: &Regression,
+    family: &CandidateFamily,
+    candidate: &Candidate,
+    effect: Effect,
+) -> Option<Candidate> {
     let cost = candidate.judgement.log_evidence - candidate.log_odds;
-    judged(stage, family, candidate.family, effect, cost, &mut LastShape::default())
+    judged(regression, family, candidate.family, effect, cost, &mut LastShape::default())
 }
 
 /// Steps in which direction and motion are fitted in turn, and the factor by which further ones are longer.
@@ -141,16 +151,16 @@ const TURNS: usize = 6;
 const LONGER: f64 = 2.5;
 
 /// A vibration of the ball in three directions, told along the one that explains most.
-fn along_one_direction(stage: &Stage, family: &Family, free: &Candidate) -> Option<Candidate> {
+fn along_one_direction(regression: &Regression, family: &CandidateFamily, free: &Candidate) -> Option<Candidate> {
     let mut plain = free.effect.clone();
     plain.parameters.retain(|(name, _)| name != "wander");
     let along = |effect: &Effect, direction: [f64; 3]| {
-        varied(stage, family, free, effect.clone().with(ALONG, ParameterValue::List(direction.to_vec())))
+        varied(regression, family, free, effect.clone().with(ALONG, ParameterValue::List(direction.to_vec())))
     };
     let better = |mut best: Candidate| {
         let mut step = 1.0;
         for _ in 0..TURNS {
-            let (Some(from), Some(to)) = (along_of(&best), direction_of(stage, &best)) else { break };
+            let (Some(from), Some(to)) = (along_of(&best), direction_of(regression, &best)) else { break };
             let direction = unit(from.into_iter().zip(to).map(|(from, to)| from + step * (to - from)));
             match direction.and_then(|direction| along(&best.effect, direction)) {
                 Some(next) if next.log_odds > best.log_odds => (best, step) = (next, LONGER * step),
@@ -160,10 +170,10 @@ fn along_one_direction(stage: &Stage, family: &Family, free: &Candidate) -> Opti
         }
         best
     };
-    let first = better(along(&free.effect, likeliest(stage, free)?)?);
+    let first = better(along(&free.effect, likeliest(regression, free)?)?);
     let plain = along(&plain, along_of(&first)?)?;
-    let wandering = with_polynomials(stage, family, plain, MOST_WANDER[0]);
-    let mut best = better(with_splines(stage, family, wandering));
+    let wandering = with_polynomials(regression, family, plain, MOST_WANDER[0]);
+    let mut best = better(with_splines(regression, family, wandering));
     // a direction has two angles; how many were tried first is no matter, for they are near ones of one optimum
     best.log_odds -= 2.0 * PARAMETER_COST;
     Some(best)
@@ -179,9 +189,9 @@ const DIRECTIONS: usize = 400;
 
 /// Direction along which a swing explains most, of many: with amplitudes of its own in each test, their plausible size
 /// being that of the free one.
-fn likeliest(stage: &Stage, free: &Candidate) -> Option<[f64; 3]> {
-    let profiles = stage.ground.profiles(&free.effect).ok()?;
-    let tests: Vec<Swing> = stage
+fn likeliest(regression: &Regression, free: &Candidate) -> Option<[f64; 3]> {
+    let profiles = regression.model.profiles(&free.effect).ok()?;
+    let tests: Vec<Swing> = regression
         .products_by_test((free.family, &free.effect), (&profiles, &free.terms))
         .into_iter()
         .map(|(terms, gram, z)| {
@@ -228,22 +238,22 @@ impl Swing {
 }
 
 /// Direction that explains most with the motion that a candidate has along its own.
-fn direction_of(stage: &Stage, candidate: &Candidate) -> Option<[f64; 3]> {
-    let ground = stage.ground;
-    let profiles = ground.profiles(&candidate.effect).ok()?;
-    let mut motion: Vec<Vec<f64>> = ground.residual_mm.iter().map(|rows| vec![0.0; rows.len()]).collect();
+fn direction_of(regression: &Regression, candidate: &Candidate) -> Option<[f64; 3]> {
+    let model = regression.model;
+    let profiles = model.profiles(&candidate.effect).ok()?;
+    let mut motion: Vec<Vec<f64>> = model.residual_mm.iter().map(|rows| vec![0.0; rows.len()]).collect();
     for (term, size) in candidate.terms.iter().zip(&candidate.judgement.amplitudes) {
         let test = term.test?;
         motion[test].iter_mut().zip(&profiles[term.function][test]).for_each(|(sum, value)| *sum += size * value);
     }
     let columns = [0, 1, 2].map(|k| {
-        let gains = ground.gains(&Outlet::SpindleBall(k));
+        let gains = model.gains(&Outlet::SpindleBall(k));
         let in_test = |(test, motion): (usize, &Vec<f64>)| -> Vec<f64> {
             gains[test].iter().zip(motion).map(|(gain, motion)| 1e-3 * gain * motion).collect()
         };
         Column { by_test: motion.iter().enumerate().map(in_test).collect() }
     });
-    unit(stage.judge(&columns, 10.0).amplitudes.into_iter())
+    unit(regression.judge(&columns, 10.0).amplitudes.into_iter())
 }
 
 fn unit(values: impl Iterator<Item = f64>) -> Option<[f64; 3]> {

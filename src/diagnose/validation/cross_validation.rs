@@ -2,17 +2,17 @@
 
 use crate::diagnose::cause::Cause;
 use crate::diagnose::findings::finding::Finding;
-use crate::diagnose::model::linear_model::Ground;
-use crate::diagnose::model::regression::{Accepted, Stage};
-use crate::diagnose::selection::candidates::Family;
+use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::regression::{Accepted, Regression};
+use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::search::search_part;
-use crate::diagnose::selection::selected::{Floors, Found, Grounds};
+use crate::diagnose::selection::selected::{Floors, Resolutions, SelectedEffect};
 use crate::machine::Effect;
 use crate::statistics::{NoiseModel, rms};
 
 /// Outcome of the held-out proof.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Proof {
+pub struct CrossValidation {
     /// Rms of held-out residuals without and with what the other fold found, µm.
     pub before_um: f64,
     pub after_um: f64,
@@ -24,7 +24,7 @@ pub struct Proof {
 /// Share of what is more than noise that held-out readings may keep where they are predicted.
 const KEPT: f64 = 0.5;
 
-impl Proof {
+impl CrossValidation {
     /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
     pub fn predicts(&self, noise_um: f64) -> bool {
         let beyond = |um: f64| um.powi(2) - noise_um.powi(2);
@@ -43,7 +43,7 @@ const FOLDS: usize = 2;
 const CHUNK_SHARE: f64 = 0.25;
 
 /// Length of the chunks, s, that fits the courses of what was found.
-fn chunk_s(found: &[Found]) -> f64 {
+fn chunk_s(found: &[SelectedEffect]) -> f64 {
     let knots_s = found.iter().filter_map(|found| found.chosen.effect.number("every"));
     knots_s.fold(CHUNK_S, |chunk, every| chunk.min(CHUNK_SHARE * every))
 }
@@ -51,16 +51,16 @@ fn chunk_s(found: &[Found]) -> f64 {
 /// Cross-validates findings, `None` where a fold would be without readings; `floors` are those of all readings, for half a
 /// trace may not show what is noise and what a line of the spectrum, and `found` the effects that the search on them took.
 pub fn prove(
-    grounds: &Grounds,
+    resolutions: &Resolutions,
     floors: &Floors,
-    families: &[Family],
-    found: &[Found],
+    families: &[CandidateFamily],
+    found: &[SelectedEffect],
     findings: &[Finding],
     noise: &[NoiseModel],
-) -> Option<Proof> {
+) -> Option<CrossValidation> {
     let chunk_s = chunk_s(found);
-    let rows = |ground: &Ground, fold: usize, held: bool| fold_rows(ground, fold, held, chunk_s);
-    let is_empty = |held: bool| !rows(grounds.fine, 0, held).iter().flatten().any(|row| *row);
+    let rows = |model: &LinearModel, fold: usize, held: bool| fold_rows(model, fold, held, chunk_s);
+    let is_empty = |held: bool| !rows(resolutions.fine, 0, held).iter().flatten().any(|row| *row);
     if is_empty(true) || is_empty(false) {
         return None;
     }
@@ -71,23 +71,23 @@ pub fn prove(
     let mut again = vec![0; findings.len()];
     let mut gains = vec![Vec::new(); findings.len()];
     for fold in 0..FOLDS {
-        let train = [rows(grounds.fine, fold, false), rows(grounds.coarse, fold, false)];
-        let test = rows(grounds.fine, fold, true);
-        let masked = [grounds.fine.with_rows(train[0].clone()), grounds.coarse.with_rows(train[1].clone())];
-        let masked = Grounds { fine: &masked[0], coarse: &masked[1], cells: grounds.cells };
+        let train = [rows(resolutions.fine, fold, false), rows(resolutions.coarse, fold, false)];
+        let test = rows(resolutions.fine, fold, true);
+        let masked = [resolutions.fine.with_rows(train[0].clone()), resolutions.coarse.with_rows(train[1].clone())];
+        let masked = Resolutions { fine: &masked[0], coarse: &masked[1], cells: resolutions.cells };
         let searched = search_part(&masked, floors, families, found);
-        let model: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let bare = Stage::new(grounds.fine, noise, &[], &train[0]).residual_mm(&[]);
-        let full = Stage::new(grounds.fine, noise, &model, &train[0]).residual_mm(&model);
+        let joint: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let bare = Regression::new(resolutions.fine, noise, &[], &train[0]).residual_mm(&[]);
+        let full = Regression::new(resolutions.fine, noise, &joint, &train[0]).residual_mm(&joint);
         before.extend(held_out(&bare, &test));
         after.extend(held_out(&full, &test));
         let unexplained = |residual_mm: &[Vec<f64>]| rms(held_out(residual_mm, &test).into_iter()).powi(2);
         let left = unexplained(&full);
         for (index, finding) in findings.iter().enumerate() {
-            let is_again = |found: &Found| is_found_again(grounds, findings, finding, found);
-            let left_by = |model: &[Accepted]| match model.is_empty() {
+            let is_again = |found: &SelectedEffect| is_found_again(resolutions, findings, finding, found);
+            let left_by = |joint: &[Accepted]| match joint.is_empty() {
                 true => unexplained(&bare),
-                false => unexplained(&Stage::new(grounds.fine, noise, model, &train[0]).residual_mm(model)),
+                false => unexplained(&Regression::new(resolutions.fine, noise, joint, &train[0]).residual_mm(joint)),
             };
             if searched.found.iter().any(is_again) {
                 again[index] += 1;
@@ -96,7 +96,7 @@ pub fn prove(
                 gains[index].push(left_by(&others) / left - 1.0);
             } else {
                 let own = finding.columns.iter().map(|&column| all[column].clone());
-                gains[index].push(left / left_by(&model.iter().cloned().chain(own).collect::<Vec<_>>()) - 1.0);
+                gains[index].push(left / left_by(&joint.iter().cloned().chain(own).collect::<Vec<_>>()) - 1.0);
             }
         }
     }
@@ -106,7 +106,7 @@ pub fn prove(
         _ => finding.gain > BEYOND_ONE_FOLD && gains.iter().all(|gain| *gain > LEAST_GAIN),
     });
     let passed = passed.collect();
-    Some(Proof { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })
+    Some(CrossValidation { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })
 }
 
 /// Share of a finding's probability from which a rival of another kind stands for the same class.
@@ -121,11 +121,13 @@ const LEAST_GAIN: f64 = 0.002;
 
 /// Whether a fold found what a finding says, or a stated rival where the fewer readings of a fold may favour it: of static
 /// poses any, of sweeps one of the same kind or nearly as likely.
-fn is_found_again(grounds: &Grounds, findings: &[Finding], finding: &Finding, found: &Found) -> bool {
-    let machine = grounds.fine.context.machine();
+fn is_found_again(resolutions: &Resolutions, findings: &[Finding], finding: &Finding, found: &SelectedEffect) -> bool {
+    let machine = resolutions.fine.context.machine();
     let effect = &found.chosen.effect;
     let is_near = |(rival, probability): &&(Cause, f64)| {
-        !grounds.fine.has_sweeps() || rival.effect == finding.cause.effect || *probability > NEAR * finding.probability
+        !resolutions.fine.has_sweeps()
+            || rival.effect == finding.cause.effect
+            || *probability > NEAR * finding.probability
     };
     let rivals = finding.rivals.iter().filter(is_near).map(|(rival, _)| rival);
     let says = |cause: &Cause| {
@@ -153,11 +155,11 @@ fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
 /// A sweep has an odd number of chunks, and a repeat in the same setup, the same sweep back among them, has them the other
 /// way round: so what happens as sweeps begin is in both folds, and so is every place of an axis that goes there and back
 /// at a steady speed. Setups take turns with the fold that begins.
-pub fn fold_rows(ground: &Ground, fold: usize, held: bool, chunk_s: f64) -> Vec<Vec<bool>> {
-    let turns = turns(ground);
-    (0..ground.tests())
+pub fn fold_rows(model: &LinearModel, fold: usize, held: bool, chunk_s: f64) -> Vec<Vec<bool>> {
+    let turns = turns(model);
+    (0..model.tests())
         .map(|test| {
-            let time = ground.context.motion(test).time_s.as_ref();
+            let time = model.context.motion(test).time_s.as_ref();
             let ends = time.and_then(|time| Some((*time.first()?, *time.last()?)));
             let chunks = ends.map_or(1, |(begins, ends)| odd_chunks((ends - begins) / chunk_s));
             let chunk = |row: usize| match (time, ends) {
@@ -168,7 +170,7 @@ pub fn fold_rows(ground: &Ground, fold: usize, held: bool, chunk_s: f64) -> Vec<
                 _ => row / CHUNK_POSES,
             };
             let is_held = |row: usize| (chunk(row) + turns[test]) % FOLDS == fold;
-            (0..ground.kept[test].len()).map(|row| ground.kept[test][row] && is_held(row) == held).collect()
+            (0..model.kept[test].len()).map(|row| model.kept[test][row] && is_held(row) == held).collect()
         })
         .collect()
 }
@@ -179,11 +181,11 @@ fn odd_chunks(near: f64) -> usize {
 }
 
 /// By test, whether its chunks are the other way round: how often its setup was swept before, and which setup it is, in time.
-fn turns(ground: &Ground) -> Vec<usize> {
-    let session = ground.context.session();
-    let mut turns = vec![0; ground.tests()];
+fn turns(model: &LinearModel) -> Vec<usize> {
+    let session = model.context.session();
+    let mut turns = vec![0; model.tests()];
     let mut setups: Vec<(usize, usize)> = Vec::new();
-    for &test in ground.context.order() {
+    for &test in model.context.order() {
         let known = setups.iter().position(|(first, _)| session.tests[*first].is_repeat_of(&session.tests[test]));
         let setup = known.unwrap_or_else(|| {
             setups.push((test, 0));

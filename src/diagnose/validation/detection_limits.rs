@@ -1,9 +1,9 @@
 //! What a session cannot show: the smallest size of every cause that its recordings would reveal. It looks at no residual.
 
 use crate::diagnose::cause::Cause;
-use crate::diagnose::model::linear_model::{Ground, Term};
-use crate::diagnose::model::regression::Stage;
-use crate::diagnose::selection::candidates::{Family, family_terms, terms};
+use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::diagnose::model::regression::Regression;
+use crate::diagnose::selection::candidates::{CandidateFamily, family_terms, terms};
 use crate::diagnose::selection::naming::{cause_of, unit};
 use crate::effects::{Driver, kind};
 use crate::identify::{Fit, FitError, turned_senses};
@@ -13,7 +13,7 @@ use crate::units::Measure;
 
 /// A cause that may be there unseen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Blind {
+pub struct Unseen {
     pub cause: Cause,
     /// Smallest size with a χ² of 50 beside everything else in the fit, display units; `None`: no size shows.
     pub smallest: Option<f64>,
@@ -59,9 +59,9 @@ fn notable(kind: &str, is_angle: bool) -> f64 {
 const HIDES_ANY_FORM: f64 = 20.0;
 
 /// Causes that the session does not show at notable sizes.
-pub fn unseen_causes(ground: &Ground, families: &[Family], stage: &Stage) -> Vec<Blind> {
-    let machine = ground.context.machine();
-    let mut list: Vec<Blind> = Vec::new();
+pub fn unseen_causes(model: &LinearModel, families: &[CandidateFamily], regression: &Regression) -> Vec<Unseen> {
+    let machine = model.context.machine();
+    let mut list: Vec<Unseen> = Vec::new();
     let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
     for family in families.iter().filter(|family| {
         !matches!(
@@ -74,7 +74,7 @@ pub fn unseen_causes(ground: &Ground, families: &[Family], stage: &Stage) -> Vec
             // what another axis drives shows as little as play of the place's own motion, which is listed
             continue;
         }
-        let terms = family_terms(machine, family, effect, ground.tests());
+        let terms = family_terms(machine, family, effect, model.tests());
         let own = family.outlets.iter().filter(|outlet| !matches!(outlet, Outlet::SlidesAcceleration { .. }));
         for outlet in own {
             // every bar has a calibration of its own, beside the growth of all
@@ -84,35 +84,35 @@ pub fn unseen_causes(ground: &Ground, families: &[Family], stage: &Stage) -> Vec
             }
             seen.push(key);
             let own: Vec<Term> = terms.iter().filter(|term| term.outlet == *outlet).copied().collect();
-            let Ok(columns) = ground.columns(effect, &own) else { continue };
-            let (information, _) = stage.project(&columns);
+            let Ok(columns) = model.columns(effect, &own) else { continue };
+            let (information, _) = regression.project(&columns);
             let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
             if smallest.is_none_or(|smallest| smallest > notable(family.kind, is_angle)) {
-                list.push(Blind {
+                list.push(Unseen {
                     cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: measure.map_or("um", unit),
                     test: showing_test(machine, family.kind, family.place),
                 });
             } else if family.kind == "rotary-error-motion" && is_axial(machine, outlet) {
-                list.extend(unseen_once_a_turn(ground, family.place, outlet, stage));
+                list.extend(unseen_once_a_turn(model, family.place, outlet, regression));
             }
         }
     }
-    unseen_slips(ground, families, stage, &mut list);
-    unseen_of_any_form(ground, families, stage, &mut list);
+    unseen_slips(model, families, regression, &mut list);
+    unseen_of_any_form(model, families, regression, &mut list);
     unmoved(machine, families, &mut list);
     list
 }
 
 /// Axes whose sense could be turned in the machine file without a worse fit.
-pub fn unseen_senses(session: &Session, fit: &Fit) -> Result<Vec<Blind>, FitError> {
+pub fn unseen_senses(session: &Session, fit: &Fit) -> Result<Vec<Unseen>, FitError> {
     let untold = turned_senses(session, fit)?.into_iter().filter(|sense| !sense.is_told());
     let blind = untold.map(|sense| {
         let name = session.machine.axes[sense.axis].name.clone();
-        Blind {
+        Unseen {
             cause: Cause {
                 effect: "axis-sign".into(),
                 driver: Driver::Constant,
@@ -135,14 +135,14 @@ fn is_axial(machine: &Machine, outlet: &Outlet) -> bool {
 
 /// Motion along a rotary axis once a turn: to a bar that sweeps a cone it looks like a tilt of the axis, whatever higher
 /// orders show.
-fn unseen_once_a_turn(ground: &Ground, place: Place, outlet: &Outlet, stage: &Stage) -> Option<Blind> {
-    let machine = ground.context.machine();
+fn unseen_once_a_turn(model: &LinearModel, place: Place, outlet: &Outlet, regression: &Regression) -> Option<Unseen> {
+    let machine = model.context.machine();
     let effect = Effect::new("rotary-error-motion", place).with("orders", ParameterValue::List(vec![1.0]));
-    let columns = ground.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
-    let (information, _) = stage.project(&columns);
+    let columns = model.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
+    let (information, _) = regression.project(&columns);
     let weakest = (0..columns.len()).map(|k| information[(k, k)]).fold(f64::INFINITY, f64::min);
     let smallest = smallest(weakest);
-    smallest.is_none_or(|smallest| smallest > notable("rotary-error-motion", false)).then(|| Blind {
+    smallest.is_none_or(|smallest| smallest > notable("rotary-error-motion", false)).then(|| Unseen {
         cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
         smallest: smallest.filter(|value| *value < 1e5),
         unit: "um",
@@ -151,11 +151,11 @@ fn unseen_once_a_turn(ground: &Ground, place: Place, outlet: &Outlet, stage: &St
 }
 
 /// Slips of a ball between two tests that the session does not show, at the least visible moment.
-fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
-    let machine = ground.context.machine();
-    let tests = &ground.context.session().tests;
+fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], regression: &Regression, list: &mut Vec<Unseen>) {
+    let machine = model.context.machine();
+    let tests = &model.context.session().tests;
     let runs_at =
-        |time: f64| (0..tests.len()).any(|k| (tests[k].started_at_s..=ground.context.ends_at_s(k)).contains(&time));
+        |time: f64| (0..tests.len()).any(|k| (tests[k].started_at_s..=model.context.ends_at_s(k)).contains(&time));
     for kind in ["ball-slip", "pivot-slip"] {
         // by outlet: the effect and the information at the moment that shows it least
         let mut least: Vec<(Outlet, &Effect, f64)> = Vec::new();
@@ -164,9 +164,9 @@ fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut 
                 |effect| matches!(effect.parameter("time"), Some(ParameterValue::Number(time)) if !runs_at(*time)),
             );
             for effect in between {
-                let terms = family_terms(machine, family, effect, ground.tests());
-                let Ok(columns) = ground.columns(effect, &terms) else { continue };
-                let (information, _) = stage.project(&columns);
+                let terms = family_terms(machine, family, effect, model.tests());
+                let Ok(columns) = model.columns(effect, &terms) else { continue };
+                let (information, _) = regression.project(&columns);
                 for (k, term) in terms.iter().enumerate().take(columns.len()) {
                     match least.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
                         Some((_, at, shown)) if information[(k, k)] < *shown => {
@@ -181,7 +181,7 @@ fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut 
         for (outlet, effect, shown) in least {
             let smallest = smallest(shown);
             if smallest.is_none_or(|smallest| smallest > notable(kind, false)) {
-                list.push(Blind {
+                list.push(Unseen {
                     cause: cause_of(machine, effect, &[outlet]),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: "um",
@@ -194,8 +194,13 @@ fn unseen_slips(ground: &Ground, families: &[Family], stage: &Stage, list: &mut 
 
 /// Motions over the travel of an axis that the session does not show whatever their form: the lengths of
 /// an axis together, and its angles.
-fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list: &mut Vec<Blind>) {
-    let machine = ground.context.machine();
+fn unseen_of_any_form(
+    model: &LinearModel,
+    families: &[CandidateFamily],
+    regression: &Regression,
+    list: &mut Vec<Unseen>,
+) {
+    let machine = model.context.machine();
     let mut seen: Vec<Outlet> = Vec::new();
     // by place and measure: outlets and the smallest size that shows through any of them
     let mut hidden: Vec<(&Effect, Measure, Vec<Outlet>, Option<f64>)> = Vec::new();
@@ -208,8 +213,8 @@ fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list:
             seen.push(*outlet);
             let measure = outlet.measure(machine);
             let own = terms(machine, effect, std::slice::from_ref(outlet));
-            let Ok(columns) = ground.columns(effect, &own) else { continue };
-            let (information, _) = stage.project(&columns);
+            let Ok(columns) = model.columns(effect, &own) else { continue };
+            let (information, _) = regression.project(&columns);
             let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
             let smallest = smallest.filter(|value| *value < 1e5);
             if smallest.is_some_and(|smallest| smallest <= HIDES_ANY_FORM) {
@@ -229,7 +234,7 @@ fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list:
         // its own motion shows along its turning or travel only
         let own = effect.place.axis().map(|axis| Outlet::own(machine, axis));
         let is_own = outlets.iter().all(|outlet| Some(*outlet) == own);
-        Blind {
+        Unseen {
             cause: cause_of(machine, effect, &outlets),
             smallest,
             unit: unit(measure),
@@ -239,7 +244,7 @@ fn unseen_of_any_form(ground: &Ground, families: &[Family], stage: &Stage, list:
 }
 
 /// Causes of axes that never moved, for which there is no family at all.
-fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
+fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Unseen>) {
     for axis in 0..machine.axes.len() {
         let place = Place::Axis(axis);
         let kinds: &[&str] = match machine.axes[axis].kind {
@@ -260,7 +265,7 @@ fn unmoved(machine: &Machine, families: &[Family], list: &mut Vec<Blind>) {
             let outlets = (kind.outlets)(machine, place);
             let effect = Effect::new(name, place);
             let Some(outlet) = outlets.first() else { continue };
-            list.push(Blind {
+            list.push(Unseen {
                 cause: cause_of(machine, &effect, &outlets),
                 smallest: None,
                 unit: unit((kind.measure)(machine, outlet, "")),

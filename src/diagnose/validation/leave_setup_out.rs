@@ -7,13 +7,13 @@ use crate::statistics::NoiseModel;
 use std::collections::HashSet;
 
 use crate::diagnose::findings::finding::Finding;
-use crate::diagnose::model::linear_model::{Column, Ground};
-use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::model::linear_model::{Column, LinearModel};
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::session::Setups;
 
 /// How far the readings of setups follow what the other setups predict for them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transfer {
+pub struct LeftOutSetup {
     /// Factor by which the prediction fits best; 1 when it is right.
     pub slope: f64,
     pub sigma: f64,
@@ -25,7 +25,7 @@ pub struct Transfer {
 const OFF_SIGMAS: f64 = 3.0;
 const OFF: f64 = 0.3;
 
-impl Transfer {
+impl LeftOutSetup {
     /// Whether the readings of setups left out are as predicted.
     pub fn is_right(&self) -> bool {
         let off = (self.slope - 1.0).abs();
@@ -39,32 +39,32 @@ const TELLING: f64 = 50.0;
 /// By finding: its transfer to other setups; `None` for single events, for amplitudes that each test has for itself, and where
 /// fewer than two setups show it.
 pub fn transfers(
-    ground: &Ground,
+    model: &LinearModel,
     setups: &Setups,
     findings: &[Finding],
     columns: &[Accepted],
     noise: &[NoiseModel],
-) -> Vec<Option<Transfer>> {
+) -> Vec<Option<LeftOutSetup>> {
     let setup_of = |test: usize| (setups.pivot_of[test], setups.spindle_ball_of[test]);
     let mut known = HashSet::new();
-    let distinct: Vec<_> = (0..ground.tests()).map(setup_of).filter(|setup| known.insert(*setup)).collect();
+    let distinct: Vec<_> = (0..model.tests()).map(setup_of).filter(|setup| known.insert(*setup)).collect();
     let is_shared = |k: &usize| columns[*k].column.by_test.iter().filter(|rows| !rows.is_empty()).count() > 1;
     let can_carry =
         |finding: &Finding| !finding.single && !finding.columns.is_empty() && finding.columns.iter().all(is_shared);
     let can_carry: Vec<bool> = findings.iter().map(can_carry).collect();
     let mut slopes: Vec<Vec<Slope>> = vec![Vec::new(); findings.len()];
-    if ground.has_sweeps() && distinct.len() > 1 && can_carry.contains(&true) {
+    if model.has_sweeps() && distinct.len() > 1 && can_carry.contains(&true) {
         for setup in distinct {
             let rows = |own: bool| -> Vec<Vec<bool>> {
                 let counts = |test: usize| (setup_of(test) == setup) == own;
-                (0..ground.tests())
-                    .map(|test| ground.kept[test].iter().map(|kept| *kept && counts(test)).collect())
+                (0..model.tests())
+                    .map(|test| model.kept[test].iter().map(|kept| *kept && counts(test)).collect())
                     .collect()
             };
-            let others = Stage::new(ground, noise, columns, &rows(false));
+            let others = Regression::new(model, noise, columns, &rows(false));
             let own = rows(true);
             for (index, finding) in findings.iter().enumerate().filter(|(index, _)| can_carry[*index]) {
-                slopes[index].extend(slope(ground, noise, finding, columns, (&others, &own)));
+                slopes[index].extend(slope(model, noise, finding, columns, (&others, &own)));
             }
         }
     }
@@ -81,23 +81,23 @@ struct Slope {
 
 /// The slope of one setup.
 fn slope(
-    ground: &Ground,
+    model: &LinearModel,
     noise: &[NoiseModel],
     finding: &Finding,
     columns: &[Accepted],
-    (others, own): (&Stage, &[Vec<bool>]),
+    (others, own): (&Regression, &[Vec<bool>]),
 ) -> Option<Slope> {
     let beside = (0..columns.len()).filter(|k| !finding.columns.contains(k)).map(|k| columns[k].clone());
-    let stage = Stage::new(ground, noise, &beside.collect::<Vec<_>>(), own);
+    let regression = Regression::new(model, noise, &beside.collect::<Vec<_>>(), own);
     let mine: Vec<Column> = finding.columns.iter().map(|&k| columns[k].column.clone()).collect();
-    let (information, score) = stage.project(&mine);
+    let (information, score) = regression.project(&mine);
     let predicted = nalgebra::DVector::from_iterator(mine.len(), finding.columns.iter().map(|&k| others.accepted(k)));
     let response = &information * &predicted;
     let weight = response.dot(&predicted);
     if weight < TELLING {
         return None;
     }
-    let nuisance = ground.problem.unknowns.len();
+    let nuisance = model.problem.unknowns.len();
     let all = others.covariance();
     let covariance = nalgebra::DMatrix::from_fn(mine.len(), mine.len(), |i, j| {
         all[(nuisance + finding.columns[i], nuisance + finding.columns[j])]
@@ -109,7 +109,7 @@ fn slope(
 /// Weighted mean of slopes; they differ by more than their noise where forms are not exact, which the sigma then says.
 ///
 /// The predictions of different setups come from nearly the same readings: their spread does not average out.
-fn pooled(slopes: &[Slope]) -> Option<Transfer> {
+fn pooled(slopes: &[Slope]) -> Option<LeftOutSetup> {
     if slopes.len() < 2 {
         return None;
     }
@@ -120,5 +120,5 @@ fn pooled(slopes: &[Slope]) -> Option<Transfer> {
     let scatter = slopes.iter().map(|one| weight(one) * (one.slope - slope).powi(2)).sum::<f64>();
     let excess = (scatter / (slopes.len() - 1) as f64).max(1.0);
     let own = slopes.iter().map(|one| weight(one).powi(2) * one.own).sum::<f64>() / weights.powi(2);
-    Some(Transfer { slope, sigma: (excess * own + mean(&|one| one.shared)).sqrt(), setups: slopes.len() })
+    Some(LeftOutSetup { slope, sigma: (excess * own + mean(&|one| one.shared)).sqrt(), setups: slopes.len() })
 }

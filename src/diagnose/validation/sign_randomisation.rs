@@ -6,14 +6,14 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::diagnose::findings::finding::Finding;
-use crate::diagnose::model::linear_model::{Column, Ground};
-use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::model::linear_model::{Column, LinearModel};
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::pose_noise::Poses;
 use crate::effects::Driver;
 
 /// Gain of a finding with the true sense of motion and with random ones, as falls of the weighted sum of squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placebo {
+pub struct SignRandomisation {
     pub gain: f64,
     /// Mean and largest over the draws.
     pub mean: f64,
@@ -38,30 +38,35 @@ const STANDSTILL: f64 = 1e-7;
 /// a sweep, or of every pose of an arm, drawn anew. An effect that follows the direction or speed of motion keeps
 /// about one over the number of runs of its gain.
 pub fn placebos(
-    ground: &Ground,
+    model: &LinearModel,
     findings: &[Finding],
     columns: &[Accepted],
     noise: &[NoiseModel],
-) -> Vec<Option<Placebo>> {
-    findings.iter().map(|finding| placebo(ground, finding, columns, noise)).collect()
+) -> Vec<Option<SignRandomisation>> {
+    findings.iter().map(|finding| placebo(model, finding, columns, noise)).collect()
 }
 
-fn placebo(ground: &Ground, finding: &Finding, columns: &[Accepted], noise: &[NoiseModel]) -> Option<Placebo> {
+fn placebo(
+    model: &LinearModel,
+    finding: &Finding,
+    columns: &[Accepted],
+    noise: &[NoiseModel],
+) -> Option<SignRandomisation> {
     if !matches!(finding.cause.driver, Driver::Direction | Driver::Speed) {
         return None;
     }
     let (own, others): (Vec<usize>, Vec<usize>) = (0..columns.len()).partition(|index| finding.columns.contains(index));
     let own: Vec<&Column> = own.iter().map(|&index| &columns[index].column).collect();
     let others: Vec<Accepted> = others.iter().map(|&index| columns[index].clone()).collect();
-    let run_of_row = if ground.has_sweeps() { runs(ground, driving_axis(ground, finding)) } else { poses(ground) };
-    let runs = shown_runs(ground, &own, &run_of_row);
+    let run_of_row = if model.has_sweeps() { runs(model, driving_axis(model, finding)) } else { poses(model) };
+    let runs = shown_runs(model, &own, &run_of_row);
     if runs < LEAST_RUNS {
         return None;
     }
-    let stage = Stage::new(ground, noise, &others, &ground.kept);
+    let regression = Regression::new(model, noise, &others, &model.kept);
     let gain = |signs: Option<&[f64]>| {
         let columns: Vec<Column> = own.iter().map(|column| with_signs(column, &run_of_row, signs)).collect();
-        stage.judge(&columns, f64::INFINITY).chi2
+        regression.judge(&columns, f64::INFINITY).chi2
     };
     let count = run_of_row.iter().flatten().max().map_or(0, |last| last + 1);
     let drawn: Vec<f64> = (0..DRAWS)
@@ -72,7 +77,7 @@ fn placebo(ground: &Ground, finding: &Finding, columns: &[Accepted], noise: &[No
             gain(Some(&signs))
         })
         .collect();
-    Some(Placebo {
+    Some(SignRandomisation {
         gain: gain(None),
         mean: drawn.iter().sum::<f64>() / drawn.len() as f64,
         largest: drawn.iter().copied().fold(0.0, f64::max),
@@ -82,29 +87,29 @@ fn placebo(ground: &Ground, finding: &Finding, columns: &[Accepted], noise: &[No
 }
 
 /// The axis whose motion drives a finding: the one that its effect names, else the one where it sits.
-fn driving_axis(ground: &Ground, finding: &Finding) -> Option<usize> {
+fn driving_axis(model: &LinearModel, finding: &Finding) -> Option<usize> {
     use crate::machine::ParameterValue;
     let effect = finding.effects.first()?;
     match effect.parameter("of") {
-        Some(ParameterValue::Word(name)) => ground.context.machine().axis_index(name),
+        Some(ParameterValue::Word(name)) => model.context.machine().axis_index(name),
         _ => effect.place.axis(),
     }
 }
 
 /// The pose of every row: its readings were taken after the same move.
-fn poses(ground: &Ground) -> Vec<Vec<usize>> {
-    Poses::of(ground).of_row
+fn poses(model: &LinearModel) -> Vec<Vec<usize>> {
+    Poses::of(model).of_row
 }
 
 /// The run of every row, numbered through all tests: a new one with every test and every reversal of the axis.
-fn runs(ground: &Ground, axis: Option<usize>) -> Vec<Vec<usize>> {
+fn runs(model: &LinearModel, axis: Option<usize>) -> Vec<Vec<usize>> {
     let mut next = 0;
-    (0..ground.tests())
+    (0..model.tests())
         .map(|test| {
-            let positions: Vec<f64> = axis.map_or(Vec::new(), |axis| ground.context.motion(test).axis(axis).collect());
+            let positions: Vec<f64> = axis.map_or(Vec::new(), |axis| model.context.motion(test).axis(axis).collect());
             let mut sense = 0.0;
             let mut last = None;
-            let list = (0..ground.residual_mm[test].len()).map(|row| {
+            let list = (0..model.residual_mm[test].len()).map(|row| {
                 if let (Some(&here), Some(before)) = (positions.get(row), last) {
                     let step: f64 = here - before;
                     if step.abs() > STANDSTILL {
@@ -123,11 +128,11 @@ fn runs(ground: &Ground, axis: Option<usize>) -> Vec<Vec<usize>> {
 }
 
 /// Number of runs in which any of the columns is not zero.
-fn shown_runs(ground: &Ground, columns: &[&Column], run_of_row: &[Vec<usize>]) -> usize {
+fn shown_runs(model: &LinearModel, columns: &[&Column], run_of_row: &[Vec<usize>]) -> usize {
     let mut shown = std::collections::BTreeSet::new();
     for column in columns {
         for (test, values) in column.by_test.iter().enumerate() {
-            let rows = values.iter().enumerate().filter(|(row, value)| **value != 0.0 && ground.kept[test][*row]);
+            let rows = values.iter().enumerate().filter(|(row, value)| **value != 0.0 && model.kept[test][*row]);
             shown.extend(rows.map(|(row, _)| run_of_row[test][row]));
         }
     }

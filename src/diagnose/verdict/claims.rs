@@ -1,7 +1,7 @@
 //! What the readings as a whole say, and how much may be claimed of each cause then. It finds nothing.
 
 use crate::diagnose::findings::finding::Finding;
-use crate::diagnose::validation::cross_validation::Proof;
+use crate::diagnose::validation::cross_validation::CrossValidation;
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub(crate) fn verdict(
     findings: &[Finding],
     rms_after_um: f64,
     noise_um: Option<f64>,
-    proof: Option<&Proof>,
+    proof: Option<&CrossValidation>,
 ) -> Verdict {
     if findings.is_empty() {
         return if noise_um.is_some_and(|noise_um| rms_after_um > SURELY_MORE * noise_um) {
@@ -80,7 +80,7 @@ pub(crate) fn temper(
     findings: &mut [Finding],
     verdict: Verdict,
     has_sweeps: bool,
-    proof: Option<&Proof>,
+    proof: Option<&CrossValidation>,
     carries: &[bool],
 ) {
     let goes_back: Vec<bool> =

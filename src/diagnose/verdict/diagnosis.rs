@@ -1,21 +1,21 @@
 //! What a diagnosis says: verdict, findings, residuals before and after. It works nothing out.
 
 use super::claims::{Verdict, temper, verdict};
-use super::explanation::Told;
+use super::explanation::Explanation;
 use crate::diagnose::findings::finding::Finding;
-use crate::diagnose::model::linear_model::Ground;
-use crate::diagnose::model::regression::Stage;
+use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_left_mm};
 use crate::diagnose::noise::pose_noise::{Left, Poses};
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::diagnose::preflight::examine::Examination;
 use crate::diagnose::preflight::small_misfit::implausible;
 use crate::diagnose::selection::selected::Search;
-use crate::diagnose::validation::cross_validation::Proof;
-use crate::diagnose::validation::detection_limits::Blind;
-use crate::diagnose::validation::leave_setup_out::Transfer;
+use crate::diagnose::validation::cross_validation::CrossValidation;
+use crate::diagnose::validation::detection_limits::Unseen;
+use crate::diagnose::validation::leave_setup_out::LeftOutSetup;
 use crate::diagnose::validation::leave_setup_out::transfers;
-use crate::diagnose::validation::sign_randomisation::Placebo;
+use crate::diagnose::validation::sign_randomisation::SignRandomisation;
 use crate::diagnose::validation::sign_randomisation::placebos;
 use crate::effects::EffectError;
 use crate::identify::{Fit, FitError, Problem, Quantity, TestFit, Unknown};
@@ -38,12 +38,12 @@ pub struct Diagnosis {
     /// Readings left out as gross outliers.
     pub left_out: usize,
     /// Held-out proof of the findings.
-    pub proof: Option<Proof>,
+    pub proof: Option<CrossValidation>,
     /// By finding: its gain with the sense of motion drawn at random; `None` where motion does not drive it.
-    pub placebos: Vec<Option<Placebo>>,
+    pub placebos: Vec<Option<SignRandomisation>>,
     /// By finding: how well setups left out in turn follow what the others predict.
-    pub transfers: Vec<Option<Transfer>>,
-    pub blind_to: Vec<Blind>,
+    pub transfers: Vec<Option<LeftOutSetup>>,
+    pub blind_to: Vec<Unseen>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
     /// Noise of a reading; `None` for static poses without readings to spare, whose noise nothing shows.
@@ -106,13 +106,13 @@ impl Diagnosis {
 
     /// Diagnosis by what was told of a search, or by the mistake in the files.
     pub(crate) fn of(
-        fine: &Ground,
+        fine: &LinearModel,
         setups: &Setups,
         fit: &Fit,
         search: &Search,
-        (told, proof): (Told, Option<Proof>),
+        (told, proof): (Explanation, Option<CrossValidation>),
         fault: Option<DataFault>,
-        blind_to: Vec<Blind>,
+        blind_to: Vec<Unseen>,
     ) -> Diagnosis {
         let is_static = !fine.has_sweeps();
         // a fast effect in every recording counted as noise as long as it was not known
@@ -120,7 +120,7 @@ impl Diagnosis {
             true => noise_left_mm(fine, &told.left_mm).min(told.rms_mm(fine)),
             false => mean_noise_mm2(&search.floor).sqrt(),
         };
-        let Told { columns, stage, left_mm, mut findings } = told;
+        let Explanation { columns, regression, left_mm, mut findings } = told;
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();
@@ -138,7 +138,7 @@ impl Diagnosis {
             Some(_) => Verdict::DataFault,
             None => verdict(&findings, rms_after_um, noise_um, proof.as_ref()),
         };
-        let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(Transfer::is_right)).collect();
+        let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
         temper(&mut findings, verdict, !is_static, proof.as_ref(), &carries);
         Diagnosis {
             verdict,
@@ -155,7 +155,7 @@ impl Diagnosis {
             rms_after_um,
             noise_um,
             left,
-            location_errors: moved(fine.problem, fit, &stage),
+            location_errors: moved(fine.problem, fit, &regression),
             tests,
             unknowns: fine.problem.unknowns.clone(),
         }
@@ -222,8 +222,8 @@ fn before_and_after(fit: &Fit, left_mm: Vec<Vec<f64>>) -> Vec<TestBeforeAfter> {
 }
 
 /// Location errors of the fit with and without the effects.
-fn moved(problem: &Problem, fit: &Fit, stage: &Stage) -> Vec<Moved> {
-    let covariance = stage.covariance();
+fn moved(problem: &Problem, fit: &Fit, regression: &Regression) -> Vec<Moved> {
+    let covariance = regression.covariance();
     problem
         .unknowns
         .iter()
@@ -233,7 +233,7 @@ fn moved(problem: &Problem, fit: &Fit, stage: &Stage) -> Vec<Moved> {
             name: unknown.label.clone(),
             measure: unknown.measure,
             before: fit.estimates[k].value,
-            after: fit.estimates[k].value + stage.nuisance(k) * unknown.prior_sigma,
+            after: fit.estimates[k].value + regression.nuisance(k) * unknown.prior_sigma,
             sigma: covariance[(k, k)].sqrt() * unknown.prior_sigma,
             determined: fit.estimates[k].determined,
         })

@@ -8,59 +8,59 @@ use crate::diagnose::findings::forming::findings;
 use crate::diagnose::findings::next_test;
 use crate::diagnose::findings::next_test::Layout;
 use crate::diagnose::findings::recurring::tell_as_one;
-use crate::diagnose::model::linear_model::Ground;
-use crate::diagnose::model::regression::{Accepted, Stage};
+use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
-use crate::diagnose::selection::candidates::Family;
+use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::joint_fit::{mean_square, without_trends};
 use crate::diagnose::selection::naming;
 use crate::diagnose::selection::search;
-use crate::diagnose::selection::selected::{Candidate, Floors, Grounds, Search};
-use crate::diagnose::validation::cross_validation::{Proof, prove};
+use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Search};
+use crate::diagnose::validation::cross_validation::{CrossValidation, prove};
 
 /// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
 const RESTLESS: f64 = 1.2;
 
 /// What a search found, fitted on all rows and worded.
-pub(crate) struct Told<'g, 'a> {
+pub(crate) struct Explanation<'g, 'a> {
     pub(crate) columns: Vec<Accepted>,
-    pub(crate) stage: Stage<'g, 'a>,
+    pub(crate) regression: Regression<'g, 'a>,
     /// Residual with the findings in the fit, mm.
     pub(crate) left_mm: Vec<Vec<f64>>,
     pub(crate) findings: Vec<Finding>,
 }
 
-impl<'g, 'a> Told<'g, 'a> {
-    pub(crate) fn of(fine: &'g Ground<'a>, families: &[Family], search: &Search) -> Told<'g, 'a> {
+impl<'g, 'a> Explanation<'g, 'a> {
+    pub(crate) fn of(fine: &'g LinearModel<'a>, families: &[CandidateFamily], search: &Search) -> Explanation<'g, 'a> {
         let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let stage = Stage::new(fine, &search.noise_after, &columns, &fine.kept);
-        let findings = findings(fine, families, search, &stage, &columns);
-        let left_mm = stage.residual_mm(&columns);
-        Told { columns, stage, left_mm, findings }
+        let regression = Regression::new(fine, &search.noise_after, &columns, &fine.kept);
+        let findings = findings(fine, families, search, &regression, &columns);
+        let left_mm = regression.residual_mm(&columns);
+        Explanation { columns, regression, left_mm, findings }
     }
 
     /// Rms of the residual over the rows that take part, mm.
-    pub(crate) fn rms_mm(&self, ground: &Ground) -> f64 {
-        mean_square(ground, &self.left_mm).sqrt()
+    pub(crate) fn rms_mm(&self, model: &LinearModel) -> f64 {
+        mean_square(model, &self.left_mm).sqrt()
     }
 }
 
 /// Tells what a search found, proved by readings held out, with the test that would settle what is open; `is_mistaken` where
 /// a mistake in the files was found: nothing else is told then.
 pub(crate) fn explain<'g, 'a>(
-    grounds: &Grounds<'g, 'a>,
+    resolutions: &Resolutions<'g, 'a>,
     floors: &Floors,
-    families: &[Family],
+    families: &[CandidateFamily],
     search: &mut Search,
     layout: &Layout,
     is_mistaken: bool,
-) -> (Told<'g, 'a>, Option<Proof>) {
-    let fine = grounds.fine;
+) -> (Explanation<'g, 'a>, Option<CrossValidation>) {
+    let fine = resolutions.fine;
     let noise_um = 1e3 * mean_noise_mm2(&floors[0]).sqrt();
-    let mut told = Told::of(fine, families, search);
+    let mut told = Explanation::of(fine, families, search);
     let mut proof = None;
     if !told.findings.is_empty() {
-        let proved = prove(grounds, floors, families, &search.found, &told.findings, &search.noise_after);
+        let proved = prove(resolutions, floors, families, &search.found, &told.findings, &search.noise_after);
         // what static poses show was accepted by prediction already
         proof = proved.map(|proved| match fine.has_sweeps() {
             true => confirm(fine, families, search, &mut told, proved, noise_um),
@@ -104,13 +104,13 @@ fn propose(layout: &Layout, search: &Search, findings: &mut [Finding]) {
 /// Forms that predict other readings worse than none at all are not the right ones: the first is told as a place without
 /// a form, the others not at all.
 fn confirm<'g, 'a>(
-    fine: &'g Ground<'a>,
-    families: &[Family],
+    fine: &'g LinearModel<'a>,
+    families: &[CandidateFamily],
     search: &mut Search,
-    told: &mut Told<'g, 'a>,
-    mut proof: Proof,
+    told: &mut Explanation<'g, 'a>,
+    mut proof: CrossValidation,
     noise_um: f64,
-) -> Proof {
+) -> CrossValidation {
     let most_mm = STILL_THERE * told.rms_mm(fine);
     let mut dropped: Vec<usize> = Vec::new();
     for (index, finding) in told.findings.iter().enumerate().rev() {
@@ -125,7 +125,7 @@ fn confirm<'g, 'a>(
             .filter(|column| !finding.columns.contains(column) && !dropped.contains(column))
             .map(|column| told.columns[column].clone())
             .collect();
-        let left_mm = Stage::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
+        let left_mm = Regression::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
         if mean_square(fine, &left_mm).sqrt() <= most_mm {
             dropped.extend(&finding.columns);
         }
@@ -149,7 +149,7 @@ fn escapes(finding: &Finding) -> bool {
 }
 
 /// Takes back the form by which a finding is told, now and when it is told anew.
-fn withdraw_form(search: &mut Search, told: &mut Told, index: usize) {
+fn withdraw_form(search: &mut Search, told: &mut Explanation, index: usize) {
     let finding = &mut told.findings[index];
     finding.cause.effect = "unknown".into();
     let mut column = 0;
@@ -161,11 +161,11 @@ fn withdraw_form(search: &mut Search, told: &mut Told, index: usize) {
 
 /// Takes effects out by the columns that they begin with, and tells the rest anew.
 fn drop_columns<'g, 'a>(
-    fine: &'g Ground<'a>,
-    families: &[Family],
+    fine: &'g LinearModel<'a>,
+    families: &[CandidateFamily],
     search: &mut Search,
-    told: &mut Told<'g, 'a>,
-    proof: &mut Proof,
+    told: &mut Explanation<'g, 'a>,
+    proof: &mut CrossValidation,
     dropped: &[usize],
 ) {
     if dropped.is_empty() {
@@ -183,7 +183,7 @@ fn drop_columns<'g, 'a>(
         stays.extend(own.filter(|_| is_kept));
         is_kept
     });
-    *told = Told::of(fine, families, search);
+    *told = Explanation::of(fine, families, search);
     // told anew the findings may stand in another order
     let passed = |finding: &Finding| {
         let column = finding.columns.first().map(|&column| stays[column]);
@@ -198,15 +198,15 @@ pub(crate) const STILL_THERE: f64 = 1.25;
 /// Tells an irregular motion where readings stay louder than their noise: in place of a form that only follows it, or alone
 /// where nothing was found. A first finding at whose place readings stay restless has not the right form.
 fn listen<'g, 'a>(
-    fine: &'g Ground<'a>,
-    families: &[Family],
+    fine: &'g LinearModel<'a>,
+    families: &[CandidateFamily],
     search: &mut Search,
-    told: &mut Told<'g, 'a>,
-    proof: &mut Option<Proof>,
+    told: &mut Explanation<'g, 'a>,
+    proof: &mut Option<CrossValidation>,
     noise_um: f64,
 ) {
     let floor = search.floor.clone();
-    let is_louder = |told: &Told, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
+    let is_louder = |told: &Explanation, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
     let first = told.findings.first().filter(|_| is_louder(told, RESTLESS));
     let restless = first.and_then(|first| irregular_motion::restlessness(fine, &told.left_mm, &floor, first));
     let is_there = |most: f64| restless.as_ref().is_some_and(|restless| restless.share > most);
@@ -228,7 +228,7 @@ fn listen<'g, 'a>(
     let are_no_jumps = almost_all_jump && is_louder(told, SURELY_MORE);
     if (outshouts || is_driven) && alone || are_no_jumps {
         // a form that follows an irregular motion here and there
-        let bare = Told::of(fine, families, &search::nothing(fine, &floor));
+        let bare = Explanation::of(fine, families, &search::nothing(fine, &floor));
         let located = irregular_motion::irregular(fine, &bare.left_mm, &floor);
         if let Some(irregular) = located.or_else(|| irregular_motion::irregular(fine, &told.left_mm, &floor)) {
             (*search, *told, *proof) = (search::nothing(fine, &floor), bare, None);
@@ -270,12 +270,12 @@ const COST_OF_A_PLACE: f64 = 10.0;
 
 /// By finding, whether the axis of the first one, were it to stand elsewhere in each test, explains more in its place, what so
 /// many places cost taken off, and leaves it next to nothing.
-fn stood_for(fine: &Ground, search: &Search, told: &Told) -> Vec<bool> {
+fn stood_for(fine: &LinearModel, search: &Search, told: &Explanation) -> Vec<bool> {
     let standing = irregular_motion::standing(fine, &told.findings[0].cause.place);
     let misfit = |left_out: &[usize], standing: &[Accepted]| {
         let kept = (0..told.columns.len()).filter(|column| !left_out.contains(column));
         let kept: Vec<Accepted> = kept.map(|column| told.columns[column].clone()).collect();
-        Stage::new(fine, &search.noise_after, &[&kept, standing].concat(), &fine.kept).misfit
+        Regression::new(fine, &search.noise_after, &[&kept, standing].concat(), &fine.kept).misfit
     };
     let (whole, beside) = (misfit(&[], &[]), misfit(&[], &standing));
     let is_stood_for = |finding: &Finding| {
@@ -289,7 +289,7 @@ fn stood_for(fine: &Ground, search: &Search, told: &Told) -> Vec<bool> {
 }
 
 /// Whether a jump shows only where the axis of an irregular motion moves: it is one of its own jumps then.
-fn shows_with(fine: &Ground, jump: &Finding, irregular: &Finding) -> bool {
+fn shows_with(fine: &LinearModel, jump: &Finding, irregular: &Finding) -> bool {
     let session = fine.context.session();
     let axis = session.machine.axis_index(&irregular.cause.place);
     let moves = |test: usize| axis.is_some_and(|axis| fine.context.motion(test).moving.contains(&axis));

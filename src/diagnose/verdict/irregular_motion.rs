@@ -8,7 +8,7 @@ use crate::statistics::NoiseModel;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::diagnose::findings::finding::{Finding, SizeFound};
-use crate::diagnose::model::linear_model::{Column, Ground, display};
+use crate::diagnose::model::linear_model::{Column, LinearModel, display};
 use crate::diagnose::model::regression::Accepted;
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
 use crate::diagnose::selection::naming::{component_name, unit};
@@ -42,13 +42,13 @@ struct Heard {
 
 /// Residuals by test without what a ball that stands off its place would leave: a slide that sticks stands elsewhere each
 /// time, and how loud a sweep is says where it moves only without that.
-fn within_sweeps(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let gains = [0, 1, 2].map(|k| ground.gains(&Outlet::SpindleBall(k)));
+fn within_sweeps(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let gains = [0, 1, 2].map(|k| model.gains(&Outlet::SpindleBall(k)));
     let within = |test: usize| {
         let direction = |row: usize| Vector3::from_fn(|k, _| gains[k][test].get(row).copied().unwrap_or(0.0));
         let residual = &residual_mm[test];
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for row in (0..residual.len()).filter(|&row| ground.kept[test][row]) {
+        for row in (0..residual.len()).filter(|&row| model.kept[test][row]) {
             let u = direction(row);
             normal += u * u.transpose();
             right += u * residual[row];
@@ -58,25 +58,25 @@ fn within_sweeps(ground: &Ground, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let offset = normal.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * right);
         residual.iter().enumerate().map(|(row, value)| value - direction(row).dot(&offset)).collect()
     };
-    (0..ground.tests()).map(within).collect()
+    (0..model.tests()).map(within).collect()
 }
 
 /// Places by how well an irregular motion there accounts for the loudness of residuals within sweeps, best first; `None`
 /// where they are equally loud everywhere.
-fn places(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Vec<Heard>> {
-    let machine = ground.context.machine();
+fn places(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Vec<Heard>> {
+    let machine = model.context.machine();
     let axes = (0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis)));
     let balls = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k)));
-    let alone = heard(ground, residual_mm, noise, |_, _| 1.0)?;
+    let alone = heard(model, residual_mm, noise, |_, _| 1.0)?;
     let mut places: Vec<Heard> = axes
         .chain(balls)
         .filter_map(|(place, outlet)| {
-            let gains = ground.gains(&outlet);
-            let gain = |test: usize, row: usize| match acts(ground, place, test) {
+            let gains = model.gains(&outlet);
+            let gain = |test: usize, row: usize| match acts(model, place, test) {
                 true => gains[test].get(row).copied().unwrap_or(0.0),
                 false => 0.0,
             };
-            let (log_likelihood, rms, readings) = heard(ground, residual_mm, noise, gain)?;
+            let (log_likelihood, rms, readings) = heard(model, residual_mm, noise, gain)?;
             let rarity = if place == Place::SpindleBall { LOOSE_BALL } else { 0.0 };
             Some(Heard { place, outlet, log_odds: log_likelihood - alone.0 - rarity, rms, readings })
         })
@@ -86,8 +86,8 @@ fn places(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Op
 }
 
 /// Whether a place can move in a test: a slide or joint in motion, a ball always.
-fn acts(ground: &Ground, place: Place, test: usize) -> bool {
-    place.axis().is_none_or(|axis| ground.context.motion(test).moving.contains(&axis))
+fn acts(model: &LinearModel, place: Place, test: usize) -> bool {
+    place.axis().is_none_or(|axis| model.context.motion(test).moving.contains(&axis))
 }
 
 /// Restlessness at the place of a finding from which its form is not the right one.
@@ -106,21 +106,21 @@ pub struct Restless {
 ///
 /// A slide that sticks and slips also leaves the ball where it should not be while it stands: both places are looked at.
 pub fn restlessness(
-    ground: &Ground,
+    model: &LinearModel,
     residual_mm: &[Vec<f64>],
     noise: &[NoiseModel],
     finding: &Finding,
 ) -> Option<Restless> {
-    let machine = ground.context.machine();
-    let residual_mm = &within_sweeps(ground, residual_mm);
-    let places = places(ground, residual_mm, noise).unwrap_or_default();
+    let machine = model.context.machine();
+    let residual_mm = &within_sweeps(model, residual_mm);
+    let places = places(model, residual_mm, noise).unwrap_or_default();
     // a joint that tips as a slide reverses tells of that slide
     let driving = finding.range.as_ref().map(|range| range.axis.as_str());
     let is_here = |name: &str| name == finding.cause.place || Some(name) == driving;
     let here = places.iter().take(2).filter(|heard| is_here(heard.place.name(machine)));
     let beyond_noise = |heard: &Heard| {
         let noise_um = 1e3 * mean_noise_mm2(noise).sqrt();
-        let left_um = loudest(ground, residual_mm, heard).1;
+        let left_um = loudest(model, residual_mm, heard).1;
         (left_um.powi(2) - noise_um.powi(2)).max(0.0).sqrt()
     };
     let (heard, beyond_um) = here.map(|heard| (heard, beyond_noise(heard))).max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -132,25 +132,25 @@ pub fn restlessness(
 
 /// Places at which an axis stands or runs in each test, as columns of their own: what sticks stops elsewhere each time. None for
 /// other places.
-pub fn standing(ground: &Ground, place: &str) -> Vec<Accepted> {
-    let machine = ground.context.machine();
+pub fn standing(model: &LinearModel, place: &str) -> Vec<Accepted> {
+    let machine = model.context.machine();
     let Some(axis) = machine.axis_index(place) else { return Vec::new() };
     let outlet = Outlet::own(machine, axis);
     let per_unit = 1.0 / display(outlet.measure(machine));
-    let gains = ground.gains(&outlet);
+    let gains = model.gains(&outlet);
     let alone = |test: usize| {
-        let mut by_test = vec![Vec::new(); ground.tests()];
+        let mut by_test = vec![Vec::new(); model.tests()];
         by_test[test] = gains[test].iter().map(|gain| gain * per_unit).collect();
         Accepted { column: Column { by_test }, prior: STANDS_OFF }
     };
-    (0..ground.tests()).filter(|&test| !gains[test].is_empty()).map(alone).collect()
+    (0..model.tests()).filter(|&test| !gains[test].is_empty()).map(alone).collect()
 }
 
 /// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.
-pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
-    let machine = ground.context.machine();
-    let residual_mm = &within_sweeps(ground, residual_mm);
-    let places = places(ground, residual_mm, noise)?;
+pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
+    let machine = model.context.machine();
+    let residual_mm = &within_sweeps(model, residual_mm);
+    let places = places(model, residual_mm, noise)?;
     let best = places.first()?;
     let weight = |other: &Heard| (other.log_odds - best.log_odds).exp();
     let total: f64 = places.iter().map(weight).sum();
@@ -166,7 +166,7 @@ pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]
     rivals.truncate(MOST_RIVALS);
     let measure = best.outlet.measure(machine);
     let value = best.rms * display(measure);
-    let (tests, rms_um) = loudest(ground, residual_mm, best);
+    let (tests, rms_um) = loudest(model, residual_mm, best);
     Some(Finding {
         cause: cause(best),
         effects: Vec::new(),
@@ -190,16 +190,16 @@ pub fn irregular(ground: &Ground, residual_mm: &[Vec<f64>], noise: &[NoiseModel]
 
 /// Log likelihood of the residuals with a motion of the most likely loudness behind these gains, its rms, and how many readings it reaches.
 fn heard(
-    ground: &Ground,
+    model: &LinearModel,
     residual_mm: &[Vec<f64>],
     noise: &[NoiseModel],
     gain: impl Fn(usize, usize) -> f64,
 ) -> Option<(f64, f64, f64)> {
     // by reading: square of the gain, variance of the noise, square of the residual
     let mut readings: Vec<(f64, f64, f64)> = Vec::new();
-    for test in 0..ground.tests() {
+    for test in 0..model.tests() {
         let noise_mm2 = noise[test].rms_mm().powi(2);
-        let rows = (0..residual_mm[test].len()).filter(|&row| ground.kept[test][row]);
+        let rows = (0..residual_mm[test].len()).filter(|&row| model.kept[test][row]);
         readings.extend(rows.map(|row| (gain(test, row).powi(2), noise_mm2, residual_mm[test][row].powi(2))));
     }
     let reached = readings.iter().filter(|(gain, ..)| *gain > 0.0).count() as f64;
@@ -225,16 +225,16 @@ fn heard(
 }
 
 /// Tests that it reaches, loudest first, and the rms of their residuals, µm.
-fn loudest(ground: &Ground, residual_mm: &[Vec<f64>], best: &Heard) -> (Vec<String>, f64) {
-    let gains = ground.gains(&best.outlet);
-    let mut tests: Vec<(usize, f64)> = (0..ground.tests())
-        .filter(|&test| !gains[test].is_empty() && acts(ground, best.place, test))
+fn loudest(model: &LinearModel, residual_mm: &[Vec<f64>], best: &Heard) -> (Vec<String>, f64) {
+    let gains = model.gains(&best.outlet);
+    let mut tests: Vec<(usize, f64)> = (0..model.tests())
+        .filter(|&test| !gains[test].is_empty() && acts(model, best.place, test))
         .map(|test| {
-            let kept = residual_mm[test].iter().zip(&ground.kept[test]).filter(|(_, kept)| **kept);
+            let kept = residual_mm[test].iter().zip(&model.kept[test]).filter(|(_, kept)| **kept);
             (test, 1e3 * crate::statistics::rms(kept.map(|(value, _)| *value)))
         })
         .collect();
     tests.sort_by(|a, b| b.1.total_cmp(&a.1));
     let rms_um = (tests.iter().map(|(_, rms)| rms * rms).sum::<f64>() / tests.len().max(1) as f64).sqrt();
-    (tests.iter().take(12).map(|(test, _)| ground.context.session().tests[*test].name.clone()).collect(), rms_um)
+    (tests.iter().take(12).map(|(test, _)| model.context.session().tests[*test].name.clone()).collect(), rms_um)
 }

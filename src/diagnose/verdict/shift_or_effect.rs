@@ -1,15 +1,15 @@
 //! Whether what looks like the shift of single tests is a mistake of the recorder or an effect. It looks for neither.
 
 use super::explanation::STILL_THERE;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::diagnose::selection::joint_fit::mean_square;
 use crate::diagnose::selection::naming::cause;
-use crate::diagnose::selection::selected::{Found, Search};
+use crate::diagnose::selection::selected::{Search, SelectedEffect};
 
 /// Whether one effect explains what looks like the shift of a single test, and more than that test shows it. Two effects may
 /// be a slip there and back, which is a shift.
-fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
+fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
     let is_one = search.found.len() == 1;
     let is_seen = |test: usize| search.found[0].chosen.columns.iter().any(|column| !column.by_test[test].is_empty());
     let name = |test: usize| &fine.context.session().tests[test].name;
@@ -22,7 +22,7 @@ fn explains_a_shift(fine: &Ground, search: &Search, noise_um: f64, fault: &DataF
 
 /// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where an effect explains
 /// more than it.
-pub(crate) fn beside(fine: &Ground, search: &Search, noise_um: f64, mut fault: DataFault) -> Option<DataFault> {
+pub(crate) fn beside(fine: &LinearModel, search: &Search, noise_um: f64, mut fault: DataFault) -> Option<DataFault> {
     if says_as_much(fine, search, &fault) {
         fault.causes.push(cause(fine.context.machine(), &search.found[0].chosen, &[]));
         return Some(fault.shared_evenly());
@@ -31,7 +31,7 @@ pub(crate) fn beside(fine: &Ground, search: &Search, noise_um: f64, mut fault: D
 }
 
 /// Residual with what a search found, µm.
-fn left_um(fine: &Ground, search: &Search) -> f64 {
+fn left_um(fine: &LinearModel, search: &Search) -> f64 {
     1e3 * mean_square(fine, &search.residual_mm).sqrt()
 }
 
@@ -40,8 +40,8 @@ const AS_NEAR: f64 = 1.1;
 
 /// Whether the one thing found is an event that has the tests of a fault on one side and all others on the other, and leaves
 /// as much: with amplitudes for each direction it says of these what one shift says.
-fn says_as_much(fine: &Ground, search: &Search, fault: &DataFault) -> bool {
-    let [Found { chosen: event, .. }] = &search.found[..] else { return false };
+fn says_as_much(fine: &LinearModel, search: &Search, fault: &DataFault) -> bool {
+    let [SelectedEffect { chosen: event, .. }] = &search.found[..] else { return false };
     let Some(time_s) = event.effect.number("time").filter(|_| event.is_event()) else { return false };
     let tests = &fine.context.session().tests;
     // an event is found a little before or behind the moment between two tests

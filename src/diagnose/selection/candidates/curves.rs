@@ -1,7 +1,7 @@
 //! Free curves over positions, for what has no form in the catalogue. It judges nothing.
 
-use super::family::Family;
-use crate::diagnose::model::linear_model::Ground;
+use super::family::CandidateFamily;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// Free curve over the positions of an axis.
@@ -12,14 +12,14 @@ pub(super) fn unknown(
     outlets: Vec<Outlet>,
     ends: (f64, f64),
     driver: &str,
-) -> Family {
+) -> CandidateFamily {
     let kind = machine.axes[axis].kind;
     let effect = Effect::new("unknown", place)
         .with("driver", ParameterValue::Word(driver.into()))
         .with("from", ParameterValue::Number(kind.to_file_unit(ends.0)))
         .with("to", ParameterValue::Number(kind.to_file_unit(ends.1)))
         .with("count", ParameterValue::Number(14.0));
-    Family::new("unknown", place, outlets, 30.0).over(vec![effect])
+    CandidateFamily::new("unknown", place, outlets, 30.0).over(vec![effect])
 }
 
 /// Positions of a standing rotary axis closer than this are one posture, rad.
@@ -30,16 +30,16 @@ const POSTURE_TESTS: usize = 2;
 
 /// Names of the tests of an axis in which another rotary axis stands where it stands in fewer than half of them: what a cable, a load or a
 /// table of the control does to an axis may hang on where another one stands.
-pub(super) fn postures(ground: &Ground, axis: usize) -> Vec<Vec<String>> {
-    let session = ground.context.session();
+pub(super) fn postures(model: &LinearModel, axis: usize) -> Vec<Vec<String>> {
+    let session = model.context.session();
     let axes = &session.machine.axes;
     let swept: Vec<usize> =
-        (0..ground.tests()).filter(|&test| ground.context.motion(test).moving.contains(&axis)).collect();
+        (0..model.tests()).filter(|&test| model.context.motion(test).moving.contains(&axis)).collect();
     let mut list = Vec::new();
     for other in (0..axes.len()).filter(|&other| other != axis && axes[other].kind == AxisKind::Rotary) {
         let mut groups: Vec<(f64, Vec<usize>)> = Vec::new();
         for &test in &swept {
-            let motion = ground.context.motion(test);
+            let motion = model.context.motion(test);
             if motion.moving.contains(&other) || motion.rows() == 0 {
                 continue;
             }

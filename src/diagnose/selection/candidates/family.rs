@@ -1,13 +1,13 @@
 //! A family of candidates: one kind of effect at one place, with its shapes. Which families there are stands in `catalogue`.
 
 use super::motions::last_before_spindle;
-use crate::diagnose::model::linear_model::{Ground, Term};
+use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::effects::kind;
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// A family of candidates that differ only in shape.
 #[derive(Debug, Clone)]
-pub struct Family {
+pub struct CandidateFamily {
     pub kind: &'static str,
     pub place: Place,
     pub outlets: Vec<Outlet>,
@@ -40,10 +40,10 @@ pub struct Refined {
     pub element: Option<usize>,
 }
 
-impl Family {
+impl CandidateFamily {
     /// Rank among names for the same signature: lower is the customary one (gauge squareness, growth at the spindle's slide).
-    pub fn customary_rank(&self, ground: &Ground) -> usize {
-        let machine = ground.context.machine();
+    pub fn customary_rank(&self, model: &LinearModel) -> usize {
+        let machine = model.context.machine();
         match (self.kind, self.outlets.first()) {
             ("squareness", Some(Outlet::Location { axis, component })) => {
                 let gauge = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
@@ -51,7 +51,7 @@ impl Family {
                 usize::from(!gauge.iter().any(|(c, k)| c == component && along == Some(*k)))
             }
             ("thermal-growth", _) => match self.place.axis() {
-                Some(axis) if last_before_spindle(ground, axis) => self.outlets.len(),
+                Some(axis) if last_before_spindle(model, axis) => self.outlets.len(),
                 _ => 10,
             },
             // the axis under test is a rotary one as a rule, slides follow it
@@ -63,18 +63,18 @@ impl Family {
             ("servo-lag", _) => 1,
             // an axis that moves is the likelier source than a ball that moves just along it, or than an axis at rest
             ("vibration", _) => match self.place.axis() {
-                Some(axis) if (0..ground.tests()).any(|test| ground.context.motion(test).moving.contains(&axis)) => 0,
+                Some(axis) if (0..model.tests()).any(|test| model.context.motion(test).moving.contains(&axis)) => 0,
                 Some(_) => 2,
                 None => 1,
             },
             // in an arm the weight of its links is the likelier cause of what turns once with a joint
-            ("cyclic-error", _) if !ground.has_sweeps() => 1,
+            ("cyclic-error", _) if !model.has_sweeps() => 1,
             _ => 0,
         }
     }
 
-    pub(crate) fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> Family {
-        Family {
+    pub(crate) fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> CandidateFamily {
+        CandidateFamily {
             kind,
             place,
             outlets,
@@ -89,17 +89,17 @@ impl Family {
         }
     }
 
-    pub(crate) fn over(mut self, grid: Vec<Effect>) -> Family {
+    pub(crate) fn over(mut self, grid: Vec<Effect>) -> CandidateFamily {
         self.grid = grid;
         self
     }
 
-    pub(crate) fn fast(mut self) -> Family {
+    pub(crate) fn fast(mut self) -> CandidateFamily {
         self.fast = true;
         self
     }
 
-    pub(crate) fn refine(mut self, refined: Vec<Refined>) -> Family {
+    pub(crate) fn refine(mut self, refined: Vec<Refined>) -> CandidateFamily {
         self.refined = refined;
         self
     }
@@ -128,7 +128,7 @@ pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term
 pub const ALONG: &str = "along";
 
 /// Terms of a family's effect in a session of so many tests.
-pub fn family_terms(machine: &Machine, family: &Family, effect: &Effect, tests: usize) -> Vec<Term> {
+pub fn family_terms(machine: &Machine, family: &CandidateFamily, effect: &Effect, tests: usize) -> Vec<Term> {
     let mut plain = terms(machine, effect, &family.outlets);
     if let Some(kind) = kind(&effect.kind) {
         let names = (kind.functions)(effect);

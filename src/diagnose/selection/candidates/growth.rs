@@ -1,26 +1,26 @@
 //! Candidates that grow with time, friction or temperature. It judges nothing.
 
-use super::family::{Family, Refined, list_of};
-use crate::diagnose::model::linear_model::Ground;
+use super::family::{CandidateFamily, Refined, list_of};
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::effects::{OWN, ROTARY, SLIDES};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 /// Growth over session time (fast and slow node) or with a temperature channel.
-pub(super) fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Family {
-    let span = ground.context.order().iter().map(|&test| ground.context.ends_at_s(test)).fold(60.0, f64::max);
+pub(super) fn growth(model: &LinearModel, place: Place, outlets: Vec<Outlet>) -> CandidateFamily {
+    let span = model.context.order().iter().map(|&test| model.context.ends_at_s(test)).fold(60.0, f64::max);
     let pair = |fast: f64, slow: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![fast, slow]));
     let single = |share: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![share * span]));
     // one node first: two of them may cancel far beyond what the readings see
     let mut grid = [0.1, 0.3, 1.0].map(single).to_vec();
     grid.extend([pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)]);
-    grid.extend(heat_sources(ground, place).into_iter().flat_map(|source| {
+    grid.extend(heat_sources(model, place).into_iter().flat_map(|source| {
         [pair(0.03 * span, 0.3 * span), pair(0.08 * span, 1.0 * span)]
             .map(|nodes| nodes.with("heat", ParameterValue::Word(source.into())))
     }));
-    grid.extend(channels(ground).into_iter().flat_map(|channel| {
+    grid.extend(channels(model).into_iter().flat_map(|channel| {
         lagging(&Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel)), span)
     }));
-    Family::new("thermal-growth", place, outlets, 100.0).over(grid).refine(vec![
+    CandidateFamily::new("thermal-growth", place, outlets, 100.0).over(grid).refine(vec![
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.05 * span, element: Some(0) },
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.2 * span, element: Some(1) },
         lag_refined(span),
@@ -28,10 +28,10 @@ pub(super) fn growth(ground: &Ground, place: Place, outlets: Vec<Outlet>) -> Fam
 }
 
 /// Frictions that may heat a place: its own axis where it moves, and all axes of its kind where others move as well.
-fn heat_sources(ground: &Ground, place: Place) -> Vec<&'static str> {
-    let axes = &ground.context.machine().axes;
+fn heat_sources(model: &LinearModel, place: Place) -> Vec<&'static str> {
+    let axes = &model.context.machine().axes;
     let Some(axis) = place.axis() else { return Vec::new() };
-    let moves = |axis: usize| (0..ground.tests()).any(|test| ground.context.motion(test).moving.contains(&axis));
+    let moves = |axis: usize| (0..model.tests()).any(|test| model.context.motion(test).moving.contains(&axis));
     let others = (0..axes.len()).any(|other| other != axis && axes[other].kind == axes[axis].kind && moves(other));
     let alike = match axes[axis].kind {
         AxisKind::Linear => SLIDES,
@@ -52,8 +52,8 @@ pub(super) fn lag_refined(span: f64) -> Refined {
 }
 
 /// Temperature columns that every recording has.
-pub fn channels(ground: &Ground) -> Vec<String> {
-    let tests = &ground.context.session().tests;
+pub fn channels(model: &LinearModel) -> Vec<String> {
+    let tests = &model.context.session().tests;
     let names = |index: usize| -> Vec<String> {
         let recording = tests.get(index).and_then(|test| test.recording.as_ref());
         recording.map(|recording| recording.channels.iter().map(|(name, _)| name.clone()).collect()).unwrap_or_default()

@@ -1,12 +1,12 @@
 //! Candidates of a linear axis. It judges nothing.
 
 use super::curves::unknown;
-use super::family::{Family, Refined, list_of, refined};
+use super::family::{CandidateFamily, Refined, list_of, refined};
 use super::growth::growth;
 use super::motions::last_before_spindle;
 use super::motions::{directions, finest_step, motion, travelled, visited};
 use super::play::{servo_lag, spikes, windup_refined, windups};
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// Customary leads of ball screws, mm (ISO 3408-2).
@@ -15,32 +15,32 @@ const SCREW_LEADS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25
 /// Places at which a slide must have stood before a period can be told.
 const LEAST_PLACES: usize = 5;
 
-pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
+pub(super) fn linear(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
     let place = Place::Axis(axis);
     let own = Outlet::own(machine, axis);
     let d = directions(machine, axis);
     let all_across = [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]];
-    let (least, most) = visited(ground, axis);
+    let (least, most) = visited(model, axis);
     if most - least > 1.0 {
-        list.push(Family::new("linear-scale", place, vec![own], 300.0));
+        list.push(CandidateFamily::new("linear-scale", place, vec![own], 300.0));
         // also for a slide that only moves from test to test: it stands on one or the other flank
         list.push(
-            Family::new("linear-backlash", place, vec![own], 30.0)
-                .over(windups(ground, "linear-backlash", axis, 2.0))
+            CandidateFamily::new("linear-backlash", place, vec![own], 30.0)
+                .over(windups(model, "linear-backlash", axis, 2.0))
                 .refine(windup_refined(40.0)),
         );
     }
-    if let Some((from, to)) = travelled(ground, axis) {
+    if let Some((from, to)) = travelled(model, axis) {
         for component in all_across {
             list.push(
-                Family::new("lateral-play", place, motion(axis, &[component]), 20.0)
-                    .over(windups(ground, "lateral-play", axis, 2.0))
+                CandidateFamily::new("lateral-play", place, motion(axis, &[component]), 20.0)
+                    .over(windups(model, "lateral-play", axis, 2.0))
                     .refine(windup_refined(40.0)),
             );
         }
         list.push(
-            Family::new("reversal-spike", place, vec![own], 30.0)
+            CandidateFamily::new("reversal-spike", place, vec![own], 30.0)
                 .over(spikes(place))
                 .refine(vec![
                     refined("travel", 0.02, 20.0, 0.7),
@@ -49,9 +49,9 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 ])
                 .fast(),
         );
-        list.extend(servo_lag(ground, axis));
-        list.push(Family::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4).fast());
-        let lowest_period = 3.0 * finest_step(ground, axis);
+        list.extend(servo_lag(model, axis));
+        list.push(CandidateFamily::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4).fast());
+        let lowest_period = 3.0 * finest_step(model, axis);
         let mut grid = Vec::new();
         let mut frequency = 2.0 / (to - from);
         while 1.0 / frequency > lowest_period && grid.len() < 400 {
@@ -60,7 +60,7 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         }
         if !grid.is_empty() {
             list.push(
-                Family::new("cyclic-error", place, vec![own], 20.0)
+                CandidateFamily::new("cyclic-error", place, vec![own], 20.0)
                     .over(grid)
                     .refine(vec![Refined {
                         name: "periods",
@@ -78,12 +78,12 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             }
         }
     }
-    if travelled(ground, axis).is_none() && standing_places(ground, axis) >= LEAST_PLACES {
+    if travelled(model, axis).is_none() && standing_places(model, axis) >= LEAST_PLACES {
         // a screw's error shows between the places where a slide stands, but not its period: the customary leads are tried
         let lead = |mm: f64| Effect::new("cyclic-error", place).with("periods", list_of(vec![mm]));
-        list.push(Family::new("cyclic-error", place, vec![own], 20.0).over(SCREW_LEADS_MM.map(lead).to_vec()));
+        list.push(CandidateFamily::new("cyclic-error", place, vec![own], 20.0).over(SCREW_LEADS_MM.map(lead).to_vec()));
     }
-    let (from, to) = visited(ground, axis);
+    let (from, to) = visited(model, axis);
     if to - from > 1.0 {
         for component in all_across {
             let mut grid = Vec::new();
@@ -114,37 +114,45 @@ pub(super) fn linear(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
                 // a carriage that climbs a bump turns with its incline
                 let outlets = motion(axis, &[component, tilt]);
                 let pairs = outlets.iter().copied().zip(["bump", "slope"]).collect();
-                let family = Family::new("straightness", place, outlets, 60.0).over(with_slope).refine(shape.clone());
-                list.push(Family { pairs, ..family });
+                let family =
+                    CandidateFamily::new("straightness", place, outlets, 60.0).over(with_slope).refine(shape.clone());
+                list.push(CandidateFamily { pairs, ..family });
             }
-            list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(shape));
+            list.push(
+                CandidateFamily::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(shape),
+            );
             let bow = Effect::new("straightness", place)
                 .with("degrees", list_of(vec![2.0, 3.0]))
                 .with("half_travel", ParameterValue::Number((to - from) / 2.0));
-            list.push(Family::new("straightness", place, motion(axis, &[component]), 60.0).over(vec![bow]));
+            list.push(CandidateFamily::new("straightness", place, motion(axis, &[component]), 60.0).over(vec![bow]));
         }
         for tilt in d.tilts {
-            list.push(Family::new("squareness", place, vec![Outlet::Location { axis, component: tilt }], 120.0));
+            list.push(CandidateFamily::new(
+                "squareness",
+                place,
+                vec![Outlet::Location { axis, component: tilt }],
+                120.0,
+            ));
         }
     }
     let mut tilting = vec![own];
     tilting.extend(motion(axis, &d.tilts));
     for outlets in [vec![own], motion(axis, &d.across), motion(axis, &d.tilts), tilting] {
-        list.push(growth(ground, place, outlets));
+        list.push(growth(model, place, outlets));
     }
-    if last_before_spindle(ground, axis) {
+    if last_before_spindle(model, axis) {
         // a spindle that grows also bends: along the slide with its tilts and shifts
         let mut outlets = vec![own];
         outlets.extend(motion(axis, &d.across));
         outlets.extend(motion(axis, &d.tilts));
-        list.push(growth(ground, place, outlets));
+        list.push(growth(model, place, outlets));
     }
 }
 
 /// Number of different places at which an axis stands.
-fn standing_places(ground: &Ground, axis: usize) -> usize {
-    let first = |test: usize| ground.context.motion(test).axis(axis).next();
-    let mut places: Vec<f64> = (0..ground.tests()).filter_map(first).collect();
+fn standing_places(model: &LinearModel, axis: usize) -> usize {
+    let first = |test: usize| model.context.motion(test).axis(axis).next();
+    let mut places: Vec<f64> = (0..model.tests()).filter_map(first).collect();
     places.sort_by(f64::total_cmp);
     places.dedup_by(|one, other| (*one - *other).abs() < 0.1);
     places.len()

@@ -14,5 +14,5 @@ mod setups;
 mod vibrations;
 
 pub use self::catalogue::families;
-pub use self::family::{ALONG, Family, Refined, family_terms, terms};
+pub use self::family::{ALONG, CandidateFamily, Refined, family_terms, terms};
 pub(crate) use self::motions::{travelled, visited};

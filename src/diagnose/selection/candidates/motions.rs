@@ -1,7 +1,7 @@
 //! What the axes of a session did, and the motions that they may have beside their own. It names no effect.
 
 use crate::chain::Geometry;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{AxisKind, Component, Machine, Outlet};
 
 /// Components across and along the nearest coordinate direction of an axis.
@@ -27,10 +27,10 @@ pub(super) fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
 }
 
 /// Smallest and largest position that recordings reach with an axis in motion; `None` when it never moves.
-pub(crate) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
+pub(crate) fn travelled(model: &LinearModel, axis: usize) -> Option<(f64, f64)> {
     let mut ends: Option<(f64, f64)> = None;
-    for test in 0..ground.tests() {
-        let motion = ground.context.motion(test);
+    for test in 0..model.tests() {
+        let motion = model.context.motion(test);
         if motion.moving.contains(&axis) {
             for q in motion.axis(axis) {
                 ends = Some(ends.map_or((q, q), |(from, to)| (from.min(q), to.max(q))));
@@ -41,25 +41,25 @@ pub(crate) fn travelled(ground: &Ground, axis: usize) -> Option<(f64, f64)> {
 }
 
 /// Smallest and largest position of an axis, standing or moving.
-pub(crate) fn visited(ground: &Ground, axis: usize) -> (f64, f64) {
-    (0..ground.tests())
-        .flat_map(|test| ground.context.motion(test).axis(axis))
+pub(crate) fn visited(model: &LinearModel, axis: usize) -> (f64, f64) {
+    (0..model.tests())
+        .flat_map(|test| model.context.motion(test).axis(axis))
         .fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)))
 }
 
 /// Whether any slide moves in any test.
-pub(super) fn slides_move(ground: &Ground) -> bool {
-    let axes = &ground.context.machine().axes;
-    (0..ground.tests())
-        .any(|test| ground.context.motion(test).moving.iter().any(|&axis| axes[axis].kind == AxisKind::Linear))
+pub(super) fn slides_move(model: &LinearModel) -> bool {
+    let axes = &model.context.machine().axes;
+    (0..model.tests())
+        .any(|test| model.context.motion(test).moving.iter().any(|&axis| axes[axis].kind == AxisKind::Linear))
 }
 
 /// Median distance of neighbouring positions of an axis in motion.
-pub(super) fn finest_step(ground: &Ground, axis: usize) -> f64 {
-    let mut steps: Vec<f64> = (0..ground.tests())
-        .filter(|&test| ground.context.motion(test).moving.contains(&axis))
+pub(super) fn finest_step(model: &LinearModel, axis: usize) -> f64 {
+    let mut steps: Vec<f64> = (0..model.tests())
+        .filter(|&test| model.context.motion(test).moving.contains(&axis))
         .flat_map(|test| {
-            let positions: Vec<f64> = ground.context.motion(test).axis(axis).collect();
+            let positions: Vec<f64> = model.context.motion(test).axis(axis).collect();
             positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect::<Vec<_>>()
         })
         .collect();
@@ -68,21 +68,21 @@ pub(super) fn finest_step(ground: &Ground, axis: usize) -> f64 {
 }
 
 /// The load on the joint changes its direction to gravity in the session.
-pub(super) fn turns_against_gravity(ground: &Ground, axis: usize) -> bool {
-    gravity_turns_in(ground, axis, |rows| {
+pub(super) fn turns_against_gravity(model: &LinearModel, axis: usize) -> bool {
+    gravity_turns_in(model, axis, |rows| {
         [0, rows / 2, rows.saturating_sub(1)].into_iter().filter(|&r| r < rows).collect()
     })
 }
 
 /// Whether gravity changes its direction in the link that an axis carries, over the rows that `looked_at` picks by their number.
-pub(super) fn gravity_turns_in(ground: &Ground, axis: usize, looked_at: impl Fn(usize) -> Vec<usize>) -> bool {
-    let chain = ground.context.chain();
+pub(super) fn gravity_turns_in(model: &LinearModel, axis: usize, looked_at: impl Fn(usize) -> Vec<usize>) -> bool {
+    let chain = model.context.chain();
     let geometry = Geometry::nominal(chain);
     let link = chain.carried_by(axis);
-    let gravity = ground.context.machine().gravity;
+    let gravity = model.context.machine().gravity;
     let mut first = None;
-    (0..ground.tests()).any(|test| {
-        let motion = ground.context.motion(test);
+    (0..model.tests()).any(|test| {
+        let motion = model.context.motion(test);
         looked_at(motion.rows()).into_iter().any(|row| {
             let seen = geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
             (seen - *first.get_or_insert(seen)).norm() > 0.02
@@ -91,9 +91,9 @@ pub(super) fn gravity_turns_in(ground: &Ground, axis: usize, looked_at: impl Fn(
 }
 
 /// The slide nearest to the spindle: where growth of the spindle shows.
-pub(super) fn last_before_spindle(ground: &Ground, axis: usize) -> bool {
-    let chain = ground.context.chain();
-    let machine = ground.context.machine();
+pub(super) fn last_before_spindle(model: &LinearModel, axis: usize) -> bool {
+    let chain = model.context.chain();
+    let machine = model.context.machine();
     let branch = chain.branch(crate::chain::Branch::Tool);
     branch.iter().rev().find(|&&k| machine.axes[k].kind == AxisKind::Linear) == Some(&axis)
 }

@@ -1,20 +1,20 @@
 //! Candidates that the sense or the speed of motion drives. It judges nothing.
 
-use super::family::{Family, Refined, number};
+use super::family::{CandidateFamily, Refined, number};
 use super::motions::{directions, motion, slides_move, travelled, visited};
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
 
 /// Lost motion: all at once, half or all by wind-up; an axis that stands at first may stand on either flank.
-pub(super) fn windups(ground: &Ground, kind: &str, axis: usize, take_up: f64) -> Vec<Effect> {
+pub(super) fn windups(model: &LinearModel, kind: &str, axis: usize, take_up: f64) -> Vec<Effect> {
     let base = |share: f64, start: f64| {
         number(kind, Place::Axis(axis), "take_up", take_up)
             .with("windup_share", ParameterValue::Number(share))
             .with("gap", ParameterValue::Number(0.0))
             .with("start", ParameterValue::Number(start))
     };
-    let first = ground.context.order().first();
-    let stands = first.is_some_and(|&test| !ground.context.motion(test).moving.contains(&axis));
+    let first = model.context.order().first();
+    let stands = first.is_some_and(|&test| !model.context.motion(test).moving.contains(&axis));
     let starts: &[f64] = if stands { &[0.0, 1.0, -1.0] } else { &[0.0] };
     starts.iter().flat_map(|&start| [0.0, 0.5, 1.0].map(|share| base(share, start))).collect()
 }
@@ -37,12 +37,12 @@ pub(super) fn spikes(place: Place) -> Vec<Effect> {
 }
 
 /// Lag of an axis beyond that of the others; where slides move, also with the radius that a lag of all takes.
-pub(super) fn servo_lag(ground: &Ground, axis: usize) -> Vec<Family> {
+pub(super) fn servo_lag(model: &LinearModel, axis: usize) -> Vec<CandidateFamily> {
     let place = Place::Axis(axis);
-    let beyond = Family::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast();
+    let beyond = CandidateFamily::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast();
     let outlets = vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }];
-    let with_common = Family::new("servo-lag", place, outlets, 1e4).fast();
-    if slides_move(ground) { vec![beyond, with_common] } else { vec![beyond] }
+    let with_common = CandidateFamily::new("servo-lag", place, outlets, 1e4).fast();
+    if slides_move(model) { vec![beyond, with_common] } else { vec![beyond] }
 }
 
 /// Log odds against a joint that tips as another axis reverses, and against one that tips as an axis is only positioned:
@@ -60,15 +60,15 @@ const TIPPING_STEP: f64 = 0.6;
 const LEAST_WAY: f64 = 0.1;
 
 /// Joints that tip to one or the other side as another axis goes one or the other way, within tests or between them.
-pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
+pub(super) fn tipping(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
     let axes = 0..machine.axes.len();
     for (driving, tipped) in axes.clone().flat_map(|driving| axes.clone().map(move |tipped| (driving, tipped))) {
-        let (from, to) = visited(ground, driving);
+        let (from, to) = visited(model, driving);
         if driving == tipped || to - from < machine.axes[driving].kind.from_file_unit(LEAST_WAY) {
             continue;
         }
-        let rarity = if travelled(ground, driving).is_some() { TIPS } else { TIPS_BETWEEN };
+        let rarity = if travelled(model, driving).is_some() { TIPS } else { TIPS_BETWEEN };
         let place = Place::Axis(tipped);
         // travels of the driving axis are written in the unit of the place
         let travel = |of: f64| machine.axes[tipped].kind.from_file_unit(of);
@@ -79,9 +79,11 @@ pub(super) fn tipping(ground: &Ground, list: &mut Vec<Family>) {
         let (most, step) = (travel(LONGEST_TIPPING), travel(TIPPING_STEP));
         let gap = Refined { name: "gap", least: 0.0, most, step, element: None };
         let outlets = motion(tipped, &directions(machine, tipped).tilts);
-        list.push(Family {
+        list.push(CandidateFamily {
             rarity,
-            ..Family::new("lateral-play", place, outlets, 30.0).over(TIPPING.map(over).to_vec()).refine(vec![gap])
+            ..CandidateFamily::new("lateral-play", place, outlets, 30.0)
+                .over(TIPPING.map(over).to_vec())
+                .refine(vec![gap])
         });
     }
 }

@@ -1,8 +1,8 @@
 //! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in the other files.
 
-use super::family::{Family, list_of};
+use super::family::{CandidateFamily, list_of};
 use super::motions::{directions, gravity_turns_in, motion, travelled};
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 /// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
@@ -15,27 +15,27 @@ const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
 const LOOKED_AT: usize = 50;
 
 /// Replaces the list by what static poses can show.
-pub(super) fn for_poses(ground: &Ground, list: &mut Vec<Family>) {
+pub(super) fn for_poses(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     list.retain(|family| !needs_runs(family));
     for family in list.iter_mut() {
         family.plausible = family.plausible.max(PLAUSIBLE);
         // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
         family.fast = family.kind == "cyclic-error";
     }
-    let machine = ground.context.machine();
-    let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(ground, axis).is_some()).collect();
+    let machine = model.context.machine();
+    let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(model, axis).is_some()).collect();
     for &axis in &moving {
-        arrivals(ground, axis, &moving, list);
-        list.push(warming_up(ground, axis));
+        arrivals(model, axis, &moving, list);
+        list.push(warming_up(model, axis));
         if machine.axes[axis].kind == AxisKind::Rotary {
-            sags(ground, axis, list);
-            periodic(ground, axis, list);
+            sags(model, axis, list);
+            periodic(model, axis, list);
         }
     }
 }
 
 /// Whether a family depends on times or runs, which static poses do not have.
-fn needs_runs(family: &Family) -> bool {
+fn needs_runs(family: &CandidateFamily) -> bool {
     match family.kind {
         "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike" => true,
         "pivot-slip" | "ball-slip" | "beat" => true,
@@ -47,25 +47,25 @@ fn needs_runs(family: &Family) -> bool {
 }
 
 /// What the speed of arrival leaves: at the joint itself, and in the bearings of others that its braking bends.
-fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
+fn arrivals(model: &LinearModel, axis: usize, moving: &[usize], list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
     let place = Place::Axis(axis);
-    let own = Family::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
-    list.push(Family { functions: &["speed"], ..own.clone() });
+    let own = CandidateFamily::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+    list.push(CandidateFamily { functions: &["speed"], ..own.clone() });
     list.push(own.clone());
     // an arm stretched out from another joint's line makes the whole move slower or softer
     for &about in moving.iter().filter(|&&about| about != axis && machine.axes[about].kind == AxisKind::Rotary) {
         let name = ParameterValue::Word(machine.axes[about].name.clone());
         let stretched = Effect::new("arrival-lag", place).with("about", name);
-        list.push(Family { functions: &["inertia"], ..own.clone() }.over(vec![stretched]));
+        list.push(CandidateFamily { functions: &["inertia"], ..own.clone() }.over(vec![stretched]));
     }
-    let chain = ground.context.chain();
+    let chain = model.context.chain();
     for &of in moving.iter().filter(|&&of| of != axis && chain.carries(of, chain.carried_by(axis))) {
         let braked = Effect::new("arrival-lag", place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
         // a tilt about the line of the joint before is that joint's own error
         let mut tilts = motion(axis, &directions(machine, axis).tilts);
-        tilts.retain(|outlet| !is_own_of(ground, of, axis, outlet));
-        list.push(Family::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
+        tilts.retain(|outlet| !is_own_of(model, of, axis, outlet));
+        list.push(CandidateFamily::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
     }
 }
 
@@ -73,17 +73,17 @@ fn arrivals(ground: &Ground, axis: usize, moving: &[usize], list: &mut Vec<Famil
 const WARMING_POSES: [f64; 4] = [15.0, 40.0, 100.0, 250.0];
 
 /// A joint that drifts while the arm warms up, by the number of the pose.
-fn warming_up(ground: &Ground, axis: usize) -> Family {
+fn warming_up(model: &LinearModel, axis: usize) -> CandidateFamily {
     let place = Place::Axis(axis);
     let clock = Effect::new("thermal-growth", place).with("clock", ParameterValue::Word("poses".into()));
     let grid = WARMING_POSES.map(|tau| clock.clone().with("tau", list_of(vec![tau])));
-    Family::new("thermal-growth", place, vec![Outlet::own(ground.context.machine(), axis)], PLAUSIBLE)
+    CandidateFamily::new("thermal-growth", place, vec![Outlet::own(model.context.machine(), axis)], PLAUSIBLE)
         .over(grid.to_vec())
 }
 
 /// Whether a tilt of an axis turns about the direction of another axis that carries it, at zero and nearly always.
-fn is_own_of(ground: &Ground, of: usize, axis: usize, outlet: &Outlet) -> bool {
-    let chain = ground.context.chain();
+fn is_own_of(model: &LinearModel, of: usize, axis: usize, outlet: &Outlet) -> bool {
+    let chain = model.context.chain();
     let Outlet::Motion { component, .. } = outlet else { return false };
     let (before, after) = (chain.carried_by(of), chain.carried_by(axis));
     let follows = before.branch == after.branch && after.depth == before.depth + 1;
@@ -91,13 +91,13 @@ fn is_own_of(ground: &Ground, of: usize, axis: usize, outlet: &Outlet) -> bool {
 }
 
 /// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
-fn sags(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
-    let chain = ground.context.chain();
+fn sags(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
+    let chain = model.context.chain();
     let place = Place::Axis(axis);
     let d = directions(machine, axis);
     for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
-        if !gravity_turns_in(ground, beyond, |rows| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect()) {
+        if !gravity_turns_in(model, beyond, |rows| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect()) {
             continue;
         }
         let load =
@@ -107,25 +107,25 @@ fn sags(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             motion(axis, &d.tilts),
             motion(axis, &[d.across[0], d.across[1], d.along]),
         ] {
-            let family = Family::new("gravity-sag", place, outlets, PLAUSIBLE).over(vec![load.clone()]);
-            list.push(Family { functions: &["x", "y", "z"], ..family });
+            let family = CandidateFamily::new("gravity-sag", place, outlets, PLAUSIBLE).over(vec![load.clone()]);
+            list.push(CandidateFamily { functions: &["x", "y", "z"], ..family });
         }
     }
 }
 
 /// Low orders of a joint's own angle and of its line.
-fn periodic(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
+fn periodic(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
     let place = Place::Axis(axis);
     let d = directions(machine, axis);
     let with_orders = |kind: &str, orders: &[f64]| Effect::new(kind, place).with("orders", list_of(orders.to_vec()));
     for orders in OWN_ORDERS {
-        let own = Family::new("cyclic-error", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+        let own = CandidateFamily::new("cyclic-error", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
         list.push(own.over(vec![with_orders("cyclic-error", orders)]));
     }
     for orders in LINE_ORDERS {
         for outlets in [motion(axis, &[d.across[0], d.across[1], d.along]), motion(axis, &d.tilts)] {
-            let line = Family::new("rotary-error-motion", place, outlets, PLAUSIBLE);
+            let line = CandidateFamily::new("rotary-error-motion", place, outlets, PLAUSIBLE);
             list.push(line.over(vec![with_orders("rotary-error-motion", orders)]));
         }
     }

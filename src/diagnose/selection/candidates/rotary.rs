@@ -1,39 +1,39 @@
 //! Candidates of a rotary axis. It judges nothing.
 
 use super::curves::{postures, unknown};
-use super::family::{Family, Refined, list_of, number, refined};
+use super::family::{CandidateFamily, Refined, list_of, number, refined};
 use super::growth::growth;
 use super::lifts::stretches;
 use super::motions::{directions, finest_step, motion, travelled, turns_against_gravity};
 use super::play::{servo_lag, windup_refined, windups};
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{Effect, Outlet, Place};
 use std::f64::consts::PI;
 
 /// Orders of a bearing's error motion that take part: the lowest ones, more, all.
 const ERROR_MOTION_ORDERS: [usize; 3] = [2, 4, 8];
 
-pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
+pub(super) fn rotary(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
     let place = Place::Axis(axis);
     let own = Outlet::own(machine, axis);
     let d = directions(machine, axis);
-    let ends = travelled(ground, axis);
+    let ends = travelled(model, axis);
     if let Some((from, to)) = ends {
         list.push(
-            Family::new("rotary-backlash", place, vec![own], 60.0)
-                .over(windups(ground, "rotary-backlash", axis, 3f64.to_radians()))
+            CandidateFamily::new("rotary-backlash", place, vec![own], 60.0)
+                .over(windups(model, "rotary-backlash", axis, 3f64.to_radians()))
                 .refine(windup_refined(20f64.to_radians())),
         );
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
             list.push(
-                Family::new("lateral-play", place, outlets, 30.0)
-                    .over(windups(ground, "lateral-play", axis, 3f64.to_radians()))
+                CandidateFamily::new("lateral-play", place, outlets, 30.0)
+                    .over(windups(model, "lateral-play", axis, 3f64.to_radians()))
                     .refine(windup_refined(20f64.to_radians())),
             );
         }
         list.push(
-            Family::new("reversal-spike", place, vec![own], 60.0)
+            CandidateFamily::new("reversal-spike", place, vec![own], 60.0)
                 .over([0.3f64, 1.0, 3.0].map(|d| number("reversal-spike", place, "travel", d.to_radians())).to_vec())
                 .refine(vec![refined("travel", 0.01f64.to_radians(), 20f64.to_radians(), 0.5)])
                 .fast(),
@@ -53,9 +53,9 @@ pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
         };
         let error_motion = ERROR_MOTION_ORDERS.map(up_to).to_vec();
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
-            list.push(Family::new("rotary-error-motion", place, outlets, 10.0).over(error_motion.clone()));
+            list.push(CandidateFamily::new("rotary-error-motion", place, outlets, 10.0).over(error_motion.clone()));
         }
-        let highest = 0.4 * 2.0 * PI / finest_step(ground, axis);
+        let highest = 0.4 * 2.0 * PI / finest_step(model, axis);
         let step = (PI / arc).max(0.5);
         let cyclic = |n: f64| Effect::new("cyclic-error", place).with("orders", list_of(vec![n]));
         let mut grid = Vec::new();
@@ -65,20 +65,20 @@ pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             n += step;
         }
         list.push(
-            Family::new("cyclic-error", place, vec![own], 30.0)
+            CandidateFamily::new("cyclic-error", place, vec![own], 30.0)
                 .over(grid)
                 .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }])
                 .fast(),
         );
-        list.extend(servo_lag(ground, axis));
+        list.extend(servo_lag(model, axis));
         let (stretches, shape) = stretches(place, (from, to), 6f64.to_radians());
         let lifted = [d.along, d.tilts[0], d.tilts[1]];
         let tipped = [&d.across[..], &d.tilts].concat();
         for components in [&lifted[..], &tipped, &[d.along]] {
-            let family = Family::new("clamp-lift", place, motion(axis, components), 30.0);
+            let family = CandidateFamily::new("clamp-lift", place, motion(axis, components), 30.0);
             list.push(family.over(stretches.clone()).refine(shape.clone()));
         }
-        let postures = postures(ground, axis);
+        let postures = postures(model, axis);
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), vec![own]] {
             for driver in ["position", "direction"] {
                 list.push(unknown(place, axis, machine, outlets.clone(), (from, to), driver));
@@ -90,12 +90,12 @@ pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
             }
         }
     }
-    if turns_against_gravity(ground, axis) {
+    if turns_against_gravity(model, axis) {
         let components = [d.across[0], d.across[1], d.tilts[0], d.tilts[1]];
         let mut outlets = motion(axis, &components);
         outlets.push(own);
-        let whole = Family::new("gravity-sag", place, outlets, 30.0);
-        list.push(Family { functions: &["x", "y", "z"], ..whole.clone() });
+        let whole = CandidateFamily::new("gravity-sag", place, outlets, 30.0);
+        list.push(CandidateFamily { functions: &["x", "y", "z"], ..whole.clone() });
         // a body that bends in its own frame adds products of gravity's components
         list.push(whole);
     }
@@ -103,6 +103,6 @@ pub(super) fn rotary(ground: &Ground, axis: usize, list: &mut Vec<Family>) {
     // a table that grows also shifts and tilts
     let whole = [&growing[..], &d.across].concat();
     for components in [&d.across[..], &[d.along], &d.tilts, &growing, &whole] {
-        list.push(growth(ground, place, motion(axis, components)));
+        list.push(growth(model, place, motion(axis, components)));
     }
 }

@@ -1,44 +1,46 @@
 //! Candidates of recorder, balls and bars. It judges nothing.
 
-use super::family::{Family, Refined, list_of, number, refined};
+use super::family::{CandidateFamily, Refined, list_of, number, refined};
 use super::growth::{channels, lag_refined, lagging};
 use super::motions::slides_move;
 use super::vibrations::{beats, vibrations};
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
-pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
-    let session = ground.context.session();
-    let setups = ground.problem.setups;
-    list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0).fast());
+pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
+    let session = model.context.session();
+    let setups = model.problem.setups;
+    list.push(CandidateFamily::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0).fast());
     let one_test = |test: &usize| {
         let mut effect = Effect::new("trigger-latency", Place::Recorder);
         effect.tests = Some(vec![session.tests[*test].name.clone()]);
         effect
     };
-    let tests = ground.context.order();
+    let tests = model.context.order();
     if tests.len() > 1 {
         // lengths and positions of one test that were paired with a shift of some tenths of a second or more
         let shifted: Vec<Effect> = tests.iter().map(one_test).collect();
-        list.push(Family::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 3000.0).over(shifted).fast());
+        list.push(
+            CandidateFamily::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 3000.0).over(shifted).fast(),
+        );
     }
-    let latest = tests.iter().map(|&test| ground.context.ends_at_s(test)).fold(0.0, f64::max);
+    let latest = tests.iter().map(|&test| model.context.ends_at_s(test)).fold(0.0, f64::max);
     let slip = |kind: &'static str,
                 place: Place,
                 setup_of: &[usize],
                 setup: usize,
                 outlets: Vec<Outlet>,
-                list: &mut Vec<Family>| {
+                list: &mut Vec<CandidateFamily>| {
         let mut grid = Vec::new();
         let mut first = true;
         for &test in tests.iter().filter(|&&test| setup_of[test] == setup) {
-            let (from, to) = (session.tests[test].started_at_s, ground.context.ends_at_s(test));
+            let (from, to) = (session.tests[test].started_at_s, model.context.ends_at_s(test));
             let shares: &[f64] = if first { &[0.2, 0.4, 0.6, 0.8] } else { &[-1e-6, 0.2, 0.4, 0.6, 0.8] };
             first = false;
             let ball =
                 if place == Place::Pivot { &session.tests[test].pivot } else { &session.tests[test].spindle_ball };
             let shares = shares.iter().map(|share| from + share * (to - from));
-            for time in shares.chain(jumps(ground, test)) {
+            for time in shares.chain(jumps(model, test)) {
                 grid.push(
                     number(kind, place, "time", time)
                         .with("link", ParameterValue::Word(ball.link.clone()))
@@ -47,7 +49,7 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
             }
         }
         if !grid.is_empty() {
-            list.push(Family::new(kind, place, outlets, 30.0).over(grid).fast().refine(vec![
+            list.push(CandidateFamily::new(kind, place, outlets, 30.0).over(grid).fast().refine(vec![
                 Refined { name: "time", least: 0.0, most: latest, step: 3.0, element: None },
                 Refined { name: "creep_share", least: 0.0, most: 1.0, step: 0.3, element: None },
                 Refined { name: "creep_time", least: 0.5, most: 2000.0, step: 10.0, element: None },
@@ -68,35 +70,35 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
         );
     }
     let first_slide = session.machine.axes.iter().position(|axis| axis.kind == AxisKind::Linear);
-    if let Some(axis) = first_slide.filter(|_| slides_move(ground)) {
+    if let Some(axis) = first_slide.filter(|_| slides_move(model)) {
         let outlets = vec![Outlet::SlidesAcceleration { axis }];
-        let all = Family::new("radius-loss", Place::Control, outlets, 1e4).fast();
-        list.push(Family { rarity: LOST_BY_ALL, ..all });
+        let all = CandidateFamily::new("radius-loss", Place::Control, outlets, 1e4).fast();
+        list.push(CandidateFamily { rarity: LOST_BY_ALL, ..all });
     }
     for place in [Place::Pivot, Place::SpindleBall] {
         let form = |degree: f64| number("ball-form", place, "degree", degree);
-        let family = Family::new("ball-form", place, vec![Outlet::Reading], ROUND_WITHIN);
-        list.push(Family { rarity: GOOD_BALLS, ..family.over([2.0, 3.0, 4.0].map(form).to_vec()) });
+        let family = CandidateFamily::new("ball-form", place, vec![Outlet::Reading], ROUND_WITHIN);
+        list.push(CandidateFamily { rarity: GOOD_BALLS, ..family.over([2.0, 3.0, 4.0].map(form).to_vec()) });
         let sticks = |turned: f64| number("cup-stiction", place, "turned", turned);
-        let family = Family::new("cup-stiction", place, vec![Outlet::Reading], 2.0);
+        let family = CandidateFamily::new("cup-stiction", place, vec![Outlet::Reading], 2.0);
         let family = family.over([2.0, 5.0, 12.0].map(sticks).to_vec()).refine(vec![refined("turned", 0.3, 60.0, 0.4)]);
-        list.push(Family { rarity: GOOD_BALLS, ..family.fast() });
+        list.push(CandidateFamily { rarity: GOOD_BALLS, ..family.fast() });
     }
-    vibrations(ground, list);
-    beats(ground, list);
+    vibrations(model, list);
+    beats(model, list);
     let span = latest.max(60.0);
     let growing: &[&str] = if setups.bars.len() > 1 { &["by-length", "alike"] } else { &["alike"] };
     for way in growing {
         let bar_growth = Effect::new("bar-length", Place::Bar).with("growing", ParameterValue::Word((*way).into()));
         let over_time = |share: f64| bar_growth.clone().with("tau", list_of(vec![share * span]));
-        let mut family = Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+        let mut family = CandidateFamily::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
             .over([0.1, 0.3, 1.0].map(over_time).to_vec())
             .refine(vec![Refined { name: "tau", least: 10.0, most: 10.0 * span, step: 0.1 * span, element: Some(0) }]);
         family.functions = &["growth1"];
         list.push(family);
-        for channel in channels(ground) {
+        for channel in channels(model) {
             let effect = bar_growth.clone().with("channel", ParameterValue::Word(channel));
-            let mut family = Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+            let mut family = CandidateFamily::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
                 .over(lagging(&effect, span))
                 .refine(vec![lag_refined(span)]);
             family.functions = &["kelvin"];
@@ -106,7 +108,7 @@ pub(super) fn setup(ground: &Ground, list: &mut Vec<Family>) {
     for bar in &setups.bars {
         if let Some(length) = session.tests[bar.first_test].bar_length_mm {
             let effect = number("bar-length", Place::Bar, "bar", length);
-            list.push(Family::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
+            list.push(CandidateFamily::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
         }
     }
 }
@@ -123,11 +125,11 @@ const LOST_BY_ALL: f64 = 4.0;
 const BESIDE: usize = 6;
 
 /// Session times of the two largest jumps of a test's residual.
-fn jumps(ground: &Ground, test: usize) -> Vec<f64> {
-    let residual = &ground.residual_mm[test];
+fn jumps(model: &LinearModel, test: usize) -> Vec<f64> {
+    let residual = &model.residual_mm[test];
     let mean = |rows: std::ops::Range<usize>| -> f64 {
         let (sum, count) = rows
-            .filter(|&row| ground.kept[test][row])
+            .filter(|&row| model.kept[test][row])
             .fold((0.0, 0usize), |(sum, count), row| (sum + residual[row], count + 1));
         if count == 0 { f64::NAN } else { sum / count as f64 }
     };
@@ -147,6 +149,6 @@ fn jumps(ground: &Ground, test: usize) -> Vec<f64> {
     }
     // between the last row before the jump and the first behind it
     let time =
-        |row: usize| 0.5 * (ground.context.session_time_s(test, row - 1) + ground.context.session_time_s(test, row));
+        |row: usize| 0.5 * (model.context.session_time_s(test, row - 1) + model.context.session_time_s(test, row));
     chosen.into_iter().map(time).collect()
 }

@@ -1,8 +1,8 @@
 //! Candidates that vibrate or ripple in time. It judges nothing.
 
-use super::family::{Family, Refined, number, refined};
+use super::family::{CandidateFamily, Refined, number, refined};
 use super::motions::travelled;
-use crate::diagnose::model::linear_model::Ground;
+use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::spectrum::{aliased, lines};
 use crate::diagnose::selection::ripples::waves;
 use crate::machine::{AxisKind, Outlet, ParameterValue, Place};
@@ -12,10 +12,10 @@ use std::f64::consts::TAU;
 const PEAKS: usize = 4;
 
 /// Frequencies at which the traces together have the most power, tried as vibration of ball and joints.
-pub(super) fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
-    let mut lines: Vec<f64> = lines(ground, &ground.residual_mm).into_iter().take(PEAKS).map(|line| line.hz).collect();
-    let aliases = aliased(ground, &ground.residual_mm, &lines);
+pub(super) fn vibrations(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
+    let mut lines: Vec<f64> = lines(model, &model.residual_mm).into_iter().take(PEAKS).map(|line| line.hz).collect();
+    let aliases = aliased(model, &model.residual_mm, &lines);
     lines.extend(aliases);
     if lines.is_empty() {
         return;
@@ -28,7 +28,7 @@ pub(super) fn vibrations(ground: &Ground, list: &mut Vec<Family>) {
         let clocked =
             |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
         let mut family =
-            Family::new("vibration", place, outlets, 10.0).over(lines.iter().map(clocked).collect()).fast();
+            CandidateFamily::new("vibration", place, outlets, 10.0).over(lines.iter().map(clocked).collect()).fast();
         family.by_test = true;
         list.push(family.refine(vec![Refined {
             name: "frequency",
@@ -48,16 +48,16 @@ const PHASE: f64 = 0.1;
 const ALONG: f64 = 0.05;
 
 /// The loudest ripples of each moving axis that wander with time.
-pub(super) fn beats(ground: &Ground, list: &mut Vec<Family>) {
-    let machine = ground.context.machine();
-    let tests = || 0..ground.tests();
-    let begins = tests().map(|test| ground.context.session().tests[test].started_at_s).fold(f64::MAX, f64::min);
-    let ends = tests().map(|test| ground.context.ends_at_s(test)).fold(f64::MIN, f64::max);
+pub(super) fn beats(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
+    let machine = model.context.machine();
+    let tests = || 0..model.tests();
+    let begins = tests().map(|test| model.context.session().tests[test].started_at_s).fold(f64::MAX, f64::min);
+    let ends = tests().map(|test| model.context.ends_at_s(test)).fold(f64::MIN, f64::max);
     let session_s = (ends - begins).max(1.0);
     for axis in 0..machine.axes.len() {
-        let Some((from, to)) = travelled(ground, axis) else { continue };
+        let Some((from, to)) = travelled(model, axis) else { continue };
         let (place, own) = (Place::Axis(axis), Outlet::own(machine, axis));
-        for wave in waves(ground, axis, &own) {
+        for wave in waves(model, axis, &own) {
             let (name, along) = match machine.axes[axis].kind {
                 AxisKind::Linear => ("period", TAU / wave.per_unit),
                 AxisKind::Rotary => ("order", wave.per_unit),
@@ -68,8 +68,8 @@ pub(super) fn beats(ground: &Ground, list: &mut Vec<Family>) {
                 refined("frequency", wave.least_hz, 1e3, PHASE / (session_s * wave.hz)),
                 refined(name, 0.9 * along, 1.1 * along, ALONG / ripples * along),
             ];
-            let family = Family::new("beat", place, vec![own], RIPPLES).over(vec![beat]).refine(shape).fast();
-            list.push(Family { rarity: RARE, ..family });
+            let family = CandidateFamily::new("beat", place, vec![own], RIPPLES).over(vec![beat]).refine(shape).fast();
+            list.push(CandidateFamily { rarity: RARE, ..family });
         }
     }
 }
