@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};
-use fiveaxis::effects::{self, Context, Default, Disturbances, Kind, Parameter, ParameterUnit, column};
+use fiveaxis::effects::{self, Context, DefaultValue, Disturbances, Kind, Parameter, ParameterUnit, column};
 use fiveaxis::load::{load_machine, machine_from_yaml};
 use fiveaxis::machine::{AxisKind, Component, Directions, Effect, Machine, Outlet, ParameterValue, Place};
 use fiveaxis::report::machine_yaml;
@@ -162,7 +162,7 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
         ("of" | "about", ..) => ParameterValue::Word(machine.axes[0].name.clone()),
         (_, ParameterUnit::Word(words), _) => ParameterValue::Word((*words.first()?).into()),
         (_, _, 1) => match parameter.default {
-            Default::Number(value) => ParameterValue::Number(inside(value)),
+            DefaultValue::Number(value) => ParameterValue::Number(inside(value)),
             _ => ParameterValue::Number(inside(1.0)),
         },
         _ => ParameterValue::List(vec![inside(2.0), inside(5.0)]),

@@ -254,8 +254,8 @@ fn in_sense(text: &str, sense: &str) -> String {
 fn every_program_of_every_machine_keeps_the_bar() {
     let files = machines();
     assert!(files.len() >= 16);
-    // every machine in one of the senses, in turn; FIVEAXIS_REPLAY=all for both, which takes twice as long
-    let both = std::env::var("FIVEAXIS_REPLAY").is_ok_and(|wanted| wanted == "all");
+    // every machine in one of the senses, in turn; FIVEAXIS_TESTS=all for both, which takes twice as long
+    let both = std::env::var("FIVEAXIS_TESTS").is_ok_and(|wanted| wanted == "all");
     let cases: Vec<(&PathBuf, &str)> = files
         .iter()
         .enumerate()

@@ -57,9 +57,9 @@ pub enum Named {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// It is a finding, or stands among what a finding cannot be told from.
-    SelectedEffect { how: Named, probability: f64 },
+    Found { how: Named, probability: f64 },
     /// Not found, and listed with a smallest visible size above the cause's (`None`: of any size).
-    Unseen(Option<f64>),
+    Blind(Option<f64>),
     /// Nothing to find: no cause, or one that is fitted anyway.
     Clean,
     /// Not found, and not listed as out of sight at its size.
@@ -103,17 +103,17 @@ fn judged(diagnosis: &Diagnosis, cause: &LeftOut) -> Outcome {
         })
     };
     if let Some((first, _, probability)) = causes().find(|(_, cause, _)| is_it(cause)) {
-        return Outcome::SelectedEffect { how: if first { Named::Exactly } else { Named::AsRival }, probability };
+        return Outcome::Found { how: if first { Named::Exactly } else { Named::AsRival }, probability };
     }
     if let Some((_, _, probability)) = causes().find(|(_, cause, _)| is_like(cause)) {
-        return Outcome::SelectedEffect { how: Named::AsSagOrErrorMotion, probability };
+        return Outcome::Found { how: Named::AsSagOrErrorMotion, probability };
     }
     let is_carried = |other: &Cause| {
         let carried = |name: &String| name.ends_with('A') && other.components.contains(&name.replace("A", "C"));
         other.effect == "gravity-sag" && other.place == "C" && place == "A" && components.iter().any(carried)
     };
     if let Some((_, _, probability)) = causes().find(|(_, cause, _)| is_carried(cause)) {
-        return Outcome::SelectedEffect { how: Named::AsSagOfCarried, probability };
+        return Outcome::Found { how: Named::AsSagOfCarried, probability };
     }
     if !diagnosis.findings.is_empty() {
         return Outcome::Neither(format!("named: {}", found().join("; ")));
@@ -122,7 +122,7 @@ fn judged(diagnosis: &Diagnosis, cause: &LeftOut) -> Outcome {
     let sizes = listed.iter().map(|blind| blind.smallest);
     let out_of_sight = |smallest: &Option<f64>| smallest.is_none_or(|smallest| smallest >= cause.size);
     match sizes.clone().find(out_of_sight) {
-        Some(smallest) => Outcome::Unseen(smallest),
+        Some(smallest) => Outcome::Blind(smallest),
         None => match sizes.flatten().reduce(f64::min) {
             Some(smallest) => Outcome::Neither(format!("clean; listed as visible from {smallest:.1}")),
             None => Outcome::Neither("clean; not listed".into()),

@@ -5,8 +5,9 @@
 //! joint that moved: what is braked farther out pulls more. With `about` it is taken from the line of another axis: an arm
 //! stretched out there makes the whole move slower or softer.
 
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, plain_measure, word,
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{Effect, Machine, Place};
@@ -19,18 +20,27 @@ pub static ARRIVAL_LAG: Kind = Kind {
     size_meaning: "largest error after an arrival of the session",
     cause: "readings taken before the joint had settled, following error not integrated out, drive or gear left wound up by braking",
     remedy: "wait longer before reading and approach slowly or always from the same side; then check position loop and drive stiffness",
+    titles: &[("", "Arrival at speed leaves {place} off ({moving})")],
+    measures: Some("at the fastest arrival"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Arrival,
     parameters: &[
-        Parameter::word("of", &[], Default::Absent, "axis whose arrival drives; the place when not stated"),
+        Parameter::word("of", &[], DefaultValue::Absent, "axis whose arrival drives; the place when not stated"),
         Parameter::word(
             "about",
             &[],
-            Default::Absent,
+            DefaultValue::Absent,
             "axis from whose line rho is taken; the one that drives when not stated",
         ),
         Parameter::list(
             "rates",
             ParameterUnit::Plain,
-            Default::Absent,
+            DefaultValue::Absent,
             (1e-6, 1e6),
             "top speeds of all axes in the order of the machine file, in any one unit; all equal when not stated",
         ),

@@ -4,8 +4,9 @@
 //! over the free gap; ε the elastic wind-up, which relaxes towards the direction of motion as `e^(−travel/take_up)`.
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function, word,
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, Place};
@@ -14,28 +15,28 @@ const PARAMETERS: &[Parameter] = &[
     Parameter::number(
         "take_up",
         ParameterUnit::Position,
-        Default::Number(0.0),
+        DefaultValue::Number(0.0),
         (0.0, 1e4),
         "travel over which wind-up turns round (1/e), mm or deg",
     ),
     Parameter::number(
         "windup_share",
         ParameterUnit::Plain,
-        Default::Number(0.0),
+        DefaultValue::Number(0.0),
         (0.0, 1.0),
         "share of the size that is elastic wind-up, the rest being free gap",
     ),
     Parameter::number(
         "gap",
         ParameterUnit::Position,
-        Default::Absent,
+        DefaultValue::Absent,
         (0.0, 1e4),
         "travel over which the free gap turns round, mm or deg; twice the free share of the size when not stated",
     ),
     Parameter::number(
         "start",
         ParameterUnit::Plain,
-        Default::Number(0.0),
+        DefaultValue::Number(0.0),
         (-1.0, 1.0),
         "flank before the first move of the session: 1 as after a move in the positive sense, 0 midway",
     ),
@@ -50,7 +51,7 @@ const ACROSS_PARAMETERS: &[Parameter] = &[
     Parameter::word(
         "of",
         &[],
-        Default::Absent,
+        DefaultValue::Absent,
         "axis whose motion drives, travels being in its unit; the place when not stated",
     ),
 ];
@@ -63,6 +64,19 @@ pub static ROTARY_BACKLASH: Kind = Kind {
     size_meaning: "half width",
     cause: "worm or gear clearance, wind-up of the drive, loose clamping of the encoder",
     remedy: "adjust the worm or preload, check the drive's stiffness, then set the control's backlash compensation",
+    titles: &[("", "Backlash of {place}")],
+    measures: Some("to each side of every reversal"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::EitherSide),
+        rotary: Some(ShowingTest::Tangential),
+        other: ShowingTest::BothWays,
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Rotary],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Reversal,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Rotary),
@@ -79,6 +93,15 @@ pub static LINEAR_BACKLASH: Kind = Kind {
     size_meaning: "half width",
     cause: "clearance of screw, nut or its bearings; wind-up of the drive between encoder and slide",
     remedy: "renew or preload nut and bearings, then set the control's backlash compensation",
+    titles: &[("", "Lost motion of {place}")],
+    measures: Some("to each side of every reversal"),
+    notable: Notable { length: 1.5, angle: 1.5 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Circles },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Linear],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Reversal,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Linear),
@@ -95,6 +118,19 @@ pub static LATERAL_PLAY: Kind = Kind {
     size_meaning: "half width",
     cause: "play of bearing or guideway, a drive that pushes off centre, a part that tips when another axis reverses",
     remedy: "preload the bearing or gibs, check the drive's alignment",
+    titles: &[("", "Play of {place} across its motion ({moving})")],
+    measures: Some("to each side of every reversal"),
+    notable: Notable { length: 1.5, angle: 2.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::EitherSide),
+        rotary: Some(ShowingTest::Radial),
+        other: ShowingTest::Circles,
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Play,
     parameters: ACROSS_PARAMETERS,
     check: driving_axis_exists,
     outlets: |machine, place| across(machine, place),

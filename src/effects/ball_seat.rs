@@ -5,7 +5,10 @@
 //! most one: degree 0 is the bar's length and degree 1 the place of the cup. `cup-stiction`: `s e^(−φ/d)`, φ the angle by
 //! which the bar has turned in its cup since the run began.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function,
+};
 use super::{Context, EffectError};
 use crate::chain::Geometry;
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
@@ -19,10 +22,22 @@ pub static BALL_FORM: Kind = Kind {
     size_meaning: "largest over the directions read",
     cause: "ball out of round, worn or dirty, or a cup whose seats are",
     remedy: "clean ball and cup, turn the ball in its cup and repeat, check the ball's form",
+    titles: &[
+        ("spindle-ball", "The ball at the spindle is out of round"),
+        ("", "The ball at the {place} is out of round"),
+    ],
+    measures: Some("at its largest"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BallTurned },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::BallForm,
     parameters: &[Parameter::number(
         "degree",
         ParameterUnit::Plain,
-        Default::Number(2.0),
+        DefaultValue::Number(2.0),
         (2.0, HIGHEST as f64),
         "highest degree of the harmonics",
     )],
@@ -51,10 +66,22 @@ pub static CUP_STICTION: Kind = Kind {
     size_meaning: "reading as a run begins",
     cause: "dry or dirty cup, magnet too strong: the ball sticks until the bar has turned some degrees",
     remedy: "clean and oil ball and cup; let the run-up be longer than the stick",
+    titles: &[
+        ("spindle-ball", "The ball at the spindle sticks in its cup as runs begin"),
+        ("", "The ball at the {place} sticks in its cup as runs begin"),
+    ],
+    measures: Some("as a run begins"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::NoRunUp },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Stiction,
     parameters: &[Parameter::number(
         "turned",
         ParameterUnit::Plain,
-        Default::Number(5.0),
+        DefaultValue::Number(5.0),
         (1e-3, 360.0),
         "angle of the bar in its cup after which it has let go (1/e), deg",
     )],

@@ -4,7 +4,10 @@
 //! `E = Σ± a± cos(n q ± 2πft) + b± sin(n q ± 2πft)` while the axis moves, t from the session's beginning, n the order per
 //! turn, or `n q = 2π q / period` on a slide.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, plain_measure};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, plain_measure,
+};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Place};
 use std::f64::consts::TAU;
@@ -17,19 +20,34 @@ pub static BEAT: Kind = Kind {
     size_meaning: "amplitude",
     cause: "servo or converter ripple that goes with the speed, beating with the control's cycle, a pump or a neighbouring drive",
     remedy: "repeat at another feed: the pattern wanders; tune the loop or its filters, look for what runs at that beat",
+    titles: &[("", "Ripple of {place} that beats with time")],
+    measures: Some("amplitude"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Beat,
     parameters: &[
         Parameter::number(
             "order",
             ParameterUnit::Plain,
-            Default::Absent,
+            DefaultValue::Absent,
             (1e-3, 1e6),
             "periods per turn of a rotary axis",
         ),
-        Parameter::number("period", ParameterUnit::Plain, Default::Absent, (1e-3, 1e5), "period of a linear axis, mm"),
+        Parameter::number(
+            "period",
+            ParameterUnit::Plain,
+            DefaultValue::Absent,
+            (1e-3, 1e5),
+            "period of a linear axis, mm",
+        ),
         Parameter::number(
             "frequency",
             ParameterUnit::Plain,
-            Default::Required,
+            DefaultValue::Required,
             (1e-5, 1e5),
             "frequency of the beat, Hz",
         ),

@@ -6,7 +6,10 @@
 
 use super::backlash::across;
 use super::context::Travel;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, plain_measure, single_function};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    plain_measure, single_function,
+};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Machine, Place};
 
@@ -18,26 +21,41 @@ pub static CLAMP_LIFT: Kind = Kind {
     size_meaning: "lift, largest direction",
     cause: "clamp, brake or seal that rubs, a hose or cable that pulls, a chip or dent under a seat: it lifts the part over a stretch of its travel",
     remedy: "open the clamp and repeat; look at what touches the part between the two places; clean and re-seat",
+    titles: &[("", "{place} lifts over part of its travel ({moving})")],
+    measures: Some("from one seat to the other"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Lift,
     parameters: &[
         Parameter::number(
             "from",
             ParameterUnit::Position,
-            Default::Required,
+            DefaultValue::Required,
             (-1e5, 1e5),
             "where the lift begins, mm or deg",
         ),
-        Parameter::number("to", ParameterUnit::Position, Default::Required, (-1e5, 1e5), "where it ends, mm or deg"),
+        Parameter::number(
+            "to",
+            ParameterUnit::Position,
+            DefaultValue::Required,
+            (-1e5, 1e5),
+            "where it ends, mm or deg",
+        ),
         Parameter::number(
             "hysteresis",
             ParameterUnit::Position,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (0.0, 1e4),
             "how much later it comes and goes on the way back, mm or deg",
         ),
         Parameter::number(
             "rise",
             ParameterUnit::Plain,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (0.0, 1e4),
             "time in which it settles (1/e), s",
         ),

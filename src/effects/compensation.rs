@@ -1,6 +1,9 @@
 //! The control's own table of location errors applied twice, with the wrong sign or not at all. What the table should hold is not known here.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, no_check, plain_measure, single_function};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen, no_check,
+    plain_measure, single_function,
+};
 use crate::machine::{Component, Outlet, Place};
 
 /// A compensation map that acts `factor` times too much; its sizes are the map.
@@ -11,10 +14,19 @@ pub static COMPENSATION: Kind = Kind {
     size_meaning: "entry of the map",
     cause: "kinematic offsets entered in control and post-processor both, or with the wrong sign",
     remedy: "keep one place of compensation; check the sign with one moved test",
+    titles: &[("", "A compensation of {place} acts wrongly ({moving})")],
+    measures: None,
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Given,
     parameters: &[Parameter::number(
         "factor",
         ParameterUnit::Plain,
-        Default::Number(1.0),
+        DefaultValue::Number(1.0),
         (-10.0, 10.0),
         "how often the map acts too much: 1 applied twice, -2 sign turned, -1 not applied",
     )],

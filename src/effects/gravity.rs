@@ -4,7 +4,10 @@
 //! index 0 with all axes at zero: the sag there is part of the location errors. Wind-up by an eccentric mass and bearing
 //! shift are linear in g; a body that bends in its own frame is seen turned in the carrier's, which gives the products.
 
-use super::kind::{Default, Driver, Kind, Parameter, Profile, every_component, no_check, plain_measure, word};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
+    no_check, plain_measure, word,
+};
 use super::{Context, EffectError};
 use crate::chain::Geometry;
 use crate::machine::{AxisKind, Effect, Place};
@@ -31,10 +34,19 @@ pub static GRAVITY_SAG: Kind = Kind {
     size_meaning: "deflection per g",
     cause: "weight of table, head or workpiece off the tilting line: bearing and structure bend, the drive winds up",
     remedy: "balance the load, check the counterbalance, or compensate by the tilt angle; identify with the payload of use",
+    titles: &[("", "Sag at {place} under gravity ({moving})")],
+    measures: Some("per g"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Payload },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Rotary],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Sag,
     parameters: &[Parameter::word(
         "load",
         &[],
-        Default::Absent,
+        DefaultValue::Absent,
         "link whose frame the load keeps; the link that the joint carries when not stated",
     )],
     check: no_check,

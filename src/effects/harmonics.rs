@@ -4,14 +4,23 @@
 //! `n q = 2π q / period` on a slide: zero at position 0. Sidebands of an order are orders of their own.
 
 use super::backlash::across;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, plain_measure};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    list, plain_measure,
+};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 use std::f64::consts::TAU;
 
 const PARAMETERS: &[Parameter] = &[
-    Parameter::list("orders", ParameterUnit::Plain, Default::Absent, (1e-3, 1e6), "periods per turn of a rotary axis"),
-    Parameter::list("periods", ParameterUnit::Plain, Default::Absent, (1e-3, 1e5), "periods of a linear axis, mm"),
+    Parameter::list(
+        "orders",
+        ParameterUnit::Plain,
+        DefaultValue::Absent,
+        (1e-3, 1e6),
+        "periods per turn of a rotary axis",
+    ),
+    Parameter::list("periods", ParameterUnit::Plain, DefaultValue::Absent, (1e-3, 1e5), "periods of a linear axis, mm"),
 ];
 
 /// Error motion of a rotary axis across its own motion.
@@ -22,6 +31,19 @@ pub static ROTARY_ERROR_MOTION: Kind = Kind {
     size_meaning: "amplitude of an order",
     cause: "out-of-round bearing races, worn or dirty table bearing, coupling pushing at its order",
     remedy: "inspect bearing and preload; orders at ball-pass numbers name the race",
+    titles: &[("", "Error motion of the axis of {place} ({moving})")],
+    measures: Some("at its largest"),
+    notable: Notable { length: 1.0, angle: 2.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::WholeRange),
+        rotary: Some(ShowingTest::Radial),
+        other: ShowingTest::BothWays,
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Rotary],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::ErrorMotion,
     parameters: PARAMETERS,
     check: periods_of_its_axis,
     outlets: |machine, place| match place {
@@ -41,6 +63,19 @@ pub static CYCLIC_ERROR: Kind = Kind {
     size_meaning: "amplitude at its period",
     cause: "worm or gear tooth (orders at the tooth number), eccentric encoder disc (1 per turn), screw pitch",
     remedy: "centre the encoder, renew worm or screw bearing, or use the control's pitch compensation at that period",
+    titles: &[("", "Cyclic error of {place}")],
+    measures: Some("amplitude"),
+    notable: Notable { length: 1.0, angle: 2.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::WholeRange),
+        rotary: Some(ShowingTest::Tangential),
+        other: ShowingTest::Circles,
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Rotary, AxisKind::Linear],
+    form_error: 0.07,
+    needs_runs: false,
+    signature: Signature::Period,
     parameters: PARAMETERS,
     check: periods_of_its_axis,
     outlets: |machine, place| match place {

@@ -14,11 +14,11 @@ mod channel;
 mod clamp_lift;
 mod compensation;
 mod context;
+mod contract;
 mod disturbance;
 mod friction_heat;
 mod gravity;
 mod harmonics;
-mod kind;
 mod reversal_spike;
 mod slide;
 mod slip;
@@ -28,10 +28,27 @@ mod timing;
 mod unknown;
 mod vibration;
 
+pub use arrival::ARRIVAL_LAG;
+pub use backlash::{LATERAL_PLAY, LINEAR_BACKLASH, ROTARY_BACKLASH};
+pub use ball_seat::{BALL_FORM, CUP_STICTION};
+pub use beat::BEAT;
+pub use clamp_lift::CLAMP_LIFT;
 pub use context::Context;
+pub use contract::{
+    Bounds, DefaultValue, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen,
+};
 pub use disturbance::{Disturbance, Disturbances, column, gain};
-pub use kind::{Bounds, Default, Driver, EffectError, Kind, Parameter, ParameterUnit, Profile};
-pub use thermal::{COLD, OWN, ROTARY, SLIDES, WARM};
+pub use gravity::GRAVITY_SAG;
+pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION};
+pub use reversal_spike::REVERSAL_SPIKE;
+pub use slide::{LINEAR_SCALE, SQUARENESS};
+pub use slip::{BALL_SLIP, PIVOT_SLIP};
+pub use straightness::STRAIGHTNESS;
+pub use thermal::{BAR_LENGTH, COLD, OWN, ROTARY, SLIDES, THERMAL_GROWTH, WARM};
+pub use timing::{RADIUS_LOSS, SERVO_LAG, TRIGGER_LATENCY};
+pub use unknown::UNKNOWN;
+pub use vibration::VIBRATION;
 
 /// The catalogue.
 pub static KINDS: &[&Kind] = &[
@@ -66,6 +83,16 @@ pub static KINDS: &[&Kind] = &[
 /// The kind with this name.
 pub fn kind(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.name == name).copied()
+}
+
+/// What kind of trace the effect with this name leaves; `None` for names that are no effect's.
+pub fn signature(name: &str) -> Option<Signature> {
+    kind(name).map(|kind| kind.signature)
+}
+
+/// Whether the effect with this name leaves such a trace.
+pub fn is_a(name: &str, signature: Signature) -> bool {
+    self::signature(name) == Some(signature)
 }
 
 /// Names of all kinds, for messages.

@@ -6,9 +6,12 @@
 //! that its largest value in the session is one.
 
 use super::context::Travel;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, no_check, plain_measure, single_function};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function,
+};
 use super::{Context, EffectError};
-use crate::machine::{Effect, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Outlet, Place};
 use std::f64::consts::TAU;
 
 /// Spike after the reversal of an axis.
@@ -19,25 +22,38 @@ pub static REVERSAL_SPIKE: Kind = Kind {
     size_meaning: "largest spike of the axis in the session",
     cause: "friction of guideway or bearing that the servo catches up late; missing or wrong friction compensation",
     remedy: "check lubrication and preload, then tune the control's friction compensation",
+    titles: &[("", "Reversal spikes of {place}")],
+    measures: Some("at the largest"),
+    notable: Notable { length: 1.5, angle: 2.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::TwoSpeeds),
+        rotary: Some(ShowingTest::Tangential),
+        other: ShowingTest::Circles,
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Linear],
+    form_error: 0.12,
+    needs_runs: true,
+    signature: Signature::Spike,
     parameters: &[
         Parameter::number(
             "travel",
             ParameterUnit::Position,
-            Default::Number(0.05),
+            DefaultValue::Number(0.05),
             (1e-6, 1e3),
             "pre-sliding travel over which friction turns round (1/e), mm or deg",
         ),
         Parameter::number(
             "servo_hz",
             ParameterUnit::Plain,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (0.0, 1e3),
             "natural frequency at which the servo catches up, Hz; 0: by travel alone",
         ),
         Parameter::number(
             "damping",
             ParameterUnit::Plain,
-            Default::Number(0.7),
+            DefaultValue::Number(0.7),
             (1e-3, 10.0),
             "damping ratio of the servo; below 1 the spike rings",
         ),

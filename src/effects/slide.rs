@@ -1,6 +1,9 @@
 //! Errors that grow with a slide's position: squareness and scale. Periodic and local errors have files of their own.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, no_check, plain_measure, single_function};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen, no_check,
+    plain_measure, single_function,
+};
 use crate::machine::{AxisKind, Component, Outlet, Place};
 use crate::units::Measure;
 
@@ -12,6 +15,15 @@ pub static SQUARENESS: Kind = Kind {
     size_meaning: "angle out of square",
     cause: "alignment of guideways to each other, foundation settled, collision",
     remedy: "level the bed, realign the slide, or set the control's squareness compensation",
+    titles: &[("", "{place} is out of square ({moving})")],
+    measures: Some(""),
+    notable: Notable { length: 5.0, angle: 5.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Circles },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Linear],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Squareness,
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
@@ -35,18 +47,27 @@ pub static LINEAR_SCALE: Kind = Kind {
     size_meaning: "length error per length",
     cause: "temperature of scale or screw, pitch compensation missing or doubled",
     remedy: "check the scale's temperature and mounting, then set pitch compensation against an interferometer",
+    titles: &[("", "Scale of {place} is wrong")],
+    measures: Some(""),
+    notable: Notable { length: 10.0, angle: 10.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Circles },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Linear],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Scale,
     parameters: &[
         Parameter::number(
             "curvature",
             ParameterUnit::Plain,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (-100.0, 100.0),
             "share by which the error per length is larger a metre on: a screw warmer at one end",
         ),
         Parameter::number(
             "centre",
             ParameterUnit::Position,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (-1e5, 1e5),
             "position at which the size holds, mm",
         ),

@@ -2,8 +2,9 @@
 //!
 //! `displacement = s [1 − c e^(−(t − t0)/τ)]` from t0 on, zero before: the share 1 − c at once, c creeping after it.
 
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, single_function, word,
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    list, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, Place};
@@ -11,27 +12,27 @@ use crate::session::Ball;
 use nalgebra::Vector3;
 
 const PARAMETERS: &[Parameter] = &[
-    Parameter::number("time", ParameterUnit::Plain, Default::Required, (-1e9, 1e9), "session time of the slip, s"),
+    Parameter::number("time", ParameterUnit::Plain, DefaultValue::Required, (-1e9, 1e9), "session time of the slip, s"),
     Parameter::number(
         "creep_share",
         ParameterUnit::Plain,
-        Default::Number(0.0),
+        DefaultValue::Number(0.0),
         (0.0, 1.0),
         "share that follows by creep instead of at once",
     ),
     Parameter::number(
         "creep_time",
         ParameterUnit::Plain,
-        Default::Number(30.0),
+        DefaultValue::Number(30.0),
         (1e-3, 1e7),
         "time constant of the creep, s",
     ),
-    Parameter::word("link", &[], Default::Absent, "link of the ball concerned"),
+    Parameter::word("link", &[], DefaultValue::Absent, "link of the ball concerned"),
     Parameter {
         name: "at",
         unit: ParameterUnit::Plain,
         count: 3,
-        default: Default::Absent,
+        default: DefaultValue::Absent,
         bounds: (-1e6, 1e6),
         meaning: "place of the ball concerned, mm; without link and at: the ball of the test in or before which it slips",
     },
@@ -45,6 +46,15 @@ pub static PIVOT_SLIP: Kind = Kind {
     size_meaning: "displacement",
     cause: "magnet or glue of the cup let go, a knock, the bar pulled at the end of its stroke",
     remedy: "mount the cup anew, repeat the tests after the slip or treat them as a setup of their own",
+    titles: &[("", "The pivot cup moved")],
+    measures: Some(""),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
+    unseen: Unseen::ByMoment,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Jump,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |_, place| {
@@ -63,6 +73,15 @@ pub static BALL_SLIP: Kind = Kind {
     size_meaning: "displacement",
     cause: "ball stem or tool holder moved in the spindle, draw-bar not fully clamped, a knock",
     remedy: "clean and clamp the holder anew, repeat the tests after the slip or treat them as a setup of their own",
+    titles: &[("", "The ball in the spindle moved")],
+    measures: Some(""),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
+    unseen: Unseen::ByMoment,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Jump,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |_, place| {

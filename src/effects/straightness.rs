@@ -4,7 +4,10 @@
 //! centre c, zero outside (`slope`: its incline, 1 at the steepest place); with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
 
 use super::backlash::across;
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, list, no_check, plain_measure, word};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    list, no_check, plain_measure, word,
+};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Place};
 use std::f64::consts::PI;
@@ -17,34 +20,49 @@ pub static STRAIGHTNESS: Kind = Kind {
     size_meaning: "height of the bump, or value at half_travel of a power",
     cause: "local guideway wear or a damaged rail (bump), sagging or bent guideway, foundation (bow)",
     remedy: "level and scrape or renew the guideway; compensate by tables if it repeats; keep work off the worn part",
+    titles: &[("", "{place} does not run straight ({moving})")],
+    measures: Some("at its highest"),
+    notable: Notable { length: 1.5, angle: 2.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Circles },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Linear],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Straightness,
     parameters: &[
-        Parameter::number("centre", ParameterUnit::Position, Default::Absent, (-1e5, 1e5), "centre of the bump, mm"),
+        Parameter::number(
+            "centre",
+            ParameterUnit::Position,
+            DefaultValue::Absent,
+            (-1e5, 1e5),
+            "centre of the bump, mm",
+        ),
         Parameter::number(
             "width",
             ParameterUnit::Position,
-            Default::Number(60.0),
+            DefaultValue::Number(60.0),
             (1e-3, 1e5),
             "width of the bump between its feet, mm",
         ),
         Parameter::number(
             "skew",
             ParameterUnit::Plain,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (-0.9, 0.9),
             "how much wider the rising half is than half the width",
         ),
-        Parameter::list("degrees", ParameterUnit::Plain, Default::Absent, (1.0, 9.0), "powers of position"),
+        Parameter::list("degrees", ParameterUnit::Plain, DefaultValue::Absent, (1.0, 9.0), "powers of position"),
         Parameter::number(
             "half_travel",
             ParameterUnit::Position,
-            Default::Number(100.0),
+            DefaultValue::Number(100.0),
             (1e-3, 1e5),
             "position at which a power has the stated size, mm",
         ),
         Parameter::word(
             "slope",
             &["no", "yes"],
-            Default::Absent,
+            DefaultValue::Absent,
             "yes adds the function slope, the incline of the bump: tilts of a carriage that follows it",
         ),
     ],

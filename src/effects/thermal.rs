@@ -8,8 +8,11 @@
 //! out of balance with the channel as the session began also settles with that lag.
 
 use super::channel::warming;
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, list, no_check, word,
+};
 use super::friction_heat::{Source, friction_heat};
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, no_check, word};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 use crate::units::Measure;
@@ -22,28 +25,28 @@ const SETTLE: &str = "settle";
 const TAU: Parameter = Parameter::list(
     "tau",
     ParameterUnit::Plain,
-    Default::Absent,
+    DefaultValue::Absent,
     (1e-3, 1e7),
     "time constants of the nodes, s; functions are growth1, growth2, …",
 );
 const START: Parameter = Parameter::number(
     "start",
     ParameterUnit::Plain,
-    Default::Number(0.0),
+    DefaultValue::Number(0.0),
     (-1e7, 1e7),
     "session time at which the source was switched on, s",
 );
 const CHANNEL: Parameter = Parameter::word(
     "channel",
     &[],
-    Default::Absent,
+    DefaultValue::Absent,
     "column of the recordings with the temperature, such as temperature_degC; the function is kelvin",
 );
 
 const LAG: Parameter = Parameter::number(
     "lag",
     ParameterUnit::Plain,
-    Default::Number(0.0),
+    DefaultValue::Number(0.0),
     (0.0, 1e7),
     "time constant with which the part follows the channel, s",
 );
@@ -53,7 +56,7 @@ const POSES: &str = "poses";
 const CLOCK: Parameter = Parameter::word(
     "clock",
     &["session", POSES],
-    Default::Absent,
+    DefaultValue::Absent,
     "session: t, tau and start in s (when not stated); poses: in numbers of poses, for recordings without times",
 );
 
@@ -66,7 +69,7 @@ pub const ROTARY: &str = "rotary";
 const HEAT: Parameter = Parameter::word(
     "heat",
     &["steady", OWN, SLIDES, ROTARY],
-    Default::Absent,
+    DefaultValue::Absent,
     "steady from start on (when not stated), or friction while the place's own axis, all slides or all rotary axes move: sizes are then steady growth at 1000 mm/min, or at 1 rpm",
 );
 
@@ -76,13 +79,13 @@ pub const WARM: &str = "warm";
 const BEGINS: Parameter = Parameter::word(
     "begins",
     &[COLD, WARM],
-    Default::Absent,
+    DefaultValue::Absent,
     "state of what friction heats, or of what follows a channel, as the session begins; warm adds settle1, settle2, …, or settle, by which it leaves that state",
 );
 const WARMTH: Parameter = Parameter::number(
     "warmth",
     ParameterUnit::Plain,
-    Default::Absent,
+    DefaultValue::Absent,
     (0.0, 10.0),
     "warmth of all nodes that friction heats as the session begins, 1 as after long work at the speed of 'heat'; growth then counts from there",
 );
@@ -95,6 +98,15 @@ pub static THERMAL_GROWTH: Kind = Kind {
     size_meaning: "growth of a node from cold to steady, or per K",
     cause: "heat of spindle, screw, table bearing or coolant that was not at rest when the session began",
     remedy: "warm up before measuring, repeat the first test at the end, use the control's thermal compensation",
+    titles: &[("", "Thermal growth at {place} ({moving})")],
+    measures: Some("in this session"),
+    notable: Notable { length: 4.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Growth,
     parameters: &[TAU, START, HEAT, BEGINS, WARMTH, CHANNEL, LAG, CLOCK],
     check: heat_stands_alone,
     outlets: |machine, place| match place {
@@ -114,6 +126,15 @@ pub static BAR_LENGTH: Kind = Kind {
     size_meaning: "reading minus distance",
     cause: "calibration of another day or temperature, a loose extension, warmth of the hand",
     remedy: "calibrate the bar in the machine's room before the session and again after it",
+    titles: &[("", "The bar is not as long as stated")],
+    measures: None,
+    notable: Notable { length: 2.0, angle: 2.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::BarLength,
     parameters: &[
         TAU,
         START,
@@ -122,14 +143,14 @@ pub static BAR_LENGTH: Kind = Kind {
         Parameter::number(
             "bar",
             ParameterUnit::Plain,
-            Default::Absent,
+            DefaultValue::Absent,
             (0.0, 1e5),
             "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
         ),
         Parameter::word(
             "growing",
             &["alike", "by-length"],
-            Default::Absent,
+            DefaultValue::Absent,
             "bars of several lengths grow alike (when not stated), or in proportion to their lengths: the size is the longest one's",
         ),
     ],

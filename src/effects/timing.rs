@@ -1,6 +1,8 @@
 //! Errors proportional to speed or acceleration: lag of an axis, radius loss, late pairing of positions with readings.
 
-use super::kind::{Driver, Kind, no_check, plain_measure, single_function};
+use super::contract::{
+    Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure, single_function,
+};
 use crate::machine::{AxisKind, Outlet, Place};
 
 /// An axis that trails its command.
@@ -11,6 +13,19 @@ pub static SERVO_LAG: Kind = Kind {
     size_meaning: "lag behind the command",
     cause: "position loop gains that differ between axes (servo mismatch)",
     remedy: "match the loop gains (Kv) and feed-forward of the axes that interpolate",
+    titles: &[("", "{place} follows late")],
+    measures: Some("behind the others"),
+    notable: Notable { length: 1.0, angle: 1.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::TwoSpeeds),
+        rotary: Some(ShowingTest::Tangential),
+        other: ShowingTest::Circles,
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[AxisKind::Rotary, AxisKind::Linear],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Lag,
     parameters: &[],
     check: no_check,
     outlets: |_, place| match place.axis() {
@@ -30,6 +45,18 @@ pub static RADIUS_LOSS: Kind = Kind {
     size_meaning: "deviation per acceleration",
     cause: "bandwidth of the position loop: radius falls with feed squared over radius, or grows with wrong feed-forward",
     remedy: "tune velocity and acceleration feed-forward, measure at the feed of use",
+    titles: &[
+        ("control", "All slides leave their path with acceleration"),
+        ("", "{place} leaves its path with acceleration"),
+    ],
+    measures: None,
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Radius,
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
@@ -54,6 +81,15 @@ pub static TRIGGER_LATENCY: Kind = Kind {
     size_meaning: "age of the positions, positive when too old",
     cause: "trigger or bus delay between control and instrument, filter delay of the instrument",
     remedy: "measure at two feeds and in both directions, set the delay in the recorder",
+    titles: &[("", "Readings and positions are not of the same moment")],
+    measures: None,
+    notable: Notable { length: 5.0, angle: 5.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::TwoFeeds },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::Latency,
     parameters: &[],
     check: no_check,
     outlets: |_, place| if place == Place::Recorder { vec![Outlet::Delay] } else { Vec::new() },

@@ -6,8 +6,9 @@
 
 use super::backlash::STANDSTILL;
 use super::context::Travel;
-use super::kind::{
-    Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, list, plain_measure, word,
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{Effect, Machine, Outlet, Place};
@@ -15,13 +16,13 @@ use crate::machine::{Effect, Machine, Outlet, Place};
 const DRIVER: Parameter = Parameter::word(
     "driver",
     &["position", "direction", "time", "speed", "acceleration"],
-    Default::Absent,
+    DefaultValue::Absent,
     "what it depends on; position when not stated, direction: position times sign of motion",
 );
 const OF: Parameter = Parameter::word(
     "of",
     &[],
-    Default::Absent,
+    DefaultValue::Absent,
     "axis whose position, direction or speed drives; the place when not stated",
 );
 
@@ -33,24 +34,37 @@ pub static UNKNOWN: Kind = Kind {
     size_meaning: "height of a spline",
     cause: "unknown: no form of the catalogue fits",
     remedy: "look at the curve at that place, repeat the test over it, inspect what acts there",
+    titles: &[("", "Something at {place} that no form of the catalogue fits ({moving})")],
+    measures: Some("to each side of its mean"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::WholeRange),
+        rotary: Some(ShowingTest::Radial),
+        other: ShowingTest::Circles,
+    },
+    unseen: Unseen::AnyForm,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::FreeCurve,
     parameters: &[
         DRIVER,
         OF,
         Parameter::number(
             "from",
             ParameterUnit::Plain,
-            Default::Required,
+            DefaultValue::Required,
             (-1e9, 1e9),
             "lower end, in the driver's unit",
         ),
         Parameter::number(
             "to",
             ParameterUnit::Plain,
-            Default::Required,
+            DefaultValue::Required,
             (-1e9, 1e9),
             "upper end, in the driver's unit",
         ),
-        Parameter::number("count", ParameterUnit::Plain, Default::Number(8.0), (4.0, 200.0), "number of splines"),
+        Parameter::number("count", ParameterUnit::Plain, DefaultValue::Number(8.0), (4.0, 200.0), "number of splines"),
     ],
     check: ends_rise,
     outlets: anywhere,
@@ -71,10 +85,25 @@ pub static TABLE: Kind = Kind {
     size_meaning: "value at a knot",
     cause: "a measured curve, or what is left where no form of the catalogue fits",
     remedy: "enter it as a compensation table after checking that it repeats",
+    titles: &[("", "{place} follows a given table ({moving})")],
+    measures: None,
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Given,
     parameters: &[
         DRIVER,
         OF,
-        Parameter::list("knots", ParameterUnit::Plain, Default::Required, (-1e9, 1e9), "rising, in the driver's unit"),
+        Parameter::list(
+            "knots",
+            ParameterUnit::Plain,
+            DefaultValue::Required,
+            (-1e9, 1e9),
+            "rising, in the driver's unit",
+        ),
     ],
     check: knots_rise,
     outlets: anywhere,

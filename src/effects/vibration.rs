@@ -4,7 +4,10 @@
 //! a and b are polynomials over each recording: a source that breathes, or whose phase is not kept. With `every` as well they
 //! are cubic splines with knots every so many seconds: one that breathes many times in a recording.
 
-use super::kind::{Default, Driver, Kind, Parameter, ParameterUnit, Profile, every_component, plain_measure, word};
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, plain_measure, word,
+};
 use super::unknown::cubic;
 use super::{Context, EffectError};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
@@ -18,25 +21,34 @@ pub static VIBRATION: Kind = Kind {
     size_meaning: "amplitude",
     cause: "pump, fan, hydraulic unit or a resonance of axis or spindle",
     remedy: "find the source of that frequency, or of a multiple of the rate of the readings plus or minus it, by switching units off, isolate or damp it, damp the control loop",
+    titles: &[("spindle-ball", "Vibration at the spindle ball"), ("", "Vibration of {place}")],
+    measures: Some("amplitude"),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.06,
+    needs_runs: true,
+    signature: Signature::Oscillation,
     parameters: &[
-        Parameter::number("frequency", ParameterUnit::Plain, Default::Required, (1e-4, 1e5), "frequency, Hz"),
+        Parameter::number("frequency", ParameterUnit::Plain, DefaultValue::Required, (1e-4, 1e5), "frequency, Hz"),
         Parameter::word(
             "clock",
             &["test", "session"],
-            Default::Absent,
+            DefaultValue::Absent,
             "whether phase counts from the session's beginning (default) or from each recording's",
         ),
         Parameter::number(
             "wander",
             ParameterUnit::Plain,
-            Default::Number(0.0),
+            DefaultValue::Number(0.0),
             (0.0, MOST_WANDER),
             "degree of the polynomials (Legendre, over each recording) that a and b follow; with 'every' the number of knots, less one",
         ),
         Parameter::number(
             "every",
             ParameterUnit::Plain,
-            Default::Absent,
+            DefaultValue::Absent,
             (0.1, 1e4),
             "a and b are cubic splines with knots every so many seconds, the first one before each recording begins, and constant beyond the last but one",
         ),

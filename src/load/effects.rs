@@ -6,7 +6,7 @@ use super::document::{Document, Step};
 use super::limits::{EFFECT_LIST, EFFECTS, TESTS};
 use super::message::{LoadError, nearest};
 use super::quantity::{finite, quantity};
-use crate::effects::{self, Default, Kind, Parameter, ParameterUnit};
+use crate::effects::{self, DefaultValue, Kind, Parameter, ParameterUnit};
 use crate::machine::{AxisKind, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
 use crate::units::shown;
 
@@ -45,7 +45,7 @@ impl Entry<'_> {
             effect.parameters.push((key.to_string(), self.parameter(parameter, place, value)?));
         }
         let missing =
-            kind.parameters.iter().find(|p| p.default == Default::Required && effect.parameter(p.name).is_none());
+            kind.parameters.iter().find(|p| p.default == DefaultValue::Required && effect.parameter(p.name).is_none());
         if let Some(missing) = missing {
             return Err(
                 self.refuse("effect", format!("{} needs the key '{}': {}", kind.name, missing.name, missing.meaning))

@@ -1,7 +1,7 @@
 //! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
 
 use super::diagnosis::{FindingJson, RangeJson, RivalJson, SizeJson};
-use crate::effects::{OWN, ROTARY, SLIDES, WARM, kind};
+use crate::effects::{OWN, ROTARY, SLIDES, Signature, WARM, is_a, kind, signature};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
 
 /// A number with the digits that its uncertainty leaves.
@@ -40,34 +40,10 @@ pub fn size_words(size: &SizeJson) -> String {
 /// The effect and where it sits, without its size: `Lost motion of Y`.
 pub fn what(effect: &str, place: &str, components: &[String]) -> String {
     let moving = components.join(" ");
+    if let Some(kind) = kind(effect) {
+        return kind.title(place, &moving);
+    }
     match effect {
-        "rotary-backlash" => format!("Backlash of {place}"),
-        "linear-backlash" => format!("Lost motion of {place}"),
-        "lateral-play" => format!("Play of {place} across its motion ({moving})"),
-        "reversal-spike" => format!("Reversal spikes of {place}"),
-        "rotary-error-motion" => format!("Error motion of the axis of {place} ({moving})"),
-        "cyclic-error" => format!("Cyclic error of {place}"),
-        "beat" => format!("Ripple of {place} that beats with time"),
-        "gravity-sag" => format!("Sag at {place} under gravity ({moving})"),
-        "thermal-growth" => format!("Thermal growth at {place} ({moving})"),
-        "straightness" => format!("{place} does not run straight ({moving})"),
-        "clamp-lift" => format!("{place} lifts over part of its travel ({moving})"),
-        "squareness" => format!("{place} is out of square ({moving})"),
-        "linear-scale" => format!("Scale of {place} is wrong"),
-        "servo-lag" => format!("{place} follows late"),
-        "arrival-lag" => format!("Arrival at speed leaves {place} off ({moving})"),
-        "radius-loss" if place == "control" => "All slides leave their path with acceleration".into(),
-        "radius-loss" => format!("{place} leaves its path with acceleration"),
-        "trigger-latency" => "Readings and positions are not of the same moment".into(),
-        "pivot-slip" => "The pivot cup moved".into(),
-        "ball-slip" => "The ball in the spindle moved".into(),
-        "ball-form" => format!("The ball at the {} is out of round", ball_words(place)),
-        "cup-stiction" => format!("The ball at the {} sticks in its cup as runs begin", ball_words(place)),
-        "bar-length" => "The bar is not as long as stated".into(),
-        "vibration" if place == "spindle-ball" => "Vibration at the spindle ball".into(),
-        "vibration" => format!("Vibration of {place}"),
-        "compensation" => format!("A compensation of {place} acts wrongly ({moving})"),
-        "unknown" => format!("Something at {place} that no form of the catalogue fits ({moving})"),
         "axis-sign" => format!("Data fault: sign of {moving} is turned"),
         "axis-swap" => format!("Data fault: {moving} are exchanged"),
         "unit" => format!("Data fault: unit of {moving}"),
@@ -104,37 +80,17 @@ fn standing(place: &str) -> &'static str {
 /// Jumps further apart in time are no single one that creeps, s.
 const ONE_JUMP_S: f64 = 30.0;
 
-/// A place with a ball in words.
-fn ball_words(place: &str) -> &str {
-    if place == "spindle-ball" { "spindle" } else { place }
-}
-
 /// What the size measures, after the number: `to each side of every reversal`.
 fn measures(effect: &str, meaning: &str) -> String {
-    match effect {
-        "rotary-backlash" | "linear-backlash" | "lateral-play" => "to each side of every reversal".into(),
-        "rotary-error-motion" => "at its largest".into(),
-        "cyclic-error" | "vibration" | "beat" => "amplitude".into(),
-        "thermal-growth" => "in this session".into(),
-        "straightness" => "at its highest".into(),
-        "reversal-spike" => "at the largest".into(),
-        "ball-form" => "at its largest".into(),
-        "cup-stiction" => "as a run begins".into(),
-        "clamp-lift" => "from one seat to the other".into(),
-        "gravity-sag" => "per g".into(),
-        "unknown" if ["surest of", "rms of"].iter().any(|other| meaning.starts_with(other)) => meaning.into(),
-        "unknown" => "to each side of its mean".into(),
-        "squareness" | "linear-scale" | "pivot-slip" | "ball-slip" => String::new(),
-        "servo-lag" => "behind the others".into(),
-        "arrival-lag" => "at the fastest arrival".into(),
-        _ => meaning.into(),
-    }
+    let is_of_parts = ["surest of", "rms of"].iter().any(|other| meaning.starts_with(other));
+    let words = kind(effect).and_then(|kind| kind.measures).filter(|_| !is_of_parts);
+    words.unwrap_or(meaning).into()
 }
 
 /// One line that says what was found and how large it is.
 pub fn headline(finding: &FindingJson) -> String {
     let mut what = what(&finding.effect, &finding.place, &finding.components);
-    if let ("lateral-play", Some(range)) = (finding.effect.as_str(), &finding.located.range)
+    if let (Some(Signature::Play), Some(range)) = (signature(&finding.effect), &finding.located.range)
         && range.axis != finding.place
     {
         what = format!("{} tips as {} reverses ({})", finding.place, range.axis, finding.components.join(" "));
@@ -198,7 +154,7 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     } else if !list("degrees").is_empty() {
         words.push("a bow over the whole travel".into());
     }
-    if lead.kind == "clamp-lift" {
+    if is_a(&lead.kind, Signature::Lift) {
         let late = number("hysteresis").filter(|late| *late > 0.0);
         words.extend(
             late.map(|late| format!("about {} {position_unit} later on the way back", digits(late, Some(0.2 * late)))),
@@ -239,13 +195,13 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     }
     let ripple = number("order").map(|order| format!("{} per turn", joined(&[order])));
     words.extend(ripple.or(number("period").map(|period| format!("period {} mm", joined(&[period])))));
-    if lead.kind != "unknown" && !list("tau").is_empty() {
+    if !is_a(&lead.kind, Signature::FreeCurve) && !list("tau").is_empty() {
         let by_pose = matches!(lead.parameter("clock"), Some(ParameterValue::Word(clock)) if clock == "poses");
         let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
         let times: Vec<String> = list("tau").into_iter().map(words_of).collect();
         words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
     }
-    if let (true, Some(tests)) = (lead.kind == "unknown", &lead.tests) {
+    if let (true, Some(tests)) = (is_a(&lead.kind, Signature::FreeCurve), &lead.tests) {
         words.push(format!("only in {}", tests_words(tests, 4)));
     }
     if let Some(ParameterValue::Word(heat)) = lead.parameter("heat") {
@@ -268,7 +224,7 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
             words.push("out of balance with it as the session began".into());
         }
     }
-    if lead.kind == "arrival-lag" {
+    if is_a(&lead.kind, Signature::Arrival) {
         if let Some(ParameterValue::Word(of)) = lead.parameter("of") {
             words.push(format!("by the speed of {of}"));
         }
@@ -300,12 +256,12 @@ pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
     }
     if let Some(hz) = number("frequency") {
         let hz = digits(hz, Some(0.01 * hz));
-        words.push(if lead.kind == "beat" { format!("beats at {hz} Hz") } else { format!("{hz} Hz") });
+        words.push(if is_a(&lead.kind, Signature::Beat) { format!("beats at {hz} Hz") } else { format!("{hz} Hz") });
     }
     if let Some(bar) = number("bar") {
         words.push(format!("the bar of {bar:.2} mm"));
     }
-    if lead.kind == "unknown" {
+    if is_a(&lead.kind, Signature::FreeCurve) {
         let driver = match lead.parameter("driver") {
             Some(ParameterValue::Word(word)) if word == "direction" => "position and direction",
             Some(ParameterValue::Word(word)) => word.as_str(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fiveaxis::effects::{Default as Standard, KINDS, Kind, ParameterUnit};
+use fiveaxis::effects::{DefaultValue as Standard, KINDS, Kind, ParameterUnit};
 use fiveaxis::load::machine_from_yaml;
 use fiveaxis::machine::Machine;
 

@@ -10,7 +10,7 @@ use crate::diagnose::selection::naming::{cause, component_name, components};
 use crate::diagnose::selection::ranking::directions;
 use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::selection::shape_average::over_shapes;
-use crate::effects::kind;
+use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Size};
 
 /// Log odds per log odds of the chosen cause by which a rival's lag is softened: forms of the catalogue are never exact.
@@ -85,16 +85,16 @@ fn finding(
         .sum();
     let is_unknown = lead.chosen.is_free() || free_gain > FORM_UNKNOWN * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
-    let growing = match lead.chosen.effect.kind.as_str() {
-        kind @ "thermal-growth" => with_sizes(search, group, first_column, regression, kind),
-        _ => Vec::new(),
+    let growing = match is_a(&lead.chosen.effect.kind, Signature::Growth) {
+        true => with_sizes(search, group, first_column, regression, Signature::Growth),
+        false => Vec::new(),
     };
     if !growing.is_empty() {
         let shown = crate::diagnose::selection::trajectory::growing_outlets(model, &growing);
         cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
     }
     if is_unknown {
-        cause.effect = "unknown".into();
+        cause.effect = UNKNOWN.name.into();
         for &index in group.iter().skip(1) {
             for component in components(machine, &search.found[index].chosen.terms) {
                 if !cause.components.contains(&component) {
@@ -126,14 +126,14 @@ fn finding(
         .collect();
     let mut size = super::size::size_of(model, &lead.chosen, &cause, regression, covariance, &parts);
     // a vibration that wanders between neighbouring frequencies is the sum of all of them
-    let vibrating = with_sizes(search, group, first_column, regression, "vibration");
+    let vibrating = with_sizes(search, group, first_column, regression, Signature::Oscillation);
     let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
-    if vibrating.len() > 1 && cause.effect == "vibration" && !is_sure {
+    if vibrating.len() > 1 && is_a(&cause.effect, Signature::Oscillation) && !is_sure {
         size = super::vibration_size::size_together(model, &vibrating, &search.noise_after, size);
     }
     // a spike whose servo is no simple one is the sum of several
-    let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, "reversal-spike").collect();
-    if spikes.len() > 1 && cause.effect == "reversal-spike" {
+    let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, Signature::Spike).collect();
+    if spikes.len() > 1 && is_a(&cause.effect, Signature::Spike) {
         size = super::size::size_together(model, &spikes, &cause, regression, covariance, size);
     }
     let without_own = || {
@@ -155,7 +155,7 @@ fn finding(
     let (tests, rms_um) = shows(model, columns, &own_columns, regression);
     let range = range(model, lead);
     if lead.form_withdrawn {
-        cause.effect = "unknown".into();
+        cause.effect = UNKNOWN.name.into();
     }
     Finding {
         cause,
@@ -182,10 +182,10 @@ fn of_kind<'s>(
     search: &'s Search,
     group: &'s [usize],
     first_column: &'s [usize],
-    kind: &'s str,
+    signature: Signature,
 ) -> impl Iterator<Item = (&'s Candidate, usize)> {
     let parts = group.iter().map(|&index| (&search.found[index].chosen, first_column[index]));
-    parts.filter(move |(part, _)| part.effect.kind == kind)
+    parts.filter(move |(part, _)| is_a(&part.effect.kind, signature))
 }
 
 /// The same with their sizes (display units).
@@ -194,10 +194,10 @@ fn with_sizes<'s>(
     group: &'s [usize],
     first_column: &'s [usize],
     regression: &Regression,
-    kind: &'s str,
+    signature: Signature,
 ) -> Vec<(&'s Candidate, Vec<f64>)> {
     let sizes = |part: &Candidate, first| (0..part.terms.len()).map(|k| regression.accepted(first + k)).collect();
-    of_kind(search, group, first_column, kind).map(|(part, first)| (part, sizes(part, first))).collect()
+    of_kind(search, group, first_column, signature).map(|(part, first)| (part, sizes(part, first))).collect()
 }
 
 /// Standard deviation of a size over rivals that are the same effect in other components or of another driver.
@@ -206,7 +206,7 @@ fn over_rivals(model: &LinearModel, lead: &SelectedEffect, value: f64) -> f64 {
     let own = &lead.chosen.effect;
     let is_length = |candidate: &Candidate| candidate.terms.iter().any(super::size::is_length);
     // the amplitudes of a vibration are those of single tests: its size is no matter of the shape
-    if own.kind == "vibration" {
+    if is_a(&own.kind, Signature::Oscillation) {
         return 0.0;
     }
     let mut squares = 0.0;
@@ -265,10 +265,10 @@ fn sized(candidate: &Candidate, sizes: &[f64], model: &LinearModel) -> Vec<Effec
 /// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
 fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
     let is_arc = |candidate: &Candidate| {
-        candidate.effect.kind == "rotary-error-motion"
+        is_a(&candidate.effect.kind, Signature::ErrorMotion)
             && !crate::diagnose::selection::trajectory::has_first_order(candidate)
     };
-    let is_sag = |candidate: &Candidate| candidate.effect.kind == "gravity-sag";
+    let is_sag = |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::Sag);
     one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))
 }
 
@@ -343,15 +343,15 @@ fn range(model: &LinearModel, lead: &SelectedEffect) -> Option<RangeFound> {
         });
     }
     // static poses have no times
-    if matches!(effect.kind.as_str(), "thermal-growth") && effect.parameter("clock").is_none() {
+    if is_a(&effect.kind, Signature::Growth) && effect.parameter("clock").is_none() {
         return Some(RangeFound { axis: "time_s".into(), from: 0.0, to: last });
     }
     let ends = (0..model.tests())
         .flat_map(|test| model.context.motion(test).axis(axis))
         .fold((f64::MAX, f64::MIN), |(from, to), q| (from.min(q), to.max(q)));
     // what lies beyond the readings nobody knows
-    let ends = match (effect.kind.as_str(), effect.number("from"), effect.number("to")) {
-        ("clamp-lift", Some(from), Some(to)) => (from.max(ends.0), to.min(ends.1)),
+    let ends = match (signature(&effect.kind), effect.number("from"), effect.number("to")) {
+        (Some(Signature::Lift), Some(from), Some(to)) => (from.max(ends.0), to.min(ends.1)),
         _ => ends,
     };
     Some(RangeFound { axis: entry.name.clone(), from: file(ends.0), to: file(ends.1) })

@@ -3,7 +3,7 @@
 use crate::diagnose::noise::spectrum::shown_at;
 use crate::diagnose::selection::naming::{candidate_driver, driver_class};
 use crate::diagnose::selection::selected::{Search, SelectedEffect};
-use crate::effects::Driver;
+use crate::effects::{Driver, Signature, is_a};
 
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
 ///
@@ -69,7 +69,7 @@ fn strongest_leads(search: &Search, group: &mut [usize]) {
 /// Puts a vibration in several directions before one in a single direction that cannot stand for what other tests show.
 fn every_direction_leads(search: &Search, group: &mut [usize]) {
     let candidate = |index: usize| &search.found[index].chosen;
-    let is_vibration = |index: usize| candidate(index).effect.kind == "vibration";
+    let is_vibration = |index: usize| is_a(&candidate(index).effect.kind, Signature::Oscillation);
     let directions = |index: usize| crate::diagnose::selection::ranking::directions(&candidate(index).terms);
     if !is_vibration(group[0]) || directions(group[0]) > 1 {
         return;
@@ -126,7 +126,7 @@ const SIDE_OF_A_BAND: f64 = 0.3;
 /// Vibrations of one frequency or band, or of what most rates show of it, are one that wanders, wherever the rest of it seems to act.
 fn is_same_line(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64]) -> bool {
     let frequency = |found: &SelectedEffect| {
-        found.chosen.effect.number("frequency").filter(|_| found.chosen.effect.kind == "vibration")
+        found.chosen.effect.number("frequency").filter(|_| is_a(&found.chosen.effect.kind, Signature::Oscillation))
     };
     match (frequency(lead), frequency(found)) {
         (Some(one), Some(other)) => {

@@ -1,7 +1,6 @@
 //! Selected effects as findings: size, place, probability, rivals and the test that would tell them apart.
 
 pub(crate) mod finding;
-pub(crate) mod form_error;
 pub(crate) mod forming;
 pub(crate) mod grouping;
 pub(crate) mod next_test;

@@ -7,7 +7,7 @@ use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::selection::candidates::visited;
 use crate::diagnose::selection::naming::component_name;
 use crate::diagnose::validation::cross_validation::CrossValidation;
-use crate::effects::Driver;
+use crate::effects::{Driver, UNKNOWN};
 use crate::machine::{AxisKind, Component, Outlet};
 
 /// Jumps nearer than this share of an axis's travel are at one place of it: something that moves lets go late.
@@ -63,7 +63,7 @@ pub(crate) fn tell_as_one(model: &LinearModel, findings: &mut Vec<Finding>, proo
     };
     let component = |component| component_name(machine, &Outlet::Motion { axis, component });
     let cause = Cause {
-        effect: "unknown".into(),
+        effect: UNKNOWN.name.into(),
         driver: Driver::Position,
         place: entry.name.clone(),
         components: moved.into_iter().map(component).collect(),

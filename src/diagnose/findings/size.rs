@@ -7,13 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::finding::SizeFound;
-use super::form_error::form_sigma;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::unit;
 use crate::diagnose::selection::selected::Candidate;
 use crate::diagnose::selection::trajectory::{Trajectories, is_once_per_turn, told_along_its_axis};
-use crate::effects::kind;
+use crate::effects::{Signature, is_a, kind, signature};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
 
@@ -42,17 +41,17 @@ pub fn size_of(
     let courses = Trajectories::of(model, lead, &main);
     let value_at = |a: &[f64]| size_function(lead, cause, &main, &courses, a);
     let value = value_at(&amplitudes);
-    let (value, sigma) = match cause.effect.as_str() {
-        "vibration" => super::vibration_size::size_alone(model, lead, &amplitudes, &sub, prior),
+    let (value, sigma) = match signature(&cause.effect) {
+        Some(Signature::Oscillation) => super::vibration_size::size_alone(model, lead, &amplitudes, &sub, prior),
         // many amplitudes of equal rank, none of them hidden
-        "unknown" => (value, first_order(&value_at, &amplitudes, &sub)),
+        Some(Signature::FreeCurve) => (value, first_order(&value_at, &amplitudes, &sub)),
         _ => {
             // orders that placement takes up are left as they were fitted
             let held: Vec<bool> = lead.terms.iter().map(|term| is_once_per_turn(&lead.effect, term)).collect();
             // a jump may be any number of times longer along a direction that the recordings hide; placement takes up
             // most of a sag
-            let is_slip = cause.effect.ends_with("-slip");
-            let longer = if is_slip || cause.effect == "gravity-sag" { WIDENED } else { WIDER };
+            let is_slip = is_a(&cause.effect, Signature::Jump);
+            let longer = if is_slip || is_a(&cause.effect, Signature::Sag) { WIDENED } else { WIDER };
             let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer));
             let spread = over(longer).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)));
             // these have no favourite direction: the hidden part is likely as long as a seen one
@@ -64,17 +63,17 @@ pub fn size_of(
             even.map_or(spread, |(value, _)| (value, spread.1))
         }
     };
-    let is_part_of_turn = cause.effect == "rotary-error-motion" && !courses.is_whole_turn();
-    let form = if is_part_of_turn { PART_OF_TURN } else { form_sigma(&cause.effect) };
+    let is_part_of_turn = is_a(&cause.effect, Signature::ErrorMotion) && !courses.is_whole_turn();
+    let form = if is_part_of_turn { PART_OF_TURN } else { kind(&cause.effect).map_or(0.0, |kind| kind.form_error) };
     let sigma = sigma.hypot(form * value);
-    let meaning = match cause.effect.as_str() {
+    let meaning = match signature(&cause.effect) {
         _ if grows(&lead.effect) => "peak to peak over the session",
-        "straightness" => "height of the bump, or of the bow over its end points",
-        "rotary-error-motion" if courses.is_whole_turn() => {
+        Some(Signature::Straightness) => "height of the bump, or of the bow over its end points",
+        Some(Signature::ErrorMotion) if courses.is_whole_turn() => {
             "largest of a component, without what turns once across the axis"
         }
-        "rotary-error-motion" => "half the range of a component over the arc travelled",
-        name => kind(name).map_or("largest", |kind| kind.size_meaning),
+        Some(Signature::ErrorMotion) => "half the range of a component over the arc travelled",
+        _ => kind(&cause.effect).map_or("largest", |kind| kind.size_meaning),
     };
     let meaning = meaning.to_string();
     SizeFound { value, sigma, unit: unit(measure), meaning }
@@ -100,7 +99,8 @@ pub(crate) fn size_together(
     let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
     let value_at = |amplitudes: &[f64]| courses.largest(cause, amplitudes);
     let value = value_at(&amplitudes);
-    let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_sigma(&cause.effect) * value);
+    let sigma = first_order(&value_at, &amplitudes, &sub)
+        .hypot(kind(&cause.effect).map_or(0.0, |kind| kind.form_error) * value);
     SizeFound { value, sigma, ..lead }
 }
 
@@ -206,24 +206,24 @@ pub(crate) fn grows(effect: &Effect) -> bool {
 
 /// The size for given amplitudes (display units).
 fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Trajectories, amplitudes: &[f64]) -> f64 {
-    match cause.effect.as_str() {
+    use Signature::*;
+    match signature(&cause.effect) {
         // a height of 1 at the centre, whether or not a test stood there
-        "straightness" if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),
-        "straightness" | "unknown" | "thermal-growth" | "reversal-spike" | "lateral-play" | "rotary-error-motion" => {
+        Some(Straightness) if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),
+        Some(Straightness | FreeCurve | Growth | Spike | Play | ErrorMotion | Sag | Arrival | BallForm) => {
             courses.largest(cause, amplitudes)
         }
         // the first period is the effect, the others are its form
-        "cyclic-error" => {
+        Some(Period) => {
             let first = main.iter().filter(|&&k| lead.terms[k].function < 2);
             first.map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()
         }
         // two waves, one with and one against the position
-        "beat" => {
+        Some(Beat) => {
             let wave = |with: bool| main.iter().filter(move |&&k| (lead.terms[k].function < 2) == with);
             [true, false].map(|with| wave(with).map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()).iter().sum()
         }
-        "gravity-sag" | "arrival-lag" | "ball-form" => courses.largest(cause, amplitudes),
-        "bar-length" if grows(&lead.effect) => courses.largest(cause, amplitudes),
+        Some(BarLength) if grows(&lead.effect) => courses.largest(cause, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }
 }

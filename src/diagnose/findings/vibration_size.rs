@@ -1,6 +1,7 @@
 //! How large a vibration is that several accepted effects tell together: their motions overlap, so that each alone may have
 //! any size while the sum is sure. It fits nothing.
 
+use crate::effects::VIBRATION;
 use crate::statistics::NoiseModel;
 use nalgebra::DMatrix;
 
@@ -126,7 +127,7 @@ pub(crate) fn size_together(
     if value <= 0.0 {
         return lead;
     }
-    SizeFound { value, sigma: (super::form_error::form_sigma("vibration") * value).hypot(variance.sqrt()), ..lead }
+    SizeFound { value, sigma: (VIBRATION.form_error * value).hypot(variance.sqrt()), ..lead }
 }
 
 /// Motion in one test by direction; of no weight where the test hardly shows it. `white_mm` is the noise from row to row,

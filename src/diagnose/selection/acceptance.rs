@@ -4,6 +4,7 @@ use super::limits::Limits;
 use super::selected::{Candidate, SelectedEffect};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
+use crate::effects::{Signature, is_a};
 use crate::identify::Quantity;
 use crate::statistics::NoiseModel;
 
@@ -80,7 +81,7 @@ pub(crate) fn adds_enough(
 
 /// Growth of the bar below its own uncertainty: a gauge's zero may wander as far in a session.
 pub(crate) fn is_below_the_bar(model: &LinearModel, chosen: &Candidate) -> bool {
-    if chosen.effect.kind != "bar-length" || chosen.effect.parameter("bar").is_some() {
+    if !is_a(&chosen.effect.kind, Signature::BarLength) || chosen.effect.parameter("bar").is_some() {
         return false;
     }
     let uncertain_mm = model

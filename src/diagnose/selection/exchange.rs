@@ -1,10 +1,11 @@
 //! Exchanges what a greedy search took too early for sets of effects that stand better. Which effect comes next is for growing.
 
+use crate::effects::{Signature, is_a};
 use std::collections::HashSet;
 
 use super::acceptance::{adds_enough, relieves};
 use super::joint_fit::{JointFit, mean_square, rest_of};
-use super::ranking::{BALL_FORM, simpler};
+use super::ranking::simpler;
 use super::selected::{Candidate, SelectedEffect, SelectionContext};
 use super::shape_average::cancels;
 use crate::diagnose::model::regression::{Accepted, Regression};
@@ -38,7 +39,7 @@ const ONE_CAUSE: f64 = 20.0;
 /// Whether an effect is growth of two nodes that nearly cancel: large ones follow whatever changes from test to test.
 fn bends_to_anything(found: &SelectedEffect) -> bool {
     let chosen = &found.chosen;
-    chosen.effect.kind == "thermal-growth" && cancels(&chosen.terms, &chosen.judgement.amplitudes)
+    is_a(&chosen.effect.kind, Signature::Growth) && cancels(&chosen.terms, &chosen.judgement.amplitudes)
 }
 
 impl SelectionContext<'_, '_, '_> {
@@ -104,7 +105,7 @@ impl SelectionContext<'_, '_, '_> {
         let Some(whole) = rest_of(&joint.found, last) else { return };
         let moves = |candidate: &Candidate, outlet| candidate.terms.iter().any(|term| term.outlet == outlet);
         let (lead, rest) = (&joint.found[whole].chosen, &joint.found[last].chosen);
-        let is_error_motion = lead.effect.kind == "rotary-error-motion";
+        let is_error_motion = is_a(&lead.effect.kind, Signature::ErrorMotion);
         if !is_error_motion || !self.goes_on() || rest.terms.iter().any(|term| moves(lead, term.outlet)) {
             return;
         }
@@ -144,8 +145,8 @@ impl SelectionContext<'_, '_, '_> {
     ///
     /// The ball that was left, with its log odds beside the machine's effects: nothing tells it from them.
     fn round_balls(&self, joint: &mut JointFit) -> Option<(Candidate, f64)> {
-        let first = joint.found.first().filter(|first| first.chosen.effect.kind == BALL_FORM)?;
-        let of_machine = |rival: &&Candidate| rival.effect.kind != BALL_FORM && !rival.is_event();
+        let first = joint.found.first().filter(|first| is_a(&first.chosen.effect.kind, Signature::BallForm))?;
+        let of_machine = |rival: &&Candidate| !is_a(&rival.effect.kind, Signature::BallForm) && !rival.is_event();
         let rivals: Vec<Candidate> = first.rivals.iter().map(|(rival, _)| rival).filter(of_machine).cloned().collect();
         let (ball, stands) = (first.chosen.clone(), joint.standing(self));
         let better = BALLS_MUST_BE_BETTER.min(BALLS_SHARE * first.gain);

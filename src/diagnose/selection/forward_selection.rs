@@ -2,13 +2,14 @@
 
 use super::acceptance::{is_below_the_bar, is_demanded};
 use super::joint_fit::{JointFit, joined, mean_square, pooled_misfit, without_trends};
-use super::ranking::{BALL_FORM, choose, compare, is_sensible, keep_diverse};
+use super::ranking::{choose, compare, is_sensible, keep_diverse};
 use super::screening::screen;
 use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shape_fit::refine_all;
 use crate::diagnose::findings::size::grows;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{likely_noise, wandering};
+use crate::effects::{Signature, is_a};
 use crate::statistics::NoiseModel;
 
 /// Offsets from test to test, as shares of the rest of the noise, beside which growth must be worth telling; the larger one
@@ -74,7 +75,9 @@ impl SelectionContext<'_, '_, '_> {
                 ];
                 let mut candidates = screen(&regressions, families, self.resolutions.cells);
                 candidates.retain(|candidate| is_sensible(candidate, regressions[0].misfit));
-                candidates.retain(|candidate| !self.balls_are_round.get() || candidate.effect.kind != BALL_FORM);
+                candidates.retain(|candidate| {
+                    !self.balls_are_round.get() || !is_a(&candidate.effect.kind, Signature::BallForm)
+                });
                 keep_diverse(&mut candidates, families);
                 refine_all(&regressions, families, candidates)
             }

@@ -3,7 +3,7 @@
 use super::selected::Candidate;
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{Term, display};
-use crate::effects::{Driver, kind};
+use crate::effects::{Driver, Signature, kind, signature};
 use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
@@ -24,13 +24,12 @@ pub(crate) fn candidate_driver(candidate: &Candidate) -> Driver {
         Some(ParameterValue::Word(word)) => Some(word.clone()),
         _ => None,
     };
-    match (candidate.effect.kind.as_str(), named("driver").as_deref(), named("channel")) {
-        ("unknown", Some("direction"), _) => Driver::Direction,
-        ("thermal-growth" | "bar-length", _, Some(_)) => Driver::Temperature,
+    match (signature(&candidate.effect.kind), named("driver").as_deref(), named("channel")) {
+        (Some(Signature::FreeCurve), Some("direction"), _) => Driver::Direction,
         // heat drives a growth that runs out, whether or not a thermometer was read
-        ("thermal-growth", _, None) => Driver::Temperature,
-        ("bar-length", _, None) if candidate.effect.parameter("tau").is_some() => Driver::Temperature,
-        (name, _, _) => kind(name).map_or(Driver::Position, |kind| kind.driver),
+        (Some(Signature::Growth), _, _) | (Some(Signature::BarLength), _, Some(_)) => Driver::Temperature,
+        (Some(Signature::BarLength), _, None) if candidate.effect.parameter("tau").is_some() => Driver::Temperature,
+        _ => kind(&candidate.effect.kind).map_or(Driver::Position, |kind| kind.driver),
     }
 }
 

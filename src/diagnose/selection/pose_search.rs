@@ -14,6 +14,7 @@ use super::shape_fit::refine_all;
 use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::pose_noise::{Poses, readings_as_one};
+use crate::effects::{Signature, is_a};
 use crate::machine::ParameterValue;
 use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};
 
@@ -41,7 +42,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     state.rounds(&without_free_curves(families), &poses, STRONG);
     let mut families = families.to_vec();
     if let Some(rates) = state.refined_rates() {
-        let arrivals = families.iter_mut().filter(|family| family.kind == "arrival-lag");
+        let arrivals = families.iter_mut().filter(|family| is_a(family.kind, Signature::Arrival));
         for effect in arrivals.flat_map(|family| &mut family.grid) {
             effect.set("rates", ParameterValue::List(rates.clone()));
         }
@@ -63,7 +64,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
 /// The same list with nothing to look at for free curves: they are many columns and asked when named forms are used up.
 fn without_free_curves(families: &[CandidateFamily]) -> Vec<CandidateFamily> {
     let mut named = families.to_vec();
-    named.iter_mut().filter(|family| family.kind == "unknown").for_each(|family| family.grid.clear());
+    named.iter_mut().filter(|family| is_a(family.kind, Signature::FreeCurve)).for_each(|family| family.grid.clear());
     named
 }
 
@@ -179,7 +180,7 @@ impl<'g, 'a> State<'g, 'a> {
     /// Relative top speeds of the axes, refined for all arrival effects together; `None` where equal ones do as well.
     fn refined_rates(&self) -> Option<Vec<f64>> {
         let (arrivals, others): (Vec<&SelectedEffect>, Vec<&SelectedEffect>) =
-            self.found.iter().partition(|found| found.chosen.effect.kind == "arrival-lag");
+            self.found.iter().partition(|found| is_a(&found.chosen.effect.kind, Signature::Arrival));
         if arrivals.is_empty() {
             return None;
         }

@@ -1,5 +1,6 @@
 //! Which of several candidates is refined, and which of them counts as the best one. Whether the evidence demands it stands in `demand`.
 
+use crate::effects::{Signature, is_a, signature};
 use std::collections::HashSet;
 
 use rayon::prelude::*;
@@ -24,16 +25,13 @@ const LONGEST_SHIFT_MS: f64 = 5000.0;
 /// Share of the misfit that a wrong pairing of one test must explain: the files are wrong, or the machine is.
 const SHIFT_SHARE: f64 = 0.5;
 
-/// Kind of a ball out of round.
-pub(crate) const BALL_FORM: &str = "ball-form";
-
 /// Largest form of a ball, µm: those of gauges are round to some tenths, worn ones to one.
 const ROUND_WITHIN: f64 = 1.1;
 
 /// Whether a candidate's size is one that it can have.
 pub(crate) fn is_sensible(candidate: &Candidate, misfit: f64) -> bool {
     let amplitudes = &candidate.judgement.amplitudes;
-    if candidate.effect.kind == BALL_FORM {
+    if is_a(&candidate.effect.kind, Signature::BallForm) {
         return amplitudes.iter().map(|size| size * size).sum::<f64>().sqrt() < ROUND_WITHIN;
     }
     let shift_ms = amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
@@ -138,22 +136,24 @@ const OWN_RATHER: f64 = 0.9;
 /// tips as an axis reverses, lost motion of that axis itself.
 pub(crate) fn simpler(machine: &Machine, candidates: &[Candidate], best: usize) -> Option<usize> {
     let Candidate { effect, terms, judgement, log_odds, .. } = &candidates[best];
-    if let ("lateral-play", Some(ParameterValue::Word(driving))) = (effect.kind.as_str(), effect.parameter("of")) {
+    if let (Some(Signature::Play), Some(ParameterValue::Word(driving))) =
+        (signature(&effect.kind), effect.parameter("of"))
+    {
         return candidates.iter().position(|other| {
-            other.effect.kind.ends_with("-backlash")
+            is_a(&other.effect.kind, Signature::Reversal)
                 && other.effect.place.name(machine) == driving
                 && other.judgement.chi2 > OWN_RATHER * judgement.chi2
         });
     }
     let is_along = is_along(terms);
-    let share = match effect.kind.as_str() {
-        "vibration" => ONE_DIRECTION,
-        "rotary-error-motion" => FEWER_MOTIONS,
+    let share = match signature(&effect.kind) {
+        Some(Signature::Oscillation) => ONE_DIRECTION,
+        Some(Signature::ErrorMotion) => FEWER_MOTIONS,
         _ => return None,
     };
     candidates.iter().position(|other| {
         other.effect.kind == effect.kind
-            && (other.effect.place == effect.place || effect.kind == "vibration")
+            && (other.effect.place == effect.place || is_a(&effect.kind, Signature::Oscillation))
             && 2 * directions(&other.terms) <= directions(terms)
             && other.judgement.chi2 > share * judgement.chi2
             && (!is_along || other.log_odds > (A_GIVEN_DIRECTION * log_odds).min(log_odds - TWO_ANGLES))

@@ -8,7 +8,7 @@ use super::selected::Candidate;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
-use crate::effects::Profile;
+use crate::effects::{Profile, Signature, is_a};
 use crate::machine::{Effect, ParameterValue};
 
 /// The stage at which a family is judged: all rows for fast ones.
@@ -43,7 +43,7 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
             };
             let better = |a: &Candidate, b: &Candidate| a.log_odds.total_cmp(&b.log_odds);
             let best = if family.fast {
-                let grid: Vec<&Effect> = if family.kind == "cyclic-error" && family.grid.len() > LONG_GRID {
+                let grid: Vec<&Effect> = if is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID {
                     loudest(regression.model, family, &matched)
                 } else {
                     family.grid.iter().collect()

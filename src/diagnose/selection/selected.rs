@@ -1,5 +1,6 @@
 //! What a search works on and what it finds. It decides nothing.
 
+use crate::effects::{Signature, is_a};
 use crate::statistics::BlockEvidence;
 use crate::statistics::NoiseModel;
 use std::cell::Cell;
@@ -29,17 +30,17 @@ pub struct Candidate {
 impl Candidate {
     /// A free curve: something is there, but no form of the catalogue.
     pub fn is_free(&self) -> bool {
-        self.effect.kind == "unknown"
+        is_a(&self.effect.kind, Signature::FreeCurve)
     }
 
     /// Acts once in a session.
     pub fn is_event(&self) -> bool {
-        self.effect.kind.ends_with("-slip")
+        is_a(&self.effect.kind, Signature::Jump)
     }
 
     /// Positions and lengths of one test that do not belong together.
     pub fn is_shift_of_one_test(&self) -> bool {
-        self.effect.kind == "trigger-latency" && self.effect.tests.is_some()
+        is_a(&self.effect.kind, Signature::Latency) && self.effect.tests.is_some()
     }
 
     /// Its columns as they join the model.

@@ -9,7 +9,7 @@ use super::trajectory::settles;
 use crate::diagnose::model::linear_model::Term;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
-use crate::effects::{COLD, WARM};
+use crate::effects::{COLD, Signature, WARM, is_a};
 use crate::machine::{Effect, ParameterValue};
 
 /// Time constants of growth that are tried, as shares of the session.
@@ -79,7 +79,8 @@ pub(crate) fn cancels(terms: &[Term], amplitudes: &[f64]) -> bool {
 
 /// Whether a part may have been out of balance as the session began.
 fn has_states(effect: &Effect) -> bool {
-    effect.kind == "thermal-growth" && (effect.parameter("heat").is_some() || effect.parameter("channel").is_some())
+    is_a(&effect.kind, Signature::Growth)
+        && (effect.parameter("heat").is_some() || effect.parameter("channel").is_some())
 }
 
 /// A growth with every friction that may heat the part, and with what it may have brought along as the session began: a
@@ -128,7 +129,7 @@ fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
         }
         for first in SLOW.map(|share| share * length_s) {
             list.push(with(vec![first]));
-            if effect.kind == "thermal-growth" {
+            if is_a(&effect.kind, Signature::Growth) {
                 list.extend(NODES.map(|ratio| with(vec![first, ratio * first])));
             }
         }

@@ -8,7 +8,7 @@ use super::screening::stage_of;
 use super::selected::Candidate;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
-use crate::effects::WARM;
+use crate::effects::{Signature, WARM, signature};
 use crate::machine::{Effect, ParameterValue};
 
 /// Refined shapes; their columns are those of all rows.
@@ -32,14 +32,14 @@ pub fn refine_all(
             let family = &families[candidate.family];
             let may_lead = OVERTONES_ADD * candidate.judgement.chi2 > leading;
             let regression = stage_of(regressions, family);
-            let mut refined = match candidate.effect.kind.as_str() {
-                "cyclic-error" if may_lead => with_overtones(regression, family, candidate),
-                "vibration" if may_lead && candidate.judgement.chi2 > WORTH_OVERTONES => {
+            let mut refined = match signature(&candidate.effect.kind) {
+                Some(Signature::Period) if may_lead => with_overtones(regression, family, candidate),
+                Some(Signature::Oscillation) if may_lead && candidate.judgement.chi2 > WORTH_OVERTONES => {
                     super::vibration_shape::with_wander(regression, family, candidate)
                 }
-                "thermal-growth" if may_lead => with_warm_start(regression, family, candidate),
-                "linear-scale" if may_lead => with_curvature(regression, family, candidate),
-                "clamp-lift" if may_lead => with_other_edge(regression, family, candidate),
+                Some(Signature::Growth) if may_lead => with_warm_start(regression, family, candidate),
+                Some(Signature::Scale) if may_lead => with_curvature(regression, family, candidate),
+                Some(Signature::Lift) if may_lead => with_other_edge(regression, family, candidate),
                 _ => candidate,
             };
             refined.columns = regressions[0].model.columns(&refined.effect, &refined.terms).ok()?;

@@ -5,13 +5,14 @@ use super::naming::component_name;
 use super::selected::Candidate;
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
-use crate::effects::WARM;
+use crate::effects::Signature::{BarLength, ErrorMotion, FreeCurve, Growth, Sag, Straightness};
+use crate::effects::{Signature, WARM, is_a, signature};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
 use crate::units::Measure;
 
 /// Where growth along its own axis shows; `None` for other effects.
 fn along_its_axis(machine: &Machine, effect: &Effect) -> Option<Outlet> {
-    let axis = effect.place.axis().filter(|_| effect.kind == "thermal-growth")?;
+    let axis = effect.place.axis().filter(|_| is_a(&effect.kind, Signature::Growth))?;
     Some(match machine.axes[axis].kind {
         AxisKind::Linear => Outlet::own(machine, axis),
         AxisKind::Rotary => axial(machine, axis),
@@ -163,8 +164,7 @@ impl Trajectories {
         };
         let axis = driving.or(lead.effect.place.axis());
         // a joint that stands still sags as the one that carries it tilts
-        let everywhere =
-            matches!(lead.effect.kind.as_str(), "thermal-growth" | "straightness" | "bar-length" | "gravity-sag");
+        let everywhere = matches!(signature(&lead.effect.kind), Some(Growth | Straightness | BarLength | Sag));
         let counts =
             |test: &usize| everywhere || axis.is_none_or(|axis| model.context.motion(*test).moving.contains(&axis));
         let tests: Vec<usize> = (0..model.tests()).filter(counts).collect();
@@ -232,15 +232,15 @@ impl Trajectories {
 
     /// Largest value, or range, of the courses of the outlets over the session.
     pub(crate) fn largest(&self, cause: &Cause, amplitudes: &[f64]) -> f64 {
-        let size = |parts: &Parts| match cause.effect.as_str() {
-            "rotary-error-motion" => self.error_motion(parts, amplitudes),
-            "straightness" => {
+        let size = |parts: &Parts| match signature(&cause.effect) {
+            Some(ErrorMotion) => self.error_motion(parts, amplitudes),
+            Some(Straightness) => {
                 let mut course = course(parts, amplitudes);
                 take_end_points_off(&mut course, &self.positions);
                 farthest(low_and_high(&course))
             }
-            "thermal-growth" | "bar-length" => grown(low_and_high(&course(parts, amplitudes)), self.settles),
-            "unknown" => 0.5 * range(low_and_high(&course(parts, amplitudes))),
+            Some(Growth | BarLength) => grown(low_and_high(&course(parts, amplitudes)), self.settles),
+            Some(FreeCurve) => 0.5 * range(low_and_high(&course(parts, amplitudes))),
             _ => farthest(low_and_high(&course(parts, amplitudes))),
         };
         self.by_outlet.iter().map(|(_, parts)| size(parts)).fold(0.0, f64::max)

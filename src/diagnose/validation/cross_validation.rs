@@ -7,6 +7,7 @@ use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::search::search_part;
 use crate::diagnose::selection::selected::{Floors, Resolutions, SelectedEffect};
+use crate::effects::{Signature, is_a};
 use crate::machine::Effect;
 use crate::statistics::{NoiseModel, rms};
 
@@ -132,7 +133,7 @@ fn is_found_again(resolutions: &Resolutions, findings: &[Finding], finding: &Fin
     let rivals = finding.rivals.iter().filter(is_near).map(|(rival, _)| rival);
     let says = |cause: &Cause| {
         let same_place = effect.place.name(machine) == cause.place;
-        same_place && (effect.kind == cause.effect || cause.effect == "unknown")
+        same_place && (effect.kind == cause.effect || is_a(&cause.effect, Signature::FreeCurve))
     };
     // a rival that is another finding counts for that one
     let is_other = findings.iter().any(|other| !std::ptr::eq(other, finding) && says(&other.cause));

@@ -5,9 +5,9 @@ use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::candidates::{CandidateFamily, family_terms, terms};
 use crate::diagnose::selection::naming::{cause_of, unit};
-use crate::effects::{Driver, kind};
+use crate::effects::{self, CYCLIC_ERROR, Driver, KINDS, Kind, ROTARY_ERROR_MOTION, Signature, UNKNOWN, is_a, kind};
 use crate::identify::{Fit, FitError, turned_senses};
-use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 use crate::session::Session;
 use crate::units::Measure;
 
@@ -30,45 +30,20 @@ fn smallest(information: f64) -> Option<f64> {
     (information > 1e-12).then(|| (VISIBLE / information).sqrt())
 }
 
-/// Sizes above which a machinist would want to know: a cause is listed when the session shows it only beyond.
-fn notable(kind: &str, is_angle: bool) -> f64 {
-    match (kind, is_angle) {
-        ("rotary-backlash", _) => 3.0,
-        ("linear-backlash", _) => 1.5,
-        ("lateral-play" | "reversal-spike", true) => 2.0,
-        ("lateral-play" | "reversal-spike", false) => 1.5,
-        ("rotary-error-motion", true) => 2.0,
-        ("rotary-error-motion", false) => 1.0,
-        ("cyclic-error", true) => 2.0,
-        ("cyclic-error", false) => 1.0,
-        ("gravity-sag", _) => 3.0,
-        ("thermal-growth", true) => 3.0,
-        ("thermal-growth", false) => 4.0,
-        ("straightness", true) => 2.0,
-        ("straightness", false) => 1.5,
-        ("squareness", _) => 5.0,
-        ("linear-scale", _) => 10.0,
-        ("servo-lag", _) => 1.0,
-        ("trigger-latency", _) => 5.0,
-        ("bar-length", _) => 2.0,
-        _ => 3.0,
-    }
-}
-
 /// Smallest size, µm or arcsec, from which a motion counts as hidden in any form: named forms have bounds of their own.
 const HIDES_ANY_FORM: f64 = 20.0;
+
+fn notable(kind: &Kind, is_angle: bool) -> f64 {
+    if is_angle { kind.notable.angle } else { kind.notable.length }
+}
 
 /// Causes that the session does not show at notable sizes.
 pub fn unseen_causes(model: &LinearModel, families: &[CandidateFamily], regression: &Regression) -> Vec<Unseen> {
     let machine = model.context.machine();
     let mut list: Vec<Unseen> = Vec::new();
     let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
-    for family in families.iter().filter(|family| {
-        !matches!(
-            family.kind,
-            "unknown" | "clamp-lift" | "pivot-slip" | "ball-slip" | "vibration" | "beat" | "radius-loss"
-        )
-    }) {
+    for family in families {
+        let Some(kind) = kind(family.kind).filter(|kind| kind.unseen == effects::Unseen::Listed) else { continue };
         let Some(effect) = family.grid.get(family.grid.len() / 2) else { continue };
         if effect.parameter("of").is_some() {
             // what another axis drives shows as little as play of the place's own motion, which is listed
@@ -89,14 +64,14 @@ pub fn unseen_causes(model: &LinearModel, families: &[CandidateFamily], regressi
             let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
-            if smallest.is_none_or(|smallest| smallest > notable(family.kind, is_angle)) {
+            if smallest.is_none_or(|smallest| smallest > notable(kind, is_angle)) {
                 list.push(Unseen {
                     cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: measure.map_or("um", unit),
-                    test: showing_test(machine, family.kind, family.place),
+                    test: kind.shown_by.words(machine, family.place),
                 });
-            } else if family.kind == "rotary-error-motion" && is_axial(machine, outlet) {
+            } else if kind.signature == Signature::ErrorMotion && is_axial(machine, outlet) {
                 list.extend(unseen_once_a_turn(model, family.place, outlet, regression));
             }
         }
@@ -137,12 +112,12 @@ fn is_axial(machine: &Machine, outlet: &Outlet) -> bool {
 /// orders show.
 fn unseen_once_a_turn(model: &LinearModel, place: Place, outlet: &Outlet, regression: &Regression) -> Option<Unseen> {
     let machine = model.context.machine();
-    let effect = Effect::new("rotary-error-motion", place).with("orders", ParameterValue::List(vec![1.0]));
+    let effect = Effect::new(ROTARY_ERROR_MOTION.name, place).with("orders", ParameterValue::List(vec![1.0]));
     let columns = model.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
     let (information, _) = regression.project(&columns);
     let weakest = (0..columns.len()).map(|k| information[(k, k)]).fold(f64::INFINITY, f64::min);
     let smallest = smallest(weakest);
-    smallest.is_none_or(|smallest| smallest > notable("rotary-error-motion", false)).then(|| Unseen {
+    smallest.is_none_or(|smallest| smallest > notable(&ROTARY_ERROR_MOTION, false)).then(|| Unseen {
         cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
         smallest: smallest.filter(|value| *value < 1e5),
         unit: "um",
@@ -156,10 +131,10 @@ fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], regression: &
     let tests = &model.context.session().tests;
     let runs_at =
         |time: f64| (0..tests.len()).any(|k| (tests[k].started_at_s..=model.context.ends_at_s(k)).contains(&time));
-    for kind in ["ball-slip", "pivot-slip"] {
+    for kind in KINDS.iter().filter(|kind| kind.unseen == effects::Unseen::ByMoment) {
         // by outlet: the effect and the information at the moment that shows it least
         let mut least: Vec<(Outlet, &Effect, f64)> = Vec::new();
-        for family in families.iter().filter(|family| family.kind == kind) {
+        for family in families.iter().filter(|family| family.kind == kind.name) {
             let between = family.grid.iter().filter(
                 |effect| matches!(effect.parameter("time"), Some(ParameterValue::Number(time)) if !runs_at(*time)),
             );
@@ -185,7 +160,7 @@ fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], regression: &
                     cause: cause_of(machine, effect, &[outlet]),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: "um",
-                    test: showing_test(machine, kind, effect.place),
+                    test: kind.shown_by.words(machine, effect.place),
                 });
             }
         }
@@ -204,7 +179,9 @@ fn unseen_of_any_form(
     let mut seen: Vec<Outlet> = Vec::new();
     // by place and measure: outlets and the smallest size that shows through any of them
     let mut hidden: Vec<(&Effect, Measure, Vec<Outlet>, Option<f64>)> = Vec::new();
-    for family in families.iter().filter(|family| family.kind == "unknown" && family.place.axis().is_some()) {
+    for family in
+        families.iter().filter(|family| is_a(family.kind, Signature::FreeCurve) && family.place.axis().is_some())
+    {
         let Some(effect) = family.grid.first().filter(|effect| effect.tests.is_none()) else { continue };
         for outlet in &family.outlets {
             if seen.contains(outlet) {
@@ -238,7 +215,7 @@ fn unseen_of_any_form(
             cause: cause_of(machine, effect, &outlets),
             smallest,
             unit: unit(measure),
-            test: showing_test(machine, if is_own { "cyclic-error" } else { &effect.kind }, effect.place),
+            test: (if is_own { CYCLIC_ERROR.shown_by } else { UNKNOWN.shown_by }).words(machine, effect.place),
         }
     }));
 }
@@ -247,75 +224,19 @@ fn unseen_of_any_form(
 fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Unseen>) {
     for axis in 0..machine.axes.len() {
         let place = Place::Axis(axis);
-        let kinds: &[&str] = match machine.axes[axis].kind {
-            AxisKind::Rotary => &["rotary-backlash", "rotary-error-motion", "cyclic-error", "gravity-sag", "servo-lag"],
-            AxisKind::Linear => &[
-                "linear-backlash",
-                "reversal-spike",
-                "linear-scale",
-                "cyclic-error",
-                "straightness",
-                "squareness",
-                "servo-lag",
-            ],
-        };
-        for name in kinds {
-            let covered = families.iter().any(|family| family.kind == *name && family.place == place);
-            let Some(kind) = kind(name).filter(|_| !covered) else { continue };
+        for kind in KINDS.iter().filter(|kind| kind.unmoved.contains(&machine.axes[axis].kind)) {
+            if families.iter().any(|family| family.kind == kind.name && family.place == place) {
+                continue;
+            }
             let outlets = (kind.outlets)(machine, place);
-            let effect = Effect::new(name, place);
+            let effect = Effect::new(kind.name, place);
             let Some(outlet) = outlets.first() else { continue };
             list.push(Unseen {
                 cause: cause_of(machine, &effect, &outlets),
                 smallest: None,
                 unit: unit((kind.measure)(machine, outlet, "")),
-                test: showing_test(machine, name, place),
+                test: kind.shown_by.words(machine, place),
             });
         }
-    }
-}
-
-/// A test that shows a cause, in words.
-pub fn showing_test(machine: &Machine, kind: &str, place: Place) -> String {
-    let axis = place.axis().map(|axis| (machine.axes[axis].name.clone(), machine.axes[axis].kind));
-    // an arm has no linear axes that could follow
-    let is_arm = machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary);
-    match (kind, axis) {
-        ("rotary-backlash" | "lateral-play", Some((name, _))) if is_arm => {
-            format!("the same poses with {name} arriving from either side")
-        }
-        ("rotary-error-motion" | "cyclic-error" | "unknown", Some((name, _))) if is_arm => {
-            format!("poses over the whole range of {name}, the other joints standing still")
-        }
-        ("servo-lag" | "reversal-spike", Some((name, _))) if is_arm => {
-            format!("sweeps of {name} in both directions and at two speeds, read in time")
-        }
-        ("rotary-backlash" | "cyclic-error" | "servo-lag" | "reversal-spike", Some((name, AxisKind::Rotary))) => {
-            format!("{name} swept both ways with the linear axes following tangentially")
-        }
-        ("rotary-error-motion" | "lateral-play" | "unknown", Some((name, AxisKind::Rotary))) => {
-            format!(
-                "{name} swept both ways with the linear axes following radially and axially, ball high above the table"
-            )
-        }
-        ("gravity-sag", Some((name, _))) => {
-            format!("{name} over its whole range with and without payload, nothing remounted")
-        }
-        (
-            "squareness" | "linear-scale" | "straightness" | "linear-backlash" | "reversal-spike" | "cyclic-error"
-            | "servo-lag" | "lateral-play" | "unknown",
-            Some((name, _)),
-        ) => {
-            format!("planar circles with {name} in both directions and at two feeds")
-        }
-        ("thermal-growth" | "bar-length" | "ball-slip" | "pivot-slip", _) => {
-            "the first test again at the end, nothing remounted".to_string()
-        }
-        ("ball-form", _) => "the first test again with the ball turned in its cup".to_string(),
-        ("cup-stiction", _) => {
-            "a sweep in which the bar turns in that cup, read from the start without run-up".to_string()
-        }
-        ("trigger-latency", _) => "a sweep with an off-centre ball at two feeds in both directions".to_string(),
-        _ => "the first test again in both directions".to_string(),
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::validation::cross_validation::CrossValidation;
+use crate::effects::{Signature, is_a};
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,14 +61,14 @@ pub(crate) fn verdict(
             Verdict::Clean
         };
     }
-    if findings.iter().all(|finding| finding.cause.effect == "unknown") {
+    if findings.iter().all(|finding| is_a(&finding.cause.effect, Signature::FreeCurve)) {
         return Verdict::Unexplained;
     }
     // where no noise is known nothing shows that all is explained
     let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um);
     // forms that bend to the readings predict others badly; neither the phase of a vibration nor the moment of an event is
     // to be predicted
-    let escapes = findings.iter().any(|finding| finding.cause.effect == "vibration" || finding.single);
+    let escapes = findings.iter().any(|finding| is_a(&finding.cause.effect, Signature::Oscillation) || finding.single);
     let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
     match is_noise && predicts {
         true => Verdict::Explained,

@@ -17,6 +17,7 @@ use crate::diagnose::selection::naming;
 use crate::diagnose::selection::search;
 use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Search};
 use crate::diagnose::validation::cross_validation::{CrossValidation, prove};
+use crate::effects::{Signature, UNKNOWN, is_a};
 
 /// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
 const RESTLESS: f64 = 1.2;
@@ -145,13 +146,13 @@ fn confirm<'g, 'a>(
 
 /// Neither the moment of an event nor the phase of a vibration is to be predicted.
 fn escapes(finding: &Finding) -> bool {
-    finding.single || finding.cause.effect == "vibration"
+    finding.single || is_a(&finding.cause.effect, Signature::Oscillation)
 }
 
 /// Takes back the form by which a finding is told, now and when it is told anew.
 fn withdraw_form(search: &mut Search, told: &mut Explanation, index: usize) {
     let finding = &mut told.findings[index];
-    finding.cause.effect = "unknown".into();
+    finding.cause.effect = UNKNOWN.name.into();
     let mut column = 0;
     for found in &mut search.found {
         found.form_withdrawn |= finding.columns.first() == Some(&column);

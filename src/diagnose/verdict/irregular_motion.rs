@@ -12,7 +12,7 @@ use crate::diagnose::model::linear_model::{Column, LinearModel, display};
 use crate::diagnose::model::regression::Accepted;
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
 use crate::diagnose::selection::naming::{component_name, unit};
-use crate::effects::Driver;
+use crate::effects::{Driver, UNKNOWN};
 use crate::machine::{Outlet, Place};
 
 /// Neighbouring readings that count as one.
@@ -155,7 +155,7 @@ pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseMo
     let weight = |other: &Heard| (other.log_odds - best.log_odds).exp();
     let total: f64 = places.iter().map(weight).sum();
     let cause = |heard: &Heard| Cause {
-        effect: "unknown".into(),
+        effect: UNKNOWN.name.into(),
         driver: Driver::Time,
         place: heard.place.name(machine).to_string(),
         components: vec![component_name(machine, &heard.outlet)],

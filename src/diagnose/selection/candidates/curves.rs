@@ -2,6 +2,7 @@
 
 use super::family::CandidateFamily;
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::UNKNOWN;
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// Free curve over the positions of an axis.
@@ -14,12 +15,12 @@ pub(super) fn unknown(
     driver: &str,
 ) -> CandidateFamily {
     let kind = machine.axes[axis].kind;
-    let effect = Effect::new("unknown", place)
+    let effect = Effect::new(UNKNOWN.name, place)
         .with("driver", ParameterValue::Word(driver.into()))
         .with("from", ParameterValue::Number(kind.to_file_unit(ends.0)))
         .with("to", ParameterValue::Number(kind.to_file_unit(ends.1)))
         .with("count", ParameterValue::Number(14.0));
-    CandidateFamily::new("unknown", place, outlets, 30.0).over(vec![effect])
+    CandidateFamily::new(UNKNOWN.name, place, outlets, 30.0).over(vec![effect])
 }
 
 /// Positions of a standing rotary axis closer than this are one posture, rad.

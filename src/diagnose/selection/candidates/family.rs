@@ -2,7 +2,7 @@
 
 use super::motions::last_before_spindle;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
-use crate::effects::kind;
+use crate::effects::{Signature, kind, signature};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// A family of candidates that differ only in shape.
@@ -44,31 +44,31 @@ impl CandidateFamily {
     /// Rank among names for the same signature: lower is the customary one (gauge squareness, growth at the spindle's slide).
     pub fn customary_rank(&self, model: &LinearModel) -> usize {
         let machine = model.context.machine();
-        match (self.kind, self.outlets.first()) {
-            ("squareness", Some(Outlet::Location { axis, component })) => {
+        match (signature(self.kind), self.outlets.first()) {
+            (Some(Signature::Squareness), Some(Outlet::Location { axis, component })) => {
                 let gauge = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
                 let along = machine.axes[*axis].coordinate_direction();
                 usize::from(!gauge.iter().any(|(c, k)| c == component && along == Some(*k)))
             }
-            ("thermal-growth", _) => match self.place.axis() {
+            (Some(Signature::Growth), _) => match self.place.axis() {
                 Some(axis) if last_before_spindle(model, axis) => self.outlets.len(),
                 _ => 10,
             },
             // the axis under test is a rotary one as a rule, slides follow it
-            ("unknown", _) => match self.place.axis() {
+            (Some(Signature::FreeCurve), _) => match self.place.axis() {
                 Some(axis) if machine.axes[axis].kind == AxisKind::Rotary => 0,
                 _ => 1,
             },
             // without a second feed lost motion is the likelier one
-            ("servo-lag", _) => 1,
+            (Some(Signature::Lag), _) => 1,
             // an axis that moves is the likelier source than a ball that moves just along it, or than an axis at rest
-            ("vibration", _) => match self.place.axis() {
+            (Some(Signature::Oscillation), _) => match self.place.axis() {
                 Some(axis) if (0..model.tests()).any(|test| model.context.motion(test).moving.contains(&axis)) => 0,
                 Some(_) => 2,
                 None => 1,
             },
             // in an arm the weight of its links is the likelier cause of what turns once with a joint
-            ("cyclic-error", _) if !model.has_sweeps() => 1,
+            (Some(Signature::Period), _) if !model.has_sweeps() => 1,
             _ => 0,
         }
     }

@@ -2,14 +2,14 @@
 
 use super::family::{CandidateFamily, Refined, list_of};
 use crate::diagnose::model::linear_model::LinearModel;
-use crate::effects::{OWN, ROTARY, SLIDES};
+use crate::effects::{OWN, ROTARY, SLIDES, THERMAL_GROWTH};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 /// Growth over session time (fast and slow node) or with a temperature channel.
 pub(super) fn growth(model: &LinearModel, place: Place, outlets: Vec<Outlet>) -> CandidateFamily {
     let span = model.context.order().iter().map(|&test| model.context.ends_at_s(test)).fold(60.0, f64::max);
-    let pair = |fast: f64, slow: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![fast, slow]));
-    let single = |share: f64| Effect::new("thermal-growth", place).with("tau", list_of(vec![share * span]));
+    let pair = |fast: f64, slow: f64| Effect::new(THERMAL_GROWTH.name, place).with("tau", list_of(vec![fast, slow]));
+    let single = |share: f64| Effect::new(THERMAL_GROWTH.name, place).with("tau", list_of(vec![share * span]));
     // one node first: two of them may cancel far beyond what the readings see
     let mut grid = [0.1, 0.3, 1.0].map(single).to_vec();
     grid.extend([pair(0.05 * span, 0.3 * span), pair(0.15 * span, 1.0 * span)]);
@@ -18,9 +18,9 @@ pub(super) fn growth(model: &LinearModel, place: Place, outlets: Vec<Outlet>) ->
             .map(|nodes| nodes.with("heat", ParameterValue::Word(source.into())))
     }));
     grid.extend(channels(model).into_iter().flat_map(|channel| {
-        lagging(&Effect::new("thermal-growth", place).with("channel", ParameterValue::Word(channel)), span)
+        lagging(&Effect::new(THERMAL_GROWTH.name, place).with("channel", ParameterValue::Word(channel)), span)
     }));
-    CandidateFamily::new("thermal-growth", place, outlets, 100.0).over(grid).refine(vec![
+    CandidateFamily::new(THERMAL_GROWTH.name, place, outlets, 100.0).over(grid).refine(vec![
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.05 * span, element: Some(0) },
         Refined { name: "tau", least: 20.0, most: 5.0 * span, step: 0.2 * span, element: Some(1) },
         lag_refined(span),

@@ -1,6 +1,7 @@
 //! Stretches over which a part may sit in another way. It judges nothing.
 
 use super::family::Refined;
+use crate::effects::CLAMP_LIFT;
 use crate::machine::{Effect, ParameterValue, Place};
 
 /// Places at which a stretch may begin or end, the ends of the travel among them.
@@ -11,7 +12,7 @@ pub(super) fn stretches(place: Place, (from, to): (f64, f64), late: f64) -> (Vec
     let step = (to - from) / (EDGES - 1) as f64;
     let edge = |k: usize| ParameterValue::Number(from + step * k as f64);
     let stretch = |begins, ends| {
-        let lift = Effect::new("clamp-lift", place).with("from", edge(begins)).with("to", edge(ends));
+        let lift = Effect::new(CLAMP_LIFT.name, place).with("from", edge(begins)).with("to", edge(ends));
         lift.with("hysteresis", ParameterValue::Number(0.0)).with("rise", ParameterValue::Number(0.0))
     };
     let pairs = (0..EDGES).flat_map(|begins| (begins + 1..EDGES).map(move |ends| (begins, ends)));

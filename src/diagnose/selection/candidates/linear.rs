@@ -7,6 +7,9 @@ use super::motions::last_before_spindle;
 use super::motions::{directions, finest_step, motion, travelled, visited};
 use super::play::{servo_lag, spikes, windup_refined, windups};
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::{
+    CYCLIC_ERROR, LATERAL_PLAY, LINEAR_BACKLASH, LINEAR_SCALE, RADIUS_LOSS, REVERSAL_SPIKE, SQUARENESS, STRAIGHTNESS,
+};
 use crate::machine::{Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 /// Customary leads of ball screws, mm (ISO 3408-2).
@@ -23,24 +26,24 @@ pub(super) fn linear(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
     let all_across = [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]];
     let (least, most) = visited(model, axis);
     if most - least > 1.0 {
-        list.push(CandidateFamily::new("linear-scale", place, vec![own], 300.0));
+        list.push(CandidateFamily::new(LINEAR_SCALE.name, place, vec![own], 300.0));
         // also for a slide that only moves from test to test: it stands on one or the other flank
         list.push(
-            CandidateFamily::new("linear-backlash", place, vec![own], 30.0)
-                .over(windups(model, "linear-backlash", axis, 2.0))
+            CandidateFamily::new(LINEAR_BACKLASH.name, place, vec![own], 30.0)
+                .over(windups(model, LINEAR_BACKLASH.name, axis, 2.0))
                 .refine(windup_refined(40.0)),
         );
     }
     if let Some((from, to)) = travelled(model, axis) {
         for component in all_across {
             list.push(
-                CandidateFamily::new("lateral-play", place, motion(axis, &[component]), 20.0)
-                    .over(windups(model, "lateral-play", axis, 2.0))
+                CandidateFamily::new(LATERAL_PLAY.name, place, motion(axis, &[component]), 20.0)
+                    .over(windups(model, LATERAL_PLAY.name, axis, 2.0))
                     .refine(windup_refined(40.0)),
             );
         }
         list.push(
-            CandidateFamily::new("reversal-spike", place, vec![own], 30.0)
+            CandidateFamily::new(REVERSAL_SPIKE.name, place, vec![own], 30.0)
                 .over(spikes(place))
                 .refine(vec![
                     refined("travel", 0.02, 20.0, 0.7),
@@ -50,17 +53,17 @@ pub(super) fn linear(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
                 .fast(),
         );
         list.extend(servo_lag(model, axis));
-        list.push(CandidateFamily::new("radius-loss", place, vec![Outlet::Acceleration { axis }], 1e4).fast());
+        list.push(CandidateFamily::new(RADIUS_LOSS.name, place, vec![Outlet::Acceleration { axis }], 1e4).fast());
         let lowest_period = 3.0 * finest_step(model, axis);
         let mut grid = Vec::new();
         let mut frequency = 2.0 / (to - from);
         while 1.0 / frequency > lowest_period && grid.len() < 400 {
-            grid.push(Effect::new("cyclic-error", place).with("periods", list_of(vec![1.0 / frequency])));
+            grid.push(Effect::new(CYCLIC_ERROR.name, place).with("periods", list_of(vec![1.0 / frequency])));
             frequency += 0.5 / (to - from);
         }
         if !grid.is_empty() {
             list.push(
-                CandidateFamily::new("cyclic-error", place, vec![own], 20.0)
+                CandidateFamily::new(CYCLIC_ERROR.name, place, vec![own], 20.0)
                     .over(grid)
                     .refine(vec![Refined {
                         name: "periods",
@@ -80,8 +83,10 @@ pub(super) fn linear(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
     }
     if travelled(model, axis).is_none() && standing_places(model, axis) >= LEAST_PLACES {
         // a screw's error shows between the places where a slide stands, but not its period: the customary leads are tried
-        let lead = |mm: f64| Effect::new("cyclic-error", place).with("periods", list_of(vec![mm]));
-        list.push(CandidateFamily::new("cyclic-error", place, vec![own], 20.0).over(SCREW_LEADS_MM.map(lead).to_vec()));
+        let lead = |mm: f64| Effect::new(CYCLIC_ERROR.name, place).with("periods", list_of(vec![mm]));
+        list.push(
+            CandidateFamily::new(CYCLIC_ERROR.name, place, vec![own], 20.0).over(SCREW_LEADS_MM.map(lead).to_vec()),
+        );
     }
     let (from, to) = visited(model, axis);
     if to - from > 1.0 {
@@ -91,7 +96,7 @@ pub(super) fn linear(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
                 let width = share * (to - from);
                 let mut centre = from;
                 while centre <= to + 1e-9 {
-                    let bump = Effect::new("straightness", place).with("centre", ParameterValue::Number(centre));
+                    let bump = Effect::new(STRAIGHTNESS.name, place).with("centre", ParameterValue::Number(centre));
                     grid.push(bump.with("width", ParameterValue::Number(width)));
                     centre += width / 4.0;
                 }
@@ -114,21 +119,24 @@ pub(super) fn linear(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
                 // a carriage that climbs a bump turns with its incline
                 let outlets = motion(axis, &[component, tilt]);
                 let pairs = outlets.iter().copied().zip(["bump", "slope"]).collect();
-                let family =
-                    CandidateFamily::new("straightness", place, outlets, 60.0).over(with_slope).refine(shape.clone());
+                let family = CandidateFamily::new(STRAIGHTNESS.name, place, outlets, 60.0)
+                    .over(with_slope)
+                    .refine(shape.clone());
                 list.push(CandidateFamily { pairs, ..family });
             }
             list.push(
-                CandidateFamily::new("straightness", place, motion(axis, &[component]), 60.0).over(grid).refine(shape),
+                CandidateFamily::new(STRAIGHTNESS.name, place, motion(axis, &[component]), 60.0)
+                    .over(grid)
+                    .refine(shape),
             );
-            let bow = Effect::new("straightness", place)
+            let bow = Effect::new(STRAIGHTNESS.name, place)
                 .with("degrees", list_of(vec![2.0, 3.0]))
                 .with("half_travel", ParameterValue::Number((to - from) / 2.0));
-            list.push(CandidateFamily::new("straightness", place, motion(axis, &[component]), 60.0).over(vec![bow]));
+            list.push(CandidateFamily::new(STRAIGHTNESS.name, place, motion(axis, &[component]), 60.0).over(vec![bow]));
         }
         for tilt in d.tilts {
             list.push(CandidateFamily::new(
-                "squareness",
+                SQUARENESS.name,
                 place,
                 vec![Outlet::Location { axis, component: tilt }],
                 120.0,

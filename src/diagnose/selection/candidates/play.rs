@@ -3,6 +3,7 @@
 use super::family::{CandidateFamily, Refined, number};
 use super::motions::{directions, motion, slides_move, travelled, visited};
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::{LATERAL_PLAY, REVERSAL_SPIKE, SERVO_LAG};
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
 
 /// Lost motion: all at once, half or all by wind-up; an axis that stands at first may stand on either flank.
@@ -28,9 +29,9 @@ pub(super) fn windup_refined(longest: f64) -> Vec<Refined> {
 }
 
 pub(super) fn spikes(place: Place) -> Vec<Effect> {
-    let by_travel = [0.02, 0.1, 0.5, 2.0].map(|d| number("reversal-spike", place, "travel", d));
+    let by_travel = [0.02, 0.1, 0.5, 2.0].map(|d| number(REVERSAL_SPIKE.name, place, "travel", d));
     let ringing = [1.0, 3.0, 8.0].map(|hz| {
-        let servo = number("reversal-spike", place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5));
+        let servo = number(REVERSAL_SPIKE.name, place, "servo_hz", hz).with("damping", ParameterValue::Number(0.5));
         servo.with("travel", ParameterValue::Number(0.05))
     });
     by_travel.into_iter().chain(ringing).collect()
@@ -39,9 +40,9 @@ pub(super) fn spikes(place: Place) -> Vec<Effect> {
 /// Lag of an axis beyond that of the others; where slides move, also with the radius that a lag of all takes.
 pub(super) fn servo_lag(model: &LinearModel, axis: usize) -> Vec<CandidateFamily> {
     let place = Place::Axis(axis);
-    let beyond = CandidateFamily::new("servo-lag", place, vec![Outlet::Lag { axis }], 50.0).fast();
+    let beyond = CandidateFamily::new(SERVO_LAG.name, place, vec![Outlet::Lag { axis }], 50.0).fast();
     let outlets = vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }];
-    let with_common = CandidateFamily::new("servo-lag", place, outlets, 1e4).fast();
+    let with_common = CandidateFamily::new(SERVO_LAG.name, place, outlets, 1e4).fast();
     if slides_move(model) { vec![beyond, with_common] } else { vec![beyond] }
 }
 
@@ -73,7 +74,7 @@ pub(super) fn tipping(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
         // travels of the driving axis are written in the unit of the place
         let travel = |of: f64| machine.axes[tipped].kind.from_file_unit(of);
         let over = |gap: f64| {
-            number("lateral-play", place, "gap", travel(gap))
+            number(LATERAL_PLAY.name, place, "gap", travel(gap))
                 .with("of", ParameterValue::Word(machine.axes[driving].name.clone()))
         };
         let (most, step) = (travel(LONGEST_TIPPING), travel(TIPPING_STEP));
@@ -81,7 +82,7 @@ pub(super) fn tipping(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
         let outlets = motion(tipped, &directions(machine, tipped).tilts);
         list.push(CandidateFamily {
             rarity,
-            ..CandidateFamily::new("lateral-play", place, outlets, 30.0)
+            ..CandidateFamily::new(LATERAL_PLAY.name, place, outlets, 30.0)
                 .over(TIPPING.map(over).to_vec())
                 .refine(vec![gap])
         });

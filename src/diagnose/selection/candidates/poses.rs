@@ -3,6 +3,9 @@
 use super::family::{CandidateFamily, list_of};
 use super::motions::{directions, gravity_turns_in, motion, travelled};
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::{
+    ARRIVAL_LAG, CYCLIC_ERROR, GRAVITY_SAG, ROTARY_ERROR_MOTION, Signature, THERMAL_GROWTH, is_a, kind,
+};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 /// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
@@ -20,7 +23,7 @@ pub(super) fn for_poses(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     for family in list.iter_mut() {
         family.plausible = family.plausible.max(PLAUSIBLE);
         // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
-        family.fast = family.kind == "cyclic-error";
+        family.fast = is_a(family.kind, Signature::Period);
     }
     let machine = model.context.machine();
     let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| travelled(model, axis).is_some()).collect();
@@ -36,36 +39,32 @@ pub(super) fn for_poses(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
 
 /// Whether a family depends on times or runs, which static poses do not have.
 fn needs_runs(family: &CandidateFamily) -> bool {
-    match family.kind {
-        "servo-lag" | "radius-loss" | "trigger-latency" | "vibration" | "reversal-spike" => true,
-        "pivot-slip" | "ball-slip" | "beat" => true,
-        // runs have a beginning and clamps are passed at a speed; artefacts of balls have other seats at every pose
-        "cup-stiction" | "clamp-lift" | "ball-form" => true,
-        "thermal-growth" | "bar-length" => family.grid.iter().all(|effect| effect.parameter("tau").is_some()),
-        _ => false,
-    }
+    let Some(kind) = kind(family.kind) else { return false };
+    let grows = matches!(kind.signature, Signature::Growth | Signature::BarLength);
+    kind.needs_runs || grows && family.grid.iter().all(|effect| effect.parameter("tau").is_some())
 }
 
 /// What the speed of arrival leaves: at the joint itself, and in the bearings of others that its braking bends.
 fn arrivals(model: &LinearModel, axis: usize, moving: &[usize], list: &mut Vec<CandidateFamily>) {
     let machine = model.context.machine();
     let place = Place::Axis(axis);
-    let own = CandidateFamily::new("arrival-lag", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+    let own = CandidateFamily::new(ARRIVAL_LAG.name, place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
     list.push(CandidateFamily { functions: &["speed"], ..own.clone() });
     list.push(own.clone());
     // an arm stretched out from another joint's line makes the whole move slower or softer
     for &about in moving.iter().filter(|&&about| about != axis && machine.axes[about].kind == AxisKind::Rotary) {
         let name = ParameterValue::Word(machine.axes[about].name.clone());
-        let stretched = Effect::new("arrival-lag", place).with("about", name);
+        let stretched = Effect::new(ARRIVAL_LAG.name, place).with("about", name);
         list.push(CandidateFamily { functions: &["inertia"], ..own.clone() }.over(vec![stretched]));
     }
     let chain = model.context.chain();
     for &of in moving.iter().filter(|&&of| of != axis && chain.carries(of, chain.carried_by(axis))) {
-        let braked = Effect::new("arrival-lag", place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
+        let braked =
+            Effect::new(ARRIVAL_LAG.name, place).with("of", ParameterValue::Word(machine.axes[of].name.clone()));
         // a tilt about the line of the joint before is that joint's own error
         let mut tilts = motion(axis, &directions(machine, axis).tilts);
         tilts.retain(|outlet| !is_own_of(model, of, axis, outlet));
-        list.push(CandidateFamily::new("arrival-lag", place, tilts, PLAUSIBLE).over(vec![braked]));
+        list.push(CandidateFamily::new(ARRIVAL_LAG.name, place, tilts, PLAUSIBLE).over(vec![braked]));
     }
 }
 
@@ -75,9 +74,9 @@ const WARMING_POSES: [f64; 4] = [15.0, 40.0, 100.0, 250.0];
 /// A joint that drifts while the arm warms up, by the number of the pose.
 fn warming_up(model: &LinearModel, axis: usize) -> CandidateFamily {
     let place = Place::Axis(axis);
-    let clock = Effect::new("thermal-growth", place).with("clock", ParameterValue::Word("poses".into()));
+    let clock = Effect::new(THERMAL_GROWTH.name, place).with("clock", ParameterValue::Word("poses".into()));
     let grid = WARMING_POSES.map(|tau| clock.clone().with("tau", list_of(vec![tau])));
-    CandidateFamily::new("thermal-growth", place, vec![Outlet::own(model.context.machine(), axis)], PLAUSIBLE)
+    CandidateFamily::new(THERMAL_GROWTH.name, place, vec![Outlet::own(model.context.machine(), axis)], PLAUSIBLE)
         .over(grid.to_vec())
 }
 
@@ -101,13 +100,13 @@ fn sags(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
             continue;
         }
         let load =
-            Effect::new("gravity-sag", place).with("load", ParameterValue::Word(machine.axes[beyond].name.clone()));
+            Effect::new(GRAVITY_SAG.name, place).with("load", ParameterValue::Word(machine.axes[beyond].name.clone()));
         for outlets in [
             vec![Outlet::own(machine, axis)],
             motion(axis, &d.tilts),
             motion(axis, &[d.across[0], d.across[1], d.along]),
         ] {
-            let family = CandidateFamily::new("gravity-sag", place, outlets, PLAUSIBLE).over(vec![load.clone()]);
+            let family = CandidateFamily::new(GRAVITY_SAG.name, place, outlets, PLAUSIBLE).over(vec![load.clone()]);
             list.push(CandidateFamily { functions: &["x", "y", "z"], ..family });
         }
     }
@@ -120,13 +119,13 @@ fn periodic(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
     let d = directions(machine, axis);
     let with_orders = |kind: &str, orders: &[f64]| Effect::new(kind, place).with("orders", list_of(orders.to_vec()));
     for orders in OWN_ORDERS {
-        let own = CandidateFamily::new("cyclic-error", place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
-        list.push(own.over(vec![with_orders("cyclic-error", orders)]));
+        let own = CandidateFamily::new(CYCLIC_ERROR.name, place, vec![Outlet::own(machine, axis)], PLAUSIBLE);
+        list.push(own.over(vec![with_orders(CYCLIC_ERROR.name, orders)]));
     }
     for orders in LINE_ORDERS {
         for outlets in [motion(axis, &[d.across[0], d.across[1], d.along]), motion(axis, &d.tilts)] {
-            let line = CandidateFamily::new("rotary-error-motion", place, outlets, PLAUSIBLE);
-            list.push(line.over(vec![with_orders("rotary-error-motion", orders)]));
+            let line = CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, PLAUSIBLE);
+            list.push(line.over(vec![with_orders(ROTARY_ERROR_MOTION.name, orders)]));
         }
     }
 }

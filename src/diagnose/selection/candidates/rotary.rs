@@ -7,6 +7,9 @@ use super::lifts::stretches;
 use super::motions::{directions, finest_step, motion, travelled, turns_against_gravity};
 use super::play::{servo_lag, windup_refined, windups};
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::{
+    CLAMP_LIFT, CYCLIC_ERROR, GRAVITY_SAG, LATERAL_PLAY, REVERSAL_SPIKE, ROTARY_BACKLASH, ROTARY_ERROR_MOTION,
+};
 use crate::machine::{Effect, Outlet, Place};
 use std::f64::consts::PI;
 
@@ -21,20 +24,20 @@ pub(super) fn rotary(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
     let ends = travelled(model, axis);
     if let Some((from, to)) = ends {
         list.push(
-            CandidateFamily::new("rotary-backlash", place, vec![own], 60.0)
-                .over(windups(model, "rotary-backlash", axis, 3f64.to_radians()))
+            CandidateFamily::new(ROTARY_BACKLASH.name, place, vec![own], 60.0)
+                .over(windups(model, ROTARY_BACKLASH.name, axis, 3f64.to_radians()))
                 .refine(windup_refined(20f64.to_radians())),
         );
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
             list.push(
-                CandidateFamily::new("lateral-play", place, outlets, 30.0)
-                    .over(windups(model, "lateral-play", axis, 3f64.to_radians()))
+                CandidateFamily::new(LATERAL_PLAY.name, place, outlets, 30.0)
+                    .over(windups(model, LATERAL_PLAY.name, axis, 3f64.to_radians()))
                     .refine(windup_refined(20f64.to_radians())),
             );
         }
         list.push(
-            CandidateFamily::new("reversal-spike", place, vec![own], 60.0)
-                .over([0.3f64, 1.0, 3.0].map(|d| number("reversal-spike", place, "travel", d.to_radians())).to_vec())
+            CandidateFamily::new(REVERSAL_SPIKE.name, place, vec![own], 60.0)
+                .over([0.3f64, 1.0, 3.0].map(|d| number(REVERSAL_SPIKE.name, place, "travel", d.to_radians())).to_vec())
                 .refine(vec![refined("travel", 0.01f64.to_radians(), 20f64.to_radians(), 0.5)])
                 .fast(),
         );
@@ -49,15 +52,15 @@ pub(super) fn rotary(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
         // the low orders alone stand out of the noise where the error is small
         let up_to = |count: usize| {
             let orders = orders[..count.min(orders.len())].to_vec();
-            Effect::new("rotary-error-motion", place).with("orders", list_of(orders))
+            Effect::new(ROTARY_ERROR_MOTION.name, place).with("orders", list_of(orders))
         };
         let error_motion = ERROR_MOTION_ORDERS.map(up_to).to_vec();
         for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)] {
-            list.push(CandidateFamily::new("rotary-error-motion", place, outlets, 10.0).over(error_motion.clone()));
+            list.push(CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, 10.0).over(error_motion.clone()));
         }
         let highest = 0.4 * 2.0 * PI / finest_step(model, axis);
         let step = (PI / arc).max(0.5);
-        let cyclic = |n: f64| Effect::new("cyclic-error", place).with("orders", list_of(vec![n]));
+        let cyclic = |n: f64| Effect::new(CYCLIC_ERROR.name, place).with("orders", list_of(vec![n]));
         let mut grid = Vec::new();
         let mut n = lowest;
         while n < highest.min(400.0) {
@@ -65,7 +68,7 @@ pub(super) fn rotary(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
             n += step;
         }
         list.push(
-            CandidateFamily::new("cyclic-error", place, vec![own], 30.0)
+            CandidateFamily::new(CYCLIC_ERROR.name, place, vec![own], 30.0)
                 .over(grid)
                 .refine(vec![Refined { name: "orders", least: 0.5, most: 500.0, step: 0.5 * step, element: Some(0) }])
                 .fast(),
@@ -75,7 +78,7 @@ pub(super) fn rotary(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
         let lifted = [d.along, d.tilts[0], d.tilts[1]];
         let tipped = [&d.across[..], &d.tilts].concat();
         for components in [&lifted[..], &tipped, &[d.along]] {
-            let family = CandidateFamily::new("clamp-lift", place, motion(axis, components), 30.0);
+            let family = CandidateFamily::new(CLAMP_LIFT.name, place, motion(axis, components), 30.0);
             list.push(family.over(stretches.clone()).refine(shape.clone()));
         }
         let postures = postures(model, axis);
@@ -94,7 +97,7 @@ pub(super) fn rotary(model: &LinearModel, axis: usize, list: &mut Vec<CandidateF
         let components = [d.across[0], d.across[1], d.tilts[0], d.tilts[1]];
         let mut outlets = motion(axis, &components);
         outlets.push(own);
-        let whole = CandidateFamily::new("gravity-sag", place, outlets, 30.0);
+        let whole = CandidateFamily::new(GRAVITY_SAG.name, place, outlets, 30.0);
         list.push(CandidateFamily { functions: &["x", "y", "z"], ..whole.clone() });
         // a body that bends in its own frame adds products of gravity's components
         list.push(whole);

@@ -5,14 +5,15 @@ use super::growth::{channels, lag_refined, lagging};
 use super::motions::slides_move;
 use super::vibrations::{beats, vibrations};
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::{BALL_FORM, BALL_SLIP, BAR_LENGTH, CUP_STICTION, PIVOT_SLIP, RADIUS_LOSS, TRIGGER_LATENCY};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
 pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     let session = model.context.session();
     let setups = model.problem.setups;
-    list.push(CandidateFamily::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 200.0).fast());
+    list.push(CandidateFamily::new(TRIGGER_LATENCY.name, Place::Recorder, vec![Outlet::Delay], 200.0).fast());
     let one_test = |test: &usize| {
-        let mut effect = Effect::new("trigger-latency", Place::Recorder);
+        let mut effect = Effect::new(TRIGGER_LATENCY.name, Place::Recorder);
         effect.tests = Some(vec![session.tests[*test].name.clone()]);
         effect
     };
@@ -21,7 +22,9 @@ pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
         // lengths and positions of one test that were paired with a shift of some tenths of a second or more
         let shifted: Vec<Effect> = tests.iter().map(one_test).collect();
         list.push(
-            CandidateFamily::new("trigger-latency", Place::Recorder, vec![Outlet::Delay], 3000.0).over(shifted).fast(),
+            CandidateFamily::new(TRIGGER_LATENCY.name, Place::Recorder, vec![Outlet::Delay], 3000.0)
+                .over(shifted)
+                .fast(),
         );
     }
     let latest = tests.iter().map(|&test| model.context.ends_at_s(test)).fold(0.0, f64::max);
@@ -57,11 +60,11 @@ pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
         }
     };
     for setup in 0..setups.pivots.len() {
-        slip("pivot-slip", Place::Pivot, &setups.pivot_of, setup, (0..3).map(Outlet::Pivot).collect(), list);
+        slip(PIVOT_SLIP.name, Place::Pivot, &setups.pivot_of, setup, (0..3).map(Outlet::Pivot).collect(), list);
     }
     for setup in 0..setups.spindle_balls.len() {
         slip(
-            "ball-slip",
+            BALL_SLIP.name,
             Place::SpindleBall,
             &setups.spindle_ball_of,
             setup,
@@ -72,15 +75,15 @@ pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     let first_slide = session.machine.axes.iter().position(|axis| axis.kind == AxisKind::Linear);
     if let Some(axis) = first_slide.filter(|_| slides_move(model)) {
         let outlets = vec![Outlet::SlidesAcceleration { axis }];
-        let all = CandidateFamily::new("radius-loss", Place::Control, outlets, 1e4).fast();
+        let all = CandidateFamily::new(RADIUS_LOSS.name, Place::Control, outlets, 1e4).fast();
         list.push(CandidateFamily { rarity: LOST_BY_ALL, ..all });
     }
     for place in [Place::Pivot, Place::SpindleBall] {
-        let form = |degree: f64| number("ball-form", place, "degree", degree);
-        let family = CandidateFamily::new("ball-form", place, vec![Outlet::Reading], ROUND_WITHIN);
+        let form = |degree: f64| number(BALL_FORM.name, place, "degree", degree);
+        let family = CandidateFamily::new(BALL_FORM.name, place, vec![Outlet::Reading], ROUND_WITHIN);
         list.push(CandidateFamily { rarity: GOOD_BALLS, ..family.over([2.0, 3.0, 4.0].map(form).to_vec()) });
-        let sticks = |turned: f64| number("cup-stiction", place, "turned", turned);
-        let family = CandidateFamily::new("cup-stiction", place, vec![Outlet::Reading], 2.0);
+        let sticks = |turned: f64| number(CUP_STICTION.name, place, "turned", turned);
+        let family = CandidateFamily::new(CUP_STICTION.name, place, vec![Outlet::Reading], 2.0);
         let family = family.over([2.0, 5.0, 12.0].map(sticks).to_vec()).refine(vec![refined("turned", 0.3, 60.0, 0.4)]);
         list.push(CandidateFamily { rarity: GOOD_BALLS, ..family.fast() });
     }
@@ -89,16 +92,16 @@ pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     let span = latest.max(60.0);
     let growing: &[&str] = if setups.bars.len() > 1 { &["by-length", "alike"] } else { &["alike"] };
     for way in growing {
-        let bar_growth = Effect::new("bar-length", Place::Bar).with("growing", ParameterValue::Word((*way).into()));
+        let bar_growth = Effect::new(BAR_LENGTH.name, Place::Bar).with("growing", ParameterValue::Word((*way).into()));
         let over_time = |share: f64| bar_growth.clone().with("tau", list_of(vec![share * span]));
-        let mut family = CandidateFamily::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+        let mut family = CandidateFamily::new(BAR_LENGTH.name, Place::Bar, vec![Outlet::Reading], 30.0)
             .over([0.1, 0.3, 1.0].map(over_time).to_vec())
             .refine(vec![Refined { name: "tau", least: 10.0, most: 10.0 * span, step: 0.1 * span, element: Some(0) }]);
         family.functions = &["growth1"];
         list.push(family);
         for channel in channels(model) {
             let effect = bar_growth.clone().with("channel", ParameterValue::Word(channel));
-            let mut family = CandidateFamily::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0)
+            let mut family = CandidateFamily::new(BAR_LENGTH.name, Place::Bar, vec![Outlet::Reading], 30.0)
                 .over(lagging(&effect, span))
                 .refine(vec![lag_refined(span)]);
             family.functions = &["kelvin"];
@@ -107,8 +110,10 @@ pub(super) fn setup(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     }
     for bar in &setups.bars {
         if let Some(length) = session.tests[bar.first_test].bar_length_mm {
-            let effect = number("bar-length", Place::Bar, "bar", length);
-            list.push(CandidateFamily::new("bar-length", Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]));
+            let effect = number(BAR_LENGTH.name, Place::Bar, "bar", length);
+            list.push(
+                CandidateFamily::new(BAR_LENGTH.name, Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect]),
+            );
         }
     }
 }

@@ -5,6 +5,7 @@ use super::motions::travelled;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::spectrum::{aliased, lines};
 use crate::diagnose::selection::ripples::waves;
+use crate::effects::{BEAT, VIBRATION};
 use crate::machine::{AxisKind, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;
 
@@ -26,9 +27,9 @@ pub(super) fn vibrations(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
     places.push((Place::SpindleBall, (0..3).map(Outlet::SpindleBall).collect()));
     for (place, outlets) in places {
         let clocked =
-            |f: &f64| number("vibration", place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
+            |f: &f64| number(VIBRATION.name, place, "frequency", *f).with("clock", ParameterValue::Word("test".into()));
         let mut family =
-            CandidateFamily::new("vibration", place, outlets, 10.0).over(lines.iter().map(clocked).collect()).fast();
+            CandidateFamily::new(VIBRATION.name, place, outlets, 10.0).over(lines.iter().map(clocked).collect()).fast();
         family.by_test = true;
         list.push(family.refine(vec![Refined {
             name: "frequency",
@@ -62,13 +63,14 @@ pub(super) fn beats(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
                 AxisKind::Linear => ("period", TAU / wave.per_unit),
                 AxisKind::Rotary => ("order", wave.per_unit),
             };
-            let beat = number("beat", place, "frequency", wave.hz).with(name, ParameterValue::Number(along));
+            let beat = number(BEAT.name, place, "frequency", wave.hz).with(name, ParameterValue::Number(along));
             let ripples = wave.per_unit * (to - from) / TAU;
             let shape = vec![
                 refined("frequency", wave.least_hz, 1e3, PHASE / (session_s * wave.hz)),
                 refined(name, 0.9 * along, 1.1 * along, ALONG / ripples * along),
             ];
-            let family = CandidateFamily::new("beat", place, vec![own], RIPPLES).over(vec![beat]).refine(shape).fast();
+            let family =
+                CandidateFamily::new(BEAT.name, place, vec![own], RIPPLES).over(vec![beat]).refine(shape).fast();
             list.push(CandidateFamily { rarity: RARE, ..family });
         }
     }

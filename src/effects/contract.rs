@@ -1,7 +1,7 @@
 //! The contract of an effect: names, words, parameters and functions. It holds no values; those are in `machine::Effect`.
 
 use super::Context;
-use crate::machine::{Component, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
 /// What drives an effect.
@@ -52,7 +52,7 @@ pub type Bounds = (f64, f64);
 
 /// What holds when a parameter is not stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Default {
+pub enum DefaultValue {
     /// This number; positions in file units.
     Number(f64),
     /// An empty list, word or point: the kind says what that means.
@@ -68,7 +68,7 @@ pub struct Parameter {
     pub unit: ParameterUnit,
     /// Number of values: 1 a number, 3 a point, 0 a list of any length.
     pub count: usize,
-    pub default: Default,
+    pub default: DefaultValue,
     pub bounds: Bounds,
     pub meaning: &'static str,
 }
@@ -78,7 +78,7 @@ impl Parameter {
     pub const fn number(
         name: &'static str,
         unit: ParameterUnit,
-        default: Default,
+        default: DefaultValue,
         bounds: Bounds,
         meaning: &'static str,
     ) -> Parameter {
@@ -89,7 +89,7 @@ impl Parameter {
     pub const fn list(
         name: &'static str,
         unit: ParameterUnit,
-        default: Default,
+        default: DefaultValue,
         bounds: Bounds,
         meaning: &'static str,
     ) -> Parameter {
@@ -100,7 +100,7 @@ impl Parameter {
     pub const fn word(
         name: &'static str,
         words: &'static [&'static str],
-        default: Default,
+        default: DefaultValue,
         meaning: &'static str,
     ) -> Parameter {
         Parameter { name, unit: ParameterUnit::Word(words), count: 1, default, bounds: (0.0, 0.0), meaning }
@@ -122,6 +122,142 @@ pub enum EffectError {
     NoAxis { effect: String, known: String },
 }
 
+/// Sizes from which a machinist would want to know, in the display units of the effect: µm, arcsec, µm/m, ms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Notable {
+    pub length: f64,
+    pub angle: f64,
+}
+
+/// Tests that show causes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShowingTest {
+    /// Poses of an arm from either side.
+    EitherSide,
+    /// Poses of an arm over a joint's whole range.
+    WholeRange,
+    /// Sweeps of an arm's joint at two speeds.
+    TwoSpeeds,
+    /// A rotary axis with slides that follow tangentially.
+    Tangential,
+    /// A rotary axis with slides that follow radially and axially.
+    Radial,
+    /// With and without payload.
+    Payload,
+    /// Planar circles.
+    Circles,
+    RepeatAtEnd,
+    BallTurned,
+    NoRunUp,
+    TwoFeeds,
+    BothWays,
+}
+
+/// The test that shows an effect: at a joint of an arm, at a rotary axis of a machine, anywhere else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ShownBy {
+    pub arm: Option<ShowingTest>,
+    pub rotary: Option<ShowingTest>,
+    pub other: ShowingTest,
+}
+
+impl ShownBy {
+    /// The test at a place, in words.
+    pub fn words(&self, machine: &Machine, place: Place) -> String {
+        // an arm has no linear axes that could follow
+        let is_arm = machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary);
+        let axis = place.axis().map(|axis| &machine.axes[axis]);
+        let at_arm = self.arm.filter(|_| is_arm && axis.is_some());
+        let at_rotary = self.rotary.filter(|_| axis.is_some_and(|axis| axis.kind == AxisKind::Rotary));
+        at_arm.or(at_rotary).unwrap_or(self.other).words(axis.map(|axis| axis.name.as_str()))
+    }
+}
+
+impl ShowingTest {
+    /// In words; tests of an axis need one.
+    fn words(self, axis: Option<&str>) -> String {
+        match (self, axis) {
+            (ShowingTest::EitherSide, Some(name)) => format!("the same poses with {name} arriving from either side"),
+            (ShowingTest::WholeRange, Some(name)) => {
+                format!("poses over the whole range of {name}, the other joints standing still")
+            }
+            (ShowingTest::TwoSpeeds, Some(name)) => {
+                format!("sweeps of {name} in both directions and at two speeds, read in time")
+            }
+            (ShowingTest::Tangential, Some(name)) => {
+                format!("{name} swept both ways with the linear axes following tangentially")
+            }
+            (ShowingTest::Radial, Some(name)) => {
+                format!(
+                    "{name} swept both ways with the linear axes following radially and axially, ball high above the table"
+                )
+            }
+            (ShowingTest::Payload, Some(name)) => {
+                format!("{name} over its whole range with and without payload, nothing remounted")
+            }
+            (ShowingTest::Circles, Some(name)) => {
+                format!("planar circles with {name} in both directions and at two feeds")
+            }
+            (ShowingTest::RepeatAtEnd, _) => "the first test again at the end, nothing remounted".into(),
+            (ShowingTest::BallTurned, _) => "the first test again with the ball turned in its cup".into(),
+            (ShowingTest::NoRunUp, _) => {
+                "a sweep in which the bar turns in that cup, read from the start without run-up".into()
+            }
+            (ShowingTest::TwoFeeds, _) => "a sweep with an off-centre ball at two feeds in both directions".into(),
+            _ => "the first test again in both directions".into(),
+        }
+    }
+}
+
+/// How an effect is looked for among the causes that a session cannot show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unseen {
+    /// Through each of its outlets.
+    Listed,
+    /// At the moment that shows it least.
+    ByMoment,
+    /// As motion of any form.
+    AnyForm,
+    /// Not at all: there are too many shapes, or it only describes.
+    Never,
+}
+
+/// What kind of trace an effect leaves: by this it is refined, sized and told apart. Effects may share one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signature {
+    /// Along the motion, from one flank to the other.
+    Reversal,
+    /// Across the motion, from one side to the other.
+    Play,
+    Spike,
+    ErrorMotion,
+    /// A period along the axis, with overtones.
+    Period,
+    /// A period along the axis whose phase runs with time.
+    Beat,
+    Sag,
+    Growth,
+    BarLength,
+    Straightness,
+    Lift,
+    Squareness,
+    Scale,
+    Lag,
+    Arrival,
+    Radius,
+    Latency,
+    /// Once in a session.
+    Jump,
+    BallForm,
+    Stiction,
+    /// A line in the spectrum over time.
+    Oscillation,
+    /// Any smooth curve.
+    FreeCurve,
+    /// Stated in the machine file, not looked for.
+    Given,
+}
+
 /// One kind of effect. The text fields are in the words of the trade.
 pub struct Kind {
     /// Name in files and output.
@@ -135,6 +271,25 @@ pub struct Kind {
     pub cause: &'static str,
     /// What one does about it.
     pub remedy: &'static str,
+    /// What is said of it without its size, by place (empty: any): `{place}` and `{moving}` are filled in.
+    pub titles: &'static [(&'static str, &'static str)],
+    /// What the size measures, said after the number; `None`: its meaning.
+    pub measures: Option<&'static str>,
+    /// Sizes that matter to a machinist.
+    pub notable: Notable,
+    /// The test that shows it.
+    pub shown_by: ShownBy,
+    /// How it is looked for among the causes that a session cannot show.
+    pub unseen: Unseen,
+    /// Axes that may have it although they never moved.
+    pub unmoved: &'static [AxisKind],
+    /// How far the real form may be from this one, as a share of the size: a vibration breathes, a screw's period swells along
+    /// its travel, the peak of a spike lies between two readings.
+    pub form_error: f64,
+    /// It depends on times or runs, which static poses do not have; artefacts of balls have other seats at every pose.
+    pub needs_runs: bool,
+    /// What kind of trace it leaves.
+    pub signature: Signature,
     pub parameters: &'static [Parameter],
     /// What is wrong with its parameters taken together, if anything.
     pub check: fn(&Machine, &Effect) -> Result<(), String>,
@@ -149,6 +304,13 @@ pub struct Kind {
 }
 
 impl Kind {
+    /// What is said of it without its size: `Lost motion of Y`.
+    pub fn title(&self, place: &str, moving: &str) -> String {
+        let fits = |(of, _): &&(&str, &str)| of.is_empty() || *of == place;
+        let title = self.titles.iter().find(fits).map_or("", |(_, title)| title);
+        title.replace("{place}", place).replace("{moving}", moving)
+    }
+
     /// Places of a machine where the effect can sit.
     pub fn places(&self, machine: &Machine) -> Vec<Place> {
         let axes = (0..machine.axes.len()).map(Place::Axis);
@@ -176,10 +338,10 @@ impl Kind {
         match effect.parameter(name) {
             Some(ParameterValue::Number(value)) => *value,
             _ => match self.parameters.iter().find(|parameter| parameter.name == name) {
-                Some(Parameter { default: Default::Number(value), unit: ParameterUnit::Position, .. }) => {
+                Some(Parameter { default: DefaultValue::Number(value), unit: ParameterUnit::Position, .. }) => {
                     effect.place.axis().map_or(*value, |axis| context.machine().axes[axis].kind.from_file_unit(*value))
                 }
-                Some(Parameter { default: Default::Number(value), .. }) => *value,
+                Some(Parameter { default: DefaultValue::Number(value), .. }) => *value,
                 _ => f64::NAN,
             },
         }
