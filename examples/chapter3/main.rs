@@ -40,7 +40,7 @@ type Figure = (&'static str, &'static [(&'static str, &'static str)], (usize, us
 const FIGURES: [Figure; 4] = [
     ("Fig 3.7", STEPS.first_chunk::<1>().unwrap(), (0, 4)),
     ("Fig 3.8", STEPS.split_at(1).1.first_chunk::<2>().unwrap(), (0, 4)),
-    ("A tests, errors of C", STEPS.first_chunk::<3>().unwrap(), (4, 8)),
+    ("A tests and errors of C", STEPS.first_chunk::<3>().unwrap(), (4, 8)),
     ("C tests", STEPS.last_chunk::<3>().unwrap(), (0, 8)),
 ];
 /// Below this an error does not show in a step: second-order remainders of the sizes above reach 0.002 µm.
@@ -69,10 +69,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             let mut plot = PolarPlot::new(format!("{figure}: {what}"), traces);
             plot.subtitle = "first-order product of the thesis".into();
-            std::fs::write(
-                folder.join(format!("{}-{step}.svg", figure.to_lowercase().replace(['.', ' '], "-"))),
-                plot.to_svg(),
-            )?;
+            let file = format!("{figure} {step}").to_lowercase().replace([' ', '.'], "-");
+            std::fs::write(folder.join(format!("{file}.svg")), plot.to_svg())?;
         }
     }
     for (name, size) in ERRORS {
@@ -85,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::write(folder.join("traces.csv"), csv)?;
     std::fs::write(folder.join("fig-2-14.svg"), squareness_figure(&session)?)?;
     println!(
-        "Table 3.1's errors, 10 µm and 0.01°: shows in which step (deviation in µm over the arc; c constant, else it varies)\n"
+        "Table 3.1's errors, 10 µm and 0.01°: what shows in which step (deviation in µm over the arc; c constant, else it varies)\n"
     );
     print!("{:6}", "");
     STEPS.iter().for_each(|(step, _)| print!("{step:>22}"));
