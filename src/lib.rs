@@ -25,6 +25,7 @@
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
+//! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
@@ -44,6 +45,7 @@ pub mod machine;
 pub mod methods;
 pub mod nc;
 pub mod plan;
+pub mod reconcile;
 pub mod report;
 pub mod session;
 pub mod simulate;

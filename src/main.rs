@@ -40,6 +40,8 @@ enum Verb {
     Clearance(verbs::clearance::Arguments),
     /// The physics that location errors leave unexplained: fiveaxis diagnose session.yaml
     Diagnose(verbs::diagnose::Arguments),
+    /// Results of several methods on one machine against each other: fiveaxis reconcile a.yaml b.yaml
+    Reconcile(verbs::reconcile::Arguments),
     /// Write the recordings that a session would give: fiveaxis simulate session.yaml --out DIR
     Simulate(verbs::simulate::Arguments),
     /// What a ball bar determines on all 2,160 serial five-axis topologies: fiveaxis survey --out DIR
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),
         Verb::Diagnose(arguments) => verbs::diagnose::run(&arguments),
+        Verb::Reconcile(arguments) => verbs::reconcile::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
         Verb::Survey(arguments) => verbs::survey::run(&arguments),
     };

@@ -26,11 +26,22 @@ const ERRORS: [(&str, &str); 8] = [
     ("EA0C", "0.01 deg"),
     ("EB0C", "0.01 deg"),
 ];
-const STEPS: [(&str, &str); 4] = [
+/// Steps with the right D = 50√5 mm; in those named "as printed" the spindle ball stands at 50√2 mm.
+const STEPS: [(&str, &str); 6] = [
     ("A1", "A turns, short bar"),
     ("A2", "A turns, extended bar"),
+    ("A2 as printed", "A turns, extended bar, D = 50√2"),
     ("C1", "C turns, short bar"),
     ("C2", "C turns, extended bar"),
+    ("C2 as printed", "C turns, extended bar, D = 50√2"),
+];
+/// Name, steps and, from and to, the errors shown. The thesis draws the A tests alone and only A's errors.
+type Figure = (&'static str, &'static [(&'static str, &'static str)], (usize, usize));
+const FIGURES: [Figure; 4] = [
+    ("Fig 3.7", STEPS.first_chunk::<1>().unwrap(), (0, 4)),
+    ("Fig 3.8", STEPS.split_at(1).1.first_chunk::<2>().unwrap(), (0, 4)),
+    ("A tests and errors of C", STEPS.first_chunk::<3>().unwrap(), (4, 8)),
+    ("C tests", STEPS.last_chunk::<3>().unwrap(), (0, 8)),
 ];
 /// Below this an error does not show in a step: second-order remainders of the sizes above reach 0.002 µm.
 const SHOWS_UM: f64 = 0.01;
@@ -41,8 +52,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let session = load_session(&Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/chapter3/session.yaml"))?;
     let mut csv = String::from("step,error,inserted,theta_deg,dL_first_order_um,dL_exact_um\n");
     let mut shows = String::new();
-    for (figure, axis, errors) in [("3.7", "A", &ERRORS[..4]), ("3.8", "C", &ERRORS[4..])] {
-        for (step, what) in STEPS {
+    for (figure, steps, errors) in FIGURES {
+        for &(step, what) in steps {
+            let errors = &ERRORS[errors.0..errors.1];
             let mut traces = Vec::new();
             for &(name, size) in errors {
                 let points = deviations(&session, step, &[(name, size)], Composition::FirstOrder)?;
@@ -55,22 +67,27 @@ fn main() -> Result<(), Box<dyn Error>> {
                     points,
                 });
             }
-            let mut plot = PolarPlot::new(format!("Fig. {figure}: errors of axis {axis} in step {step}"), traces);
-            plot.subtitle = format!("{what} · first-order product of the thesis");
-            std::fs::write(folder.join(format!("fig-{}-{step}.svg", figure.replace('.', "-"))), plot.to_svg())?;
+            let mut plot = PolarPlot::new(format!("{figure}: {what}"), traces);
+            plot.subtitle = "first-order product of the thesis".into();
+            let file = format!("{figure} {step}").to_lowercase().replace([' ', '.'], "-");
+            std::fs::write(folder.join(format!("{file}.svg")), plot.to_svg())?;
         }
     }
     for (name, size) in ERRORS {
         write!(shows, "{name}  ")?;
         for (step, _) in STEPS {
-            write!(shows, "{:>26}", seen(&deviations(&session, step, &[(name, size)], Composition::FirstOrder)?))?;
+            write!(shows, "{:>22}", seen(&deviations(&session, step, &[(name, size)], Composition::FirstOrder)?))?;
         }
         shows.push('\n');
     }
     std::fs::write(folder.join("traces.csv"), csv)?;
     std::fs::write(folder.join("fig-2-14.svg"), squareness_figure(&session)?)?;
-    println!("Table 3.1: which error shows in which step (deviation in µm over the arc; c constant, else it varies)\n");
-    println!("{:6}{:>26}{:>26}{:>26}{:>26}", "", "A1", "A2", "C1", "C2");
+    println!(
+        "Table 3.1's errors, 10 µm and 0.01°: what shows in which step (deviation in µm over the arc; c constant, else it varies)\n"
+    );
+    print!("{:6}", "");
+    STEPS.iter().for_each(|(step, _)| print!("{step:>22}"));
+    println!();
     print!("{shows}");
     println!("\nfigures and traces: {}", folder.display());
     Ok(())

@@ -4,8 +4,6 @@ use std::error::Error;
 
 use fiveaxis::diagnose::{Cause, Diagnosis, Finding, diagnose};
 use fiveaxis::identify::Options;
-use fiveaxis::machine::ErrorName;
-use fiveaxis::methods::ThesisValue;
 use fiveaxis::session::Session;
 
 use super::causes::LeftOut;
@@ -15,13 +13,10 @@ use super::designs::{Design, extended, record};
 pub const ORIENTATIONS: [&str; 4] = ["EB0A", "EC0A", "EA0C", "EB0C"];
 
 /// An orientation error by the three methods, arcsec, with the standard deviation of the mean that the repeats tell.
-/// EB0C is each axis's own: what chapters 4 and 5 leave in is taken out.
 #[derive(Debug, Clone, Default)]
 pub struct ByMethod {
     pub value: [f64; 3],
     pub sigma: [f64; 3],
-    /// As the method prints it.
-    pub printed: [f64; 3],
 }
 
 impl ByMethod {
@@ -140,16 +135,12 @@ pub fn by_method(designs: &[Design], cause: &LeftOut, seed: u64) -> Result<[ByMe
     let mut errors: [ByMethod; 4] = Default::default();
     for (index, design) in designs.iter().enumerate() {
         let estimate = (design.method)(&session_of(design, cause, seed)?)?;
-        let value = |name: &ErrorName| estimate.values.iter().find(|value| value.name == *name);
         for (k, wanted) in ORIENTATIONS.iter().enumerate() {
             let found = estimate.values.iter().find(|value| value.name.to_string() == *wanted);
             let found = found.ok_or_else(|| format!("no {wanted}"))?;
             let output = |radians: f64| found.name.component.measure().to_output(radians);
-            let held = found.holds.as_ref().and_then(value);
-            errors[k].printed[index] = output(found.value);
-            errors[k].value[index] = output(found.value - held.map_or(0.0, |held| held.value));
-            let deviation = |of: &ThesisValue| of.mean_deviation.unwrap_or(0.0);
-            errors[k].sigma[index] = output(deviation(found).hypot(held.map_or(0.0, deviation)));
+            errors[k].value[index] = output(found.value);
+            errors[k].sigma[index] = output(found.mean_deviation.unwrap_or(0.0));
         }
     }
     Ok(errors)

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::design::{Axis, ERROR_NAMES, FEED_MM_MIN, designs};
+use super::design::{Axis, Carrier, Design, ERROR_NAMES, FEED_MM_MIN, OVERSHOOT_DEG, designs};
 use super::noise::{CORRELATED_UM, CORRELATION_S, WALK_UM_PER_ROOT_S, WARM_UP_UM, WHITE_UM};
 use super::session::{BAR_LENGTH_MM, BAR_UM, PIVOT_UM, SPINDLE_BALL_UM, START_UM, Session, bar_length_mm, play};
 
@@ -11,11 +11,12 @@ pub const COMMITTED_SEED: u64 = 2014;
 
 const LABEL: &str = "reconstructed by simulation, not measured";
 
-const COMMON_ASSUMPTIONS: [&str; 6] = [
-    "the result tables of the thesis could not be obtained: the inserted errors are assumed values of the size usual for this machine, not published results",
-    "the inserted orientation errors differ between the three chapters, as the thesis's three methods disagree on them while its position errors agree within microns",
-    "R = 100 mm, extended bar 150 mm, D = 50√5 = 111.80 mm, A from −20° to 70°; the C turn is run from −180° to 180° so that run-in and run-out fit the axis range",
-    "three runs in each direction, ordered ccw cw cw ccw ccw cw, 500 mm/min at the pivot ball",
+const COMMON_ASSUMPTIONS: [&str; 7] = [
+    "the inserted errors are the averages that the thesis publishes for this chapter, their signs read as printed by its Table 2.1 (the sign of a tilt is open by the text of chapters 4 and 5)",
+    "EB0C is the C axis's own: EB0A was taken out of it, as chapter 6 prints and the numbers of chapters 4 and 5 speak for",
+    "R = 100 mm, bars of 99.9881 and 149.9946 mm, D = √(150² − 100²) = 50√5 = 111.80 mm (eq. 3.13 prints 50√2), A from −20° to 70°; C turns from −180° to 180°, where it starts is not printed",
+    "ten repeats (printed for chapter 4 alone), alternately ccw and cw, which is not printed; 500 mm/min at the pivot ball, overshoot 2° on A and 45° on C",
+    "C stands at 0 in the A tests and A at 0 in the C tests, which is not printed",
     "linear axes are perfect and the machine has no other error than the eight location errors",
     "the origin is the nominal A∩C intersection, where the spindle ball stands with all axes at zero",
 ];
@@ -40,21 +41,38 @@ pub type TextFile = (String, String);
 pub fn all(seed: u64) -> Vec<TextFile> {
     let mut files = vec![("README.md".to_string(), readme(seed))];
     for design in designs() {
-        let session = play(design, seed);
-        let folder = format!("chapter{}", session.design.chapter);
-        files.push((format!("{folder}/machine.yaml"), MACHINE.to_string()));
-        files.push((format!("{folder}/session.yaml"), session_yaml(&session)));
-        files.push((format!("{folder}/truth.json"), truth_json(&session, seed)));
-        for run in &session.runs {
-            let axis = axis_name(run.test.axis);
-            let mut csv = format!("time_s,{axis}_deg,length_mm\n");
-            for [time_s, at_deg, length_mm] in &run.rows {
-                let _ = writeln!(csv, "{time_s:.3},{at_deg:.5},{length_mm:.4}");
-            }
-            files.push((format!("{folder}/{}.csv", run.name), csv));
-        }
+        files.extend(of_design(design, seed, 1.0));
     }
     files
+}
+
+/// The files of one design; `scatter` 0 leaves out every error of setting up and reading.
+pub fn of_design(design: Design, seed: u64, scatter: f64) -> Vec<TextFile> {
+    let session = play(design, seed, scatter);
+    // a ball bar shows tenths of a micron
+    let decimals = if scatter > 0.0 { 4 } else { 9 };
+    let folder = format!("chapter{}", session.design.chapter);
+    let mut files = vec![
+        (format!("{folder}/machine.yaml"), MACHINE.to_string()),
+        (format!("{folder}/session.yaml"), session_yaml(&session)),
+        (format!("{folder}/truth.json"), truth_json(&session, seed)),
+    ];
+    for run in &session.runs {
+        let axis = axis_name(run.test.axis);
+        let mut csv = format!("time_s,{axis}_deg,length_mm\n");
+        for [time_s, at_deg, length_mm] in &run.rows {
+            let _ = writeln!(csv, "{time_s:.3},{at_deg:.5},{length_mm:.decimals$}");
+        }
+        files.push((format!("{folder}/{}.csv", run.name), csv));
+    }
+    files
+}
+
+fn carrier_name(carrier: Carrier) -> &'static str {
+    match carrier {
+        Carrier::TiltingTable => "A",
+        Carrier::Table => "C",
+    }
 }
 
 fn axis_name(axis: Axis) -> &'static str {
@@ -101,13 +119,15 @@ fn session_yaml(session: &Session) -> String {
         let mut next = || places.next().unwrap_or("0").to_string();
         let _ = write!(
             text,
-            "  - name: {name}\n    recording: {name}.csv\n    started_at: {:.1}\n    bar_length: {:.4}\n    pivot: {{link: C, at: {}}}\n    spindle_ball: {{link: Z, at: [0, 0, 0]}}\n    positions: {{X: {}, Y: {}, Z: {}, {still}: 0}}\n    feed: {FEED_MM_MIN}\n",
+            "  - name: {name}\n    recording: {name}.csv\n    started_at: {:.1}\n    bar_length: {:.4}\n    pivot: {{link: {}, at: {}}}\n    spindle_ball: {{link: Z, at: [0, 0, 0]}}\n    positions: {{X: {}, Y: {}, Z: {}, {still}: 0}}\n    feed: {FEED_MM_MIN}\n    overshoot: {}\n",
             run.started_at_s,
             bar_length_mm(run.test.bar),
+            carrier_name(design.mountings[run.mounting].carrier),
             point(design.mountings[run.mounting].pivot_mm),
             next(),
             next(),
             next(),
+            OVERSHOOT_DEG[run.test.axis as usize],
             name = run.name,
         );
     }
@@ -131,7 +151,8 @@ fn truth_json(session: &Session, seed: u64) -> String {
         .zip(&session.pivot_errors_um)
         .map(|(mounting, error_um)| {
             format!(
-                "    {{\"link\": \"C\", \"at\": {}, \"error_um\": {}}}",
+                "    {{\"link\": \"{}\", \"at\": {}, \"error_um\": {}}}",
+                carrier_name(mounting.carrier),
                 point(mounting.pivot_mm),
                 numbers(*error_um)
             )

@@ -71,10 +71,18 @@ impl Trunnion {
         tilted.carrying(turned).of_point(point_mm)
     }
 
+    /// Place of a ball beside the C table on the tilting table, `E_A · Rx(a) · p`.
+    pub fn tilting_ball_mm(&self, a_deg: f64, point_mm: [f64; 3]) -> [f64; 3] {
+        self.a.motion().carrying(Motion::turn(0, a_deg.to_radians())).of_point(point_mm)
+    }
+
     /// True distance between the ball on the table and the ball on the spindle.
     pub fn length_mm(&self, a_deg: f64, c_deg: f64, table_point_mm: [f64; 3], spindle_mm: [f64; 3]) -> f64 {
-        let ball = self.table_ball_mm(a_deg, c_deg, table_point_mm);
-        let square: f64 = (0..3).map(|k| (ball[k] - spindle_mm[k]).powi(2)).sum();
-        square.sqrt()
+        distance_mm(self.table_ball_mm(a_deg, c_deg, table_point_mm), spindle_mm)
     }
+}
+
+pub fn distance_mm(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let square: f64 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum();
+    square.sqrt()
 }

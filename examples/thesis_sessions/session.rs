@@ -4,27 +4,27 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::design::{
-    A_SWEEP_DEG, Axis, Bar, C_SWEEP_DEG, Design, Direction, FEED_MM_MIN, Mounting, RADIUS_MM, RUNS, Test,
+    A_SWEEP_DEG, Axis, Bar, C_SWEEP_DEG, Carrier, Design, Direction, FEED_MM_MIN, Mounting, RADIUS_MM, RUNS, Test,
 };
-use super::kinematics::{AxisLocation, Trunnion};
+use super::kinematics::{AxisLocation, Trunnion, distance_mm};
 use super::noise::{Instrument, normal};
 
 /// Pivot placement across the bar after setting with the spindle's own cup, 1 sigma a coordinate.
 pub const PIVOT_UM: f64 = 20.0;
 /// What is left along the bar after moving the pivot until the bar reads its nominal at the start position, 1 sigma.
 pub const START_UM: f64 = 2.0;
-/// Spindle ball off the spindle's reference point, 1 sigma a coordinate.
-pub const SPINDLE_BALL_UM: f64 = 3.0;
+/// Spindle ball off the spindle's reference point, 1 sigma a coordinate: the thesis holds its run-out within 1 µm.
+pub const SPINDLE_BALL_UM: f64 = 1.0;
 /// Error of the bar's calibrated length, 1 sigma.
 pub const BAR_UM: f64 = 0.5;
 /// Calibrated lengths of the short and the extended bar, mm.
-pub const BAR_LENGTH_MM: [f64; 2] = [99.9881, 150.0062];
+pub const BAR_LENGTH_MM: [f64; 2] = [99.9881, 149.9946];
 
 const MOUNT_PIVOT_S: f64 = 600.0;
 const CHANGE_BAR_S: f64 = 240.0;
 const TURN_ROUND_S: f64 = 8.0;
 const DRIVE_BACK_S: f64 = 25.0;
-const SAMPLE_S: [f64; 2] = [0.04, 0.125];
+const SAMPLE_S: [f64; 2] = [0.1, 0.25];
 
 /// One recording: rows of time, axis position and length.
 pub struct Run {
@@ -60,10 +60,22 @@ fn sum(a: [f64; 3], b_um: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| a[k] + b_um[k] * 1e-3)
 }
 
-fn length_mm(machine: &Trunnion, axis: Axis, at_deg: f64, ball: [f64; 3], spindle: [f64; 3]) -> f64 {
-    match axis {
-        Axis::A => machine.length_mm(at_deg, 0.0, ball, spindle),
-        Axis::C => machine.length_mm(0.0, at_deg, ball, spindle),
+/// The balls of a test: what the pivot stands on, its place and the spindle ball's.
+#[derive(Clone, Copy)]
+struct Balls {
+    carrier: Carrier,
+    pivot_mm: [f64; 3],
+    spindle_mm: [f64; 3],
+}
+
+fn length_mm(machine: &Trunnion, axis: Axis, at_deg: f64, balls: Balls) -> f64 {
+    match (balls.carrier, axis) {
+        (Carrier::TiltingTable, Axis::A) => {
+            distance_mm(machine.tilting_ball_mm(at_deg, balls.pivot_mm), balls.spindle_mm)
+        }
+        (Carrier::TiltingTable, Axis::C) => distance_mm(machine.tilting_ball_mm(0.0, balls.pivot_mm), balls.spindle_mm),
+        (Carrier::Table, Axis::A) => machine.length_mm(at_deg, 0.0, balls.pivot_mm, balls.spindle_mm),
+        (Carrier::Table, Axis::C) => machine.length_mm(0.0, at_deg, balls.pivot_mm, balls.spindle_mm),
     }
 }
 
@@ -79,32 +91,35 @@ fn place_pivot(
     machine: &Trunnion,
     mounting: &Mounting,
     spindle_error_um: [f64; 3],
+    scatter: f64,
     random: &mut ChaCha8Rng,
 ) -> [f64; 3] {
     let test = &mounting.tests[0];
-    let mut error_um: [f64; 3] = std::array::from_fn(|_| PIVOT_UM * normal(random));
+    let mut error_um: [f64; 3] = std::array::from_fn(|_| scatter * PIVOT_UM * normal(random));
     let radial = if mounting.pivot_mm[1] == 0.0 { 0 } else { 1 };
-    let left_um = START_UM * normal(random);
-    let spindle = sum(test.spindle_mm, spindle_error_um);
+    let left_um = scatter * START_UM * normal(random);
+    let spindle_mm = sum(test.spindle_mm, spindle_error_um);
     // the bar lies along the radius at the start, so the reading answers the move one to one
     for _ in 0..3 {
-        let ball = sum(mounting.pivot_mm, error_um);
-        let reads_mm = length_mm(machine, test.axis, sweep_deg(test.axis).0, ball, spindle);
+        let pivot_mm = sum(mounting.pivot_mm, error_um);
+        let balls = Balls { carrier: mounting.carrier, pivot_mm, spindle_mm };
+        let reads_mm = length_mm(machine, test.axis, sweep_deg(test.axis).0, balls);
         error_um[radial] += left_um - (reads_mm - RADIUS_MM) * 1e3;
     }
     error_um
 }
 
-/// Plays one design; the seed and the chapter alone decide every draw.
-pub fn play(design: Design, seed: u64) -> Session {
+/// Plays one design; the seed and the chapter alone decide every draw. `scatter` multiplies all errors of setting up and
+/// reading: 1 for a session, 0 for what the design returns by itself (then unrounded).
+pub fn play(design: Design, seed: u64, scatter: f64) -> Session {
     let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1000).wrapping_add(design.chapter));
     let machine = trunnion(&design.errors);
-    let spindle_ball_error_um = std::array::from_fn(|_| SPINDLE_BALL_UM * normal(&mut random));
-    let bar_errors_um = std::array::from_fn(|_| BAR_UM * normal(&mut random));
+    let spindle_ball_error_um = std::array::from_fn(|_| scatter * SPINDLE_BALL_UM * normal(&mut random));
+    let bar_errors_um = std::array::from_fn(|_| scatter * BAR_UM * normal(&mut random));
     let pivot_errors_um: Vec<[f64; 3]> = design
         .mountings
         .iter()
-        .map(|mounting| place_pivot(&machine, mounting, spindle_ball_error_um, &mut random))
+        .map(|mounting| place_pivot(&machine, mounting, spindle_ball_error_um, scatter, &mut random))
         .collect();
     let mut instrument = Instrument::new(random);
     let mut now_s = 0.0;
@@ -112,10 +127,11 @@ pub fn play(design: Design, seed: u64) -> Session {
     let mut noise_um = Vec::new();
     for (index, mounting) in design.mountings.iter().enumerate() {
         now_s += MOUNT_PIVOT_S;
-        let ball = sum(mounting.pivot_mm, pivot_errors_um[index]);
+        let pivot_mm = sum(mounting.pivot_mm, pivot_errors_um[index]);
         for test in &mounting.tests {
             now_s += CHANGE_BAR_S;
-            let spindle = sum(test.spindle_mm, spindle_ball_error_um);
+            let spindle_mm = sum(test.spindle_mm, spindle_ball_error_um);
+            let balls = Balls { carrier: mounting.carrier, pivot_mm, spindle_mm };
             let bar_um = bar_errors_um[test.bar as usize];
             let mut last = None;
             let mut count = [0, 0];
@@ -134,8 +150,9 @@ pub fn play(design: Design, seed: u64) -> Session {
                 let rows = (0..=(lasts_s / sample_s) as usize).map(|k| {
                     let time_s = k as f64 * sample_s;
                     let at_deg = from + (to - from).signum() * speed_deg_s * time_s;
-                    let expected_mm = length_mm(&machine, test.axis, at_deg, ball, spindle) + bar_um * 1e-3;
-                    let read_mm = instrument.read_mm(now_s + time_s, expected_mm);
+                    let expected_mm = length_mm(&machine, test.axis, at_deg, balls) + bar_um * 1e-3;
+                    let read_mm =
+                        if scatter > 0.0 { instrument.read_mm(now_s + time_s, expected_mm) } else { expected_mm };
                     noise_um.push((read_mm - expected_mm) * 1e3);
                     [time_s, at_deg, read_mm]
                 });

@@ -117,12 +117,14 @@ impl ErrorName {
         let Some(known) = known else {
             return Err(refuse(format!("the machine has no axis '{axis}'; its axes are {}", axes.join(" "))));
         };
-        if !is_location && angle_rest.is_some() {
-            let right = ErrorName::location(component, known);
+        if !is_location && angle_rest.is_some() && may_mean_location(component, known) {
             return Err(refuse(format!(
-                "the thesis prints θ{0}{1} for θ{0}0{1}; write {right}",
+                "the thesis's chapter 5 prints θ{0}{1} for θ{0}0{1}, its Table 2.1 for a component error; write {2} for the \
+                 location error or {3} for the component error",
                 ['x', 'y', 'z'][component.direction_index()],
-                known.to_lowercase()
+                known.to_lowercase(),
+                ErrorName::location(component, known),
+                ErrorName::motion(component, known)
             )));
         }
         let own_letter = ['X', 'Y', 'Z'][component.direction_index()];
@@ -137,6 +139,14 @@ impl ErrorName {
         }
         Ok(ErrorName { component, is_location, axis: known.to_string() })
     }
+}
+
+/// True where a θ without its 0 can be a location error in the thesis's manner: a tilt of a rotary axis across itself, or
+/// of an axis whose name does not tell its kind. Slides, and turns of a rotary axis about itself, have only one meaning.
+fn may_mean_location(component: Component, axis: &str) -> bool {
+    let linear = ["X", "Y", "Z", "U", "V", "W"].iter().any(|name| axis.eq_ignore_ascii_case(name));
+    let about_itself = axis.len() == 1 && axis.to_ascii_uppercase().starts_with(component.letter());
+    !linear && !about_itself
 }
 
 impl fmt::Display for ErrorName {
@@ -166,7 +176,9 @@ mod tests {
         ] {
             assert_eq!(name(text).as_deref(), Ok(iso), "{text}");
         }
-        assert!(name("θya").unwrap_err().to_string().contains("write EB0A"));
+        assert!(name("θya").unwrap_err().to_string().contains("write EB0A for the location error or EBA"));
+        assert_eq!(name("θxa").as_deref(), Ok("EAA"));
+        assert_eq!(name("θyx").as_deref(), Ok("EBX"));
         assert!(name("θx0x").unwrap_err().to_string().contains("write EX0X for the zero point or EA0X"));
         assert!(name("EX0Q").unwrap_err().to_string().contains("no axis 'Q'"));
         assert!(name("0").is_err());

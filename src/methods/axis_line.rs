@@ -109,7 +109,7 @@ impl AxisLine {
                 value,
                 run_deviation: scatter.of_one_run.map(f64::sqrt),
                 mean_deviation: scatter.of_mean.map(f64::sqrt),
-                holds: None,
+                left_in: None,
             }
         };
         machine.axes[axis].slots().into_iter().map(value).collect()

@@ -35,14 +35,6 @@ pub fn compensated(
             errors[axis][value.name.component.index()] = value.value;
         }
     }
-    // an inner error that still holds an outer one must not be applied together with it
-    for value in values {
-        let Some(held) = &value.holds else { continue };
-        let (Some(axis), Some(outer)) = (machine.axis_index(&value.name.axis), machine.axis_index(&held.axis)) else {
-            continue;
-        };
-        errors[axis][value.name.component.index()] -= errors[outer][held.component.index()];
-    }
     let nominal = Geometry::nominal(chain);
     let found = Geometry::new(chain, &errors, Composition::Exact);
     let mut traces = Vec::new();

@@ -15,10 +15,11 @@
 //! | s₁, s₂ | short bar; extended bar (spindle ball moved by D along the axis) | the same | short bar at two positions |
 //! | pivot | mounted once for each axis | one mounting for all four tests | mounted for each position |
 //! | outer axis's position errors taken out of the inner's | yes | yes | yes |
-//! | outer axis's orientation errors taken out of the inner's | no | no | yes |
+//! | outer axis's orientation errors taken out of the inner's | not printed; taken out | not printed; taken out | yes |
 //!
-//! The inner axis is carried by the outer: its sweeps at outer = 0 see both errors as a sum. What chapters 4 and 5
-//! leave in is stated as a remark. Pairings and signs are those of the machine's HTMs, where chapters 4, 5 and section
+//! The inner axis is carried by the outer: its sweeps at outer = 0 see both errors as a sum. Chapter 6 alone prints that
+//! the outer tilt is taken out; the published numbers of chapters 4 and 5 speak for it there too (`docs/thesis.md`). The
+//! value with the outer tilt left in stands beside each that this concerns, in words for chapters 4 and 5. Pairings and signs are those of the machine's HTMs, where chapters 4, 5 and section
 //! 6.1.2 of the thesis contradict each other (docs/methods.md). All places are relative to the spindle ball.
 
 use std::fmt;
@@ -28,7 +29,7 @@ use super::axis_line::{AxisLine, Part};
 use super::compensated::{CompensatedTrace, compensated};
 use super::runs::{Bar, Runs};
 use crate::chain::{Branch, Chain};
-use crate::machine::{AxisKind, ErrorName, Machine};
+use crate::machine::{AxisKind, Component, ErrorName, Machine};
 use crate::session::{Motion, Session};
 
 /// One of the thesis's methods.
@@ -62,8 +63,8 @@ pub struct ThesisValue {
     pub run_deviation: Option<f64>,
     /// Standard deviation of the mean of all runs, mm or rad: repeatability alone, setups are not in it.
     pub mean_deviation: Option<f64>,
-    /// Error of the outer axis that the method leaves in this value.
-    pub holds: Option<ErrorName>,
+    /// Inner axis: the outer error that was taken out of this value, and the value (mm or rad) with it left in.
+    pub left_in: Option<(ErrorName, f64)>,
 }
 
 /// Result of one method.
@@ -113,16 +114,15 @@ fn estimate(session: &Session, method: ThesisMethod) -> Result<ThesisEstimate, M
     let seen_line = AxisLine::through(machine, inner, inner_runs);
     let take_out = |part: Part| outer_line.carried(part, &seen_line);
     let placed = seen_line.less(&take_out(Part::Place));
-    let inner_line = match method {
-        ThesisMethod::Chapter4 | ThesisMethod::Chapter5 => placed,
-        ThesisMethod::Chapter6 => placed.less(&take_out(Part::Turn)),
-    };
+    let inner_line = placed.less(&take_out(Part::Turn));
     let mut values = outer_line.values(machine, outer);
-    values.extend(inner_line.values(machine, inner));
+    let mut inner_values = inner_line.values(machine, inner);
+    say_left_in(machine, outer, &placed.values(machine, inner), &mut inner_values);
     let mut remarks = Vec::new();
     if method != ThesisMethod::Chapter6 {
-        leave_in(machine, [outer, inner], &mut values, &mut remarks);
+        remarks.extend(inner_values.iter().filter_map(in_words));
     }
+    values.extend(inner_values);
     let spindle = &session.tests[outer_runs[0].circles[0].test].spindle_ball;
     remarks.push(format!(
         "places are relative to the spindle ball on {}: an error of its place adds to every position error",
@@ -238,21 +238,25 @@ fn outer_at_zero(session: &Session, chain: &Chain, test: usize, outer: usize) ->
     Ok(())
 }
 
-/// Marks the inner axis's orientation errors in which chapters 4 and 5 leave the outer axis's.
-fn leave_in(machine: &Machine, axes: [usize; 2], values: &mut [ThesisValue], remarks: &mut Vec<String>) {
-    let [outer, inner] = axes.map(|axis| machine.axes[axis].name.as_str());
-    for component in machine.axes[axes[0]].slots().into_iter().filter(|component| component.is_angle()) {
-        let left = ErrorName::location(component, outer);
-        let into = ErrorName::location(component, inner);
-        let Some(outer_value) = values.iter().find(|value| value.name == left).map(|value| value.value) else {
-            continue;
-        };
-        let Some(holder) = values.iter_mut().find(|value| value.name == into) else { continue };
-        let unit = component.measure().output_unit();
-        remarks.push(format!(
-            "{into} holds {left}, which chapters 4 and 5 leave in: with it taken out as in chapter 6, {into} = {:.2} {unit}",
-            component.measure().to_output(holder.value - outer_value)
-        ));
-        holder.holds = Some(left);
+/// Puts beside the inner axis's orientation errors what they are with the outer axis's left in.
+fn say_left_in(machine: &Machine, outer: usize, placed: &[ThesisValue], values: &mut [ThesisValue]) {
+    let tilts: Vec<Component> = machine.axes[outer].slots().into_iter().filter(|slot| slot.is_angle()).collect();
+    for (value, placed) in values.iter_mut().zip(placed) {
+        let component = value.name.component;
+        if tilts.contains(&component) {
+            let taken_out = ErrorName::location(component, &machine.axes[outer].name);
+            value.left_in = Some((taken_out, placed.value));
+        }
     }
+}
+
+fn in_words(value: &ThesisValue) -> Option<String> {
+    let (taken_out, left_in) = value.left_in.as_ref()?;
+    let measure = value.name.component.measure();
+    Some(format!(
+        "{taken_out} is taken out of {0}, which chapters 4 and 5 do not print and their results speak for; left in, {0} = {1:.2} {2}",
+        value.name,
+        measure.to_output(*left_in),
+        measure.output_unit()
+    ))
 }

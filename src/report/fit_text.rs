@@ -241,7 +241,7 @@ fn tests(text: &mut String, tests: &[TestJson]) {
 }
 
 /// Words in lines of at most a hundred characters.
-fn wrapped(words: &str, first: &str, rest: &str) -> String {
+pub(super) fn wrapped(words: &str, first: &str, rest: &str) -> String {
     let mut lines = String::new();
     let mut line = first.to_string();
     let mut is_empty = true;

@@ -18,6 +18,7 @@ pub mod linear_axes;
 pub mod meetings;
 mod number;
 pub mod polar;
+pub mod reconciliation;
 pub mod recording;
 pub mod residual_plot;
 mod sense_words;

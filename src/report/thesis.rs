@@ -12,7 +12,7 @@ use crate::units::UM_PER_MM;
 /// Results, circles and remarks as text for a terminal.
 pub fn thesis_text(estimate: &ThesisEstimate, session: &Session) -> String {
     let mut text = format!("{}: {} by the thesis's {}\n\n", session.machine.name, session.name, estimate.method);
-    let mut results = Table::new(&["error", "value", "unit", "sd of run", "sd of mean", "holds"]);
+    let mut results = Table::new(&["error", "value", "unit", "sd of run", "sd of mean", "outer tilt left in"]);
     for value in &estimate.values {
         let measure = value.name.component.measure();
         let deviation = |value: Option<f64>| value.map_or("–".into(), |sd| format!("{:.2}", measure.to_output(sd)));
@@ -22,7 +22,9 @@ pub fn thesis_text(estimate: &ThesisEstimate, session: &Session) -> String {
             measure.output_unit().into(),
             deviation(value.run_deviation),
             deviation(value.mean_deviation),
-            value.holds.as_ref().map_or(String::new(), ToString::to_string),
+            value.left_in.as_ref().map_or(String::new(), |(taken_out, left_in)| {
+                format!("{:+.2} with {taken_out}", measure.to_output(*left_in))
+            }),
         ]);
     }
     text.push_str(&results.text());
@@ -91,7 +93,10 @@ fn value_json(value: &ThesisValue) -> Value {
         "unit": measure.output_unit(),
         "sd_of_run": output(value.run_deviation),
         "sd_of_mean": output(value.mean_deviation),
-        "holds": value.holds.as_ref().map(ToString::to_string),
+        "left_in": value.left_in.as_ref().map(|(taken_out, left_in)| json!({
+            "error": taken_out.to_string(),
+            "value": measure.to_output(*left_in),
+        })),
     })
 }
 

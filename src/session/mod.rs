@@ -1,10 +1,12 @@
 //! A session: tests with their balls, bars and recordings on one machine. It holds what was done, not what it means.
 
+mod claim;
 mod motion;
 mod path;
 mod recording;
 mod setups;
 
+pub use claim::{Claim, ClaimedValue, Reduction};
 pub use motion::{Motion, MotionError, way_mm};
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, Recording};

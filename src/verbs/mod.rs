@@ -13,6 +13,7 @@ mod plan_json;
 mod plan_settings;
 mod plan_text;
 pub mod progress;
+pub mod reconcile;
 pub mod report;
 pub mod save;
 pub mod simulate;

@@ -140,7 +140,7 @@ fn one_message_each() {
         (
             "thesis name θya",
             changed(MACHINE, "A: {range", "A: {errors: {θya: 3 arcsec}, range"),
-            "machine.yaml:7:16: 'θya' is no error name: the thesis prints θya for θy0a; write EB0A",
+            "machine.yaml:7:16: 'θya' is no error name: the thesis's chapter 5 prints θya for θy0a, its Table 2.1 for a component error; write EB0A for the location error or EBA for the component error",
         ),
         (
             "thesis θx0x",
