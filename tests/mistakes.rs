@@ -14,6 +14,7 @@ use fiveaxis::diagnose::{DataFault, Verdict, diagnose, examine};
 use fiveaxis::identify::Options;
 use fiveaxis::load::load_session;
 use fiveaxis::report::recording::path_csv;
+use fiveaxis::session::LengthColumn;
 use fiveaxis::simulate::{Instrument, SetupErrors, simulate, simulate_with};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -101,7 +102,7 @@ fn recorded(seed: u64, factor: f64) -> Files {
     let mut files =
         Files::from([("machine.yaml".into(), MACHINE.into()), ("session.yaml".into(), session_text(false))]);
     for (test, trace) in session.tests.iter().zip(&traces) {
-        let csv = path_csv(&session.machine, &trace.motion, &trace.length_mm);
+        let csv = path_csv(&session.machine, test, &trace.motion, &trace.length_mm, LengthColumn::LengthMm);
         files.insert(format!("{}.csv", test.name), csv);
     }
     files
@@ -712,7 +713,7 @@ fn computed_lengths_may_repeat_each_other() {
     let mut session = load_session(&folder.path().join("session.yaml")).unwrap();
     let traces = simulate(&session, Composition::Exact).unwrap();
     for (test, trace) in session.tests.iter().zip(&traces) {
-        let csv = path_csv(&session.machine, &trace.motion, &trace.length_mm);
+        let csv = path_csv(&session.machine, test, &trace.motion, &trace.length_mm, LengthColumn::LengthMm);
         std::fs::write(folder.path().join(format!("{}.csv", test.name)), csv).unwrap();
     }
     let mut text = session_text(false);

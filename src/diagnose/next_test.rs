@@ -13,7 +13,7 @@ use super::stage::{Accepted, Stage};
 use crate::effects::Context;
 use crate::identify::{NoiseModel, Problem};
 use crate::machine::AxisKind;
-use crate::session::{CirclePlane, Clock, Follow, Motion, Path, Recording, Session, Setups, Test};
+use crate::session::{CirclePlane, Clock, Follow, LengthColumn, Motion, Path, Recording, Session, Setups, Test};
 
 /// A proposed test.
 #[derive(Debug, Clone, PartialEq)]
@@ -318,5 +318,6 @@ fn as_if_recorded(session: &Session, test: &Test) -> Option<Recording> {
         channels: channels.collect(),
         leading_texts: Vec::new(),
         leading_header: String::new(),
+        column: LengthColumn::default(),
     })
 }

@@ -8,14 +8,33 @@ use super::LoadError;
 use super::limits::Limit;
 use super::printable::hidden_in;
 
-/// Text of a file of at most `limit` bytes; a byte order mark is dropped.
+/// Text of a file of at most `limit` bytes; UTF-8, or UTF-16 with its byte order mark, which is dropped.
 pub fn read_limited(file: &Path, limit: Limit) -> Result<String, LoadError> {
     let bytes = bytes_limited(file, limit).map_err(|message| LoadError::file(file, message))?;
+    let bytes = match wide_text(&bytes) {
+        Some(text) => return text.map_err(|message| LoadError::file(file, message)),
+        None => bytes,
+    };
     let text = String::from_utf8(bytes).map_err(|why| {
         let line = 1 + why.as_bytes()[..why.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         LoadError::line(file, line, "is not UTF-8 text; save it as UTF-8")
     })?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// Text of two bytes a character, as spreadsheet programs save it; `None` without the byte order mark that tells it.
+fn wide_text(bytes: &[u8]) -> Option<Result<String, String>> {
+    let unit: fn([u8; 2]) -> u16 = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return None,
+    };
+    let pairs = bytes[2..].chunks_exact(2);
+    if !pairs.remainder().is_empty() {
+        return Some(Err("is UTF-16 text that ends within a character; the file is cut off, fetch it again".into()));
+    }
+    let units: Vec<u16> = pairs.map(|pair| unit([pair[0], pair[1]])).collect();
+    Some(String::from_utf16(&units).map_err(|_| "has a byte order mark of UTF-16 but is no such text; save it as UTF-8".into()))
 }
 
 /// Content of a regular file of at most `limit` bytes; a refusal names no file.

@@ -11,6 +11,50 @@ pub enum Clock {
     Absent,
 }
 
+/// Which column of a file holds the readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LengthColumn {
+    /// Absolute ball-to-ball length.
+    #[default]
+    LengthMm,
+    /// Reading minus the bar's calibrated length, µm.
+    DeviationUm,
+    /// Reading minus the bar's calibrated length, mm.
+    DeviationMm,
+}
+
+impl LengthColumn {
+    /// All of them.
+    pub const ALL: [LengthColumn; 3] = [LengthColumn::LengthMm, LengthColumn::DeviationUm, LengthColumn::DeviationMm];
+
+    /// Header of the column.
+    pub fn name(self) -> &'static str {
+        match self {
+            LengthColumn::LengthMm => "length_mm",
+            LengthColumn::DeviationUm => "deviation_um",
+            LengthColumn::DeviationMm => "deviation_mm",
+        }
+    }
+
+    /// True for readings that are counted from the bar's length.
+    pub fn is_deviation(self) -> bool {
+        self != LengthColumn::LengthMm
+    }
+
+    /// Size of the column's unit, mm.
+    pub fn unit_mm(self) -> f64 {
+        match self {
+            LengthColumn::DeviationUm => 1e-3,
+            _ => 1.0,
+        }
+    }
+
+    /// Length of which the column counts its values, mm, for a bar of `bar_mm`.
+    pub fn origin_mm(self, bar_mm: f64) -> f64 {
+        if self.is_deviation() { bar_mm } else { 0.0 }
+    }
+}
+
 /// One recording; all columns have the same number of rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
@@ -27,6 +71,8 @@ pub struct Recording {
     pub leading_texts: Vec<String>,
     /// Header of the clock and position columns as in the file.
     pub leading_header: String,
+    /// Column of the file that held the readings.
+    pub column: LengthColumn,
 }
 
 impl Recording {
@@ -43,6 +89,11 @@ impl Recording {
     /// Number of rows with a reading.
     pub fn readings(&self) -> usize {
         self.length_mm.iter().filter(|length| length.is_finite()).count()
+    }
+
+    /// A length as the file's column counts it, for a bar of `bar_mm`.
+    pub fn in_column(&self, length_mm: f64, bar_mm: f64) -> f64 {
+        (length_mm - self.column.origin_mm(bar_mm)) / self.column.unit_mm()
     }
 
     /// Times in seconds, when the recording has them.

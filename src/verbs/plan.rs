@@ -61,6 +61,9 @@ pub struct Arguments {
     /// Run tests again with the spindle indexed by 180°, so that the spindle ball's own placement leaves the positions
     #[arg(long)]
     pub(super) index_spindle: bool,
+    /// How the bars' zeros will be set: a free one leaves out what only absolute lengths tell
+    #[arg(long, value_enum, default_value_t = ZeroName::Calibrated)]
+    pub(super) zero: ZeroName,
     /// Sense of the axes where the machine file does not state it
     #[arg(long, value_enum)]
     pub(super) directions: Option<DirectionsName>,
@@ -78,6 +81,14 @@ pub(super) enum MethodName {
     Chapter5,
     Chapter6,
     Chapter7,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum ZeroName {
+    /// On a calibrator
+    Calibrated,
+    /// By hand: one unknown offset for every bar
+    Free,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
