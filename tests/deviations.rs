@@ -25,14 +25,14 @@ const PIVOT_MM: [f64; 3] = [60.0, 0.0, 0.0];
 const SWEEPS_DEG: [(f64, f64); 3] = [(-180.0, 180.0), (-180.0, 180.0), (-2.0, 2.0)];
 const ROWS: usize = 61;
 /// What stands elsewhere than stated: EX0C, EY0C (mm), EA0C, EB0C (rad), pivot and spindle balls (mm), zero (mm).
-const TRUTH: [f64; 17] = [
-    21e-3, -13e-3, 4e-5, -3e-5, 8e-3, -5e-3, 11e-3, 1e-3, 2e-3, -1e-3, 1e-3, -2e-3, 2e-3, -1e-3, 1e-3, 1e-3, 0.37,
-];
+const TRUTH: [f64; 17] =
+    [21e-3, -13e-3, 4e-5, -3e-5, 8e-3, -5e-3, 11e-3, 1e-3, 2e-3, -1e-3, 1e-3, -2e-3, 2e-3, -1e-3, 1e-3, 1e-3, 0.37];
 
 /// Length between the balls by its own formula, plus the zero's offset: C is `Tx Ty Rx Ry` and then the turn.
 fn reading_mm(x: &[f64], test: usize, angle_rad: f64) -> f64 {
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), angle_rad);
-    let tilt = Rotation3::from_axis_angle(&Vector3::x_axis(), x[2]) * Rotation3::from_axis_angle(&Vector3::y_axis(), x[3]);
+    let tilt =
+        Rotation3::from_axis_angle(&Vector3::x_axis(), x[2]) * Rotation3::from_axis_angle(&Vector3::y_axis(), x[3]);
     let pivot = Vector3::from(PIVOT_MM) + Vector3::new(x[4], x[5], x[6]);
     let k = 7 + 3 * test;
     let spindle = Vector3::from(SPINDLE_MM[test]) + Vector3::new(x[k], x[k + 1], x[k + 2]);
@@ -80,9 +80,9 @@ fn plain(rows: &[(f64, f64, f64)]) -> Vec<u8> {
 /// As a spreadsheet in a country of decimal commas saves it, columns in another order, behind another program's lines.
 fn foreign(rows: &[(f64, f64, f64)], separator: &str) -> String {
     let comma = |value: f64| format!("{value:.7}").replace('.', ",");
-    let lines = rows.iter().map(|&(time, angle, deviation)| {
-        [comma(1e3 * deviation), comma(angle), comma(time)].join(separator) + "\r\n"
-    });
+    let lines = rows
+        .iter()
+        .map(|&(time, angle, deviation)| [comma(1e3 * deviation), comma(angle), comma(time)].join(separator) + "\r\n");
     let header = ["deviation_um", "C_deg", "time_s"].join(separator);
     format!("Ballbar recorder 4.2{separator}A, B; C\r\n\r\nStart: 12:04\r\n{header}\r\n{}", lines.collect::<String>())
 }
@@ -90,17 +90,22 @@ fn foreign(rows: &[(f64, f64, f64)], separator: &str) -> String {
 #[test]
 fn every_form_of_the_file_holds_the_same_lengths() {
     let due = session("", plain).unwrap();
-    let wide = |text: String, unit: fn(u16) -> [u8; 2]| [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(unit).collect();
+    let wide = |text: String, unit: fn(u16) -> [u8; 2]| {
+        [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(unit).collect()
+    };
     let forms: [(&str, Box<dyn Fn(&[(f64, f64, f64)]) -> Vec<u8>>); 5] = [
         ("semicolons", Box::new(|rows| foreign(rows, ";").into_bytes())),
         ("tabs", Box::new(|rows| foreign(rows, "\t").into_bytes())),
         ("UTF-16, little end first", Box::new(move |rows| wide(foreign(rows, ";"), u16::to_le_bytes))),
         ("UTF-16, big end first", Box::new(move |rows| wide(foreign(rows, "\t"), u16::to_be_bytes))),
-        ("quoted decimal commas", Box::new(|rows| {
-            let quoted = |value: f64| format!("\"{}\"", format!("{value:.9}").replace('.', ","));
-            let lines = rows.iter().map(|&(t, c, d)| format!("{t},{},{}\n", quoted(c), quoted(d)));
-            format!("# time_s,C_deg,deviation_mm\n{}", lines.collect::<String>()).into_bytes()
-        })),
+        (
+            "quoted decimal commas",
+            Box::new(|rows| {
+                let quoted = |value: f64| format!("\"{}\"", format!("{value:.9}").replace('.', ","));
+                let lines = rows.iter().map(|&(t, c, d)| format!("{t},{},{}\n", quoted(c), quoted(d)));
+                format!("# time_s,C_deg,deviation_mm\n{}", lines.collect::<String>()).into_bytes()
+            }),
+        ),
     ];
     for (name, write) in forms {
         let found = session("", write).unwrap_or_else(|why| panic!("{name}: {why}"));
@@ -180,10 +185,16 @@ fn a_free_zero_is_fitted_as_computed_independently() {
         (16, "zero of bar 100, free zero"),
     ];
     for (due, label) in labels {
-        let k = problem.unknowns.iter().position(|unknown| unknown.label == label).unwrap_or_else(|| panic!("no {label}"));
+        let k =
+            problem.unknowns.iter().position(|unknown| unknown.label == label).unwrap_or_else(|| panic!("no {label}"));
         let found_sigma = covariance[(k, k)].sqrt() * problem.unknowns[k].prior_sigma;
         // steps of 1e-4 mm leave the differences good to a millionth; the solver stops below a thousandth of its sigma
-        assert!((solution.values[k] - x[due]).abs() < 1e-3 * sigma[due], "{label}: {} for {}", solution.values[k], x[due]);
+        assert!(
+            (solution.values[k] - x[due]).abs() < 1e-3 * sigma[due],
+            "{label}: {} for {}",
+            solution.values[k],
+            x[due]
+        );
         assert!((found_sigma / sigma[due] - 1.0).abs() < 1e-3, "{label}: sigma {found_sigma} for {}", sigma[due]);
     }
     let fit = identify(&session, &Options::default()).unwrap();
@@ -242,7 +253,9 @@ fn wrong_deviations_get_one_message() {
         move |rows: &[(f64, f64, f64)]| String::from_utf8(plain(rows)).unwrap().replacen(from, to, 1).into_bytes()
     };
     let scaled = |factor: f64, offset: f64| {
-        move |rows: &[(f64, f64, f64)]| plain(&rows.iter().map(|&(t, c, d)| (t, c, factor * d + offset)).collect::<Vec<_>>())
+        move |rows: &[(f64, f64, f64)]| {
+            plain(&rows.iter().map(|&(t, c, d)| (t, c, factor * d + offset)).collect::<Vec<_>>())
+        }
     };
     let refused = |more: &str, write: &dyn Fn(&[(f64, f64, f64)]) -> Vec<u8>| session(more, write).unwrap_err();
     assert_eq!(

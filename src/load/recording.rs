@@ -263,7 +263,9 @@ fn column(name: &str, machine: &Machine) -> Result<Column, String> {
     }
     let (axis_name, unit) = name.rsplit_once('_').unwrap_or((name, ""));
     if axis_name.eq_ignore_ascii_case("deviation") {
-        return Err(format!("column '{name}': deviations are deviation_um or deviation_mm; rename or convert the column"));
+        return Err(format!(
+            "column '{name}': deviations are deviation_um or deviation_mm; rename or convert the column"
+        ));
     }
     if ["length", "time", "pose"].contains(&axis_name.to_ascii_lowercase().as_str()) {
         return Err(format!(

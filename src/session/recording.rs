@@ -1,5 +1,7 @@
 //! What a ball bar recorded: positions as commanded, lengths as read. No interpretation, no files.
 
+use super::Motion;
+
 /// What orders the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Clock {
@@ -76,6 +78,37 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// A recording of readings along a motion: what [`crate::simulate`] gives, for [`crate::identify`] to take.
+    /// `length_mm` has one absolute length (mm) for each row of the motion, NaN where there is none.
+    ///
+    /// ```
+    /// use fiveaxis::chain::Composition;
+    /// use fiveaxis::load::load_session;
+    /// use fiveaxis::session::Recording;
+    /// use fiveaxis::simulate::simulate;
+    ///
+    /// let mut session = load_session("examples/thesis/chapter5/session.yaml".as_ref())?;
+    /// let traces = simulate(&session, Composition::Exact)?;
+    /// for (test, trace) in session.tests.iter_mut().zip(&traces) {
+    ///     test.recording = Some(Recording::from_trace(&trace.motion, trace.length_mm.clone()));
+    /// }
+    /// assert_eq!(session.tests[0].rows(), traces[0].length_mm.len());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_trace(motion: &Motion, length_mm: Vec<f64>) -> Recording {
+        let numbered = || (0..motion.rows()).map(|row| row as f64).collect();
+        Recording {
+            clock: motion.time_s.clone().map_or_else(|| Clock::Pose(numbered()), Clock::TimeS),
+            axes: motion.moving.clone(),
+            positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
+            length_mm,
+            channels: Vec::new(),
+            leading_texts: Vec::new(),
+            leading_header: String::new(),
+            column: LengthColumn::default(),
+        }
+    }
+
     /// Number of rows, rows without a reading included.
     pub fn len(&self) -> usize {
         self.length_mm.len()

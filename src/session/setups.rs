@@ -95,7 +95,9 @@ fn same_ball(one: &Ball, other: &Ball) -> bool {
 /// One bar with one zero: a zero set by hand is another than the calibrated one.
 fn same_bar(one: &Test, other: &Test) -> bool {
     match (one.bar_length_mm, other.bar_length_mm) {
-        (Some(a), Some(b)) => (a - b).abs() < SAME_PLACE_MM && one.bar_setup == other.bar_setup && one.zero == other.zero,
+        (Some(a), Some(b)) => {
+            (a - b).abs() < SAME_PLACE_MM && one.bar_setup == other.bar_setup && one.zero == other.zero
+        }
         _ => false,
     }
 }

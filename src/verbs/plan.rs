@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::directions::{DirectionsName, say};
 use super::former_plan::former_files;
-use super::output::settle;
+use super::output::{print_json, settle};
 use super::plan_files::{Planned, planned_files};
 use super::plan_json::as_json;
 use super::plan_settings::settings;
@@ -129,8 +129,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let mut value = as_json(&plan, &machine);
         value["touching"] = json!(touching_json(&world.touching));
         value["can_touch"] = json!(meetings_json(&machine, &can_touch));
-        println!("{value}");
-        return Ok(());
+        return print_json(&value);
     }
     print_plan(&plan, &machine, &settings);
     if let Some(note) = can_touch_note(&machine, &can_touch) {

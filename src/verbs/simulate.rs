@@ -11,7 +11,7 @@ use fiveaxis::session::{LengthColumn, Session, Test};
 use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate_with};
 
 use super::Refusal;
-use super::output::{Foreign, OutputFolder, print, session_inputs, settle, write_all};
+use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
 use super::progress::Working;
 
 /// Arguments of `simulate`.
@@ -118,8 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     drop(working);
     if arguments.json {
-        let summary = simulation_json(&session, &traces, &setup);
-        print(&format!("{}\n", serde_json::to_string_pretty(&summary)?))
+        print_json(&simulation_json(&session, &traces, &setup))
     } else {
         print(&simulation_text(&session, &traces, &arguments.out.display().to_string()))
     }

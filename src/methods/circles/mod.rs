@@ -168,7 +168,10 @@ fn figures(session: &Session, runs: &[CircleRun]) -> Option<CircleFigures> {
         cw: one(Direction::Cw),
         bidirectional_circular_deviation_um: both.as_ref().map(|both| both.width_mm() * UM_PER_MM),
         circular_hysteresis_um: hysteresis_mm(runs).map(|hysteresis| hysteresis * UM_PER_MM),
-        mean_bidirectional_radial_deviation_um: both.as_ref().filter(|_| tells_radius).map(|both| both.radius_mm * UM_PER_MM),
+        mean_bidirectional_radial_deviation_um: both
+            .as_ref()
+            .filter(|_| tells_radius)
+            .map(|both| both.radius_mm * UM_PER_MM),
         centre_um: parts.centre_mm.map(|centre| centre * UM_PER_MM),
         radius_deviation_um: tells_radius.then_some(parts.radius_mm * UM_PER_MM),
         squareness: squareness(machine, first, parts.angle_rad),
