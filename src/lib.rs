@@ -25,6 +25,7 @@
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
+//! | [`import`] | captures in one piece, as gauges write them, to recordings |
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
@@ -39,6 +40,7 @@ pub mod collision;
 pub mod diagnose;
 pub mod effects;
 pub mod identify;
+pub mod import;
 pub mod load;
 pub mod machine;
 pub mod methods;
