@@ -24,8 +24,10 @@
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
+//! | [`statistics`] | noise, robust location and scale, evidence; no geometry |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
+//! | [`import`] | captures in one piece, as gauges write them, to recordings |
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
@@ -40,6 +42,7 @@ pub mod collision;
 pub mod diagnose;
 pub mod effects;
 pub mod identify;
+pub mod import;
 pub mod load;
 pub mod machine;
 pub mod methods;

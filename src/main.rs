@@ -18,14 +18,24 @@ mod verbs;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use verbs::ending::{code_of, is_told, refusal_json, usage_json};
+use verbs::output::{print, quieten, remarks};
 
 /// Five-axis machine accuracy from double ball bar recordings.
 #[derive(Parser)]
-#[command(version, about, long_about = None)]
+#[command(
+    version,
+    about,
+    long_about = None,
+    after_help = "A file called - is standard input.\nExit codes: 0 done, 1 what --fail-on names is so, 2 wrong input, 3 recordings not to be believed, 4 no convergence."
+)]
 struct CommandLine {
     #[command(subcommand)]
     verb: Verb,
+    /// No remarks and no sign of life on standard error; errors are told
+    #[arg(short, long, global = true)]
+    quiet: bool,
 }
 
 #[derive(Subcommand)]
@@ -46,10 +56,28 @@ enum Verb {
     Simulate(verbs::simulate::Arguments),
     /// What a ball bar determines on all 2,160 serial five-axis topologies: fiveaxis survey --out DIR
     Survey(verbs::survey::Arguments),
+    /// A script that completes commands in a shell: fiveaxis completions bash
+    Completions(verbs::shell::CompletionsArguments),
+    /// Manual pages: fiveaxis man identify
+    Man(verbs::shell::ManArguments),
 }
 
 fn main() -> ExitCode {
-    let outcome = match CommandLine::parse().verb {
+    // known before the command line is understood: a wrong one is told as JSON too
+    let wants_json = std::env::args_os().any(|argument| argument == "--json");
+    let line = match CommandLine::try_parse() {
+        Ok(line) => line,
+        Err(why) => {
+            if wants_json && why.use_stderr() {
+                tell_json(&usage_json(&why.to_string()));
+            }
+            why.exit()
+        }
+    };
+    if line.quiet {
+        quieten();
+    }
+    let outcome = match line.verb {
         Verb::Plan(arguments) => verbs::plan::run(&arguments),
         Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
@@ -58,12 +86,24 @@ fn main() -> ExitCode {
         Verb::Reconcile(arguments) => verbs::reconcile::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
         Verb::Survey(arguments) => verbs::survey::run(&arguments),
+        Verb::Completions(arguments) => verbs::shell::completions(&arguments, CommandLine::command()),
+        Verb::Man(arguments) => verbs::shell::man(&arguments, CommandLine::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(refusal) => {
-            eprintln!("fiveaxis: {refusal}");
-            ExitCode::from(2)
+            if !is_told(&refusal) {
+                if wants_json {
+                    tell_json(&refusal_json(&refusal, remarks()));
+                }
+                verbs::output::complain(&refusal);
+            }
+            ExitCode::from(code_of(&refusal))
         }
     }
+}
+
+/// Prints an object; when that fails too there is no one to tell.
+fn tell_json(value: &serde_json::Value) {
+    let _ = print(&format!("{value:#}\n"));
 }

@@ -302,6 +302,7 @@ fn a_stand_is_excused_from_the_one_body_under_it_alone() {
         started_at_s: 0.0,
         bar_length_mm: Some(100.0),
         bar_setup: None,
+        zero: Default::default(),
         bar_error_mm: 0.0,
         pivot: ball("C", Vector3::new(-100.0, 0.0, 0.0)),
         spindle_ball: ball("Z", Vector3::zeros()),

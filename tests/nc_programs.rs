@@ -438,6 +438,7 @@ fn by_hand() -> (Machine, [PlannedTest; 2]) {
         started_at_s: 0.0,
         bar_length_mm: Some(100.0),
         bar_setup: None,
+        zero: Default::default(),
         bar_error_mm: 0.0,
         pivot: ball("C", pivot),
         spindle_ball: ball("Z", [0.0; 3]),

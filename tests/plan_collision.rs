@@ -41,6 +41,7 @@ fn a_test(machine: &Machine, pivot: [f64; 3], to: f64) -> Test {
         started_at_s: 0.0,
         bar_length_mm: Some(100.0),
         bar_setup: None,
+        zero: Default::default(),
         bar_error_mm: 0.0,
         pivot: ball("C", pivot),
         spindle_ball: ball("Z", [0.0; 3]),

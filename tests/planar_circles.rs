@@ -38,6 +38,7 @@ fn test(machine: &Machine, plane: &str, from: f64, to: f64) -> Test {
         started_at_s: 0.0,
         bar_length_mm: None,
         bar_setup: None,
+        zero: Default::default(),
         bar_error_mm: 0.0,
         pivot: Ball { link: "w".into(), at: Vector3::zeros(), setup: None, spread_mm: None, indexed_about: None },
         spindle_ball: Ball {
@@ -74,6 +75,7 @@ fn recorded(mut session: Session, lengths: Vec<Vec<f64>>) -> Vec<CircleFigures> 
             channels: Vec::new(),
             leading_texts: Vec::new(),
             leading_header: String::new(),
+            column: Default::default(),
         });
     }
     circles(&session).unwrap()
@@ -151,13 +153,13 @@ fn a_scale_error_shows_as_mismatch_and_as_radius() {
     for (circle, sign) in figures.iter().zip([1.0, 0.0, -1.0]) {
         close(circle.scale_mismatch_ppm, sign * 50.0, 0.1, &circle.plane);
         close(circle.scale_mismatch_um, sign * 10.0, 0.02, &circle.plane);
-        close(circle.radius_deviation_um, sign.abs() * 2.5, SECOND_ORDER_UM, &circle.plane);
+        close(circle.radius_deviation_um.unwrap(), sign.abs() * 2.5, SECOND_ORDER_UM, &circle.plane);
         close(circle.mean_bidirectional_radial_deviation_um.unwrap(), sign.abs() * 2.5, 0.1, &circle.plane);
         let ccw = circle.ccw.as_ref().unwrap();
         close(ccw.circular_deviation_um, sign.abs() * 5.0, 0.02, &circle.plane);
         // F is about the centre but keeps the radius: 0 to 5 µm
-        close(ccw.radial_deviation_max_um, sign.abs() * 5.0, 0.02, &circle.plane);
-        close(ccw.radial_deviation_min_um, 0.0, 0.02, &circle.plane);
+        close(ccw.radial_deviation_max_um.unwrap(), sign.abs() * 5.0, 0.02, &circle.plane);
+        close(ccw.radial_deviation_min_um.unwrap(), 0.0, 0.02, &circle.plane);
     }
 }
 

@@ -263,6 +263,7 @@ fn a_b_c_table_whose_axes_do_not_meet_comes_out_as_well() {
             channels: Vec::new(),
             leading_texts: Vec::new(),
             leading_header: String::new(),
+            column: Default::default(),
         });
     }
     let estimate = chapter6(&recorded).unwrap();

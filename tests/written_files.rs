@@ -182,6 +182,7 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                 started_at_s: number(0.0, 1e4),
                 bar_length_mm: (index != 0).then(|| number(50.0, 300.0)),
                 bar_setup: (index == 3).then(|| "2".into()),
+                zero: Default::default(),
                 bar_error_mm: if index > 1 { number(-1e-2, 1e-2) } else { 0.0 },
                 pivot,
                 spindle_ball,

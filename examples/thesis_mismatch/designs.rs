@@ -189,6 +189,7 @@ pub fn record(session: &Session, cause: &LeftOut, seed: u64) -> Result<Session, 
                     channels: Vec::new(),
                     leading_texts: Vec::new(),
                     leading_header: String::new(),
+                    column: Default::default(),
                 });
             }
         }

@@ -112,6 +112,26 @@ impl Fit {
         self.tests.iter().map(|test| test.kept.clone()).collect()
     }
 
+    /// Estimate of a location error by its ISO 230-1 name; `None` for one that was not free.
+    ///
+    /// ```
+    /// use fiveaxis::identify::{Options, identify};
+    /// use fiveaxis::load::load_session;
+    ///
+    /// let session = load_session("examples/thesis/chapter5/session.yaml".as_ref())?;
+    /// let fit = identify(&session, &Options::default())?;
+    /// let y = fit.error("EY0C").ok_or("not free")?;
+    /// println!("EY0C {:.1} ± {:.1} µm", 1e3 * y.value, 1e3 * y.sigma);
+    /// assert!(y.determined && (1e3 * y.value + 52.5).abs() < 0.5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn error(&self, name: &str) -> Option<&Estimate> {
+        let is_it = |unknown: &Unknown| {
+            matches!(unknown.quantity, Quantity::Location { .. }) && unknown.label.eq_ignore_ascii_case(name)
+        };
+        self.unknowns.iter().position(is_it).map(|index| &self.estimates[index])
+    }
+
     /// Leaves values and residuals as they are, but says of none that the data determine it: for a fit that does not fit.
     pub fn claim_nothing(&mut self) {
         for estimate in &mut self.estimates {

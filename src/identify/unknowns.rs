@@ -1,7 +1,7 @@
 //! What a fit may change: location errors, ball places, bar readings, each with its prior. Values live in the fit.
 
 use crate::machine::{AxisKind, Component, ErrorName, ErrorNameError, Machine};
-use crate::session::{Session, Setups};
+use crate::session::{Session, Setups, Zero};
 use crate::units::Measure;
 
 /// One unknown of a fit.
@@ -177,7 +177,8 @@ pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: F
         }
     }
     for (setup, bar) in setups.bars.iter().enumerate() {
-        setup_unknown(Quantity::Bar { setup }, format!("length of {}", bar.label), bar.spread_mm);
+        let what = if bar.zero == Zero::Free { "zero" } else { "length" };
+        setup_unknown(Quantity::Bar { setup }, format!("{what} of {}", bar.label), bar.spread_mm);
     }
     list
 }

@@ -9,11 +9,13 @@ use super::printable::{hidden_in, shortened};
 use super::rows::{Rows, check_rows};
 use super::text::read_limited;
 use crate::machine::Machine;
-use crate::session::{Clock, Recording};
+use crate::session::{Clock, LengthColumn, Recording};
 
-/// A recording as its file has it, not yet judged for a bar.
+/// A recording as its file has it, not yet judged for a bar: `length_mm` holds the numbers of its column of readings.
+#[derive(Clone)]
 pub(super) struct Parsed {
-    pub recording: Recording,
+    recording: Recording,
+    header_line: usize,
     /// Line of each row in the file.
     line_of_row: Vec<u32>,
 }
@@ -24,16 +26,33 @@ impl Parsed {
         Parsed::of(file, &read_limited(file, CSV_BYTES)?, machine)
     }
 
-    /// Judges the rows; `bar_length_mm` is the calibrated length that readings must lie near to.
-    pub fn check(
-        &self,
+    /// The recording in lengths, its rows judged; `bar_length_mm` is the calibrated length that readings must lie near to,
+    /// and from which deviations are counted.
+    pub fn into_recording(
+        self,
         file: &Path,
         machine: &Machine,
         bar_length_mm: Option<f64>,
         rows: Rows,
-    ) -> Result<(), LoadError> {
-        let line = |row: usize| self.line_of_row.get(row).map_or(row + 1, |&line| line as usize);
-        check_rows(file, &self.recording, line, machine, bar_length_mm, rows)
+    ) -> Result<Recording, LoadError> {
+        let Parsed { mut recording, line_of_row, header_line } = self;
+        let column = recording.column;
+        if column.is_deviation() {
+            let Some(bar_mm) = bar_length_mm else {
+                return Err(LoadError::line(
+                    file,
+                    header_line,
+                    format!(
+                        "{} is the reading minus the bar's calibrated length, and the test states no bar_length; add it to the test",
+                        column.name()
+                    ),
+                ));
+            };
+            recording.length_mm.iter_mut().for_each(|value| *value = *value * column.unit_mm() + bar_mm);
+        }
+        let line = |row: usize| line_of_row.get(row).map_or(row + 1, |&line| line as usize);
+        check_rows(file, &recording, line, machine, bar_length_mm, rows)?;
+        Ok(recording)
     }
 }
 
@@ -43,7 +62,7 @@ enum Column {
     Time,
     Pose,
     Axis(usize),
-    Length,
+    Length(LengthColumn),
     Channel,
 }
 
@@ -53,7 +72,7 @@ impl Column {
     }
 
     fn may_be_empty(self) -> bool {
-        matches!(self, Column::Length | Column::Channel)
+        matches!(self, Column::Length(_) | Column::Channel)
     }
 }
 
@@ -72,6 +91,14 @@ struct Header<'a> {
     columns: Vec<Column>,
 }
 
+impl Header<'_> {
+    /// Name of the column that holds the readings.
+    fn readings(&self) -> &str {
+        let is_length = |column: &Column| matches!(column, Column::Length(_));
+        self.columns.iter().position(is_length).map_or(LengthColumn::default().name(), |index| self.names[index])
+    }
+}
+
 /// Reads the text of a recording; `file` is its name in messages.
 pub fn recording_from_csv(
     file: &Path,
@@ -79,21 +106,21 @@ pub fn recording_from_csv(
     machine: &Machine,
     bar_length_mm: Option<f64>,
 ) -> Result<Recording, LoadError> {
-    let parsed = Parsed::of(file, text, machine)?;
-    parsed.check(file, machine, bar_length_mm, Rows::Plausible)?;
-    Ok(parsed.recording)
+    Parsed::of(file, text, machine)?.into_recording(file, machine, bar_length_mm, Rows::Plausible)
 }
 
 impl Parsed {
     fn of(file: &Path, text: &str, machine: &Machine) -> Result<Parsed, LoadError> {
         refuse_many_rows(file, text)?;
-        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-        let Some((first, header)) = lines.next() else {
+        let lines = || text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        let Some((first, header)) = lines().take(PREAMBLE_LINES).find(|(_, line)| is_header(line)).or(lines().next())
+        else {
             return Err(LoadError::file(
                 file,
                 format!("is empty; a recording has a header such as {HEADER_EXAMPLE} and a row per sample"),
             ));
         };
+        let lines = lines().skip_while(|(index, _)| *index <= first);
         let header = header_of(file, first + 1, header, machine)?;
         let mut values: Vec<Vec<f64>> = vec![Vec::new(); header.columns.len()];
         let mut leading_texts = Vec::new();
@@ -101,7 +128,7 @@ impl Parsed {
         let mut fields = Vec::with_capacity(header.columns.len());
         for (index, line) in lines {
             fields.clear();
-            fields.extend(line.split(header.separator).map(str::trim));
+            fields.extend(fields_of(line, header.separator));
             read_row(file, index + 1, &header, &fields, &mut values)?;
             leading_texts.push(leading_text(&header, &fields));
             line_of_row.push((index + 1) as u32);
@@ -109,8 +136,9 @@ impl Parsed {
         let Some(&last_line) = line_of_row.last() else {
             return Err(LoadError::file(file, "has a header but no row; a recording has a row per sample"));
         };
-        refuse_cut_number(file, text, header.separator, last_line as usize)?;
-        Ok(Parsed { recording: assemble(&header, values, leading_texts, machine), line_of_row })
+        refuse_cut_number(file, text, &header, last_line as usize)?;
+        let header_line = header.line;
+        Ok(Parsed { recording: assemble(&header, values, leading_texts, machine), line_of_row, header_line })
     }
 }
 
@@ -142,9 +170,38 @@ fn leading_text(header: &Header, fields: &[&str]) -> String {
     text
 }
 
+/// Lines before the header that other programs may write, at most.
+const PREAMBLE_LINES: usize = 200;
+
+/// True for a line that names a column of readings: what stands before it is another program's preamble.
+fn is_header(line: &str) -> bool {
+    let names_readings = |separator| names_of(line, separator).iter().any(|name| length_column(name).is_some());
+    [';', '\t', ','].into_iter().any(names_readings)
+}
+
+fn length_column(name: &str) -> Option<LengthColumn> {
+    LengthColumn::ALL.into_iter().find(|column| column.name() == name)
+}
+
+/// Fields of a line without the spaces around them; separators between quotes separate nothing.
+fn fields_of(line: &str, separator: char) -> impl Iterator<Item = &str> {
+    let mut quoted = false;
+    line.split(move |character| {
+        quoted ^= character == '"';
+        character == separator && !quoted
+    })
+    .map(str::trim)
+}
+
+/// Names of a header, which some programs begin with a number sign.
+fn names_of(line: &str, separator: char) -> Vec<&str> {
+    let line = line.trim_start().trim_start_matches('#');
+    fields_of(line, separator).map(|name| name.trim_matches('"').trim()).collect()
+}
+
 fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> Result<Header<'a>, LoadError> {
     let separator = [';', '\t'].into_iter().find(|&separator| text.contains(separator)).unwrap_or(',');
-    let names: Vec<&str> = text.split(separator).map(|name| name.trim().trim_matches('"')).collect();
+    let names: Vec<&str> = names_of(text, separator);
     let refuse = |message: String| LoadError::line(file, line, message);
     if let Some(message) = COLUMNS.exceeded(names.len()) {
         return Err(refuse(message));
@@ -169,7 +226,16 @@ fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> 
         columns.push(column(name, machine).map_err(refuse)?);
     }
     let found = names.join(" ");
-    if !columns.contains(&Column::Length) {
+    let readings: Vec<&str> = columns
+        .iter()
+        .zip(&names)
+        .filter(|(column, _)| matches!(column, Column::Length(_)))
+        .map(|(_, name)| *name)
+        .collect();
+    if let [one, other, ..] = readings[..] {
+        return Err(refuse(format!("{one} and {other} both hold readings; keep one of them")));
+    }
+    if readings.is_empty() {
         let hint = nearest("length_mm", &names).map(|name| format!("; '{name}' may be meant")).unwrap_or_default();
         return Err(refuse(format!(
             "no column length_mm{hint} (columns found: {found}); a header is {HEADER_EXAMPLE}"
@@ -190,10 +256,17 @@ fn column(name: &str, machine: &Machine) -> Result<Column, String> {
     match name {
         "time_s" => return Ok(Column::Time),
         "pose" => return Ok(Column::Pose),
-        "length_mm" => return Ok(Column::Length),
         _ => {}
     }
+    if let Some(readings) = length_column(name) {
+        return Ok(Column::Length(readings));
+    }
     let (axis_name, unit) = name.rsplit_once('_').unwrap_or((name, ""));
+    if axis_name.eq_ignore_ascii_case("deviation") {
+        return Err(format!(
+            "column '{name}': deviations are deviation_um or deviation_mm; rename or convert the column"
+        ));
+    }
     if ["length", "time", "pose"].contains(&axis_name.to_ascii_lowercase().as_str()) {
         return Err(format!(
             "column '{name}': lengths are length_mm, times time_s, static poses pose; convert the column"
@@ -245,15 +318,17 @@ fn read_row(
         let name = header.names[index];
         let Some(value) = number(field, header.separator) else {
             return refuse(format!(
-                "column {name}: '{}' is not a number; correct it or leave a missing length_mm empty",
-                shortened(field, LONGEST_FIELD)
+                "column {name}: '{}' is not a number; correct it or leave a missing {} empty",
+                shortened(field, LONGEST_FIELD),
+                header.readings()
             ));
         };
         let is_missing = field.is_empty() && header.columns[index].may_be_empty();
         if !value.is_finite() && !is_missing {
             let shown = if field.is_empty() { "an empty field".into() } else { shortened(field, LONGEST_FIELD) };
             return refuse(format!(
-                "column {name}: {shown} is not a finite number; only a missing length_mm or channel may be empty"
+                "column {name}: {shown} is not a finite number; only a missing {} or channel may be empty",
+                header.readings()
             ));
         }
         values[index].push(value);
@@ -271,15 +346,18 @@ fn number(field: &str, separator: char) -> Option<f64> {
 
 /// A field without quotes and with a decimal point.
 fn plain(field: &str, separator: char) -> Cow<'_, str> {
-    let field = field.trim_matches('"');
-    match separator != ',' && field.contains(',') {
-        true => Cow::Owned(field.replacen(',', ".", 1)),
-        false => Cow::Borrowed(field),
+    let bare = field.trim_matches('"').trim();
+    // between quotes a comma separates nothing, whatever the separator
+    let is_quoted = field.len() != bare.len();
+    match (separator != ',' || is_quoted) && bare.contains(',') {
+        true => Cow::Owned(bare.replacen(',', ".", 1)),
+        false => Cow::Borrowed(bare),
     }
 }
 
 /// Refuses a last number that a broken transfer has cut: no line end and fewer decimals than every row before.
-fn refuse_cut_number(file: &Path, text: &str, separator: char, last_line: usize) -> Result<(), LoadError> {
+fn refuse_cut_number(file: &Path, text: &str, header: &Header, last_line: usize) -> Result<(), LoadError> {
+    let separator = header.separator;
     if text.ends_with(['\n', '\r']) {
         return Ok(());
     }
@@ -288,7 +366,7 @@ fn refuse_cut_number(file: &Path, text: &str, separator: char, last_line: usize)
         let field = plain(field.trim(), separator);
         field.split_once('.').map_or(0, |(_, digits)| digits.len())
     };
-    let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).skip(1).collect();
+    let lines: Vec<&str> = text.lines().skip(header.line).filter(|line| !line.trim().is_empty()).collect();
     let Some((last, before)) = lines.split_last() else { return Ok(()) };
     let usual = before.iter().filter(|line| !line.trim_end().ends_with(separator)).map(|line| decimals(line)).min();
     match usual {
@@ -315,6 +393,7 @@ fn assemble(header: &Header, values: Vec<Vec<f64>>, leading_texts: Vec<String>, 
         channels: Vec::new(),
         leading_texts,
         leading_header: leading.join(","),
+        column: LengthColumn::default(),
     };
     for ((column, list), name) in header.columns.iter().zip(values).zip(&header.names) {
         match *column {
@@ -325,7 +404,7 @@ fn assemble(header: &Header, values: Vec<Vec<f64>>, leading_texts: Vec<String>, 
                 let kind = machine.axes[axis].kind;
                 recording.positions.push(list.into_iter().map(|value| kind.from_file_unit(value)).collect());
             }
-            Column::Length => recording.length_mm = list,
+            Column::Length(column) => (recording.column, recording.length_mm) = (column, list),
             Column::Channel => recording.channels.push((name.to_string(), list)),
         }
     }

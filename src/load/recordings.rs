@@ -62,9 +62,8 @@ impl<'a> RecordingReader<'a> {
             )));
         }
         let parsed = self.parsed(name, &file, machine)?;
-        parsed.check(&file, machine, raw.bar_length, self.rows)?;
-        let recording = Rc::try_unwrap(parsed).map_or_else(|shared| shared.recording.clone(), |own| own.recording);
-        Ok(Some(recording))
+        let parsed = Rc::try_unwrap(parsed).unwrap_or_else(|shared| Parsed::clone(&shared));
+        parsed.into_recording(&file, machine, raw.bar_length, self.rows).map(Some)
     }
 
     /// A file as read, from the earlier test that named it too where there is one.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::message::LoadError;
 use super::range::outside_range;
 use crate::machine::Machine;
-use crate::session::Recording;
+use crate::session::{LengthColumn, Recording};
 
 /// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
 const STROKE_LIMIT_MM: f64 = 5.0;
@@ -36,9 +36,10 @@ pub fn check_rows(
     rows: Rows,
 ) -> Result<(), LoadError> {
     if recording.readings() == 0 {
-        return Err(LoadError::file(file, "has no reading: every length_mm is empty"));
+        let column = recording.column.name();
+        return Err(LoadError::file(file, format!("has no reading: every {column} is empty")));
     }
-    if let (Some(bar), Rows::Plausible) = (bar_length_mm, rows) {
+    if let (Some(bar), Rows::Plausible, false) = (bar_length_mm, rows, recording.column.is_deviation()) {
         refuse_swapped(file, recording, machine, bar)?;
     }
     if let Some(time) = recording.time_s()
@@ -115,12 +116,15 @@ fn refuse_outside_stroke(
     let middle = median(recording.length_mm.iter().copied());
     if outside == readings {
         let near = |factor: f64| (middle * factor - bar).abs() <= STROKE_LIMIT_MM;
+        if recording.column.is_deviation() {
+            return Err(LoadError::file(file, no_deviations(recording, middle - bar, bar, &stroke)));
+        }
         let hint = if near(1000.0) {
             "the column seems to be in metres, length_mm is in mm"
         } else if near(MM_PER_INCH) {
             "the column seems to be in inches, length_mm is in mm"
         } else if middle.abs() <= STROKE_LIMIT_MM {
-            "the column seems to be the deviation, length_mm is the absolute ball-to-ball length"
+            "the column seems to be the deviation, length_mm is the absolute ball-to-ball length; name it deviation_mm"
         } else {
             "check bar_length and which recording belongs to the test"
         };
@@ -131,10 +135,25 @@ fn refuse_outside_stroke(
         file,
         line(row),
         format!(
-            "length_mm {} is the first of {outside} readings out of {readings} outside the bar's stroke: {stroke}; one in {ONE_OUTSIDE_IN} may be wrong, check the recording",
-            recording.length_mm[row]
+            "{} {} is the first of {outside} readings out of {readings} outside the bar's stroke: {stroke}; one in {ONE_OUTSIDE_IN} may be wrong, check the recording",
+            recording.column.name(),
+            recording.in_column(recording.length_mm[row], bar)
         ),
     ))
+}
+
+/// Why a column of deviations, all outside the stroke, holds something else.
+fn no_deviations(recording: &Recording, middle_mm: f64, bar: f64, stroke: &str) -> String {
+    let column = recording.column;
+    let found = middle_mm / column.unit_mm();
+    let hint = if (found - bar).abs() <= STROKE_LIMIT_MM {
+        "the column seems to hold absolute lengths, name it length_mm"
+    } else if column == LengthColumn::DeviationMm && (middle_mm * 1e-3).abs() <= STROKE_LIMIT_MM {
+        "the column seems to be in µm, name it deviation_um"
+    } else {
+        "check which recording belongs to the test"
+    };
+    format!("readings of {} are about {found} but {stroke}; {hint}", column.name())
 }
 
 /// Without a bar the readings are absolute distances: they cannot be shorter than two balls.

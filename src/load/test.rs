@@ -14,7 +14,7 @@ use super::recordings::RecordingReader;
 use super::test_path::{CircleFile, SweepFile};
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
-use crate::session::{Ball, Clock, Follow, Path as TestPath, Test};
+use crate::session::{Ball, Clock, Follow, Path as TestPath, Test, Zero};
 use crate::units::{Measure, shown};
 
 #[derive(Deserialize)]
@@ -26,6 +26,7 @@ pub(super) struct TestFile {
     pub(super) started_at: f64,
     pub(super) bar_length: Option<f64>,
     pub(super) bar_setup: Option<String>,
+    pub(super) zero: Option<String>,
     pub(super) bar_error: Option<serde_yaml::Value>,
     pub(super) pivot: BallFile,
     pub(super) spindle_ball: BallFile,
@@ -91,6 +92,7 @@ impl TestReader<'_> {
                 ));
             }
         }
+        let zero = self.zero(index, raw)?;
         let path = self.path(index, raw)?;
         let recording = match &raw.recording {
             Some(name) => self.recordings.recording(index, raw, name, self.machine)?,
@@ -125,6 +127,7 @@ impl TestReader<'_> {
             started_at_s: raw.started_at,
             bar_length_mm: raw.bar_length,
             bar_setup: raw.bar_setup.clone(),
+            zero,
             bar_error_mm: match &raw.bar_error {
                 Some(value) => quantity(
                     self.document,
@@ -147,6 +150,23 @@ impl TestReader<'_> {
         }
         self.every_axis_known(index, &test)?;
         Ok(test)
+    }
+
+    fn zero(&self, index: usize, raw: &TestFile) -> Result<Zero, LoadError> {
+        let refuse = |message: String| {
+            let place = [Step::Key("tests"), Step::Index(index), Step::Key("zero")];
+            self.document.refuse(&place, format!("test '{}': {message}", raw.name))
+        };
+        match (raw.zero.as_deref(), raw.bar_length) {
+            (None | Some("calibrated"), _) => Ok(Zero::Calibrated),
+            (Some("free"), Some(_)) => Ok(Zero::Free),
+            (Some("free"), None) => Err(refuse(
+                "a free zero is an offset of a bar's readings, and no bar_length names the bar; add its length to the nearest mm".into(),
+            )),
+            (Some(other), _) => {
+                Err(refuse(format!("zero '{other}' is not understood; write free (set by hand) or calibrated")))
+            }
+        }
     }
 
     pub(super) fn axis(&self, place: &[Step], name: &str) -> Result<usize, LoadError> {

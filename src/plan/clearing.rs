@@ -24,6 +24,7 @@ impl<'a> Desk<'a> {
             started_at_s: 0.0,
             bar_length_mm: Some(candidate.bar_mm),
             bar_setup: None,
+            zero: self.settings.uncertainty.zero,
             bar_error_mm: 0.0,
             pivot: ball(&self.bodies.mounts[site.mount].link, site.at),
             spindle_ball: ball(spindle_link, place.at),

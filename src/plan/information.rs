@@ -12,12 +12,14 @@ use nalgebra::{DMatrix, Matrix3, RowVector3, SMatrix, SymmetricEigen, Vector3};
 use super::knowledge::Mix;
 use crate::chain::{Geometry, LinkId, Sensitivity};
 use crate::machine::{AxisKind, Component, ErrorName, LinearAxes, Machine, is_by_choice_of_r};
-use crate::session::Spread;
+use crate::session::{Spread, Zero};
 
 /// Spreads and noise that the forecast takes, mm and rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Uncertainty {
     pub spread: Spread,
+    /// How the bars' zeros are set: of a free one nothing is known.
+    pub zero: Zero,
     /// Standard deviation of one effective sample, mm.
     pub noise_mm: f64,
     /// Effective samples of a full turn; shorter arcs have their share.
@@ -33,6 +35,7 @@ impl Default for Uncertainty {
     fn default() -> Uncertainty {
         Uncertainty {
             spread: Spread::default(),
+            zero: Zero::Calibrated,
             noise_mm: 0.5e-3,
             samples_per_turn: 30.0,
             wanted_mm: 1.0,
@@ -275,7 +278,7 @@ impl Unknowns {
             Part::new(
                 Nuisance::Bar((bar_mm * 1e6).round() as i64),
                 DMatrix::from_element(rows, 1, 1.0),
-                u.spread.bar_length_mm.powi(2),
+                u.zero.spread_mm(u.spread.bar_length_mm).powi(2),
             ),
         ];
         if stand_variance > 0.0 && linear.iter().any(|q| q.abs() > 1e-6) {

@@ -6,7 +6,7 @@ use super::ReconcileError;
 use crate::chain::{Chain, Composition};
 use crate::machine::ErrorName;
 use crate::methods::{Runs, chapter4, chapter5, chapter6};
-use crate::session::{Claim, Clock, Motion, Recording, Reduction, Session, Setups};
+use crate::session::{Claim, Clock, LengthColumn, Motion, Recording, Reduction, Session, Setups};
 use crate::simulate::simulate;
 use crate::units::UM_PER_MM;
 
@@ -227,6 +227,7 @@ fn thinned(session: &Session) -> Result<Session, ReconcileError> {
             channels: Vec::new(),
             leading_texts: Vec::new(),
             leading_header: String::new(),
+            column: LengthColumn::default(),
         });
     }
     let lengths = readings(&thin)?;

@@ -28,15 +28,15 @@ pub fn circles_text(circles: &[CircleFigures]) -> String {
         Table::new(&["plane", "feed", "axis", "backlash µm", "half gap µm", "end", "step µm", "spike µm"]);
     for circle in circles {
         let feed = circle.feed_mm_per_min.map_or("–".into(), |feed| format!("{feed:.0}"));
-        let of = |direction: &Option<DirectionFigures>, figure: fn(&DirectionFigures) -> f64| {
-            optional(direction.as_ref().map(figure))
+        let of = |direction: &Option<DirectionFigures>, figure: fn(&DirectionFigures) -> Option<f64>| {
+            optional(direction.as_ref().and_then(figure))
         };
         figures.row(vec![
             circle.plane.clone(),
             feed.clone(),
             format!("{:.0}°", circle.arc_deg),
-            of(&circle.ccw, |figures| figures.circular_deviation_um),
-            of(&circle.cw, |figures| figures.circular_deviation_um),
+            of(&circle.ccw, |figures| Some(figures.circular_deviation_um)),
+            of(&circle.cw, |figures| Some(figures.circular_deviation_um)),
             optional(circle.bidirectional_circular_deviation_um),
             optional(circle.circular_hysteresis_um),
             of(&circle.ccw, |figures| figures.radial_deviation_max_um),
@@ -50,7 +50,7 @@ pub fn circles_text(circles: &[CircleFigures]) -> String {
             feed.clone(),
             format!("{:+.2}", circle.centre_um[0]),
             format!("{:+.2}", circle.centre_um[1]),
-            format!("{:+.2}", circle.radius_deviation_um),
+            circle.radius_deviation_um.map_or("–".into(), |radius| format!("{radius:+.2}")),
             format!("{:+.1} µm/m", circle.squareness.angle_um_per_m),
             format!("{} {:+.2} arcsec", circle.squareness.location_error, circle.squareness.location_error_arcsec),
             format!("{:+.2} µm", circle.scale_mismatch_um),

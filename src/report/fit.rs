@@ -12,7 +12,7 @@ use crate::diagnose::{DataFault, Examination, Rival};
 use crate::identify::{AxisLine, Fit, Quantity, TurnedSense};
 use crate::machine::Directions;
 use crate::methods::CircleFigures;
-use crate::session::Session;
+use crate::session::{Session, Zero};
 use crate::units::UM_PER_MM;
 
 /// `fiveaxis identify --json`.
@@ -113,7 +113,7 @@ impl FitJson {
         };
         self.reason = examination.says().map(str::to_string);
         self.mistake = examination.fault.as_ref().map(MistakeJson::of);
-        self.warnings = examination.warnings.clone();
+        self.warnings.extend(examination.warnings.iter().cloned());
         self.repeats_um = examination.repeats_um;
         self
     }
@@ -193,6 +193,24 @@ const COMPARABLE_LIMIT_MM: f64 = 5.0;
 /// Stands for the noise of a session without tests.
 static NO_NOISE: NoiseModel = NoiseModel { white_mm: 0.0, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0, offset_mm: 0.0 };
 
+/// Zeros set by hand that no reading tells: what they are is the spread of the balls and no measurement.
+fn untold_zeros(fit: &Fit) -> Vec<String> {
+    let untold = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, estimate)| {
+        matches!(unknown.quantity, Quantity::Bar { .. })
+            && unknown.prior_sigma == Zero::Free.spread_mm(0.0)
+            && !estimate.determined
+    });
+    untold
+        .map(|(unknown, estimate)| {
+            format!(
+                "the {} is known to ± {:.1} µm by the spread of the balls alone: no test tells how long the bar is; a sweep whose length depends on the axis's place, or a calibrated zero, would",
+                unknown.label,
+                unknown.measure.to_output(estimate.sigma)
+            )
+        })
+        .collect()
+}
+
 /// The JSON value of a fit, its axis lines, what it says of senses, and the figures of its planar circles.
 pub fn fit_json(
     session: &Session,
@@ -244,7 +262,7 @@ pub fn fit_json(
         verdict: "fits",
         reason: None,
         mistake: None,
-        warnings: Vec::new(),
+        warnings: untold_zeros(fit),
         left_out_share: left_out as f64 / (readings + left_out).max(1) as f64,
         repeats_um: None,
         session: session.name.clone(),

@@ -3,38 +3,45 @@
 use std::fmt::Write as _;
 
 use crate::machine::Machine;
-use crate::session::{Motion, Test};
+use crate::session::{LengthColumn, Motion, Test};
 
-/// Lengths of a test as CSV: with the clock and position columns of its own recording where it has them, else those of
-/// its path. A length that is not finite is left empty.
-pub fn recording_csv(machine: &Machine, test: &Test, motion: &Motion, length_mm: &[f64]) -> String {
+/// Readings of a test as CSV, in the unit and from the origin of `column`: with the clock and position columns of its own
+/// recording where it has them, else those of its path. A reading that is not finite is left empty.
+pub fn recording_csv(
+    machine: &Machine,
+    test: &Test,
+    motion: &Motion,
+    length_mm: &[f64],
+    column: LengthColumn,
+) -> String {
+    let bar_mm = test.bar_length_mm;
     match &test.recording {
         Some(recording) if !recording.leading_header.is_empty() => {
-            let mut text = format!("{},length_mm\n", recording.leading_header);
+            let mut text = format!("{},{}\n", recording.leading_header, column.name());
             for (leading, length) in recording.leading_texts.iter().zip(length_mm) {
-                let _ = writeln!(text, "{leading},{}", field(*length));
+                let _ = writeln!(text, "{leading},{}", field(*length, column, bar_mm));
             }
             text
         }
         Some(_) => {
-            let mut text = String::from("length_mm\n");
+            let mut text = format!("{}\n", column.name());
             for length in length_mm {
-                let _ = writeln!(text, "{}", field(*length));
+                let _ = writeln!(text, "{}", field(*length, column, bar_mm));
             }
             text
         }
-        None => path_csv(machine, motion, length_mm),
+        None => path_csv(machine, test, motion, length_mm, column),
     }
 }
 
-/// Lengths with a time and the positions of the moving axes.
-pub fn path_csv(machine: &Machine, motion: &Motion, length_mm: &[f64]) -> String {
+/// Readings with a time and the positions of the moving axes.
+pub fn path_csv(machine: &Machine, test: &Test, motion: &Motion, length_mm: &[f64], column: LengthColumn) -> String {
     let headers: Vec<String> = motion
         .moving
         .iter()
         .map(|&axis| format!("{}_{}", machine.axes[axis].name, machine.axes[axis].kind.position_unit()))
         .collect();
-    let mut text = format!("time_s,{},length_mm\n", headers.join(","));
+    let mut text = format!("time_s,{},{}\n", headers.join(","), column.name());
     let decimals = time_decimals(motion.time_s.as_deref().unwrap_or_default());
     for (row, length) in length_mm.iter().enumerate() {
         let time = motion.time_s.as_ref().map_or(row as f64, |time| time[row]);
@@ -43,7 +50,7 @@ pub fn path_csv(machine: &Machine, motion: &Motion, length_mm: &[f64]) -> String
             // positions as fine as the lengths: a coarser command would be another motion
             let _ = write!(text, ",{:.9}", machine.axes[axis].kind.to_file_unit(motion.row(row)[axis]));
         }
-        let _ = writeln!(text, ",{}", field(*length));
+        let _ = writeln!(text, ",{}", field(*length, column, test.bar_length_mm));
     }
     text
 }
@@ -57,7 +64,14 @@ fn time_decimals(time_s: &[f64]) -> usize {
     (2.0 - least.log10()).ceil().clamp(USUAL, FINEST) as usize
 }
 
-/// A length to 1e-10 mm, empty when there is none.
-fn field(length_mm: f64) -> String {
-    if length_mm.is_finite() { format!("{length_mm:.10}") } else { String::new() }
+/// A reading to 1e-10 mm, empty when there is none.
+fn field(length_mm: f64, column: LengthColumn, bar_mm: Option<f64>) -> String {
+    if !length_mm.is_finite() {
+        return String::new();
+    }
+    let value = (length_mm - column.origin_mm(bar_mm.unwrap_or(0.0))) / column.unit_mm();
+    match column {
+        LengthColumn::DeviationUm => format!("{value:.7}"),
+        _ => format!("{value:.10}"),
+    }
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::effect_yaml::effect_yaml;
 use super::number::{position, quantity, reading_back, scaled_quantity};
 use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
-use crate::session::{Ball, Path, Session, Test};
+use crate::session::{Ball, Path, Session, Test, Zero};
 use crate::units::Measure;
 
 /// A machine file.
@@ -190,6 +190,7 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     line("started_at", Some(test.started_at_s.to_string()));
     line("bar_length", test.bar_length_mm.map(|length| length.to_string()));
     line("bar_setup", test.bar_setup.as_deref().map(text));
+    line("zero", (test.zero != Zero::default()).then(|| test.zero.name().to_string()));
     line("bar_error", (test.bar_error_mm != 0.0).then(|| quantity(Measure::Length, test.bar_error_mm)));
     line("pivot", Some(ball(&test.pivot)));
     line("spindle_ball", Some(ball(&test.spindle_ball)));

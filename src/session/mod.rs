@@ -9,7 +9,7 @@ mod setups;
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use motion::{Motion, MotionError, way_mm};
 pub use path::{CirclePlane, Follow, Path};
-pub use recording::{Clock, Recording};
+pub use recording::{Clock, LengthColumn, Recording};
 pub use setups::{Setup, Setups};
 
 use nalgebra::Vector3;
@@ -30,6 +30,38 @@ impl Default for Spread {
         Spread { pivot_mm: 20e-3, spindle_ball_mm: 3e-3, bar_length_mm: 0.5e-3 }
     }
 }
+
+/// How the zero of a bar's deviations was set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Zero {
+    /// On a calibrator: the bar has its stated length to within its spread.
+    #[default]
+    Calibrated,
+    /// By hand, somewhere: readings tell how a length changes and not how long it is.
+    Free,
+}
+
+impl Zero {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Zero::Calibrated => "calibrated",
+            Zero::Free => "free",
+        }
+    }
+
+    /// How well a bar's zero is known before the fit, standard deviation in mm, for a bar calibrated to `spread_mm`.
+    pub fn spread_mm(self, spread_mm: f64) -> f64 {
+        match self {
+            Zero::Calibrated => spread_mm,
+            Zero::Free => FREE_ZERO_MM,
+        }
+    }
+}
+
+/// Half the stroke of usual bars, mm: a zero set by hand lies within it. Wide enough to be without influence wherever data
+/// speak.
+const FREE_ZERO_MM: f64 = 1.0;
 
 /// A ball: its centre in R with all axes at zero and the link that carries it.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,6 +104,8 @@ pub struct Test {
     pub bar_length_mm: Option<f64>,
     /// Tag of a bar calibrated anew.
     pub bar_setup: Option<String>,
+    /// How the bar's zero was set.
+    pub zero: Zero,
     /// Known error of the reading: reading minus distance, mm.
     pub bar_error_mm: f64,
     pub pivot: Ball,

@@ -1,5 +1,7 @@
 //! What a ball bar recorded: positions as commanded, lengths as read. No interpretation, no files.
 
+use super::Motion;
+
 /// What orders the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Clock {
@@ -9,6 +11,50 @@ pub enum Clock {
     Pose(Vec<f64>),
     /// Only lengths were recorded; the arc stands in the session.
     Absent,
+}
+
+/// Which column of a file holds the readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LengthColumn {
+    /// Absolute ball-to-ball length.
+    #[default]
+    LengthMm,
+    /// Reading minus the bar's calibrated length, µm.
+    DeviationUm,
+    /// Reading minus the bar's calibrated length, mm.
+    DeviationMm,
+}
+
+impl LengthColumn {
+    /// All of them.
+    pub const ALL: [LengthColumn; 3] = [LengthColumn::LengthMm, LengthColumn::DeviationUm, LengthColumn::DeviationMm];
+
+    /// Header of the column.
+    pub fn name(self) -> &'static str {
+        match self {
+            LengthColumn::LengthMm => "length_mm",
+            LengthColumn::DeviationUm => "deviation_um",
+            LengthColumn::DeviationMm => "deviation_mm",
+        }
+    }
+
+    /// True for readings that are counted from the bar's length.
+    pub fn is_deviation(self) -> bool {
+        self != LengthColumn::LengthMm
+    }
+
+    /// Size of the column's unit, mm.
+    pub fn unit_mm(self) -> f64 {
+        match self {
+            LengthColumn::DeviationUm => 1e-3,
+            _ => 1.0,
+        }
+    }
+
+    /// Length of which the column counts its values, mm, for a bar of `bar_mm`.
+    pub fn origin_mm(self, bar_mm: f64) -> f64 {
+        if self.is_deviation() { bar_mm } else { 0.0 }
+    }
 }
 
 /// One recording; all columns have the same number of rows.
@@ -27,9 +73,42 @@ pub struct Recording {
     pub leading_texts: Vec<String>,
     /// Header of the clock and position columns as in the file.
     pub leading_header: String,
+    /// Column of the file that held the readings.
+    pub column: LengthColumn,
 }
 
 impl Recording {
+    /// A recording of readings along a motion: what [`crate::simulate`] gives, for [`crate::identify`] to take.
+    /// `length_mm` has one absolute length (mm) for each row of the motion, NaN where there is none.
+    ///
+    /// ```
+    /// use fiveaxis::chain::Composition;
+    /// use fiveaxis::load::load_session;
+    /// use fiveaxis::session::Recording;
+    /// use fiveaxis::simulate::simulate;
+    ///
+    /// let mut session = load_session("examples/thesis/chapter5/session.yaml".as_ref())?;
+    /// let traces = simulate(&session, Composition::Exact)?;
+    /// for (test, trace) in session.tests.iter_mut().zip(&traces) {
+    ///     test.recording = Some(Recording::from_trace(&trace.motion, trace.length_mm.clone()));
+    /// }
+    /// assert_eq!(session.tests[0].rows(), traces[0].length_mm.len());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_trace(motion: &Motion, length_mm: Vec<f64>) -> Recording {
+        let numbered = || (0..motion.rows()).map(|row| row as f64).collect();
+        Recording {
+            clock: motion.time_s.clone().map_or_else(|| Clock::Pose(numbered()), Clock::TimeS),
+            axes: motion.moving.clone(),
+            positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
+            length_mm,
+            channels: Vec::new(),
+            leading_texts: Vec::new(),
+            leading_header: String::new(),
+            column: LengthColumn::default(),
+        }
+    }
+
     /// Number of rows, rows without a reading included.
     pub fn len(&self) -> usize {
         self.length_mm.len()
@@ -43,6 +122,11 @@ impl Recording {
     /// Number of rows with a reading.
     pub fn readings(&self) -> usize {
         self.length_mm.iter().filter(|length| length.is_finite()).count()
+    }
+
+    /// A length as the file's column counts it, for a bar of `bar_mm`.
+    pub fn in_column(&self, length_mm: f64, bar_mm: f64) -> f64 {
+        (length_mm - self.column.origin_mm(bar_mm)) / self.column.unit_mm()
     }
 
     /// Times in seconds, when the recording has them.

@@ -1,6 +1,6 @@
 //! Which tests share a pivot, a spindle ball or a bar, and so an unknown placement error; the errors themselves are fitted elsewhere.
 
-use super::{Ball, Session, Test};
+use super::{Ball, Session, Test, Zero};
 
 /// A physical setup that several tests share.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +11,8 @@ pub struct Setup {
     pub first_test: usize,
     /// Prior standard deviation per coordinate (balls) or of the length (bars), mm.
     pub spread_mm: f64,
+    /// How a bar's zero was set; balls have none to set and say `Calibrated`.
+    pub zero: Zero,
 }
 
 /// All setups of a session and, for each test, which ones it uses.
@@ -39,7 +41,10 @@ impl Setups {
                 &mut setups.pivots,
                 index,
                 |first| same_ball(&session.tests[first].pivot, &test.pivot),
-                || (ball_label("pivot", &test.pivot), test.pivot.spread_mm.unwrap_or(session.spread.pivot_mm)),
+                || {
+                    let spread_mm = test.pivot.spread_mm.unwrap_or(session.spread.pivot_mm);
+                    (ball_label("pivot", &test.pivot), spread_mm, Zero::Calibrated)
+                },
             );
             setups.pivot_of.push(pivot);
             let ball = &test.spindle_ball;
@@ -47,7 +52,10 @@ impl Setups {
                 &mut setups.spindle_balls,
                 index,
                 |first| same_ball(&session.tests[first].spindle_ball, ball),
-                || (ball_label("spindle ball", ball), ball.spread_mm.unwrap_or(session.spread.spindle_ball_mm)),
+                || {
+                    let spread_mm = ball.spread_mm.unwrap_or(session.spread.spindle_ball_mm);
+                    (ball_label("spindle ball", ball), spread_mm, Zero::Calibrated)
+                },
             );
             setups.spindle_ball_of.push(spindle);
             let bar = test.bar_length_mm.map(|length| {
@@ -55,7 +63,7 @@ impl Setups {
                     &mut setups.bars,
                     index,
                     |first| same_bar(&session.tests[first], test),
-                    || (bar_label(length, test), session.spread.bar_length_mm),
+                    || (bar_label(length, test), test.zero.spread_mm(session.spread.bar_length_mm), test.zero),
                 )
             });
             setups.bar_of.push(bar);
@@ -69,13 +77,13 @@ fn group(
     list: &mut Vec<Setup>,
     test: usize,
     same: impl Fn(usize) -> bool,
-    describe: impl FnOnce() -> (String, f64),
+    describe: impl FnOnce() -> (String, f64, Zero),
 ) -> usize {
     if let Some(index) = list.iter().position(|setup| same(setup.first_test)) {
         return index;
     }
-    let (label, spread_mm) = describe();
-    list.push(Setup { label, first_test: test, spread_mm });
+    let (label, spread_mm, zero) = describe();
+    list.push(Setup { label, first_test: test, spread_mm, zero });
     list.len() - 1
 }
 
@@ -84,9 +92,12 @@ fn same_ball(one: &Ball, other: &Ball) -> bool {
     one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
 }
 
+/// One bar with one zero: a zero set by hand is another than the calibrated one.
 fn same_bar(one: &Test, other: &Test) -> bool {
     match (one.bar_length_mm, other.bar_length_mm) {
-        (Some(a), Some(b)) => (a - b).abs() < SAME_PLACE_MM && one.bar_setup == other.bar_setup,
+        (Some(a), Some(b)) => {
+            (a - b).abs() < SAME_PLACE_MM && one.bar_setup == other.bar_setup && one.zero == other.zero
+        }
         _ => false,
     }
 }
@@ -98,5 +109,6 @@ fn ball_label(role: &str, ball: &Ball) -> String {
 
 fn bar_label(length_mm: f64, test: &Test) -> String {
     let tag = test.bar_setup.as_ref().map(|tag| format!(" ({tag})")).unwrap_or_default();
-    format!("bar {length_mm}{tag}")
+    let zero = if test.zero == Zero::Free { ", free zero" } else { "" };
+    format!("bar {length_mm}{tag}{zero}")
 }

@@ -4,7 +4,11 @@ use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::instrument::stream;
-use crate::session::{Session, Setups};
+use crate::session::{Session, Setup, Setups, Zero};
+
+/// How far from the bar's length a zero set by hand lies, standard deviation in mm: the bar goes on at some place of its
+/// stroke, and most of the stroke must stay free for the test.
+const SET_BY_HAND_MM: f64 = 0.2;
 
 /// What stands elsewhere than the session says, by test in its order.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +41,11 @@ impl SetupErrors {
             setups.pivots.iter().map(|setup| Vector3::from_fn(|_, _| draw(setup.spread_mm))).collect();
         let balls: Vec<Vector3<f64>> =
             setups.spindle_balls.iter().map(|setup| Vector3::from_fn(|_, _| draw(setup.spread_mm))).collect();
-        let bars: Vec<f64> = setups.bars.iter().map(|setup| draw(setup.spread_mm)).collect();
+        let bar_sigma = |setup: &Setup| match setup.zero {
+            Zero::Calibrated => setup.spread_mm,
+            Zero::Free => SET_BY_HAND_MM,
+        };
+        let bars: Vec<f64> = setups.bars.iter().map(|setup| draw(bar_sigma(setup))).collect();
         SetupErrors {
             pivot_mm: setups.pivot_of.iter().map(|&index| pivots[index]).collect(),
             spindle_mm: (setups.spindle_ball_of.iter().zip(&session.tests))

@@ -15,7 +15,7 @@ use fiveaxis::simulate::{component_errors_of, simulate};
 use nalgebra::Vector3;
 
 use super::Refusal;
-use super::output::{print, settle};
+use super::output::{print, print_json, settle};
 use super::solids;
 
 /// Arguments of `check`.
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let senses = senses(&machine, tool.as_ref());
     if arguments.json {
         let value = check_json(&machine, &senses, &placements, session.as_ref(), pairs.as_ref());
-        print(&format!("{}\n", serde_json::to_string_pretty(&value)?))
+        print_json(&value)
     } else {
         print(&check_text(&machine, &senses, &placements, session.as_ref(), pairs.as_ref()))
     }

@@ -12,7 +12,7 @@ use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
 use fiveaxis::session::Motion;
 use serde_json::{Map, Value, json};
 
-use super::output::settle;
+use super::output::{print_json, settle};
 use super::{Refusal, solids};
 
 /// Arguments of `clearance`.
@@ -78,8 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             "touching": touching_json(&world.touching),
             "can_touch": meetings_json(&machine, &can_touch),
         });
-        println!("{value}");
-        return Ok(());
+        return print_json(&value);
     }
     println!("{:<24} {:>12}  nearest pair and pose", "test", "clearance mm");
     for test in &tests {

@@ -2,15 +2,17 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use fiveaxis::diagnose::{Diagnosis, MOST_ROWS, as_found, diagnose, lean};
 use fiveaxis::identify::{Options, parse_free};
 use fiveaxis::load::{LoadError, Rows, load_session, load_session_with};
-use fiveaxis::report::diagnosis::diagnosis_json;
+use fiveaxis::report::diagnosis::{DiagnosisJson, diagnosis_json};
 use fiveaxis::report::diagnosis_text::diagnosis_text;
+use fiveaxis::session::Session;
 
 use super::Refusal;
-use super::output::{Foreign, print, session_inputs, settle, write_all};
+use super::ending::Ending;
+use super::output::{Foreign, print, remarks, session_inputs, settle, write_all};
 use super::progress::Working;
 use super::report::diagnosis_report;
 use super::save::saved;
@@ -33,9 +35,20 @@ pub struct Arguments {
     /// Replace files in the way that fiveaxis did not write; never the session's own
     #[arg(long)]
     force: bool,
+    /// End with exit code 1 when there is one (recordings not to be believed end with 3 in any case)
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT")]
+    fail_on: Vec<Alarm>,
     /// Print JSON instead of the story
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Alarm {
+    /// A finding
+    Finding,
+    /// A warning
+    Warning,
 }
 
 /// Runs the verb.
@@ -59,22 +72,36 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if arguments.save.is_some() && !diagnosis.is_sound() {
         let fault = diagnosis.data_fault.as_ref().map(|fault| fault.says.as_str());
         let says = fault.or(diagnosis.unjudged.as_deref()).unwrap_or_default();
-        return Err(format!("nothing is saved, for the model is not to be believed: {says}").into());
+        return Err(Ending::data_fault(format!("nothing is saved, for the model is not to be believed: {says}")));
     }
     let mut sets = Vec::new();
     if let Some(folder) = &arguments.save {
         sets.push((folder.clone(), saved(&arguments.session, &session, as_found(&session, &diagnosis)?)?));
     }
     drop(working);
-    let json = diagnosis_json(&diagnosis);
+    let mut json = diagnosis_json(&diagnosis);
+    json.warnings.extend(remarks());
     if let Some(folder) = &arguments.report {
         sets.push((folder.clone(), diagnosis_report(searched, &diagnosis, &json)?));
     }
     write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
-    if arguments.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
-    } else {
-        print(&diagnosis_text(searched, &diagnosis, &json))
+    tell(arguments, searched, &diagnosis, &json)
+}
+
+/// Prints a diagnosis and ends as its verdict asks.
+fn tell(arguments: &Arguments, session: &Session, diagnosis: &Diagnosis, json: &DiagnosisJson) -> Result<(), Refusal> {
+    match arguments.json {
+        true => print(&format!("{}\n", serde_json::to_string_pretty(json)?))?,
+        false => print(&diagnosis_text(session, diagnosis, json))?,
+    }
+    let is_so = |alarm: &Alarm| match alarm {
+        Alarm::Finding => !json.findings.is_empty(),
+        Alarm::Warning => !json.warnings.is_empty(),
+    };
+    match arguments.fail_on.iter().any(is_so) {
+        _ if !diagnosis.is_sound() => Err(Ending::unbelievable()),
+        true => Err(Ending::alarm()),
+        false => Ok(()),
     }
 }
 
@@ -85,10 +112,5 @@ fn tell_mistake(arguments: &Arguments, refusal: LoadError) -> Result<(), Refusal
     if arguments.save.is_some() || arguments.report.is_some() {
         return Err(refusal.into());
     }
-    let json = diagnosis_json(&diagnosis);
-    if arguments.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
-    } else {
-        print(&diagnosis_text(&session, &diagnosis, &json))
-    }
+    tell(arguments, &session, &diagnosis, &diagnosis_json(&diagnosis))
 }

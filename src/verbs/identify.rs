@@ -15,7 +15,8 @@ use fiveaxis::session::Session;
 
 use super::Refusal;
 use super::directions::{DirectionsName, say};
-use super::output::{Foreign, print, session_inputs, settle, write_all};
+use super::ending::Ending;
+use super::output::{Foreign, print, print_json, session_inputs, settle, write_all};
 use super::progress::Working;
 use super::report::fit_report;
 use super::save::saved;
@@ -46,9 +47,20 @@ pub struct Arguments {
     /// Replace files in the way that fiveaxis did not write; never the session's own
     #[arg(long)]
     force: bool,
+    /// End with exit code 1 when this is so (recordings not to be believed end with 3 in any case)
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT")]
+    fail_on: Vec<Alarm>,
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Alarm {
+    /// An error that was asked for is not determined
+    Undetermined,
+    /// There is a warning
+    Warning,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -70,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if let Some(method) = arguments.method {
         let examination = examine(&session, &Options::default())?;
         if let Some(says) = examination.says() {
-            return Err(format!("the recordings are not to be believed: {says}").into());
+            return Err(Ending::data_fault(format!("the recordings are not to be believed: {says}")));
         }
         return run_method(&session, method, arguments.json);
     }
@@ -79,9 +91,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let examination = examine(&session, &Options { free, prior: None })?;
     drop(working);
     let says = examination.says().unwrap_or_default();
-    let Some(fit) = &examination.fit else { return Err(says.into()) };
+    let Some(fit) = &examination.fit else { return Err(Ending::without_fit(&examination)) };
     if arguments.save.is_some() && !examination.is_sound() {
-        return Err(format!("nothing is saved, for the fit is not to be believed: {says}").into());
+        return Err(Ending::data_fault(format!("nothing is saved, for the fit is not to be believed: {says}")));
     }
     let mut sets = Vec::new();
     if let Some(folder) = &arguments.save {
@@ -94,10 +106,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         sets.push((folder.clone(), fit_report(&session, fit, &json)?));
     }
     write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
-    if arguments.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&json)?))
-    } else {
-        print(&format!("{}{}", fit_text(&json, fit), circles_text(&json.circles)))
+    match arguments.json {
+        true => print(&format!("{}\n", serde_json::to_string_pretty(&json)?))?,
+        false => print(&format!("{}{}", fit_text(&json, fit), circles_text(&json.circles)))?,
+    }
+    let undetermined = json.location_errors.values().any(|error| !error.determined);
+    let is_so = |alarm: &Alarm| match alarm {
+        Alarm::Warning => !json.warnings.is_empty(),
+        Alarm::Undetermined => undetermined,
+    };
+    match arguments.fail_on.iter().any(is_so) {
+        _ if !examination.is_sound() => Err(Ending::unbelievable()),
+        true => Err(Ending::alarm()),
+        false => Ok(()),
     }
 }
 
@@ -107,9 +128,5 @@ fn run_method(session: &Session, method: Method, json: bool) -> Result<(), Refus
         Method::Chapter5 => chapter5(session)?,
         Method::Chapter6 => chapter6(session)?,
     };
-    if json {
-        print(&format!("{}\n", serde_json::to_string(&thesis_json(&estimate, session))?))
-    } else {
-        print(&thesis_text(&estimate, session))
-    }
+    if json { print_json(&thesis_json(&estimate, session)) } else { print(&thesis_text(&estimate, session)) }
 }

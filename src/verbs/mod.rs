@@ -4,6 +4,7 @@ pub mod check;
 pub mod clearance;
 pub mod diagnose;
 mod directions;
+pub mod ending;
 mod former_plan;
 pub mod identify;
 pub mod output;
@@ -16,9 +17,10 @@ pub mod progress;
 pub mod reconcile;
 pub mod report;
 pub mod save;
+pub mod shell;
 pub mod simulate;
 mod solids;
 pub mod survey;
 
-/// Why a verb stopped: one message for the user, exit code 2.
+/// Why a verb stopped: one message for the user; `ending` knows the exit code, which is 2 for most.
 pub type Refusal = Box<dyn std::error::Error>;

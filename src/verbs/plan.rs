@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::directions::{DirectionsName, say};
 use super::former_plan::former_files;
-use super::output::settle;
+use super::output::{print_json, settle};
 use super::plan_files::{Planned, planned_files};
 use super::plan_json::as_json;
 use super::plan_settings::settings;
@@ -61,6 +61,9 @@ pub struct Arguments {
     /// Run tests again with the spindle indexed by 180°, so that the spindle ball's own placement leaves the positions
     #[arg(long)]
     pub(super) index_spindle: bool,
+    /// How the bars' zeros will be set: a free one leaves out what only absolute lengths tell
+    #[arg(long, value_enum, default_value_t = ZeroName::Calibrated)]
+    pub(super) zero: ZeroName,
     /// Sense of the axes where the machine file does not state it
     #[arg(long, value_enum)]
     pub(super) directions: Option<DirectionsName>,
@@ -78,6 +81,14 @@ pub(super) enum MethodName {
     Chapter5,
     Chapter6,
     Chapter7,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum ZeroName {
+    /// On a calibrator
+    Calibrated,
+    /// By hand: one unknown offset for every bar
+    Free,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -118,8 +129,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let mut value = as_json(&plan, &machine);
         value["touching"] = json!(touching_json(&world.touching));
         value["can_touch"] = json!(meetings_json(&machine, &can_touch));
-        println!("{value}");
-        return Ok(());
+        return print_json(&value);
     }
     print_plan(&plan, &machine, &settings);
     if let Some(note) = can_touch_note(&machine, &can_touch) {

@@ -5,7 +5,8 @@ use std::path::Path;
 use fiveaxis::bodies::{Bodies, Kit};
 use fiveaxis::chain::{Chain, Geometry};
 use fiveaxis::collision::{Instrument, Scratch, World};
-use fiveaxis::load::{machine_from_yaml, mesh_files};
+use fiveaxis::load::limits::YAML_BYTES;
+use fiveaxis::load::{machine_from_yaml, mesh_files, read_limited};
 use fiveaxis::machine::Machine;
 use fiveaxis::nc::{Dialect, dry_run_program, program};
 use fiveaxis::plan::{Plan, PlannedTest, Settings};
@@ -95,7 +96,7 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
 
 /// The machine file as it is read here: with the sense of the axes where an option said it.
 fn stating_directions(machine_file: &Path, machine: &Machine) -> Result<String, Refusal> {
-    let text = std::fs::read_to_string(machine_file)?;
+    let text = read_limited(machine_file, YAML_BYTES)?;
     let directions = machine.stated_directions()?;
     let says_so = |text: &str| machine_from_yaml(machine_file, text.into()).is_ok_and(|read| read == *machine);
     if says_so(&text) {

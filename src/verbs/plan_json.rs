@@ -3,7 +3,7 @@
 use fiveaxis::machine::{Directions, Machine};
 use fiveaxis::nc::without_machine_zero;
 use fiveaxis::plan::{Plan, PlannedTest};
-use fiveaxis::session::{Follow, Path as TestPath};
+use fiveaxis::session::{Follow, Path as TestPath, Zero};
 use fiveaxis::units::Measure;
 use serde_json::{Map, Value, json};
 
@@ -29,6 +29,9 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
         put("recording", json!(format!("{}.csv", test.name)));
         put("name", json!(test.name));
         put("bar_length", json!(test.bar_length_mm));
+        if test.zero != Zero::default() {
+            put("zero", json!(test.zero.name()));
+        }
         put("pivot", ball(&test.pivot));
         put("spindle_ball", spindle_ball.clone());
         put("positions", Value::Object(positions.clone()));

@@ -2,11 +2,11 @@
 
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Settings, free_parts};
-use fiveaxis::session::Follow;
+use fiveaxis::session::{Follow, Zero};
 use fiveaxis::units::{Measure, parse_quantity, shown};
 
 use super::Refusal;
-use super::plan::{Arguments, FollowName, MethodName, round};
+use super::plan::{Arguments, FollowName, MethodName, ZeroName, round};
 
 /// Settings of the options.
 pub fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusal> {
@@ -57,6 +57,10 @@ pub fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Re
     settings.coupled = match arguments.method {
         Some(_) => Coupled::default(),
         None => Coupled { follow: arguments.follow.iter().filter_map(followed).collect(), circles: arguments.circles },
+    };
+    settings.uncertainty.zero = match arguments.zero {
+        ZeroName::Calibrated => Zero::Calibrated,
+        ZeroName::Free => Zero::Free,
     };
     settings.index_spindle = arguments.index_spindle;
     if arguments.follow.contains(&FollowName::None) && arguments.follow.len() > 1 {

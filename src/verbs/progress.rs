@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
+use super::output::is_quiet;
+
 /// Work that ends within this time shows nothing.
 const QUIET: Duration = Duration::from_secs(1);
 /// Time between two pictures of the sign.
@@ -27,6 +29,9 @@ impl Working {
                 return;
             }
             // indicatif draws on standard error, and only when that is a terminal
+            if is_quiet() {
+                return;
+            }
             let bar = ProgressBar::new_spinner().with_message(what);
             bar.enable_steady_tick(TICK);
             let _ = wait.recv();

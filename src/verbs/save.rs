@@ -32,7 +32,7 @@ pub fn saved(file: &Path, session: &Session, mut fitted: Session) -> Result<Outp
         if moves_with_the_balls(test) {
             // the file has no positions, and the path of the fitted places would not be the one that was run
             let motion = Motion::of(session, &chain, test)?;
-            output.add(name, path_csv(&session.machine, &motion, &recording.length_mm));
+            output.add(name, path_csv(&session.machine, test, &motion, &recording.length_mm, recording.column));
         } else {
             let source = beside.join(name);
             output.add(name, fs::read(&source).map_err(|why| format!("{} cannot be read: {why}", source.display()))?);

@@ -7,11 +7,11 @@ use fiveaxis::chain::Composition;
 use fiveaxis::load::{load_instrument, load_session, recording_from_csv};
 use fiveaxis::report::recording::recording_csv;
 use fiveaxis::report::simulation::{simulation_json, simulation_text};
-use fiveaxis::session::{Session, Test};
+use fiveaxis::session::{LengthColumn, Session, Test};
 use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate_with};
 
 use super::Refusal;
-use super::output::{Foreign, OutputFolder, print, session_inputs, settle, write_all};
+use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
 use super::progress::Working;
 
 /// Arguments of `simulate`.
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Seed of all that is drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// What the recordings hold; as the session's own recordings, or absolute lengths, unless given
+    #[arg(long, value_enum)]
+    readings: Option<ReadingsName>,
     /// Replace files in the way that fiveaxis did not write; never the session's own
     #[arg(long)]
     force: bool,
@@ -51,6 +54,34 @@ enum CompositionName {
     Exact,
     /// The thesis's product of small-angle matrices
     FirstOrder,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ReadingsName {
+    /// Absolute ball-to-ball lengths, length_mm
+    Length,
+    /// Readings minus the bar's calibrated length, deviation_um
+    DeviationUm,
+    /// The same in mm, deviation_mm
+    DeviationMm,
+}
+
+/// Column for a test's readings.
+fn column_of(asked: Option<ReadingsName>, test: &Test) -> Result<LengthColumn, Refusal> {
+    let column = match asked {
+        None => test.recording.as_ref().map_or(LengthColumn::LengthMm, |recording| recording.column),
+        Some(ReadingsName::Length) => LengthColumn::LengthMm,
+        Some(ReadingsName::DeviationUm) => LengthColumn::DeviationUm,
+        Some(ReadingsName::DeviationMm) => LengthColumn::DeviationMm,
+    };
+    match column.is_deviation() && test.bar_length_mm.is_none() {
+        true => Err(format!(
+            "test '{}' states no bar_length, from which deviations are counted; add it or ask for --readings length",
+            test.name
+        )
+        .into()),
+        false => Ok(column),
+    }
 }
 
 /// Runs the verb.
@@ -78,7 +109,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut output = OutputFolder::default();
     for (test, trace) in session.tests.iter().zip(&traces) {
         let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", test.name));
-        let text = recording_csv(&session.machine, test, &trace.motion, &trace.length_mm);
+        let column = column_of(arguments.readings, test)?;
+        let text = recording_csv(&session.machine, test, &trace.motion, &trace.length_mm, column);
         check_readable(&arguments.out.join(&name), &text, &session, test, trace)?;
         output.add(name, text);
     }
@@ -86,8 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     write_all(sets, &session_inputs(&arguments.session, &session), Foreign::with(arguments.force))?;
     drop(working);
     if arguments.json {
-        let summary = simulation_json(&session, &traces, &setup);
-        print(&format!("{}\n", serde_json::to_string_pretty(&summary)?))
+        print_json(&simulation_json(&session, &traces, &setup))
     } else {
         print(&simulation_text(&session, &traces, &arguments.out.display().to_string()))
     }

@@ -64,9 +64,10 @@ impl Case<'_> {
         };
         let message = std::fs::read_to_string(&error).unwrap();
         let code = status.code();
-        assert!(code == Some(0) || code == Some(2), "{}: {status}\n{message}", what());
+        // 3: readings that are not to be believed, which the result itself tells; 4: no convergence
+        assert!(matches!(code, Some(0 | 2 | 3 | 4)), "{}: {status}\n{message}", what());
         assert!(
-            code == Some(0) || message.starts_with("fiveaxis: ") || message.contains("\nfiveaxis: "),
+            matches!(code, Some(0 | 3)) || message.starts_with("fiveaxis: ") || message.contains("\nfiveaxis: "),
             "{}: {message}",
             what()
         );

@@ -20,6 +20,7 @@ pub fn recorded(session: &Session, traces: &[Trace]) -> Session {
             channels: Vec::new(),
             leading_texts: Vec::new(),
             leading_header: String::new(),
+            column: Default::default(),
         });
     }
     session

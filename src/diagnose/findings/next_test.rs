@@ -14,7 +14,7 @@ use crate::diagnose::selection::selected::Candidate;
 use crate::effects::Context;
 use crate::identify::Problem;
 use crate::machine::AxisKind;
-use crate::session::{CirclePlane, Clock, Follow, Motion, Path, Recording, Session, Setups, Test};
+use crate::session::{CirclePlane, Clock, Follow, LengthColumn, Motion, Path, Recording, Session, Setups, Test};
 
 /// A candidate test: one or two recordings that follow the session.
 struct Proposal {
@@ -308,5 +308,6 @@ fn as_if_recorded(session: &Session, test: &Test) -> Option<Recording> {
         channels: channels.collect(),
         leading_texts: Vec::new(),
         leading_header: String::new(),
+        column: LengthColumn::default(),
     })
 }

@@ -6,7 +6,7 @@ use super::ball_places::{End, Sights, WORTH, misfit_mm, sights, solutions, solve
 use super::data_fault::listed;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::chain::Chain;
-use crate::session::{Ball, Session, Setups};
+use crate::session::{Ball, Session, Setups, Zero};
 
 /// Effect names of wrong set-ups.
 pub(crate) const BALL_PLACE: &str = "ball-place";
@@ -187,7 +187,7 @@ fn all_moved(session: &Session, chain: &Chain, end: End) -> Vec<Suspicion> {
 /// Bars whose readings are all too long or too short.
 fn other_bars(session: &Session, chain: &Chain, setups: &Setups) -> Vec<Suspicion> {
     let mut list = Vec::new();
-    for bar in 0..setups.bars.len() {
+    for bar in (0..setups.bars.len()).filter(|&bar| setups.bars[bar].zero == Zero::Calibrated) {
         let tests: Vec<usize> = (0..session.tests.len()).filter(|&test| setups.bar_of[test] == Some(bar)).collect();
         let mut off: Vec<f64> = Vec::new();
         for &index in &tests {

@@ -89,7 +89,8 @@ pub(crate) fn is_below_the_bar(model: &LinearModel, chosen: &Candidate) -> bool 
         .unknowns
         .iter()
         .filter(|unknown| matches!(unknown.quantity, Quantity::Bar { .. }))
-        .map(|unknown| unknown.prior_sigma)
+        // a zero that was set by hand does not make a gauge worse
+        .map(|unknown| unknown.prior_sigma.min(model.problem.session.spread.bar_length_mm))
         .fold(0.0, f64::max);
     let mut ends = (f64::MAX, f64::MIN);
     for test in 0..model.tests() {

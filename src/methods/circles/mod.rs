@@ -34,7 +34,7 @@ pub use deviations::{CircleRun, Direction};
 use super::MethodError;
 use crate::chain::Chain;
 use crate::machine::{Component, ErrorName, Machine};
-use crate::session::{Session, Setups};
+use crate::session::{Session, Setups, Zero};
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 use deviations::circle_runs;
@@ -59,12 +59,12 @@ pub struct CircleFigures {
     pub bidirectional_circular_deviation_um: Option<f64>,
     /// H.
     pub circular_hysteresis_um: Option<f64>,
-    /// D.
+    /// D; absent for a bar whose zero is free.
     pub mean_bidirectional_radial_deviation_um: Option<f64>,
     /// Centre of the path, seen from the pivot, along the plane's two letters.
     pub centre_um: [f64; 2],
-    /// Radius of the fitted circle minus the nominal radius.
-    pub radius_deviation_um: f64,
+    /// Radius of the fitted circle minus the nominal radius; absent for a bar whose zero is free.
+    pub radius_deviation_um: Option<f64>,
     pub squareness: Squareness,
     /// Travel of the first axis over the diameter minus that of the second.
     pub scale_mismatch_um: f64,
@@ -82,9 +82,9 @@ pub struct DirectionFigures {
     pub test: String,
     /// G.
     pub circular_deviation_um: f64,
-    /// F max and F min.
-    pub radial_deviation_max_um: f64,
-    pub radial_deviation_min_um: f64,
+    /// F max and F min; absent for a bar whose zero is free, which tells no radius.
+    pub radial_deviation_max_um: Option<f64>,
+    pub radial_deviation_min_um: Option<f64>,
 }
 
 /// Squareness of the two axes.
@@ -154,6 +154,7 @@ fn figures(session: &Session, runs: &[CircleRun]) -> Option<CircleFigures> {
     let one = |direction: Direction| {
         runs.iter().find(|run| run.direction == direction).map(|run| direction_figures(session, run))
     };
+    let tells_radius = session.tests[first.test].zero == Zero::Calibrated;
     let both = (runs.len() == 2).then(|| centred(runs));
     let letters = first.axes.map(|axis| machine.axes[axis].name.clone());
     Some(CircleFigures {
@@ -167,9 +168,12 @@ fn figures(session: &Session, runs: &[CircleRun]) -> Option<CircleFigures> {
         cw: one(Direction::Cw),
         bidirectional_circular_deviation_um: both.as_ref().map(|both| both.width_mm() * UM_PER_MM),
         circular_hysteresis_um: hysteresis_mm(runs).map(|hysteresis| hysteresis * UM_PER_MM),
-        mean_bidirectional_radial_deviation_um: both.as_ref().map(|both| both.radius_mm * UM_PER_MM),
+        mean_bidirectional_radial_deviation_um: both
+            .as_ref()
+            .filter(|_| tells_radius)
+            .map(|both| both.radius_mm * UM_PER_MM),
         centre_um: parts.centre_mm.map(|centre| centre * UM_PER_MM),
-        radius_deviation_um: parts.radius_mm * UM_PER_MM,
+        radius_deviation_um: tells_radius.then_some(parts.radius_mm * UM_PER_MM),
         squareness: squareness(machine, first, parts.angle_rad),
         scale_mismatch_um: parts.scale_mismatch * 2.0 * first.radius_mm * UM_PER_MM,
         scale_mismatch_ppm: parts.scale_mismatch * 1e6,
@@ -184,11 +188,13 @@ fn direction_figures(session: &Session, run: &CircleRun) -> DirectionFigures {
         true => about_centre.deviation_mm.iter().map(|deviation| deviation + about_centre.radius_mm).collect(),
         false => run.deviation_mm.clone(),
     };
+    let tells_radius = session.tests[run.test].zero == Zero::Calibrated;
+    let furthest = |pick: fn(f64, f64) -> f64| radial.iter().copied().reduce(pick).filter(|_| tells_radius);
     DirectionFigures {
         test: session.tests[run.test].name.clone(),
         circular_deviation_um: about_centre.width_mm() * UM_PER_MM,
-        radial_deviation_max_um: radial.iter().copied().fold(f64::NEG_INFINITY, f64::max) * UM_PER_MM,
-        radial_deviation_min_um: radial.iter().copied().fold(f64::INFINITY, f64::min) * UM_PER_MM,
+        radial_deviation_max_um: furthest(f64::max).map(|deviation| deviation * UM_PER_MM),
+        radial_deviation_min_um: furthest(f64::min).map(|deviation| deviation * UM_PER_MM),
     }
 }
 

@@ -7,6 +7,10 @@ mod target;
 use std::fs;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::Serialize;
 
 use super::Refusal;
 use commit::Staged;
@@ -31,15 +35,62 @@ pub fn line(text: std::fmt::Arguments) {
         if why.kind() == ErrorKind::BrokenPipe {
             std::process::exit(0);
         }
-        remark(format_args!("fiveaxis: standard output cannot be written: {why}"));
+        on_standard_error(&format!("fiveaxis: standard output cannot be written: {why}"));
         std::process::exit(2);
     }
 }
 
-/// Prints a line on standard error; when nobody reads it there is no one to tell.
+/// Remarks of this run, for the `warnings` of its JSON.
+static REMARKS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+/// Whether remarks stay off standard error.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Keeps remarks and signs of life off standard error.
+pub fn quieten() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+/// Whether nothing but errors is told on standard error.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Prints a line on standard error, unless remarks are unwanted; it stands among the warnings of the run's JSON too.
 pub fn remark(text: std::fmt::Arguments) {
+    let text = text.to_string();
+    if !is_quiet() {
+        on_standard_error(&text);
+    }
+    if let Ok(mut remarks) = REMARKS.lock() {
+        remarks.push(text);
+    }
+}
+
+/// What was remarked so far.
+pub fn remarks() -> Vec<String> {
+    REMARKS.lock().map(|remarks| remarks.clone()).unwrap_or_default()
+}
+
+/// Prints the one message of a run that failed.
+pub fn complain(refusal: &Refusal) {
+    on_standard_error(&format!("fiveaxis: {refusal}"));
+}
+
+/// When nobody reads it there is no one to tell.
+fn on_standard_error(text: &str) {
     // what a message quotes, a file's name or an option, may hold what a terminal obeys
-    let _ = writeln!(std::io::stderr().lock(), "{}", escaped_lines(&text.to_string()));
+    let _ = writeln!(std::io::stderr().lock(), "{}", escaped_lines(text));
+}
+
+/// Prints a result as JSON with the run's remarks as its `warnings`.
+pub fn print_json(value: &impl Serialize) -> Result<(), Refusal> {
+    #[derive(Serialize)]
+    struct Told<'a, T> {
+        #[serde(flatten)]
+        value: &'a T,
+        warnings: Vec<String>,
+    }
+    print(&format!("{}\n", serde_json::to_string_pretty(&Told { value, warnings: remarks() })?))
 }
 
 /// What happens to files in the way that this program did not write, or that were changed since.

@@ -1,0 +1,112 @@
+//! Readings as a gauge wrote them, made fit for a search: spikes out, averaged to few, their noise. It knows no program.
+
+/// Readings over the gauge's own time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Capture {
+    /// Times, s, rising; the gauge's own zero.
+    pub time_s: Vec<f64>,
+    /// Absolute lengths or deviations, mm; NaN where nothing was read.
+    pub reading_mm: Vec<f64>,
+}
+
+/// Averages of neighbouring readings.
+#[derive(Debug, Clone)]
+pub(super) struct Averages {
+    pub time_s: Vec<f64>,
+    /// About the median of the capture, mm.
+    pub value_mm: Vec<f64>,
+    /// Standard deviation of each, mm.
+    pub sigma_mm: Vec<f64>,
+}
+
+/// Slow wander of a gauge and of what no model holds, mm: it does not average out.
+const WANDER_MM: f64 = 0.2e-3;
+/// Readings farther from the median of their neighbours than so many scatters are spikes.
+const SPIKE: f64 = 8.0;
+/// Neighbours on either side of which the median is taken.
+const NEIGHBOURS: usize = 3;
+
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+impl Capture {
+    /// Finite readings with their times.
+    fn finite(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.time_s.iter().copied().zip(self.reading_mm.iter().copied()).filter(|(_, reading)| reading.is_finite())
+    }
+
+    /// Median of all readings, mm.
+    pub fn middle_mm(&self) -> f64 {
+        median(&mut self.finite().map(|(_, reading)| reading).collect::<Vec<_>>())
+    }
+
+    /// First and last time with a reading, s.
+    pub fn ends_s(&self) -> (f64, f64) {
+        let first = self.finite().next().map_or(0.0, |(time, _)| time);
+        (first, self.finite().last().map_or(0.0, |(time, _)| time))
+    }
+
+    /// Noise of one reading, mm: median of third differences, which no slow motion reaches.
+    pub fn noise_mm(&self) -> f64 {
+        let values: Vec<f64> = self.finite().map(|(_, reading)| reading).collect();
+        let mut third: Vec<f64> = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+        // a third difference of white noise has 1 + 9 + 9 + 1 times its variance; 0.6745 is the median of a normal's size
+        median(&mut third) / 0.6745 / 20f64.sqrt()
+    }
+
+    /// Share of readings that lie farther than `stroke_mm` from the median.
+    pub fn share_outside(&self, stroke_mm: f64) -> f64 {
+        let middle = self.middle_mm();
+        let (mut outside, mut all) = (0usize, 0usize);
+        for (_, reading) in self.finite() {
+            all += 1;
+            outside += usize::from((reading - middle).abs() > stroke_mm);
+        }
+        outside as f64 / all.max(1) as f64
+    }
+
+    /// True for readings that stand out of their neighbourhood.
+    pub fn spikes(&self) -> Vec<bool> {
+        let values = &self.reading_mm;
+        let scatter = self.noise_mm().max(WANDER_MM);
+        (0..values.len())
+            .map(|k| {
+                let around = &values[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(values.len())];
+                let mut near: Vec<f64> = around.iter().copied().filter(|value| value.is_finite()).collect();
+                let steepest = near.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+                let middle = median(&mut near);
+                // at few readings a second the neighbours themselves are far apart
+                let steps: f64 = near.last().zip(near.first()).map_or(0.0, |(high, low)| high - low);
+                let off = (values[k] - middle).abs();
+                values[k].is_finite() && off > SPIKE * scatter && off > 0.8 * steps && steepest > SPIKE * scatter
+            })
+            .collect()
+    }
+
+    /// At most `most` averages over equal times, spikes left out.
+    pub(super) fn averages(&self, most: usize) -> Averages {
+        let (first, last) = self.ends_s();
+        let spikes = self.spikes();
+        let kept: Vec<(f64, f64)> = (self.time_s.iter().zip(&self.reading_mm).zip(&spikes))
+            .filter(|((_, reading), spike)| reading.is_finite() && !**spike)
+            .map(|((time, reading), _)| (*time, *reading))
+            .collect();
+        let (middle, noise) = (self.middle_mm(), self.noise_mm());
+        let width = ((last - first) / most as f64).max(1e-9);
+        let mut averages = Averages { time_s: Vec::new(), value_mm: Vec::new(), sigma_mm: Vec::new() };
+        let mut at = 0;
+        while at < kept.len() {
+            let bin = ((kept[at].0 - first) / width).floor();
+            let end = at + kept[at..].iter().take_while(|(time, _)| ((time - first) / width).floor() == bin).count();
+            let part = &kept[at..end.max(at + 1)];
+            let count = part.len() as f64;
+            averages.time_s.push(part.iter().map(|(time, _)| time).sum::<f64>() / count);
+            averages.value_mm.push(part.iter().map(|(_, reading)| reading - middle).sum::<f64>() / count);
+            averages.sigma_mm.push((noise * noise / count + WANDER_MM * WANDER_MM).sqrt());
+            at = end.max(at + 1);
+        }
+        averages
+    }
+}

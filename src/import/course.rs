@@ -1,0 +1,198 @@
+//! The run of a planned pair of tests as a gauge would read it: lengths along it, and what errors may add. It knows no readings.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::place::ImportError;
+use crate::chain::Chain;
+use crate::identify::{FreePrior, Problem, default_free, unknowns};
+use crate::machine::Machine;
+use crate::plan::beyond_path;
+use crate::session::{Follow, Motion, Path, Session, Setups, Test};
+
+/// Two tests of a session that one program runs: the same path there and back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pair {
+    /// Indices of the tests in the order in which they run.
+    pub tests: [usize; 2],
+}
+
+/// Pairs of neighbouring tests whose paths are each other's reverse, with the same balls, bar and standing axes.
+pub fn pairs(session: &Session) -> Vec<Pair> {
+    let is_back = |one: &Test, other: &Test| match (&one.path, &other.path) {
+        (Some(there), Some(back)) => {
+            let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = there;
+            there.between(*to, *from) == *back
+                && (&one.pivot, &one.spindle_ball, &one.positions)
+                    == (&other.pivot, &other.spindle_ball, &other.positions)
+        }
+        _ => false,
+    };
+    (1..session.tests.len())
+        .filter(|&back| is_back(&session.tests[back - 1], &session.tests[back]))
+        .map(|back| Pair { tests: [back - 1, back] })
+        .collect()
+}
+
+/// Readings along one direction's run, run-in and run-out included, at even steps of the path.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// Programmed time of the whole run, s.
+    pub run_s: f64,
+    /// Programmed times at which the arc begins and ends, s.
+    pub arc_s: [f64; 2],
+    /// Path at the first and the last node, deg or mm of the path.
+    pub ends: [f64; 2],
+    /// True where linear axes follow: controls slow such runs down.
+    pub is_coupled: bool,
+    /// Nominal length, mm, by node.
+    pub(super) length_mm: Vec<f64>,
+    /// Forms that errors of balls, bar and axes may add, mm at one standard deviation, by component and node.
+    pub(super) components: Vec<Vec<f64>>,
+    /// Node, with its fraction, at even programmed times.
+    node_at: Vec<f64>,
+    /// Positions of all axes, node by node, mm or rad.
+    motion: Motion,
+}
+
+/// Nodes of a run: a quarter of a degree of a whole turn, whose cubic has a nanometre on a radius of 200 mm.
+const NODES: usize = 1440;
+/// Location errors that a machine may have before it was ever measured: 0.1 mm and 0.02°.
+const LOCATION: FreePrior = FreePrior { length_mm: 0.1, angle_rad: 3.5e-4 };
+/// Components smaller than this are below what a gauge reads, mm.
+const LEAST_MM: f64 = 2e-5;
+/// Components kept at most: a sweep of one axis has seven, its harmonics up to the third.
+const MOST: usize = 10;
+
+impl Course {
+    /// The run of the first test of a pair.
+    pub fn of(session: &Session, pair: Pair) -> Result<Course, ImportError> {
+        let machine = &session.machine;
+        let chain = Chain::of(machine);
+        let mut test = session.tests[pair.tests[0]].clone();
+        test.recording = None;
+        let Some(path) = test.path.clone() else { return Err(ImportError::NoPath { test: test.name }) };
+        let arc = Motion::of(session, &chain, &test)?;
+        let [before, after] = beyond_path(machine, &test, &arc).unwrap_or([0.0, 0.0]);
+        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = &path;
+        let way = (to - from).signum();
+        let ends = [from - way * before, to + way * after];
+        let mut long = path.between(ends[0], ends[1]);
+        let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = &mut long;
+        *step = (ends[1] - ends[0]).abs() / NODES as f64;
+        test.path = Some(long);
+        let alone = Session { tests: vec![test.clone()], ..session.clone() };
+        let motion = Motion::of(&alone, &chain, &test)?;
+        let time_s = motion.time_s.clone().unwrap_or_default();
+        let run_s = time_s.last().copied().unwrap_or(0.0);
+        if run_s <= 0.0 {
+            return Err(ImportError::NoPath { test: test.name });
+        }
+        let (length_mm, components) = read_along(&alone, &chain, machine)?;
+        let at = |value: f64| {
+            let node = (value - ends[0]) / (ends[1] - ends[0]) * (time_s.len() - 1) as f64;
+            interpolated(&time_s, node)
+        };
+        Ok(Course {
+            run_s,
+            arc_s: [at(*from), at(*to)],
+            ends,
+            is_coupled: !matches!(path, Path::Sweep { follow: Follow::None, .. }),
+            length_mm,
+            components,
+            node_at: nodes_at(&time_s),
+            motion,
+        })
+    }
+
+    /// Node, with its fraction, at a programmed time.
+    pub(super) fn node(&self, gone_s: f64) -> f64 {
+        interpolated(&self.node_at, (gone_s / self.run_s).clamp(0.0, 1.0) * (self.node_at.len() - 1) as f64)
+    }
+
+    /// Path at a programmed time, deg or mm.
+    pub fn path_at(&self, gone_s: f64) -> f64 {
+        self.ends[0] + (self.ends[1] - self.ends[0]) * self.node(gone_s) / (self.length_mm.len() - 1) as f64
+    }
+
+    /// Path per programmed second in the middle of the run, deg/s or mm/s.
+    pub fn rate(&self) -> f64 {
+        (self.ends[1] - self.ends[0]).abs() / self.run_s
+    }
+
+    /// Axes that move.
+    pub fn moving(&self) -> &[usize] {
+        &self.motion.moving
+    }
+
+    /// Position of an axis at a programmed time, mm or rad: a cubic through four nodes.
+    pub fn position(&self, axis: usize, gone_s: f64) -> f64 {
+        let node = self.node(gone_s);
+        let rows = self.motion.rows();
+        let first = (node.floor() as usize).saturating_sub(1).min(rows.saturating_sub(4));
+        let x = node - first as f64;
+        let q = |k: usize| self.motion.row(first + k)[axis];
+        q(0) * (x - 1.0) * (x - 2.0) * (x - 3.0) / -6.0
+            + q(1) * x * (x - 2.0) * (x - 3.0) / 2.0
+            + q(2) * x * (x - 1.0) * (x - 3.0) / -2.0
+            + q(3) * x * (x - 1.0) * (x - 2.0) / 6.0
+    }
+}
+
+/// Value of a table between two of its entries.
+pub(super) fn interpolated(table: &[f64], at: f64) -> f64 {
+    let before = (at.floor().max(0.0) as usize).min(table.len().saturating_sub(2));
+    match table.get(before + 1) {
+        Some(next) => table[before] + (at - before as f64) * (next - table[before]),
+        None => table.first().copied().unwrap_or(0.0),
+    }
+}
+
+/// Node with its fraction at as many even times as there are nodes.
+fn nodes_at(time_s: &[f64]) -> Vec<f64> {
+    let (last, whole) = (time_s.len() - 1, time_s[time_s.len() - 1]);
+    let mut before = 0;
+    (0..=last)
+        .map(|k| {
+            let at = whole * k as f64 / last as f64;
+            while before + 1 < last && time_s[before + 1] < at {
+                before += 1;
+            }
+            let step = (time_s[before + 1] - time_s[before]).max(1e-12);
+            before as f64 + ((at - time_s[before]) / step).clamp(0.0, 1.0)
+        })
+        .collect()
+}
+
+/// Nominal lengths and the principal forms that errors may add.
+fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<(Vec<f64>, Vec<Vec<f64>>), ImportError> {
+    let setups = Setups::of(session);
+    let list = unknowns(session, &setups, &default_free(machine), LOCATION);
+    let mut problem = Problem::new(session, chain, &setups, list)?;
+    let rows = problem.tests[0].motion.rows();
+    problem.tests[0].reading_mm = vec![0.0; rows];
+    let values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
+    let prediction = problem.predict(0, &problem.geometry(&values), &values);
+    let mut columns = prediction.jacobian;
+    for (k, &index) in problem.tests[0].columns.iter().enumerate() {
+        columns.column_mut(k).scale_mut(problem.unknowns[index].prior_sigma);
+    }
+    let length_mm = prediction.residual_mm.iter().map(|off| -off).collect();
+    Ok((length_mm, principal(&columns)))
+}
+
+/// Principal forms of columns, each at one standard deviation.
+fn principal(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    if columns.ncols() == 0 {
+        return Vec::new();
+    }
+    let eigen = SymmetricEigen::new(columns.tr_mul(columns));
+    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let rows = columns.nrows() as f64;
+    order
+        .into_iter()
+        .take(MOST)
+        .take_while(|&k| (eigen.eigenvalues[k].max(0.0) / rows).sqrt() > LEAST_MM)
+        .map(|k| (columns * eigen.eigenvectors.column(k)).iter().copied().collect())
+        .collect()
+}

@@ -1,0 +1,33 @@
+//! What a gauge wrote in one piece to the recordings of a planned pair of tests: where in time its two sweeps lie. No files.
+//!
+//! A capture holds readings over the gauge's own time, from before the first run-in to after the second run-out, and no axis
+//! position. What the axes did is known but for four numbers: when each direction began to move, the pace (speed over the
+//! programmed feed) and the time in which the control ramps up. They minimise
+//! `‖y − L₀(p) − M(p)·x‖²/σ² + ‖x‖² + log det(1 + MᵀM/σ²) + priors`, y the readings, p the place along the run at each
+//! reading, L₀ the nominal length there, and M·x what balls, bar, location errors and a few µm of unknown form and hysteresis
+//! may add (columns scaled by their standard deviations, x integrated out). A start is told from a delay of the gauge's clock
+//! by nothing: only their sum is fitted, which is all that the axis positions need.
+//!
+//! | file | question |
+//! |---|---|
+//! | `capture` | the readings as they come, averaged to a few hundred, their noise |
+//! | `course` | what would be read along a run? |
+//! | `timing` | where along the run is the machine at a time? |
+//! | `likelihood` | how well does a timing explain the readings? |
+//! | `search` | which timing explains them best, and which other does nearly? |
+//! | `place` | is it to be believed, and to how many degrees? |
+//! | `split` | the recordings |
+
+mod capture;
+mod course;
+mod likelihood;
+mod place;
+mod search;
+mod split;
+mod timing;
+
+pub use capture::Capture;
+pub use course::{Course, Pair, pairs};
+pub use place::{ImportError, Placement, place};
+pub use split::{recordings, split_session};
+pub use timing::Timing;

@@ -1,0 +1,336 @@
+//! Whether the timing found is to be believed, and to how many degrees; refusals say what was found. It reads no files.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::capture::{Capture, median};
+use super::course::{Course, Pair};
+use super::likelihood::{Detail, cost, cost_at_rest, left};
+use super::search::{Candidate, Levels, descend, moved, search, units};
+use super::timing::Timing;
+use crate::effects::EffectError;
+use crate::identify::FitError;
+use crate::session::{MotionError, Session};
+
+/// Why a capture is not placed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ImportError {
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error("test '{test}' has no planned path; import places captures of planned sweeps and circles")]
+    NoPath { test: String },
+    #[error(
+        "the session has no pair of neighbouring tests that run one path there and back; import needs the session that the plan wrote"
+    )]
+    NoPair,
+    #[error("{readings} readings are too few to place; a capture has at least {due}")]
+    TooFew { readings: usize, due: usize },
+    #[error(
+        "{percent:.0} % of the readings lie more than {stroke_mm} mm from the others: the bar was off or at its stop; record again"
+    )]
+    BarOff { percent: f64, stroke_mm: f64 },
+    #[error(
+        "the capture lasts {lasts_s:.1} s and the two directions of {test} move for {due_s:.1} s at least: it is cut off, or of another program"
+    )]
+    TooShort { test: String, lasts_s: f64, due_s: f64 },
+    #[error(
+        "the readings show no motion that a bar at rest would not show as well (log odds {odds:.1}): the bar stood still, or was off; record again"
+    )]
+    AtRest { odds: f64 },
+    #[error(
+        "the capture begins {seconds:.1} s after the machine moved off: it is cut off at its start; start the recording before the program goes on"
+    )]
+    CutAtStart { seconds: f64 },
+    #[error(
+        "the capture ends {seconds:.1} s before the machine came to rest: it is cut off at its end; stop the recording after the last dwell"
+    )]
+    CutAtEnd { seconds: f64 },
+    #[error(
+        "no timing of {test} explains the readings: {left_um:.1} µm of {size_um:.1} µm are left, where the gauge's noise is {noise_um:.2} µm; it is another program's capture, or the bar slipped"
+    )]
+    Unexplained { test: String, left_um: f64, size_um: f64, noise_um: f64 },
+    #[error(
+        "two places in time explain the readings alike, {apart:.1}{unit} apart (log odds {odds:.1}); record again with a longer dwell"
+    )]
+    TwoPlaces { apart: f64, unit: &'static str, odds: f64 },
+    #[error(
+        "the readings tell the axis position to ± {sigma:.2}{unit} only, {limit}{unit} are asked for: the length hardly changes along this run"
+    )]
+    TooFlat { sigma: f64, limit: f64, unit: &'static str },
+    #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the tests with --tests")]
+    TwoTests { one: String, other: String, odds: f64 },
+}
+
+impl From<EffectError> for ImportError {
+    fn from(why: EffectError) -> ImportError {
+        ImportError::Fit(FitError::Effect(why))
+    }
+}
+
+/// A capture placed in time.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    pub pair: Pair,
+    pub course: Course,
+    pub timing: Timing,
+    /// Standard deviations of the two starts, s, of the pace, and of the ramp's logarithm.
+    pub sigma: [f64; 4],
+    /// Standard deviation of the path position of a reading, root mean square over both arcs, deg or mm.
+    pub position_sigma: f64,
+    /// What is left, mm, and the noise of one reading, mm.
+    pub left_mm: f64,
+    pub noise_mm: f64,
+    /// Log odds against the next best place in time, and against the next best pair of tests (none other: infinite).
+    pub odds_place: f64,
+    pub odds_tests: f64,
+}
+
+/// Fewest readings of a capture.
+const FEWEST: usize = 60;
+/// Readings farther from the median than this are outside of any sweep of a planned pair, mm: half the stroke of usual bars.
+const STROKE_MM: f64 = 1.0;
+/// Share of readings that may be outside.
+const OUTSIDE_SHARE: f64 = 0.1;
+/// Log odds from which on something is held for certain: 1 in 20,000.
+const CERTAIN: f64 = 10.0;
+/// Log odds against another place in time: 1 in 100.
+const CLEAR: f64 = 4.6;
+/// Share of the readings' own size, and size, mm, that a believed placement may leave.
+const LEFT_SHARE: f64 = 0.25;
+const LEFT_MM: f64 = 5e-3;
+/// Multiple of the noise below which what is left is no misfit.
+const NOISES: f64 = 3.0;
+/// Least certainty of a position, deg or mm.
+const LIMIT: f64 = 1.0;
+
+/// Places a capture on the best of some pairs of tests.
+pub fn place(session: &Session, among: &[Pair], capture: &Capture) -> Result<Placement, ImportError> {
+    let readings = capture.reading_mm.iter().filter(|reading| reading.is_finite()).count();
+    if readings < FEWEST {
+        return Err(ImportError::TooFew { readings, due: FEWEST });
+    }
+    let outside = capture.share_outside(STROKE_MM);
+    if outside > OUTSIDE_SHARE {
+        return Err(ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM });
+    }
+    let levels = Levels::of(capture);
+    let mut found: Vec<(Pair, Course, Vec<Candidate>)> = Vec::new();
+    let mut short = None;
+    for &pair in among {
+        let course = Course::of(session, pair)?;
+        let candidates = search(&course, &levels);
+        if candidates.is_empty() {
+            let (first, last) = capture.ends_s();
+            short = Some(ImportError::TooShort {
+                test: session.tests[pair.tests[0]].name.clone(),
+                lasts_s: last - first,
+                due_s: 2.0 * course.run_s,
+            });
+            continue;
+        }
+        found.push((pair, course, candidates));
+    }
+    found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
+    let name = |pair: &Pair| session.tests[pair.tests[0]].name.clone();
+    let odds_tests = match found.as_slice() {
+        [] => return Err(short.unwrap_or(ImportError::NoPair)),
+        [_] => f64::INFINITY,
+        [one, other, ..] => 0.5 * (other.2[0].cost - one.2[0].cost),
+    };
+    let next = found.get(1).map(|(pair, _, _)| name(pair));
+    let (pair, course, candidates) = found.swap_remove(0);
+    let placement = judged(&name(&pair), pair, course, &candidates, capture, &levels, odds_tests)?;
+    match next {
+        Some(other) if odds_tests < CLEAR => Err(ImportError::TwoTests { one: name(&pair), other, odds: odds_tests }),
+        _ => Ok(placement),
+    }
+}
+
+fn judged(
+    test: &str,
+    pair: Pair,
+    course: Course,
+    candidates: &[Candidate],
+    capture: &Capture,
+    levels: &Levels,
+    odds_tests: f64,
+) -> Result<Placement, ImportError> {
+    let mut data = levels.fine.clone();
+    let mut best = candidates[0];
+    // what is left says how noisy averages are, correlation included; then the last descent
+    for _ in 0..2 {
+        let left = left(&course, &data, &best.timing, Detail::Full).residual_mm;
+        let scale = correlated_scale(&left, &data.sigma_mm);
+        data.sigma_mm.iter_mut().for_each(|sigma| *sigma *= scale);
+        best = descend(&course, &data, best.timing, 0.1);
+    }
+    let residual = left(&course, &data, &best.timing, Detail::Full).residual_mm;
+    let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
+    let mean = data.value_mm.iter().sum::<f64>() / data.value_mm.len() as f64;
+    let size_mm =
+        (data.value_mm.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / residual.len() as f64).sqrt();
+    let noise_mm = capture.noise_mm();
+    let odds = 0.5 * (cost_at_rest(&data) - best.cost);
+    if odds < CERTAIN {
+        return Err(ImportError::AtRest { odds });
+    }
+    // largest of the bounds: noise, a share of the signal
+    let allowed_mm = (LEFT_SHARE * size_mm).max(NOISES * noise_mm).min(LEFT_MM.max(NOISES * noise_mm));
+    if left_mm > allowed_mm.max(0.5e-3) {
+        return Err(ImportError::Unexplained {
+            test: test.into(),
+            left_um: 1e3 * left_mm,
+            size_um: 1e3 * size_mm,
+            noise_um: 1e3 * noise_mm,
+        });
+    }
+    let covariance = covariance(&course, &data, &best.timing);
+    let sigma: [f64; 4] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
+    let step = units(&course, best.timing.pace);
+    let in_units = [sigma[0] * step[0], sigma[1] * step[1], sigma[2] * step[2] * best.timing.pace, sigma[3] * step[3]];
+    let unit = if course.ends[0].abs().max(course.ends[1].abs()) > 0.0 { "°" } else { "" };
+    refuse_cut_off(&course, &best.timing, capture, &in_units)?;
+    let position_sigma = position_sigma(&course, &best.timing, &covariance);
+    if position_sigma > LIMIT {
+        return Err(ImportError::TooFlat { sigma: position_sigma, limit: LIMIT, unit });
+    }
+    let mut odds_place = f64::INFINITY;
+    for other in &candidates[1..] {
+        let again = descend(&course, &data, other.timing, 0.1);
+        let apart = apart(&course, &best.timing, &again.timing);
+        let odds = 0.5 * (again.cost - best.cost);
+        if apart < (4.0 * position_sigma).max(0.05) {
+            continue;
+        }
+        odds_place = odds_place.min(odds);
+        if odds < CLEAR {
+            return Err(ImportError::TwoPlaces { apart, unit, odds });
+        }
+    }
+    Ok(Placement {
+        pair,
+        course,
+        timing: best.timing,
+        sigma: in_units,
+        position_sigma,
+        left_mm,
+        noise_mm,
+        odds_place,
+        odds_tests,
+    })
+}
+
+/// Factor on the averages' standard deviations that what is left asks for: its size, and its correlation from one to the
+/// next, which leaves (1 − ρ)/(1 + ρ) of the readings' number.
+fn correlated_scale(left_mm: &[f64], sigma_mm: &[f64]) -> f64 {
+    let scaled: Vec<f64> = left_mm.iter().zip(sigma_mm).map(|(left, sigma)| left / sigma).collect();
+    let mut sizes: Vec<f64> = scaled.iter().map(|value| value * value).collect();
+    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
+    // a few large ones do not decide
+    let robust = median(&mut sizes) / 0.4549;
+    let variance = mean.min(4.0 * robust).max(1e-12);
+    let lagged = scaled.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / scaled.len().max(1) as f64;
+    let rho = (lagged / mean.max(1e-12)).clamp(0.0, 0.98);
+    (variance * (1.0 + rho) / (1.0 - rho)).sqrt()
+}
+
+fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[f64; 4]) -> Result<(), ImportError> {
+    let (first, last) = capture.ends_s();
+    let before = first - timing.start_s[0];
+    if before > 3.0 * sigma[0] && before > 0.02 {
+        return Err(ImportError::CutAtStart { seconds: before });
+    }
+    let after = timing.start_s[1] + timing.moving_s(course.run_s) - last;
+    if after > 3.0 * sigma[1] && after > 0.02 {
+        return Err(ImportError::CutAtEnd { seconds: after });
+    }
+    Ok(())
+}
+
+/// Covariance of the four variables in their units: twice the inverse of the cost's second derivatives, by differences whose
+/// steps raise the cost by about one.
+fn covariance(course: &Course, data: &super::capture::Averages, timing: &Timing) -> DMatrix<f64> {
+    let units = units(course, timing.pace);
+    let at = |x: &[f64; 4]| cost(course, data, &moved(timing, &units, x), Detail::Full);
+    let here = at(&[0.0; 4]);
+    let along = |k: usize, by: f64| -> [f64; 4] { std::array::from_fn(|i| if i == k { by } else { 0.0 }) };
+    let steps: Vec<f64> = (0..4)
+        .map(|k| {
+            let mut step = 1e-4;
+            while step < 1.0 && 0.5 * (at(&along(k, step)) + at(&along(k, -step))) - here < 1.0 {
+                step *= 1.6;
+            }
+            step
+        })
+        .collect();
+    let second = DMatrix::from_fn(4, 4, |i, j| {
+        let (a, b) = (steps[i], steps[j]);
+        if i == j {
+            return (at(&along(i, a)) - 2.0 * here + at(&along(i, -a))) / (a * a);
+        }
+        let both = |p: f64, q: f64| {
+            let mut x = along(i, p * a);
+            x[j] = q * b;
+            at(&x)
+        };
+        (both(1.0, 1.0) - both(1.0, -1.0) - both(-1.0, 1.0) + both(-1.0, -1.0)) / (4.0 * a * b)
+    });
+    // nothing is known better than the steps say where the cost does not curve
+    let floor = DMatrix::from_fn(4, 4, |i, j| if i == j { 1e-3 / (steps[i] * steps[i]) } else { 0.0 });
+    let symmetric = 0.5 * (&second + second.transpose()) * 0.5;
+    symmetric.clone().cholesky().map_or_else(
+        || (symmetric.map_diagonal_positive() + floor).try_inverse().unwrap_or_else(|| DMatrix::identity(4, 4)),
+        |factor| factor.inverse(),
+    )
+}
+
+/// The diagonal alone, of a matrix that is not positive.
+trait Positive {
+    fn map_diagonal_positive(&self) -> DMatrix<f64>;
+}
+
+impl Positive for DMatrix<f64> {
+    fn map_diagonal_positive(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(4, 4, |i, j| if i == j { self[(i, i)].abs() } else { 0.0 })
+    }
+}
+
+/// Times in both arcs at which positions are compared.
+fn times(course: &Course, timing: &Timing) -> Vec<f64> {
+    const PLACES: usize = 12;
+    (0..2)
+        .flat_map(|direction| {
+            (0..=PLACES).map(move |k| {
+                let along = course.arc_s[0] + (course.arc_s[1] - course.arc_s[0]) * k as f64 / PLACES as f64;
+                timing.time_at(direction, along, course.run_s)
+            })
+        })
+        .collect()
+}
+
+/// Root mean square of the path position's standard deviation over both arcs, deg or mm.
+fn position_sigma(course: &Course, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+    let units = units(course, timing.pace);
+    let times = times(course, timing);
+    let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
+    let step = 1e-4;
+    let mut sum = 0.0;
+    for &time in &times {
+        let slope = DVector::from_fn(4, |k, _| {
+            let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
+            let [up, down] = [1.0, -1.0].map(|sign| place(&moved(timing, &units, &by(sign)), time));
+            (up - down) / (2.0 * step)
+        });
+        sum += (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0);
+    }
+    (sum / times.len() as f64).sqrt()
+}
+
+/// Root mean square distance of two timings' positions over both arcs, deg or mm.
+fn apart(course: &Course, one: &Timing, other: &Timing) -> f64 {
+    let times = times(course, one);
+    let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
+    let sum: f64 = times.iter().map(|&time| (place(one, time) - place(other, time)).powi(2)).sum();
+    (sum / times.len() as f64).sqrt()
+}

@@ -1,0 +1,149 @@
+//! The timing that explains a capture best, and the next best elsewhere: a grid, then Nelder–Mead on more readings. It judges nothing.
+
+use rayon::prelude::*;
+
+use super::capture::{Averages, Capture};
+use super::course::Course;
+use super::likelihood::{Detail, cost};
+use super::timing::Timing;
+use crate::statistics::minimise_in_four;
+
+/// A timing with its cost.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub timing: Timing,
+    pub cost: f64,
+}
+
+/// Averages of the grid, of the first descent and of the last.
+const ROUGH: usize = 120;
+const MIDDLE: usize = 400;
+const FINE: usize = 2000;
+/// Steps of the grid over a capture: a start is then within a sixtieth, which is well inside the valley of any smooth form.
+const STEPS: f64 = 60.0;
+/// Ramp that the grid assumes, s.
+const RAMP_S: f64 = 0.15;
+/// Ramps of controls, s.
+const RAMPS_S: [f64; 2] = [0.005, 2.0];
+/// Paces of the grid: one axis alone within a tenth of its feed, following runs from an eighth.
+const PACES_ALONE: [f64; 2] = [0.9, 1.1];
+const PACES_COUPLED: [f64; 2] = [0.12, 1.15];
+const PACE_STEP: f64 = 0.02;
+/// Share of a run that may lie outside the capture, so that one which was cut off is seen to be.
+const OUTSIDE: f64 = 0.3;
+/// Starts of descents.
+const STARTS: usize = 10;
+
+/// A capture at three finenesses.
+pub(super) struct Levels {
+    rough: Averages,
+    middle: Averages,
+    pub fine: Averages,
+}
+
+impl Levels {
+    pub fn of(capture: &Capture) -> Levels {
+        Levels { rough: capture.averages(ROUGH), middle: capture.averages(MIDDLE), fine: capture.averages(FINE) }
+    }
+}
+
+/// Best timings, the best first, each in a valley of its own.
+pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
+    let mut grid = grid(course, &levels.rough);
+    grid.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    let starts = apart(course, grid, STARTS, 2.0);
+    let descended: Vec<Candidate> =
+        starts.par_iter().map(|start| descend(course, &levels.middle, start.timing, 0.7)).collect();
+    let mut best = descended;
+    best.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    let few = apart(course, best, 3, 0.2);
+    let mut fine: Vec<Candidate> =
+        few.par_iter().map(|start| descend(course, &levels.fine, start.timing, 0.2)).collect();
+    fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    apart(course, fine, 3, 0.05)
+}
+
+fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
+    let (first, last) = (data.time_s[0], data.time_s[data.time_s.len() - 1]);
+    let step = (last - first) / STEPS;
+    let paces = if course.is_coupled { PACES_COUPLED } else { PACES_ALONE };
+    let count = ((paces[1] / paces[0]).ln() / PACE_STEP).ceil() as usize;
+    let paces: Vec<f64> = (0..=count).map(|k| paces[0] * (PACE_STEP * k as f64).exp()).collect();
+    paces
+        .par_iter()
+        .flat_map_iter(|&pace| {
+            let moving = course.run_s / pace + RAMP_S;
+            let outside = OUTSIDE * moving;
+            let latest = last - moving + outside;
+            let firsts = steps(first - outside, latest - moving, step);
+            firsts.into_iter().flat_map(move |one| {
+                steps(one + moving, latest, step).into_iter().map(move |other| {
+                    let timing = Timing { start_s: [one, other], pace, ramp_s: RAMP_S };
+                    Candidate { timing, cost: cost(course, data, &timing, Detail::Rough) }
+                })
+            })
+        })
+        .collect()
+}
+
+fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
+    let count = ((to - from) / step).floor();
+    if count < 0.0 { Vec::new() } else { (0..=count as usize).map(|k| from + step * k as f64).collect() }
+}
+
+/// The first candidates that lie apart from all before by `seconds` in a start.
+fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Vec<Candidate> {
+    let near_s = share * 0.05 * course.run_s;
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in sorted {
+        let is_far = |other: &Candidate| {
+            let [a, b] = [0, 1].map(|k| (candidate.timing.start_s[k] - other.timing.start_s[k]).abs());
+            let c = (candidate.timing.pace - other.timing.pace).abs() / other.timing.pace * course.run_s;
+            a > near_s || b > near_s || c > near_s
+        };
+        if kept.iter().all(is_far) {
+            kept.push(candidate);
+        }
+        if kept.len() == most {
+            break;
+        }
+    }
+    kept
+}
+
+/// Units of the four variables: starts, s; logarithms of pace and ramp.
+pub(super) fn units(course: &Course, pace: f64) -> [f64; 4] {
+    let start = 0.03 * course.run_s / pace;
+    [start, start, 0.02, 0.5]
+}
+
+/// Timing with its four variables moved, in their units.
+pub(super) fn moved(timing: &Timing, units: &[f64; 4], by: &[f64; 4]) -> Timing {
+    Timing {
+        start_s: [timing.start_s[0] + units[0] * by[0], timing.start_s[1] + units[1] * by[1]],
+        pace: timing.pace * (units[2] * by[2]).exp(),
+        ramp_s: (timing.ramp_s * (units[3] * by[3]).exp()).clamp(RAMPS_S[0], RAMPS_S[1]),
+    }
+}
+
+/// Nelder–Mead from a start, again with smaller steps until it no longer gains.
+pub(super) fn descend(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
+    let mut best = Candidate { timing: start, cost: cost(course, data, &start, Detail::Full) };
+    let mut size = size;
+    for _ in 0..4 {
+        let units = units(course, best.timing.pace);
+        let from = best.timing;
+        let at = |x: &[f64; 4]| moved(&from, &units, x);
+        let found = at(&minimise_in_four([0.0; 4], size, |x| cost(course, data, &at(x), Detail::Full)));
+        let next = Candidate { timing: found, cost: cost(course, data, &found, Detail::Full) };
+        let gain = best.cost - next.cost;
+        if gain > 0.0 {
+            best = next;
+        }
+        if gain < 0.05 {
+            break;
+        }
+        size *= 0.4;
+    }
+    best
+}

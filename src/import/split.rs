@@ -1,0 +1,72 @@
+//! Placed captures as recordings of their tests: rows on the capture arcs alone, each with its positions. It judges nothing.
+
+use super::capture::Capture;
+use super::place::Placement;
+use crate::session::{Clock, LengthColumn, Recording, Session};
+
+/// The two recordings of a placed capture, `bar_mm` added to its readings, and when each began, s after the capture's zero.
+pub fn recordings(
+    placement: &Placement,
+    capture: &Capture,
+    bar_mm: f64,
+    column: LengthColumn,
+) -> [(Recording, f64); 2] {
+    let (course, timing) = (&placement.course, &placement.timing);
+    let spikes = capture.spikes();
+    [0, 1].map(|direction| {
+        let [begin, end] = [course.arc_s[0], course.arc_s[1]];
+        let gone = |time: f64| timing.gone_s(time - timing.start_s[direction], course.run_s);
+        // the second direction comes from the far end of the run
+        let (enter, leave) = if direction == 0 { (begin, end) } else { (course.run_s - end, course.run_s - begin) };
+        let begins_s = timing.time_at(direction, enter, course.run_s);
+        let rows: Vec<usize> = (0..capture.time_s.len())
+            .filter(|&row| {
+                let gone = gone(capture.time_s[row]);
+                gone >= enter && gone <= leave && capture.time_s[row] > timing.start_s[direction]
+            })
+            .collect();
+        let along = |row: usize| match direction {
+            0 => gone(capture.time_s[row]),
+            _ => course.run_s - gone(capture.time_s[row]),
+        };
+        let positions = course
+            .moving()
+            .iter()
+            .map(|&axis| rows.iter().map(|&row| course.position(axis, along(row))).collect::<Vec<f64>>());
+        let reading = |&row: &usize| match spikes[row] {
+            true => f64::NAN,
+            false => capture.reading_mm[row] + bar_mm,
+        };
+        let recording = Recording {
+            clock: Clock::TimeS(rows.iter().map(|&row| capture.time_s[row] - begins_s).collect()),
+            axes: course.moving().to_vec(),
+            positions: positions.collect(),
+            length_mm: rows.iter().map(reading).collect(),
+            channels: Vec::new(),
+            leading_texts: Vec::new(),
+            leading_header: String::new(),
+            column,
+        };
+        (recording, begins_s)
+    })
+}
+
+/// The session with recordings in place of planned paths; tests without a capture are left out.
+pub fn split_session(session: &Session, placed: &[(Placement, [(Recording, f64); 2])]) -> Session {
+    let mut split = session.clone();
+    split.tests.clear();
+    for (index, test) in session.tests.iter().enumerate() {
+        for (placement, recordings) in placed {
+            let Some(direction) = placement.pair.tests.iter().position(|&test| test == index) else { continue };
+            let (recording, begins_s) = &recordings[direction];
+            let mut test = test.clone();
+            test.recording_file = Some(format!("{}.csv", test.name));
+            // the program's own order in time: the pair began as planned, its arcs as found
+            test.started_at_s = session.tests[placement.pair.tests[0]].started_at_s + begins_s;
+            test.recording = Some(recording.clone());
+            test.path = None;
+            split.tests.push(test);
+        }
+    }
+    split
+}

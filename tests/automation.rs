@@ -1,0 +1,137 @@
+//! What scripts rely on: errors as JSON, exit codes, alarms, silence, standard input, completions and manual pages.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+const CHAPTER5: &str = "examples/thesis/chapter5/session.yaml";
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).output().unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| {
+        panic!("{why}: {}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+    })
+}
+
+#[test]
+fn wrong_input_is_an_object_under_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("machine.yaml");
+    std::fs::write(&file, "name: mill\ncode: \"[wCAbYXZt]\"\naxes:\n  X: {rang: [-300, 300]}\n").unwrap();
+    let name = file.to_str().unwrap();
+    let output = run(&["check", name, "--json"]);
+    assert_eq!(output.status.code(), Some(2));
+    let error = &json(&output)["error"];
+    assert_eq!((&error["kind"], &error["exit_code"]), (&Value::from("wrong input"), &Value::from(2)));
+    assert_eq!((&error["file"], &error["line"]), (&Value::from(name), &Value::from(4)));
+    assert!(error["found"].as_str().unwrap().contains("unknown key 'rang'"), "{error}");
+    assert!(error["cure"].as_str().unwrap().contains("did you mean 'range'?"), "{error}");
+    assert!(error["allowed"].as_str().unwrap().contains("range"), "{error}");
+    // the message for people stands on standard error as ever
+    assert!(String::from_utf8_lossy(&output.stderr).starts_with("fiveaxis: "));
+    let output = run(&["plan", "--margn", "3", "--json"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(json(&output)["error"]["message"].as_str().unwrap().contains("--margn"));
+}
+
+#[test]
+fn exit_codes_tell_alarms_and_data_faults() {
+    let code = |arguments: &[&str]| run(arguments).status.code();
+    assert_eq!(code(&["identify", CHAPTER5, "--fail-on", "warning"]), Some(0));
+    // no test of this session tells squareness and table apart from the spindle ball
+    assert_eq!(code(&["identify", CHAPTER5, "--free", "all", "--fail-on", "undetermined,warning"]), Some(1));
+    let wrong_end = "examples/gallery/10-wrong-end/session.yaml";
+    let output = run(&["identify", wrong_end, "--json"]);
+    assert_eq!((output.status.code(), &json(&output)["verdict"]), (Some(3), &Value::from("data fault")));
+    let finding = ["diagnose", "examples/gallery/03-lost-motion/session.yaml", "--fail-on", "finding"];
+    assert_eq!(code(&finding), Some(1));
+}
+
+#[test]
+fn every_result_has_a_list_of_warnings() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let runs: [&[&str]; 4] = [
+        &["check", CHAPTER5, "--json"],
+        &["identify", CHAPTER5, "--json"],
+        &["identify", CHAPTER5, "--method", "chapter5", "--json"],
+        &["simulate", CHAPTER5, "--out", out, "--json"],
+    ];
+    for arguments in runs {
+        let output = run(arguments);
+        assert!(json(&output)["warnings"].is_array(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_session_may_come_from_standard_input() {
+    let folder = Path::new(CHAPTER5).parent().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+        .args(["check", "-", "--json"])
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(&std::fs::read(CHAPTER5).unwrap()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    assert_eq!(json(&output)["session"], json(&run(&["check", CHAPTER5, "--json"]))["session"]);
+}
+
+#[test]
+fn quiet_keeps_remarks_off_and_errors_on() {
+    let loud = run(&["check", "machines/no-such.yaml"]);
+    let quiet = run(&["-q", "check", "machines/no-such.yaml"]);
+    assert_eq!((loud.stderr, loud.status.code()), (quiet.stderr, quiet.status.code()));
+}
+
+#[test]
+fn shells_and_manuals_know_every_verb() {
+    let text = |arguments: &[&str]| {
+        let output = run(arguments);
+        assert!(output.status.success(), "{arguments:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for shell in ["bash", "zsh", "fish"] {
+        let script = text(&["completions", shell]);
+        assert!(["identify", "diagnose", "fail-on"].iter().all(|word| script.contains(word)), "{shell}");
+    }
+    let bash = text(&["completions", "bash"]);
+    if let Ok(mut child) = Command::new("bash").args(["-n"]).stdin(Stdio::piped()).spawn() {
+        child.stdin.take().unwrap().write_all(bash.as_bytes()).unwrap();
+        assert!(child.wait().unwrap().success());
+    }
+    assert!(text(&["man", "identify"]).contains(".TH"));
+    let folder = tempfile::tempdir().unwrap();
+    text(&["man", "--out", folder.path().join("man1").to_str().unwrap()]);
+    assert!(folder.path().join("man1/fiveaxis-identify.1").is_file());
+    let output = run(&["man", "identfy"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn the_python_example_reads_the_json() {
+    let script = |sessions: &[&str]| {
+        Command::new("python3")
+            .args(["examples/automation/judge.py", "--program", env!("CARGO_BIN_EXE_fiveaxis"), "--limit", "20"])
+            .args(sessions)
+            .output()
+    };
+    let Ok(output) = script(&[CHAPTER5]) else {
+        println!("SKIPPED the_python_example_reads_the_json: no python3");
+        return;
+    };
+    let says = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{says}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(says.contains("beyond 20 um: ") && says.contains("EY0C -52."), "{says}");
+    let output = script(&["no-such.yaml"]).unwrap();
+    let says = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.code() == Some(2) && says.contains("is not there"), "{says}");
+}
