@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fiveaxis::load::{load_instrument, load_session, machine_from_yaml};
+use fiveaxis::load::{load_claim, load_instrument, load_session, machine_from_yaml};
 
 const DOCUMENT: &str = include_str!("../docs/formats.md");
 
@@ -13,8 +13,8 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn every_example_is_read() {
-    let [machine, component_errors, linear_axes, session, instrument] = examples()[..] else {
-        panic!("five examples are expected")
+    let [machine, component_errors, linear_axes, session, instrument, results] = examples()[..] else {
+        panic!("six examples are expected")
     };
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| {
@@ -35,6 +35,7 @@ fn every_example_is_read() {
     write("a-short-cw.csv", "time_s,A_deg,length_mm\n0,70,99.99\n0.1,69.9,99.98\n");
     let session = load_session(&write("session.yaml", session)).unwrap();
     assert_eq!(session.tests[0].recording.as_ref().unwrap().len(), 2);
+    assert_eq!(load_claim(&write("results.yaml", results)).unwrap().values.len(), 2);
     let instrument = load_instrument(&write("instrument.yaml", instrument)).unwrap();
     assert_eq!(instrument.correlation_time_s, 1.2);
 }

@@ -34,11 +34,6 @@ fn with_nothing_left_out_the_methods_agree_and_are_right() {
         // chapter 6 has the longest arms
         assert!((by.value[2] - inserted).abs() < 4.0 * by.sigma[2], "{name}: {}", by.value[2]);
     }
-    // what chapters 4 and 5 leave in: EB0A, by definition and without any missing physics
-    let printed = of(&errors, "EB0C").printed;
-    for chapter in 0..2 {
-        assert!((printed[chapter] - printed[2] - 6.62).abs() < 1.5, "{printed:?}");
-    }
 }
 
 #[test]
@@ -57,10 +52,10 @@ fn what_acts_on_one_of_two_circles_turns_the_methods_against_each_other() {
     assert!(a.in_sigmas() > 10.0 && b.in_sigmas() > 5.0);
     // the two methods that share their lever arms disagree with each other as well
     assert!((a.value[0] - a.value[1]).abs() > 5.0);
-    // a wrong seat of the ball: 3.2 µm in z over 111.8 mm, over 550 mm in chapter 6; chapter 4 goes to −x after the first
-    // change, chapter 6 to +x, so the two angles have opposite signs
+    // a wrong seat of the ball: 3.2 µm in z over 111.8 mm, over 550 mm in chapter 6; both go to −x after the first change,
+    // so the two angles have the same sign
     let seat = methods("seats anew");
-    let expected = 3.2e-3 * (1.0 / 111.803 + 1.0 / 550.0) * fiveaxis::units::ARCSEC_PER_RAD;
+    let expected = 3.2e-3 * (1.0 / 111.803 - 1.0 / 550.0) * fiveaxis::units::ARCSEC_PER_RAD;
     let by = of(&seat, "EB0A");
     assert!(((by.value[0] - by.value[2]).abs() - expected).abs() < 1.0, "{:?}, {expected}", by.value);
     for part in ["grows down", "sideways", "EXA", "EYX"] {

@@ -35,6 +35,11 @@ use crate::simulate::SimulateError;
 /// Share of consistent claims in which some disagreement may be called so by chance.
 pub const FALSE_ALARMS: f64 = 0.02;
 
+/// χ² by which a cause may do worse than the circle that it replaces: 1 % of one degree of freedom.
+const REPLACED_CHI2: f64 = 6.63;
+/// A cause that moves the disagreements by less than this many standard deviations per µm, mm or as a whole does not act.
+const NO_EFFECT: f64 = 1e-3;
+
 /// Why claims cannot be compared.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReconcileError {
@@ -183,6 +188,25 @@ impl Prepared {
         stacked
     }
 
+    /// Values that an assumption restates as the given ones: `y` with `y + M y = values`.
+    pub fn unrestated(&self, cause: &Cause, values: &DVector<f64>) -> DVector<f64> {
+        let mut before = values.clone();
+        for (claim, change) in cause.effect.iter().enumerate() {
+            let Change::Restated(matrix) = change else { continue };
+            let (at, count) = (self.first[claim], self.designs[claim].names.len());
+            let whole = DMatrix::identity(count, count) + matrix;
+            if let Some(solved) = whole.lu().solve(&values.rows(at, count).into_owned()) {
+                before.rows_mut(at, count).copy_from(&solved);
+            }
+        }
+        before
+    }
+
+    /// How many standard deviations of disagreement a change of the stacked errors makes.
+    pub fn sigmas(&self, change: &DVector<f64>) -> f64 {
+        self.frame.disagreement(change).norm()
+    }
+
     /// The stated values one below the other, µm and arcsec.
     pub fn values(&self, claims: &[Claim]) -> DVector<f64> {
         let values = claims.iter().flat_map(|claim| &claim.values);
@@ -250,7 +274,7 @@ impl Prepared {
             Some(_) => select(&plain, circles, &[&direction], self.threshold),
             None => select(&self.frame.disagreement(&(values + &stacked)), circles, &[], self.threshold),
         };
-        let size = of.limit.and_then(|_| {
+        let size = of.limit.filter(|_| direction.norm() > NO_EFFECT).and_then(|_| {
             let mut model = vec![&direction];
             model.extend(after.picks.iter().map(|pick| &circles[*pick]));
             sizes(&plain, &model).and_then(|found| found.first().copied())
@@ -260,8 +284,11 @@ impl Prepared {
             (Some(_), None) => false,
             (None, _) => true,
         };
-        let fewer = after.picks.len() < before.picks.len();
-        let gone = |k: &usize| fewer && !after.picks.contains(&before.picks[*k]);
+        let replaced = before.picks.len().saturating_sub(after.picks.len());
+        // each circle replaced may cost what chance costs one degree of freedom
+        let does_as_well = replaced > 0 && after.chi2 <= before.chi2 + REPLACED_CHI2 * replaced as f64;
+        let acts = direction.norm() > NO_EFFECT;
+        let gone = |k: &usize| does_as_well && acts && !after.picks.contains(&before.picks[*k]);
         Verdict {
             cause,
             size,

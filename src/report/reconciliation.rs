@@ -127,8 +127,11 @@ pub fn reconciliation_text(claims: &[Claim], prepared: &Prepared, found: &Reconc
     if !found.disagreements.is_empty() {
         text.push_str(&causes_text(claims, prepared, found));
     }
-    if let Some(deciding) = &found.deciding {
-        text.push_str(&deciding_text(claims, prepared, deciding));
+    let named = found.verdicts.iter().filter(|verdict| verdict.is_named()).count();
+    match &found.deciding {
+        Some(deciding) => text.push_str(&deciding_text(claims, prepared, deciding)),
+        None if named > 1 => text.push_str("\nno circle of these designs, run again, tells the causes named apart\n"),
+        None => {}
     }
     text
 }
@@ -235,15 +238,25 @@ fn causes_text(claims: &[Claim], prepared: &Prepared, found: &Reconciliation) ->
         ]);
     }
     text.push_str(&table.text());
-    let rest = found.verdicts.iter().filter(|verdict| verdict.explains.is_empty());
-    let assumptions: Vec<String> = rest
-        .clone()
-        .filter(|verdict| verdict.size.is_none())
-        .map(|verdict| named(prepared, claims, verdict.cause))
-        .collect();
-    let _ = writeln!(text, "\nexcluded: it takes no disagreement away ({} in all)", rest.count());
-    for assumption in assumptions {
-        text.push_str(&in_lines(&assumption, "    "));
+    let rest: Vec<&Verdict> = found.verdicts.iter().filter(|verdict| verdict.explains.is_empty()).collect();
+    let _ = writeln!(
+        text,
+        "\nexcluded: none of these does away with a disagreement ({} in all); assumptions among them",
+        rest.len()
+    );
+    let mut assumptions: Vec<(String, Vec<&str>)> = Vec::new();
+    for verdict in rest.iter().filter(|verdict| prepared.causes[verdict.cause].limit.is_none()) {
+        let cause = &prepared.causes[verdict.cause];
+        let claim = cause.claim.map_or("machine", |claim| claims[claim].name.as_str());
+        let words = what(prepared, cause);
+        match assumptions.iter_mut().find(|(other, _)| *other == words) {
+            Some((_, of)) => of.push(claim),
+            None => assumptions.push((words, vec![claim])),
+        }
+    }
+    for (words, mut of) in assumptions {
+        of.sort_unstable();
+        text.push_str(&in_lines(&format!("{words} ({})", of.join(", ")), "  "));
     }
     text
 }
