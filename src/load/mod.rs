@@ -2,6 +2,7 @@
 
 mod axis;
 mod bodies;
+mod capture;
 mod component_form;
 mod document;
 mod effects;
@@ -27,6 +28,7 @@ mod text;
 mod urdf;
 
 pub use bodies::{load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files};
+pub use capture::{CaptureFile, CaptureHints, load_capture};
 pub use instrument::load_instrument;
 pub use kit::{load_kit, standard_kit};
 pub use machine::{load_machine, load_machine_with_links, machine_from_yaml};

@@ -2,6 +2,7 @@
 
 pub mod before_after;
 mod cards;
+pub mod capture;
 pub mod chain_map;
 pub mod check;
 pub mod circles;
