@@ -46,6 +46,8 @@ enum Verb {
     Check(verbs::check::Arguments),
     /// Location errors of a machine from recordings: fiveaxis identify session.yaml
     Identify(verbs::identify::Arguments),
+    /// Recordings from captures in one piece, as a gauge writes them: fiveaxis import FILE --session session.yaml --out DIR
+    Import(verbs::import::Arguments),
     /// Least clearance over every sweep: fiveaxis clearance session.yaml
     Clearance(verbs::clearance::Arguments),
     /// The physics that location errors leave unexplained: fiveaxis diagnose session.yaml
@@ -81,6 +83,7 @@ fn main() -> ExitCode {
         Verb::Plan(arguments) => verbs::plan::run(&arguments),
         Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
+        Verb::Import(arguments) => verbs::import::run(&arguments),
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),
         Verb::Diagnose(arguments) => verbs::diagnose::run(&arguments),
         Verb::Reconcile(arguments) => verbs::reconcile::run(&arguments),

@@ -26,7 +26,7 @@ const SPIKE: f64 = 8.0;
 /// Neighbours on either side of which the median is taken.
 const NEIGHBOURS: usize = 3;
 
-pub(super) fn median(values: &mut [f64]) -> f64 {
+fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

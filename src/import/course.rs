@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::place::ImportError;
 use crate::chain::Chain;
-use crate::identify::{FreePrior, Problem, default_free, unknowns};
-use crate::machine::Machine;
+use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
+use crate::machine::{AxisKind, Machine};
 use crate::plan::beyond_path;
-use crate::session::{Follow, Motion, Path, Session, Setups, Test};
+use crate::session::{Motion, Path, Session, Setups, Test};
 
 /// Two tests of a session that one program runs: the same path there and back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +33,33 @@ pub fn pairs(session: &Session) -> Vec<Pair> {
         .collect()
 }
 
+/// Which feeds a search thinks possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feeds {
+    /// As programmed, within a tenth: controls keep the feed of one axis and of arcs.
+    Programmed,
+    /// From an eighth to a quarter more: an override, or blocks too short for the control's look-ahead (seen at 0.16 to 0.33).
+    Any,
+}
+
+impl Feeds {
+    /// Least and greatest speed over the programmed feed.
+    pub(super) fn range(self) -> [f64; 2] {
+        match self {
+            Feeds::Programmed => [0.9, 1.1],
+            Feeds::Any => [0.12, 1.25],
+        }
+    }
+
+    /// Standard deviation of the speed's logarithm before the search.
+    pub(super) fn sigma(self) -> f64 {
+        match self {
+            Feeds::Programmed => 0.02,
+            Feeds::Any => 0.7,
+        }
+    }
+}
+
 /// Readings along one direction's run, run-in and run-out included, at even steps of the path.
 #[derive(Debug, Clone)]
 pub struct Course {
@@ -42,8 +69,10 @@ pub struct Course {
     pub arc_s: [f64; 2],
     /// Path at the first and the last node, deg or mm of the path.
     pub ends: [f64; 2],
-    /// True where linear axes follow: controls slow such runs down.
-    pub is_coupled: bool,
+    /// Unit of the path, as messages write it.
+    pub unit: &'static str,
+    /// Feeds that are thought possible.
+    pub feeds: Feeds,
     /// Nominal length, mm, by node.
     pub(super) length_mm: Vec<f64>,
     /// Forms that errors of balls, bar and axes may add, mm at one standard deviation, by component and node.
@@ -65,7 +94,7 @@ const MOST: usize = 10;
 
 impl Course {
     /// The run of the first test of a pair.
-    pub fn of(session: &Session, pair: Pair) -> Result<Course, ImportError> {
+    pub fn of(session: &Session, pair: Pair, feeds: Feeds) -> Result<Course, ImportError> {
         let machine = &session.machine;
         let chain = Chain::of(machine);
         let mut test = session.tests[pair.tests[0]].clone();
@@ -96,7 +125,11 @@ impl Course {
             run_s,
             arc_s: [at(*from), at(*to)],
             ends,
-            is_coupled: !matches!(path, Path::Sweep { follow: Follow::None, .. }),
+            unit: match path {
+                Path::Sweep { axis, .. } if machine.axes[axis].kind == AxisKind::Linear => " mm",
+                _ => "°",
+            },
+            feeds,
             length_mm,
             components,
             node_at: nodes_at(&time_s),
@@ -166,7 +199,9 @@ fn nodes_at(time_s: &[f64]) -> Vec<f64> {
 /// Nominal lengths and the principal forms that errors may add.
 fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<(Vec<f64>, Vec<Vec<f64>>), ImportError> {
     let setups = Setups::of(session);
-    let list = unknowns(session, &setups, &default_free(machine), LOCATION);
+    // slides out of square draw once-a-turn forms where they follow
+    let free = parse_free("all", machine).unwrap_or_else(|_| default_free(machine));
+    let list = unknowns(session, &setups, &free, LOCATION);
     let mut problem = Problem::new(session, chain, &setups, list)?;
     let rows = problem.tests[0].motion.rows();
     problem.tests[0].reading_mm = vec![0.0; rows];

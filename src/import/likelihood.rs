@@ -16,13 +16,16 @@ const HYSTERESIS_MM: f64 = 3e-3;
 const FORM_MM: f64 = 1.5e-3;
 const FORM_HARMONICS: usize = 3;
 
-/// Parts of the model that a search may leave out to be quick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Detail {
-    /// Errors of balls and axes, zero, drift.
-    Rough,
-    /// Hysteresis and form too.
-    Full,
+/// How much a machine may do beside errors of balls and axes, as a share of the standard deviations above; the readings say
+/// which by their likelihood.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Freedom(pub f64);
+
+impl Freedom {
+    /// A search on few readings: hysteresis and form left out.
+    pub const NONE: Freedom = Freedom(0.0);
+    /// A machine without a fault to one with some µm of it.
+    pub const ALL: [Freedom; 3] = [Freedom(0.03), Freedom(0.2), Freedom(1.0)];
 }
 
 /// What the readings leave at a timing.
@@ -33,27 +36,32 @@ pub(super) struct Left {
     pub residual_mm: Vec<f64>,
 }
 
+/// Cost of a pace as far again outside of what is thought possible: more than any readings gain.
+const WALL: f64 = 1e9;
+
 /// Priors of what the control did: `pace` about the programmed feed and `ramp_s` about 0.15 s, both in logarithms.
 fn prior(course: &Course, timing: &Timing) -> f64 {
-    // one axis alone keeps its feed; runs with following slides were seen at 0.16 to 1 of it
-    let pace_sigma = if course.is_coupled { 0.7 } else { 0.03 };
-    let (ramp_middle, ramp_sigma) = (0.15f64, 0.7);
-    (timing.pace.ln() / pace_sigma).powi(2)
+    let (pace_sigma, ramp_middle, ramp_sigma) = (course.feeds.sigma(), 0.15f64, 0.7);
+    let [slowest, fastest] = course.feeds.range();
+    let outside = (slowest / timing.pace).max(timing.pace / fastest).max(1.0) - 1.0;
+    WALL * outside
+        + (timing.pace.ln() / pace_sigma).powi(2)
         + 2.0 * f64::ln(pace_sigma)
         + ((timing.ramp_s / ramp_middle).ln() / ramp_sigma).powi(2)
 }
 
 /// Cost of a timing.
-pub(super) fn cost(course: &Course, data: &Averages, timing: &Timing, detail: Detail) -> f64 {
-    left(course, data, timing, detail).cost
+pub(super) fn cost(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> f64 {
+    left(course, data, timing, freedom).cost
 }
 
 /// Cost and residuals of a timing.
-pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, detail: Detail) -> Left {
+pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> Left {
     let rows = data.time_s.len();
     let (first, last) = (data.time_s[0], data.time_s[rows - 1]);
-    let width = width(course, detail);
+    let width = width(course, freedom);
     let middle = interpolated(&course.length_mm, 0.5 * (course.length_mm.len() - 1) as f64);
+    let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.0 };
     let mut model = Vec::with_capacity(rows * width);
     let mut right = Vec::with_capacity(rows);
     for (&time, (&value, &sigma)) in data.time_s.iter().zip(data.value_mm.iter().zip(&data.sigma_mm)) {
@@ -62,8 +70,9 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, detail: De
         right.push((value - interpolated(&course.length_mm, node) + middle) / sigma);
         model.extend(course.components.iter().map(|component| interpolated(component, node) / sigma));
         model.push(ZERO_MM / sigma);
-        model.push(DRIFT_MM * ((time - first) / (last - first) - 0.5) / sigma);
-        if detail == Detail::Full {
+        model.push(drift_mm * ((time - first) / (last - first) - 0.5) / sigma);
+        if freedom != Freedom::NONE {
+            let sigma = sigma / freedom.0;
             let (sin, cos) = (TAU * place / course.run_s).sin_cos();
             model.extend([1.0, sin, cos].map(|form| HYSTERESIS_MM * sense * form / sigma));
             for k in 1..=FORM_HARMONICS {
@@ -90,8 +99,8 @@ pub(super) fn cost_at_rest(data: &Averages) -> f64 {
     ridge(&model, &right, 2).cost + norms
 }
 
-fn width(course: &Course, detail: Detail) -> usize {
-    let more = if detail == Detail::Full { 3 + 2 * FORM_HARMONICS } else { 0 };
+fn width(course: &Course, freedom: Freedom) -> usize {
+    let more = if freedom == Freedom::NONE { 0 } else { 3 + 2 * FORM_HARMONICS };
     course.components.len() + 2 + more
 }
 

@@ -27,7 +27,7 @@ mod split;
 mod timing;
 
 pub use capture::Capture;
-pub use course::{Course, Pair, pairs};
+pub use course::{Course, Feeds, Pair, pairs};
 pub use place::{ImportError, Placement, place};
 pub use split::{recordings, split_session};
 pub use timing::Timing;

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::capture::{Capture, median};
-use super::course::{Course, Pair};
-use super::likelihood::{Detail, cost, cost_at_rest, left};
-use super::search::{Candidate, Levels, descend, moved, search, units};
+use super::capture::{Averages, Capture};
+use super::course::{Course, Feeds, Pair};
+use super::likelihood::{cost, cost_at_rest, left};
+use super::search::{Candidate, Levels, descend_freely, moved, search, units};
 use super::timing::Timing;
 use crate::effects::EffectError;
 use crate::identify::FitError;
@@ -58,6 +58,10 @@ pub enum ImportError {
         "the readings tell the axis position to ± {sigma:.2}{unit} only, {limit}{unit} are asked for: the length hardly changes along this run"
     )]
     TooFlat { sigma: f64, limit: f64, unit: &'static str },
+    #[error(
+        "the readings fit {test} at {pace:.2} of its programmed feed: where an override or the control slowed the program, say --any-feed; else it is another program's capture"
+    )]
+    OtherFeed { test: String, pace: f64 },
     #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the tests with --tests")]
     TwoTests { one: String, other: String, odds: f64 },
 }
@@ -78,6 +82,8 @@ pub struct Placement {
     pub sigma: [f64; 4],
     /// Standard deviation of the path position of a reading, root mean square over both arcs, deg or mm.
     pub position_sigma: f64,
+    /// Averaged readings for a picture: time, s, reading and what the model leaves of it, mm.
+    pub averages: Vec<[f64; 3]>,
     /// What is left, mm, and the noise of one reading, mm.
     pub left_mm: f64,
     pub noise_mm: f64,
@@ -102,10 +108,11 @@ const LEFT_MM: f64 = 5e-3;
 /// Multiple of the noise below which what is left is no misfit.
 const NOISES: f64 = 3.0;
 /// Least certainty of a position, deg or mm.
-const LIMIT: f64 = 1.0;
+const LIMIT: f64 = 2.0;
 
-/// Places a capture on the best of some pairs of tests.
-pub fn place(session: &Session, among: &[Pair], capture: &Capture) -> Result<Placement, ImportError> {
+/// Places a capture on the best of some pairs of tests. With [`Feeds::Programmed`] a capture that fits at another feed alone
+/// is refused: so does many a capture of another program.
+pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Result<Placement, ImportError> {
     let readings = capture.reading_mm.iter().filter(|reading| reading.is_finite()).count();
     if readings < FEWEST {
         return Err(ImportError::TooFew { readings, due: FEWEST });
@@ -115,11 +122,42 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture) -> Result<Pla
         return Err(ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM });
     }
     let levels = Levels::of(capture);
+    let placed = placed(session, among, capture, &levels, feeds);
+    match (&placed, feeds) {
+        (
+            Err(
+                ImportError::CutAtStart { .. }
+                | ImportError::CutAtEnd { .. }
+                | ImportError::Unexplained { .. }
+                | ImportError::TooShort { .. },
+            ),
+            Feeds::Programmed,
+        ) => {
+            let elsewhere = self::placed(session, among, capture, &levels, Feeds::Any);
+            match elsewhere {
+                Ok(found) if (found.timing.pace - 1.0).abs() > 0.1 => Err(ImportError::OtherFeed {
+                    test: session.tests[found.pair.tests[0]].name.clone(),
+                    pace: found.timing.pace,
+                }),
+                _ => placed,
+            }
+        }
+        _ => placed,
+    }
+}
+
+fn placed(
+    session: &Session,
+    among: &[Pair],
+    capture: &Capture,
+    levels: &Levels,
+    feeds: Feeds,
+) -> Result<Placement, ImportError> {
     let mut found: Vec<(Pair, Course, Vec<Candidate>)> = Vec::new();
     let mut short = None;
     for &pair in among {
-        let course = Course::of(session, pair)?;
-        let candidates = search(&course, &levels);
+        let course = Course::of(session, pair, feeds)?;
+        let candidates = search(&course, levels);
         if candidates.is_empty() {
             let (first, last) = capture.ends_s();
             short = Some(ImportError::TooShort {
@@ -140,32 +178,30 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture) -> Result<Pla
     };
     let next = found.get(1).map(|(pair, _, _)| name(pair));
     let (pair, course, candidates) = found.swap_remove(0);
-    let placement = judged(&name(&pair), pair, course, &candidates, capture, &levels, odds_tests)?;
+    let placement = judged(&name(&pair), (pair, course), &candidates, capture, levels)?;
     match next {
         Some(other) if odds_tests < CLEAR => Err(ImportError::TwoTests { one: name(&pair), other, odds: odds_tests }),
-        _ => Ok(placement),
+        _ => Ok(Placement { odds_tests, ..placement }),
     }
 }
 
 fn judged(
     test: &str,
-    pair: Pair,
-    course: Course,
+    (pair, course): (Pair, Course),
     candidates: &[Candidate],
     capture: &Capture,
     levels: &Levels,
-    odds_tests: f64,
 ) -> Result<Placement, ImportError> {
     let mut data = levels.fine.clone();
     let mut best = candidates[0];
     // what is left says how noisy averages are, correlation included; then the last descent
     for _ in 0..2 {
-        let left = left(&course, &data, &best.timing, Detail::Full).residual_mm;
+        let left = left(&course, &data, &best.timing, best.freedom).residual_mm;
         let scale = correlated_scale(&left, &data.sigma_mm);
         data.sigma_mm.iter_mut().for_each(|sigma| *sigma *= scale);
-        best = descend(&course, &data, best.timing, 0.1);
+        best = descend_freely(&course, &data, best.timing, 0.1);
     }
-    let residual = left(&course, &data, &best.timing, Detail::Full).residual_mm;
+    let residual = left(&course, &data, &best.timing, best.freedom).residual_mm;
     let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
     let mean = data.value_mm.iter().sum::<f64>() / data.value_mm.len() as f64;
     let size_mm =
@@ -185,11 +221,11 @@ fn judged(
             noise_um: 1e3 * noise_mm,
         });
     }
-    let covariance = covariance(&course, &data, &best.timing);
+    let covariance = covariance(&course, &data, &best);
     let sigma: [f64; 4] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
     let step = units(&course, best.timing.pace);
     let in_units = [sigma[0] * step[0], sigma[1] * step[1], sigma[2] * step[2] * best.timing.pace, sigma[3] * step[3]];
-    let unit = if course.ends[0].abs().max(course.ends[1].abs()) > 0.0 { "°" } else { "" };
+    let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &in_units)?;
     let position_sigma = position_sigma(&course, &best.timing, &covariance);
     if position_sigma > LIMIT {
@@ -197,7 +233,7 @@ fn judged(
     }
     let mut odds_place = f64::INFINITY;
     for other in &candidates[1..] {
-        let again = descend(&course, &data, other.timing, 0.1);
+        let again = descend_freely(&course, &data, other.timing, 0.1);
         let apart = apart(&course, &best.timing, &again.timing);
         let odds = 0.5 * (again.cost - best.cost);
         if apart < (4.0 * position_sigma).max(0.05) {
@@ -216,23 +252,32 @@ fn judged(
         position_sigma,
         left_mm,
         noise_mm,
+        averages: (data.time_s.iter().zip(&data.value_mm).zip(&residual))
+            .map(|((time, value), left)| [*time, *value, *left])
+            .collect(),
         odds_place,
-        odds_tests,
+        odds_tests: f64::INFINITY,
     })
 }
 
-/// Factor on the averages' standard deviations that what is left asks for: its size, and its correlation from one to the
-/// next, which leaves (1 − ρ)/(1 + ρ) of the readings' number.
+/// Factor on the averages' standard deviations that what is left asks for: its size, and its correlation: n readings are
+/// worth `n / (1 + 2 Σ ρ_k)` independent ones, summed until pairs of lags no longer correlate (Geyer 1992).
 fn correlated_scale(left_mm: &[f64], sigma_mm: &[f64]) -> f64 {
     let scaled: Vec<f64> = left_mm.iter().zip(sigma_mm).map(|(left, sigma)| left / sigma).collect();
-    let mut sizes: Vec<f64> = scaled.iter().map(|value| value * value).collect();
-    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-    // a few large ones do not decide
-    let robust = median(&mut sizes) / 0.4549;
-    let variance = mean.min(4.0 * robust).max(1e-12);
-    let lagged = scaled.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / scaled.len().max(1) as f64;
-    let rho = (lagged / mean.max(1e-12)).clamp(0.0, 0.98);
-    (variance * (1.0 + rho) / (1.0 - rho)).sqrt()
+    let count = scaled.len().max(1);
+    let mean = (scaled.iter().map(|value| value * value).sum::<f64>() / count as f64).max(1e-12);
+    let lagged = |lag: usize| {
+        scaled.iter().zip(&scaled[lag.min(count)..]).map(|(one, other)| one * other).sum::<f64>() / count as f64 / mean
+    };
+    let mut worth = 1.0;
+    for lag in (1..count / 8).step_by(2) {
+        let pair = lagged(lag) + lagged(lag + 1);
+        if pair <= 0.0 {
+            break;
+        }
+        worth += 2.0 * pair;
+    }
+    (mean * worth).sqrt()
 }
 
 fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[f64; 4]) -> Result<(), ImportError> {
@@ -250,9 +295,9 @@ fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[
 
 /// Covariance of the four variables in their units: twice the inverse of the cost's second derivatives, by differences whose
 /// steps raise the cost by about one.
-fn covariance(course: &Course, data: &super::capture::Averages, timing: &Timing) -> DMatrix<f64> {
-    let units = units(course, timing.pace);
-    let at = |x: &[f64; 4]| cost(course, data, &moved(timing, &units, x), Detail::Full);
+fn covariance(course: &Course, data: &Averages, best: &Candidate) -> DMatrix<f64> {
+    let units = units(course, best.timing.pace);
+    let at = |x: &[f64; 4]| cost(course, data, &moved(&best.timing, &units, x), best.freedom);
     let here = at(&[0.0; 4]);
     let along = |k: usize, by: f64| -> [f64; 4] { std::array::from_fn(|i| if i == k { by } else { 0.0 }) };
     let steps: Vec<f64> = (0..4)
@@ -276,24 +321,13 @@ fn covariance(course: &Course, data: &super::capture::Averages, timing: &Timing)
         };
         (both(1.0, 1.0) - both(1.0, -1.0) - both(-1.0, 1.0) + both(-1.0, -1.0)) / (4.0 * a * b)
     });
-    // nothing is known better than the steps say where the cost does not curve
-    let floor = DMatrix::from_fn(4, 4, |i, j| if i == j { 1e-3 / (steps[i] * steps[i]) } else { 0.0 });
-    let symmetric = 0.5 * (&second + second.transpose()) * 0.5;
-    symmetric.clone().cholesky().map_or_else(
-        || (symmetric.map_diagonal_positive() + floor).try_inverse().unwrap_or_else(|| DMatrix::identity(4, 4)),
-        |factor| factor.inverse(),
-    )
-}
-
-/// The diagonal alone, of a matrix that is not positive.
-trait Positive {
-    fn map_diagonal_positive(&self) -> DMatrix<f64>;
-}
-
-impl Positive for DMatrix<f64> {
-    fn map_diagonal_positive(&self) -> DMatrix<f64> {
-        DMatrix::from_fn(4, 4, |i, j| if i == j { self[(i, i)].abs() } else { 0.0 })
-    }
+    let curvature = 0.25 * (&second + second.transpose());
+    // where rounding leaves it not positive, each variable by itself, and no better than its step
+    let alone = |k: usize| curvature[(k, k)].max(1e-3 / (steps[k] * steps[k])).recip();
+    curvature
+        .clone()
+        .cholesky()
+        .map_or_else(|| DMatrix::from_fn(4, 4, |i, j| if i == j { alone(i) } else { 0.0 }), |factor| factor.inverse())
 }
 
 /// Times in both arcs at which positions are compared.

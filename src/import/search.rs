@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::capture::{Averages, Capture};
 use super::course::Course;
-use super::likelihood::{Detail, cost};
+use super::likelihood::{Freedom, cost};
 use super::timing::Timing;
 use crate::statistics::minimise_in_four;
 
@@ -12,22 +12,21 @@ use crate::statistics::minimise_in_four;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub timing: Timing,
+    pub freedom: Freedom,
     pub cost: f64,
 }
 
 /// Averages of the grid, of the first descent and of the last.
 const ROUGH: usize = 120;
 const MIDDLE: usize = 400;
-const FINE: usize = 2000;
+const FINE: usize = 1000;
 /// Steps of the grid over a capture: a start is then within a sixtieth, which is well inside the valley of any smooth form.
 const STEPS: f64 = 60.0;
 /// Ramp that the grid assumes, s.
 const RAMP_S: f64 = 0.15;
 /// Ramps of controls, s.
 const RAMPS_S: [f64; 2] = [0.005, 2.0];
-/// Paces of the grid: one axis alone within a tenth of its feed, following runs from an eighth.
-const PACES_ALONE: [f64; 2] = [0.9, 1.1];
-const PACES_COUPLED: [f64; 2] = [0.12, 1.15];
+/// Step of the grid in the logarithm of the pace.
 const PACE_STEP: f64 = 0.02;
 /// Share of a run that may lie outside the capture, so that one which was cut off is seen to be.
 const OUTSIDE: f64 = 0.3;
@@ -53,12 +52,12 @@ pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
     grid.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     let starts = apart(course, grid, STARTS, 2.0);
     let descended: Vec<Candidate> =
-        starts.par_iter().map(|start| descend(course, &levels.middle, start.timing, 0.7)).collect();
+        starts.par_iter().map(|start| descend(course, &levels.middle, start.timing, Freedom::ALL[1], 0.7)).collect();
     let mut best = descended;
     best.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     let few = apart(course, best, 3, 0.2);
     let mut fine: Vec<Candidate> =
-        few.par_iter().map(|start| descend(course, &levels.fine, start.timing, 0.2)).collect();
+        few.par_iter().map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2)).collect();
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     apart(course, fine, 3, 0.05)
 }
@@ -66,7 +65,7 @@ pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
 fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
     let (first, last) = (data.time_s[0], data.time_s[data.time_s.len() - 1]);
     let step = (last - first) / STEPS;
-    let paces = if course.is_coupled { PACES_COUPLED } else { PACES_ALONE };
+    let paces = course.feeds.range();
     let count = ((paces[1] / paces[0]).ln() / PACE_STEP).ceil() as usize;
     let paces: Vec<f64> = (0..=count).map(|k| paces[0] * (PACE_STEP * k as f64).exp()).collect();
     paces
@@ -79,7 +78,7 @@ fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
             firsts.into_iter().flat_map(move |one| {
                 steps(one + moving, latest, step).into_iter().map(move |other| {
                     let timing = Timing { start_s: [one, other], pace, ramp_s: RAMP_S };
-                    Candidate { timing, cost: cost(course, data, &timing, Detail::Rough) }
+                    Candidate { timing, freedom: Freedom::NONE, cost: cost(course, data, &timing, Freedom::NONE) }
                 })
             })
         })
@@ -127,15 +126,15 @@ pub(super) fn moved(timing: &Timing, units: &[f64; 4], by: &[f64; 4]) -> Timing 
 }
 
 /// Nelder–Mead from a start, again with smaller steps until it no longer gains.
-pub(super) fn descend(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
-    let mut best = Candidate { timing: start, cost: cost(course, data, &start, Detail::Full) };
+pub(super) fn descend(course: &Course, data: &Averages, start: Timing, freedom: Freedom, size: f64) -> Candidate {
+    let mut best = Candidate { timing: start, freedom, cost: cost(course, data, &start, freedom) };
     let mut size = size;
-    for _ in 0..4 {
+    for _ in 0..3 {
         let units = units(course, best.timing.pace);
         let from = best.timing;
         let at = |x: &[f64; 4]| moved(&from, &units, x);
-        let found = at(&minimise_in_four([0.0; 4], size, |x| cost(course, data, &at(x), Detail::Full)));
-        let next = Candidate { timing: found, cost: cost(course, data, &found, Detail::Full) };
+        let found = at(&minimise_in_four([0.0; 4], size, |x| cost(course, data, &at(x), freedom)));
+        let next = Candidate { timing: found, freedom, cost: cost(course, data, &found, freedom) };
         let gain = best.cost - next.cost;
         if gain > 0.0 {
             best = next;
@@ -146,4 +145,14 @@ pub(super) fn descend(course: &Course, data: &Averages, start: Timing, size: f64
         size *= 0.4;
     }
     best
+}
+
+/// The same with the freedom that the readings speak for.
+pub(super) fn descend_freely(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
+    let [first, others @ ..] = Freedom::ALL;
+    let best = descend(course, data, start, first, size);
+    others
+        .into_iter()
+        .map(|freedom| descend(course, data, best.timing, freedom, size))
+        .fold(best, |best, next| if next.cost < best.cost { next } else { best })
 }

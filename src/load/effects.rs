@@ -70,7 +70,7 @@ impl Entry<'_> {
     }
 
     fn kind(&self) -> Result<&'static Kind, LoadError> {
-        let name = self.word("effect", "rotary-backlash")?;
+        let name = self.word("effect", effects::ROTARY_BACKLASH.name)?;
         effects::kind(name).ok_or_else(|| {
             let known = effects::kind_names();
             let message = format!("no effect is called '{name}'{} (allowed: {})", hint(name, &known), known.join(", "));

@@ -2,6 +2,7 @@
 
 mod axis;
 mod bodies;
+mod capture;
 mod claim;
 mod component_form;
 mod document;
@@ -28,6 +29,7 @@ mod text;
 mod urdf;
 
 pub use bodies::{load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files};
+pub use capture::{CaptureFile, CaptureHints, load_capture};
 pub use claim::load_claim;
 pub use instrument::load_instrument;
 pub use kit::{load_kit, standard_kit};

@@ -10,6 +10,7 @@ use super::ReconcileError;
 use super::budget::{moved, places};
 use super::design::{Design, Group};
 use crate::chain::Branch;
+use crate::effects::{ROTARY_ERROR_MOTION, STRAIGHTNESS, THERMAL_GROWTH};
 use crate::machine::{AxisKind, Component, Effect, ErrorName, Outlet, ParameterValue, Place};
 use crate::session::Session;
 use crate::units::UM_PER_MM;
@@ -200,7 +201,7 @@ pub fn effect_of(design: &Design, kind: &Kind) -> Option<Effect> {
     match *kind {
         Kind::Growth { axis, coordinate } => {
             Some(
-                Effect::new("thermal-growth", Place::Axis(axis))
+                Effect::new(THERMAL_GROWTH.name, Place::Axis(axis))
                     .with("tau", ParameterValue::List(vec![GROWTH_S]))
                     .size(Outlet::Motion { axis, component: Component::ALL[coordinate] }, "growth1", micron),
             )
@@ -208,13 +209,13 @@ pub fn effect_of(design: &Design, kind: &Kind) -> Option<Effect> {
         Kind::AxialMotion { axis, is_sine } => {
             let component = Component::ALL[design.session.machine.axes[axis].coordinate_direction()?];
             Some(
-                Effect::new("rotary-error-motion", Place::Axis(axis))
+                Effect::new(ROTARY_ERROR_MOTION.name, Place::Axis(axis))
                     .with("orders", ParameterValue::List(vec![1.0]))
                     .size(Outlet::Motion { axis, component }, if is_sine { "sin1" } else { "cos1" }, micron),
             )
         }
         Kind::WornGuideway { axis, centre_mm, coordinate } => Some(
-            Effect::new("straightness", Place::Axis(axis))
+            Effect::new(STRAIGHTNESS.name, Place::Axis(axis))
                 .with("centre", ParameterValue::Number(centre_mm))
                 .with("width", ParameterValue::Number(WORN_MM))
                 .size(Outlet::Motion { axis, component: Component::ALL[coordinate] }, "bump", micron),

@@ -1,6 +1,7 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
 pub mod before_after;
+pub mod capture;
 mod cards;
 pub mod chain_map;
 pub mod check;

@@ -7,6 +7,7 @@ mod directions;
 pub mod ending;
 mod former_plan;
 pub mod identify;
+pub mod import;
 pub mod output;
 pub mod plan;
 mod plan_files;

@@ -1,0 +1,308 @@
+//! Files as gauges write them, text tables or XML, to columns of times and readings. What they mean is `import`'s to find.
+
+use std::path::Path;
+
+use super::limits::{CSV_BYTES, ROWS};
+use super::message::LoadError;
+use super::printable::shortened;
+use super::text::read_limited;
+use crate::session::LengthColumn;
+
+/// What a gauge wrote.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaptureFile {
+    /// Times, s, rising.
+    pub time_s: Vec<f64>,
+    /// Readings, mm: absolute lengths, or deviations from the bar's length, as `column` says; NaN where there is none.
+    pub reading_mm: Vec<f64>,
+    /// What the readings are.
+    pub column: LengthColumn,
+    /// Columns or elements that were not read.
+    pub not_read: Vec<String>,
+}
+
+/// What a file does not say by itself.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CaptureHints {
+    /// Readings a second, for files without times.
+    pub rate_hz: Option<f64>,
+    /// What readings without a unit are.
+    pub column: Option<LengthColumn>,
+}
+
+/// Lines before a table's header, at most.
+const PREAMBLE_LINES: usize = 200;
+/// Fewest numbers of a list of readings in XML.
+const SERIES: usize = 30;
+/// Longest name that a message repeats, characters.
+const SHOWN: usize = 40;
+
+/// Reads a capture: a table with a header that names times and readings, or XML with a list of numbers.
+pub fn load_capture(file: &Path, hints: CaptureHints) -> Result<CaptureFile, LoadError> {
+    let text = read_limited(file, CSV_BYTES)?;
+    let raw = if text.trim_start().starts_with('<') { from_xml(file, &text)? } else { from_table(file, &text)? };
+    raw.finished(file, hints)
+}
+
+/// Columns as they stand in a file.
+#[derive(Default)]
+struct Raw {
+    /// Times in the file's unit with that unit, s.
+    time: Option<(Vec<f64>, f64)>,
+    readings: Vec<f64>,
+    column: Option<LengthColumn>,
+    /// Name of the readings.
+    name: String,
+    rate_hz: Option<f64>,
+    /// Line of each row, for messages.
+    lines: Vec<usize>,
+    not_read: Vec<String>,
+}
+
+impl Raw {
+    fn finished(self, file: &Path, hints: CaptureHints) -> Result<CaptureFile, LoadError> {
+        if let Some(message) = ROWS.exceeded(self.readings.len()) {
+            return Err(LoadError::file(file, message));
+        }
+        let Some(column) = hints.column.or(self.column) else {
+            return Err(LoadError::file(
+                file,
+                format!(
+                    "the readings '{}' have no unit; name the column deviation_um, deviation_mm or length_mm, or say --unit",
+                    shortened(&self.name, SHOWN)
+                ),
+            ));
+        };
+        let time_s: Vec<f64> = match (self.time, hints.rate_hz.or(self.rate_hz)) {
+            (Some((time, unit_s)), None) => time.iter().map(|value| value * unit_s).collect(),
+            (_, Some(rate)) => (0..self.readings.len()).map(|row| row as f64 / rate).collect(),
+            (None, None) => {
+                return Err(LoadError::file(
+                    file,
+                    "has neither times nor a sampling rate; add a column time_s or say --rate with the readings a second",
+                ));
+            }
+        };
+        if let Some(row) = (1..time_s.len()).find(|&row| time_s[row] <= time_s[row - 1]) {
+            let message = format!("times go from {} to {} s; times rise from row to row", time_s[row - 1], time_s[row]);
+            return Err(match self.lines.get(row) {
+                Some(&line) => LoadError::line(file, line, message),
+                None => LoadError::file(file, message),
+            });
+        }
+        let reading_mm = self.readings.iter().map(|value| value * column.unit_mm()).collect();
+        Ok(CaptureFile { time_s, reading_mm, column, not_read: self.not_read })
+    }
+}
+
+/// What a name of a column or element means.
+enum Meaning {
+    /// Times in this unit, s.
+    Time(f64),
+    /// Readings, with what they are where the name says it.
+    Readings(Option<LengthColumn>),
+    Other,
+}
+
+/// Words that name readings.
+const READINGS: [&str; 9] =
+    ["deviation", "reading", "length", "radius", "ballbar", "abweichung", "laenge", "distance", "transducer"];
+/// Words that name times.
+const TIMES: [&str; 4] = ["time", "zeit", "t", "seconds"];
+
+/// A name in small letters, its words apart.
+fn plain_name(name: &str) -> String {
+    let plain = name.trim().trim_matches('"').to_lowercase().replace(['µ', 'μ'], "u").replace('ä', "ae");
+    plain.chars().map(|character| if character.is_alphanumeric() { character } else { '_' }).collect()
+}
+
+fn meaning(name: &str) -> Meaning {
+    let plain = plain_name(name);
+    let words: Vec<&str> = plain.split('_').filter(|word| !word.is_empty()).collect();
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
+    if has(&TIMES) {
+        return Meaning::Time(if has(&["ms"]) { 1e-3 } else { 1.0 });
+    }
+    if !has(&READINGS) {
+        return Meaning::Other;
+    }
+    let is_length = has(&["length", "laenge", "distance"]);
+    Meaning::Readings(match (has(&["um", "micron", "microns"]), has(&["mm"]), is_length) {
+        (true, _, false) => Some(LengthColumn::DeviationUm),
+        (_, true, false) => Some(LengthColumn::DeviationMm),
+        (_, true, true) => Some(LengthColumn::LengthMm),
+        _ => None,
+    })
+}
+
+/// Fields of a line; a decimal comma is one where the separator is none.
+fn fields(line: &str, separator: char) -> Vec<&str> {
+    let parts: Vec<&str> = match separator {
+        ' ' => line.split_whitespace().collect(),
+        _ => line.split(separator).collect(),
+    };
+    parts.into_iter().map(|field| field.trim().trim_matches('"')).collect()
+}
+
+fn number(field: &str, separator: char) -> Option<f64> {
+    let plain = if separator == ',' { field.to_string() } else { field.replacen(',', ".", 1) };
+    plain.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+/// Readings a second that a line of a preamble states: `Sample rate: 250 Hz`.
+fn stated_rate(line: &str) -> Option<f64> {
+    let lower = line.to_lowercase();
+    let before = &lower[..lower.find("hz")?];
+    let words = before.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == ',')).filter(|word| !word.is_empty());
+    words.last()?.replace(',', ".").parse().ok().filter(|rate| *rate > 0.0)
+}
+
+fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
+    let lines = || text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let separators = [';', '\t', ',', ' '];
+    let is_readings = |name: &&str| matches!(meaning(name), Meaning::Readings(_));
+    let names_readings = |line: &str, separator: char| {
+        let names = fields(line.trim_start_matches('#'), separator);
+        names.iter().any(|name| is_readings(&name)) && names.iter().all(|name| number(name, separator).is_none())
+    };
+    let found = lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
+        let followed = lines().find(|(next, _)| *next > index)?.1;
+        // a line of words about readings is no header: numbers follow one
+        let fits = |&separator: &char| {
+            let names = fields(line.trim_start_matches('#'), separator).len();
+            let row = fields(followed, separator);
+            names_readings(line, separator)
+                && row.len() == names
+                && row.iter().any(|field| number(field, separator).is_some())
+        };
+        separators.into_iter().find(fits).map(|separator| (index, line, separator))
+    });
+    let Some((header, line, separator)) = found else {
+        return Err(LoadError::file(
+            file,
+            "has no header that names readings; a capture has columns such as time_s and deviation_um, with numbers below",
+        ));
+    };
+    let names = fields(line.trim_start_matches('#'), separator);
+    let mut raw = Raw { rate_hz: None, ..Raw::default() };
+    let (mut time_at, mut reading_at) = (None, None);
+    for (k, name) in names.iter().enumerate() {
+        match meaning(name) {
+            Meaning::Time(unit_s) if time_at.is_none() => time_at = Some((k, unit_s)),
+            Meaning::Readings(column) if reading_at.is_none() => {
+                reading_at = Some(k);
+                (raw.column, raw.name) = (column, name.to_string());
+            }
+            _ => raw.not_read.push(name.to_string()),
+        }
+    }
+    if time_at.is_none() {
+        raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
+    }
+    let mut times = Vec::new();
+    for (index, line) in lines().skip_while(|(index, _)| *index <= header) {
+        let row = fields(line, separator);
+        let refuse = |message: String| LoadError::line(file, index + 1, message);
+        if row.len() != names.len() {
+            return Err(refuse(format!(
+                "has {} fields where the header (line {}) has {}; the file may be cut off",
+                row.len(),
+                header + 1,
+                names.len()
+            )));
+        }
+        let value = |k: usize| {
+            number(row[k], separator).ok_or_else(|| {
+                refuse(format!("column {}: '{}' is not a number; correct it", names[k], shortened(row[k], SHOWN)))
+            })
+        };
+        if let Some((k, _)) = time_at {
+            times.push(value(k)?);
+        }
+        if let Some(k) = reading_at {
+            raw.readings.push(if row[k].is_empty() { f64::NAN } else { value(k)? });
+        }
+        raw.lines.push(index + 1);
+    }
+    raw.time = time_at.map(|(_, unit_s)| (times, unit_s));
+    Ok(raw)
+}
+
+/// Leaves of an XML text: name, attributes and content.
+fn leaves(text: &str) -> Vec<(&str, &str, &str)> {
+    let mut leaves = Vec::new();
+    let mut rest = text;
+    while let Some(begin) = rest.find('<') {
+        rest = &rest[begin + 1..];
+        let Some(end) = rest.find('>') else { break };
+        let (tag, after) = (&rest[..end], &rest[end + 1..]);
+        if !tag.starts_with(['/', '?', '!']) && !tag.ends_with('/') {
+            let name = tag.split(|c: char| c.is_whitespace()).next().unwrap_or(tag);
+            let content = after.find('<').map_or(after, |next| &after[..next]);
+            if after[content.len()..].starts_with(&format!("</{name}")) {
+                leaves.push((name, tag, content.trim()));
+            }
+        }
+        rest = after;
+    }
+    leaves
+}
+
+fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
+    // a list in one element, or one number in each of many
+    let mut series: Vec<(&str, String, Vec<f64>)> = Vec::new();
+    let mut raw = Raw::default();
+    let mut unit = String::new();
+    for (name, tag, content) in leaves(text) {
+        let words = content.split(|c: char| c.is_whitespace() || c == ';' || c == ',').filter(|word| !word.is_empty());
+        let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect();
+        let plain = plain_name(name);
+        match numbers {
+            Some(numbers) if numbers.len() == 1 && (plain.contains("rate") || plain.contains("freq")) => {
+                raw.rate_hz = numbers.first().copied().filter(|rate| *rate > 0.0);
+            }
+            Some(numbers) if numbers.len() == 1 && (plain.contains("interval") || plain.contains("period")) => {
+                raw.rate_hz = numbers.first().filter(|step| **step > 0.0).map(|step| 1.0 / step);
+            }
+            Some(numbers) if !numbers.is_empty() => match series.iter_mut().find(|(known, _, _)| *known == name) {
+                Some((_, _, list)) => list.extend(numbers),
+                None => series.push((name, tag.to_string(), numbers)),
+            },
+            _ if plain.contains("unit") => unit = plain_name(content),
+            _ => raw.not_read.push(name.to_string()),
+        }
+    }
+    let is_time = |name: &str| matches!(meaning(name), Meaning::Time(_));
+    let named =
+        |name: &str| u8::from(plain_name(name).split('_').any(|word| READINGS.iter().any(|r| word.starts_with(r))));
+    let best = (0..series.len())
+        .filter(|&k| series[k].2.len() >= SERIES && !is_time(series[k].0))
+        .max_by_key(|&k| (named(series[k].0), series[k].2.len()));
+    let Some(best) = best else {
+        let names: Vec<&str> = series.iter().map(|(name, _, _)| *name).collect();
+        return Err(LoadError::file(
+            file,
+            format!(
+                "is XML without a list of at least {SERIES} readings (numbers found in: {}); export the readings as a table with time_s and deviation_um",
+                if names.is_empty() { "none".into() } else { names.join(" ") }
+            ),
+        ));
+    };
+    let (name, tag, readings) = series.swap_remove(best);
+    let named_unit = format!("{name}_{}_{unit}", plain_name(&tag));
+    raw.column = match meaning(&format!("deviation_{}", plain_name(&named_unit))) {
+        Meaning::Readings(column) => column,
+        _ => None,
+    };
+    if let Some(time) = series.iter().position(|(name, _, list)| is_time(name) && list.len() == readings.len()) {
+        let (name, _, times) = series.swap_remove(time);
+        let unit_s = if let Meaning::Time(unit_s) = meaning(name) { unit_s } else { 1.0 };
+        raw.time = Some((times, unit_s));
+        raw.rate_hz = None;
+    }
+    raw.not_read.extend(series.iter().map(|(name, _, _)| name.to_string()));
+    raw.not_read.sort();
+    raw.not_read.dedup();
+    (raw.name, raw.readings) = (name.to_string(), readings);
+    Ok(raw)
+}

@@ -1,0 +1,191 @@
+//! `fiveaxis import`: captures in one piece, as gauges write them, to a session with recordings.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use fiveaxis::chain::Chain;
+use fiveaxis::import::{Capture, Feeds, ImportError, Pair, Placement, pairs, place, recordings, split_session};
+use fiveaxis::load::{CaptureFile, CaptureHints, load_capture, load_session};
+use fiveaxis::report::capture::{ImportJson, capture_svg, import_text, placed_json};
+use fiveaxis::report::recording::path_csv;
+use fiveaxis::report::{machine_yaml, session_yaml};
+use fiveaxis::session::{LengthColumn, Motion, Recording, Session};
+
+use super::Refusal;
+use super::ending::Ending;
+use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
+use super::progress::Working;
+
+/// Arguments of `import`.
+#[derive(Args)]
+#[command(
+    after_help = "Example: fiveaxis import examples/captures/c-axial.csv --session examples/captures/session.yaml --out imported"
+)]
+pub struct Arguments {
+    /// Files as the gauge wrote them: tables with times and readings, or XML
+    #[arg(required = true)]
+    captures: Vec<PathBuf>,
+    /// Session file that the plan wrote: its tests say what the programs did
+    #[arg(long)]
+    session: PathBuf,
+    /// Folder for session.yaml, machine.yaml, the recordings and a picture of each capture
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// The first test that a capture holds, by name; found among all of the session unless given (one capture only)
+    #[arg(long, value_name = "TEST")]
+    test: Option<String>,
+    /// Readings a second, for files without times
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// What readings without a unit are
+    #[arg(long, value_enum)]
+    unit: Option<UnitName>,
+    /// The control, or an override, ran at another feed than programmed
+    #[arg(long)]
+    any_feed: bool,
+    /// Replace files in the way that fiveaxis did not write; never the session's own
+    #[arg(long)]
+    force: bool,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum UnitName {
+    /// Deviations from the bar's length, µm
+    DeviationUm,
+    /// Deviations from the bar's length, mm
+    DeviationMm,
+    /// Absolute lengths, mm
+    LengthMm,
+}
+
+/// A capture with where it belongs.
+struct Placed {
+    file: PathBuf,
+    read: CaptureFile,
+    capture: Capture,
+    placement: Placement,
+    recordings: [(Recording, f64); 2],
+}
+
+/// Runs the verb.
+pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    settle(&arguments.session)?;
+    let session = load_session(&arguments.session)?;
+    let among = among(&session, arguments)?;
+    let rate_hz = match arguments.rate {
+        Some(rate) if !(rate > 0.0 && rate <= 1e6) => {
+            return Err(format!("--rate {rate} is no number of readings a second from 0 to 1000000").into());
+        }
+        rate => rate,
+    };
+    let column = arguments.unit.map(|unit| match unit {
+        UnitName::DeviationUm => LengthColumn::DeviationUm,
+        UnitName::DeviationMm => LengthColumn::DeviationMm,
+        UnitName::LengthMm => LengthColumn::LengthMm,
+    });
+    let working = Working::on(format!("placing {} captures", arguments.captures.len()));
+    let feeds = if arguments.any_feed { Feeds::Any } else { Feeds::Programmed };
+    let mut all: Vec<Placed> = Vec::new();
+    for file in &arguments.captures {
+        let placed = placed(&session, &among, file, CaptureHints { rate_hz, column }, feeds)?;
+        if let Some(other) = all.iter().find(|other| other.placement.pair == placed.placement.pair) {
+            return Err(Ending::data_fault(format!(
+                "{} and {} both fit test {} best; leave one of them out",
+                other.file.display(),
+                file.display(),
+                session.tests[placed.placement.pair.tests[0]].name
+            )));
+        }
+        all.push(placed);
+    }
+    let (output, json) = written(&session, &all, &arguments.out)?;
+    drop(working);
+    let mut inputs = session_inputs(&arguments.session, &session);
+    inputs.extend(arguments.captures.iter().cloned());
+    write_all(vec![(arguments.out.clone(), output)], &inputs, Foreign::with(arguments.force))?;
+    if arguments.json { print_json(&json) } else { print(&import_text(&json)) }
+}
+
+/// Pairs of tests that the captures may hold.
+fn among(session: &Session, arguments: &Arguments) -> Result<Vec<Pair>, Refusal> {
+    let all = pairs(session);
+    let Some(name) = &arguments.test else {
+        return if all.is_empty() { Err(ImportError::NoPair.into()) } else { Ok(all) };
+    };
+    if arguments.captures.len() > 1 {
+        return Err("--test names the test of one capture; import several without it".into());
+    }
+    let first = |pair: &Pair| session.tests[pair.tests[0]].name.as_str();
+    match all.iter().find(|pair| first(pair) == name) {
+        Some(pair) => Ok(vec![*pair]),
+        None => {
+            let known: Vec<&str> = all.iter().map(first).collect();
+            Err(format!("--test '{name}' begins no pair of tests (allowed: {})", known.join(", ")).into())
+        }
+    }
+}
+
+fn placed(
+    session: &Session,
+    among: &[Pair],
+    file: &Path,
+    hints: CaptureHints,
+    feeds: Feeds,
+) -> Result<Placed, Refusal> {
+    let read = load_capture(file, hints)?;
+    let capture = Capture { time_s: read.time_s.clone(), reading_mm: read.reading_mm.clone() };
+    let refuse = |why: ImportError| match why {
+        ImportError::Motion(_) | ImportError::Fit(_) => Refusal::from(why),
+        _ => Ending::data_fault(format!("{}: {why}", file.display())),
+    };
+    let placement = place(session, among, &capture, feeds).map_err(refuse)?;
+    let test = &session.tests[placement.pair.tests[0]];
+    let bar_mm = match (read.column.is_deviation(), test.bar_length_mm) {
+        (false, _) => 0.0,
+        (true, Some(bar_mm)) => bar_mm,
+        (true, None) => {
+            return Err(format!(
+                "{}: holds deviations, and test '{}' states no bar_length; add it to the session",
+                file.display(),
+                test.name
+            )
+            .into());
+        }
+    };
+    let recordings = recordings(&placement, &capture, bar_mm, read.column);
+    Ok(Placed { file: file.to_path_buf(), read, capture, placement, recordings })
+}
+
+/// All files of the folder, and what was done.
+fn written(session: &Session, all: &[Placed], folder: &Path) -> Result<(OutputFolder, ImportJson), Refusal> {
+    let mut output = OutputFolder::default();
+    let pieces: Vec<(Placement, [(Recording, f64); 2])> =
+        all.iter().map(|placed| (placed.placement.clone(), placed.recordings.clone())).collect();
+    let mut split = split_session(session, &pieces);
+    split.machine_file = "machine.yaml".into();
+    let chain = Chain::of(&split.machine);
+    for test in &split.tests {
+        let (Some(name), Some(recording)) = (&test.recording_file, &test.recording) else { continue };
+        let motion = Motion::of(&split, &chain, test)?;
+        output.add(name, path_csv(&split.machine, test, &motion, &recording.length_mm, recording.column));
+    }
+    let mut captures = Vec::new();
+    for placed in all {
+        let rows = [0, 1].map(|k| placed.recordings[k].0.readings());
+        let name = placed.file.display().to_string();
+        let mut json = placed_json(session, name, &placed.placement, rows);
+        json.spikes = placed.capture.spikes().iter().filter(|spike| **spike).count();
+        json.not_read = placed.read.not_read.clone();
+        output.add(format!("{}.svg", json.tests[0]), capture_svg(&json, &placed.placement));
+        captures.push(json);
+    }
+    output.add("machine.yaml", machine_yaml(&split.machine));
+    output.add("session.yaml", session_yaml(&split));
+    let is_there = |name: &str| split.tests.iter().any(|test| test.name == name);
+    let missing = session.tests.iter().map(|test| test.name.clone()).filter(|name| !is_there(name)).collect();
+    let json = ImportJson { session: session.name.clone(), written: folder.display().to_string(), captures, missing };
+    Ok((output, json))
+}

@@ -1,0 +1,272 @@
+//! The house: which rooms may import which, no circles among files, no names of effects outside the catalogue, no files and no
+//! terminal in rooms that compute.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use fiveaxis::effects::KINDS;
+
+/// Rooms in the order in which they may import: each only from those before it.
+const ROOMS: [&str; 20] = [
+    "units",
+    "machine",
+    "chain",
+    "bodies",
+    "session",
+    "effects",
+    "collision",
+    "plan",
+    "survey",
+    "nc",
+    "simulate",
+    "load",
+    "methods",
+    "statistics",
+    "identify",
+    "reconcile",
+    "import",
+    "diagnose",
+    "report",
+    "verbs",
+];
+
+/// Rooms whose files still import each other in circles. A room leaves this list when it has none, and may not come back.
+const STILL_IN_CIRCLES: [&str; 15] = [
+    "machine",
+    "chain",
+    "collision",
+    "session",
+    "effects",
+    "simulate",
+    "identify",
+    "import",
+    "load",
+    "plan",
+    "methods",
+    "nc",
+    "reconcile",
+    "report",
+    "verbs",
+];
+
+/// Rooms that read and write files, or speak to the terminal.
+const WITH_FILES: [&str; 2] = ["load", "verbs"];
+
+/// A file of the library by its module path: `["diagnose", "noise", "spectrum"]`.
+type Module = Vec<String>;
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+fn files_in(folder: &Path, list: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
+        if entry.is_dir() {
+            files_in(&entry, list);
+        } else if entry.extension().is_some_and(|extension| extension == "rs") {
+            list.push(entry);
+        }
+    }
+}
+
+/// Code of every file, without comments and without its own tests.
+fn modules() -> BTreeMap<Module, String> {
+    let mut files = Vec::new();
+    files_in(&source(), &mut files);
+    let mut modules = BTreeMap::new();
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("source");
+        let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let code: Vec<&str> = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+        let inner = file.strip_prefix(source()).expect("inside").with_extension("");
+        let mut path: Module = inner.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        if path.last().is_some_and(|last| ["mod", "lib"].contains(&last.as_str())) {
+            path.pop();
+        }
+        modules.insert(path, code.join("\n"));
+    }
+    modules
+}
+
+/// The paths of a use tree: `a::{b, c::d}` is `a::b` and `a::c::d`.
+fn paths_of(tree: &str) -> Vec<Vec<String>> {
+    let tree = tree.trim();
+    let parts = |text: &str| -> Vec<String> {
+        text.split("::").map(|part| part.trim().to_string()).filter(|part| !part.is_empty()).collect()
+    };
+    let Some(open) = tree.find('{') else {
+        return vec![parts(tree.split(" as ").next().unwrap_or_default())];
+    };
+    let head = parts(&tree[..open]);
+    let inner = &tree[open + 1..tree.rfind('}').unwrap_or(tree.len())];
+    let (mut depth, mut branches) = (0, vec![String::new()]);
+    for letter in inner.chars() {
+        depth += i32::from(letter == '{') - i32::from(letter == '}');
+        match (letter, depth) {
+            (',', 0) => branches.push(String::new()),
+            _ => branches.last_mut().expect("one").push(letter),
+        }
+    }
+    let branches = branches.iter().filter(|branch| !branch.trim().is_empty());
+    branches.flat_map(|branch| paths_of(branch)).map(|rest| [head.clone(), rest].concat()).collect()
+}
+
+/// Use statements of a file: whether it passes them on, and their paths.
+fn uses(code: &str) -> Vec<(bool, Vec<String>)> {
+    let mut list = Vec::new();
+    let mut from = 0;
+    for line in code.lines() {
+        let public = line.trim_start().starts_with("pub");
+        let begin = match line.find("use ") {
+            Some(at) if line[..at].trim().is_empty() || public && line[..at].trim_end().ends_with(['b', ')']) => at,
+            _ => {
+                from += line.len() + 1;
+                continue;
+            }
+        };
+        let tree = code[from + begin + 4..].split(';').next().unwrap_or_default();
+        list.extend(paths_of(tree).into_iter().map(|path| (public, path)));
+        from += line.len() + 1;
+    }
+    list
+}
+
+/// The file that owns what a path names, seen from a file: through what others pass on.
+fn owner(modules: &BTreeMap<Module, String>, from: &Module, path: &[String], depth: usize) -> Option<Module> {
+    let mut at: Module = from.clone();
+    let mut rest = path;
+    match rest.first().map(String::as_str) {
+        Some("crate" | "fiveaxis") => (at, rest) = (Vec::new(), &rest[1..]),
+        Some("self") => rest = &rest[1..],
+        Some("super") => {
+            while rest.first().is_some_and(|part| part == "super") {
+                at.pop();
+                rest = &rest[1..];
+            }
+        }
+        Some(first) if modules.contains_key(&[at.clone(), vec![first.to_string()]].concat()) => {}
+        _ => return None,
+    }
+    while let Some(next) = rest.first().map(|part| [at.clone(), vec![part.clone()]].concat()) {
+        if !modules.contains_key(&next) {
+            break;
+        }
+        (at, rest) = (next, &rest[1..]);
+    }
+    let name = rest.first().filter(|_| depth < 5);
+    let passed_on = name.and_then(|name| {
+        let all = uses(modules.get(&at)?);
+        let (_, path) = all.into_iter().find(|(public, path)| *public && path.last() == Some(name))?;
+        owner(modules, &at, &path, depth + 1)
+    });
+    Some(passed_on.unwrap_or(at))
+}
+
+/// Which files each file imports.
+fn imports(modules: &BTreeMap<Module, String>) -> BTreeMap<Module, BTreeSet<Module>> {
+    let of = |module: &Module, code: &str| -> BTreeSet<Module> {
+        let mut paths: Vec<Vec<String>> = uses(code).into_iter().map(|(_, path)| path).collect();
+        for start in ["crate::", "super::"] {
+            for (at, _) in code.match_indices(start) {
+                let end = code[at..].find(|letter: char| !(letter.is_alphanumeric() || "_:".contains(letter)));
+                let text = &code[at..end.map_or(code.len(), |end| at + end)];
+                paths.push(text.split("::").filter(|part| !part.is_empty()).map(str::to_string).collect());
+            }
+        }
+        let owners = paths.iter().filter_map(|path| owner(modules, module, path, 0));
+        owners.filter(|owner| owner != module && !owner.is_empty()).collect()
+    };
+    modules
+        .iter()
+        .filter(|(module, _)| !module.is_empty())
+        .map(|(module, code)| (module.clone(), of(module, code)))
+        .collect()
+}
+
+/// Files that reach themselves through their imports.
+fn in_circles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> BTreeSet<Module> {
+    let reaches_itself = |start: &&Module| {
+        let mut seen = BTreeSet::new();
+        let mut next: Vec<&Module> = imports[*start].iter().collect();
+        while let Some(module) = next.pop() {
+            if module == *start {
+                return true;
+            }
+            if seen.insert(module) {
+                next.extend(imports.get(module).into_iter().flatten());
+            }
+        }
+        false
+    };
+    imports.keys().filter(reaches_itself).cloned().collect()
+}
+
+#[test]
+fn rooms_import_only_rooms_before_them() {
+    let modules = modules();
+    let order = |room: &str| ROOMS.iter().position(|other| *other == room);
+    let found: BTreeSet<&str> = modules.keys().filter_map(|module| module.first()).map(String::as_str).collect();
+    let unknown: Vec<&&str> = found.iter().filter(|room| order(room).is_none() && **room != "main").collect();
+    assert!(unknown.is_empty(), "rooms without a place in the order: {unknown:?}");
+    let mut wrong = Vec::new();
+    for (module, imported) in imports(&modules).into_iter().filter(|(module, _)| module[0] != "main") {
+        for other in imported.iter().filter(|other| other[0] != module[0]) {
+            if order(&other[0]) > order(&module[0]) {
+                wrong.push(format!("{} imports {}", module.join("::"), other.join("::")));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn no_files_import_each_other_in_circles() {
+    let circles = in_circles(&imports(&modules()));
+    let new: Vec<String> = circles
+        .iter()
+        .filter(|module| !STILL_IN_CIRCLES.contains(&module[0].as_str()))
+        .map(|module| module.join("::"))
+        .collect();
+    assert!(new.is_empty(), "these import themselves through others: {new:#?}");
+    for room in STILL_IN_CIRCLES {
+        assert!(circles.iter().any(|module| module[0] == room), "{room} has no circles any more: take it off the list");
+    }
+}
+
+#[test]
+fn rooms_that_compute_touch_no_files_and_no_terminal() {
+    let banned = ["std::fs", "std::io", "std::env", "println!(", "print!(", "eprintln!(", "dbg!("];
+    for (module, code) in modules() {
+        let Some(room) = module.first().filter(|room| !WITH_FILES.contains(&room.as_str()) && *room != "main") else {
+            continue;
+        };
+        for word in banned {
+            assert!(!code.contains(word), "{} uses {word} in room {room}", module.join("::"));
+        }
+    }
+}
+
+#[test]
+fn no_effect_is_named_outside_the_catalogue() {
+    // words that are also names of other things: groups of location errors, figures of circles, budgets of slides
+    let other_things = [
+        ("squareness", "identify"),
+        ("squareness", "load"),
+        ("straightness", "load"),
+        ("squareness", "report"),
+        ("table", "load"),
+        ("table", "plan"),
+        ("table", "survey"),
+        ("table", "verbs"),
+        ("unknown", "load"),
+    ];
+    for (module, code) in
+        modules().into_iter().filter(|(module, _)| module.first().is_some_and(|room| room != "effects"))
+    {
+        for kind in KINDS {
+            let is_other = other_things.contains(&(kind.name, &module[0]));
+            let literal = format!("\"{}\"", kind.name);
+            assert!(is_other || !code.contains(&literal), "{} names the effect {literal}", module.join("::"));
+        }
+    }
+}
