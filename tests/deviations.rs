@@ -5,13 +5,12 @@ use std::path::Path;
 use std::process::Command;
 
 use fiveaxis::chain::{Chain, Composition};
-use fiveaxis::identify::{
-    Fit, FreePrior, NoiseModel, Options, Problem, Weighting, default_free, identify, minimise, unknowns,
-};
+use fiveaxis::identify::{Fit, FreePrior, Options, Problem, Weighting, default_free, identify, minimise, unknowns};
 use fiveaxis::load::load_session;
 use fiveaxis::methods::circles;
 use fiveaxis::session::{LengthColumn, Session, Setups, Zero};
 use fiveaxis::simulate::simulate;
+use fiveaxis::statistics::NoiseModel;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
 /// A table on the bed; the spindle stands where the session puts it.
