@@ -554,3 +554,33 @@ fn chapter_7_finds_the_lowest_stand_beside_a_head() {
         }
     }
 }
+
+#[test]
+fn chapter_7_tests_the_outer_head_axis_before_the_inner_on_every_code_of_the_thesis() {
+    let kit = standard_kit().expect("kit");
+    let mut heads = 0;
+    let name = |file: &Path| file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    for file in machine_files() {
+        if !["table-1-1-", "fig-1-1-"].iter().any(|set| name(&file).starts_with(set)) {
+            continue;
+        }
+        let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+        let rotary = |axis: &String| machine.axes[machine.axis_index(axis).unwrap()].kind == AxisKind::Rotary;
+        let head: Vec<&String> = machine.code.tool_side.iter().filter(|axis| rotary(axis)).collect();
+        if head.is_empty() {
+            continue;
+        }
+        heads += 1;
+        let planned = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter7))).expect("fits");
+        let first = |axis: &str| planned.tests.iter().position(|test| machine.axes[test.axis].name == axis);
+        let order: Vec<usize> = head.iter().map(|axis| first(axis).expect("each head axis is tested")).collect();
+        assert!(order.is_sorted(), "{}: {head:?} in places {order:?}", name(&file));
+        // short and long bar on each axis, eq. 7.1: the long one reaches along the axis by √(Re² − Rn²)
+        assert_eq!(planned.tests.len(), 4, "{}", name(&file));
+        for error in &planned.errors {
+            assert!(error.determined || !error.reason.is_empty(), "{}: {}", name(&file), error.name);
+        }
+    }
+    // six codes of Table 1.1 and two of Fig. 1.1 have a head
+    assert_eq!(heads, 8);
+}

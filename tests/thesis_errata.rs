@@ -537,6 +537,16 @@ fn codes_are_those_of_table_1_1_and_fig_1_1() {
 }
 
 #[test]
+fn every_code_of_the_thesis_is_a_machine_that_ships() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let shipped: String = files.filter_map(|file| std::fs::read_to_string(file).ok()).collect();
+    for code in TABLE_1_1.iter().chain(&FIG_1_1) {
+        assert!(shipped.contains(&format!("code: \"{code}\"")), "{code} does not ship");
+    }
+}
+
+#[test]
 fn shipped_results_are_the_printed_ones() {
     let Some(tables) = tables() else { return };
     let mut count = 0;

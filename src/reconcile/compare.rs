@@ -109,6 +109,9 @@ pub fn select(
 
 /// Sizes of directions by least squares, with standard deviations; `None` when they are not independent.
 pub fn sizes(disagreement: &DVector<f64>, directions: &[&DVector<f64>]) -> Option<Vec<(f64, f64)>> {
+    if directions.is_empty() {
+        return Some(Vec::new());
+    }
     let columns: Vec<DVector<f64>> = directions.iter().map(|direction| (*direction).clone()).collect();
     let matrix = DMatrix::from_columns(&columns);
     let inverse = (matrix.transpose() * &matrix).cholesky()?.inverse();

@@ -196,7 +196,7 @@ fn disagreement_text(claims: &[Claim], prepared: &Prepared, index: usize, disagr
         .collect();
     let (size, sigma) = disagreement.size;
     let mut words = format!(
-        "{}. {} by {size:+.1} ± {sigma:.1} µm; it moves {} together",
+        "{}. {} by {size:+.1} ± {sigma:.1} µm; with it go {}",
         index + 1,
         named(prepared, claims, disagreement.circle),
         moves.join(", ")
