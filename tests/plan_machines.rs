@@ -113,13 +113,16 @@ fn settings(method: Option<Method>) -> Settings {
 
 #[test]
 fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
-    check_plans_of_all_machines(&settings(None));
+    check_plans(machine_files(), &settings(None));
 }
 
 #[test]
 fn plans_with_circles_are_clear_by_brute_force_too() {
     let coupled = Coupled { follow: Vec::new(), circles: true };
-    let plans = check_plans_of_all_machines(&Settings { coupled, ..Settings::default() });
+    // the nine files of Table 1.1 have the slides of the cross table, which is among the others
+    let of_the_table = |file: &PathBuf| file.to_string_lossy().contains("table-1-1-");
+    let files: Vec<PathBuf> = machine_files().into_iter().filter(|file| !of_the_table(file)).collect();
+    let plans = check_plans(files, &Settings { coupled, ..Settings::default() });
     for (file, machine, plan) in &plans {
         let planes: std::collections::BTreeSet<String> = plan
             .tests
@@ -136,8 +139,7 @@ fn plans_with_circles_are_clear_by_brute_force_too() {
     }
 }
 
-fn check_plans_of_all_machines(settings: &Settings) -> Vec<(PathBuf, Machine, Plan)> {
-    let files = machine_files();
+fn check_plans(files: Vec<PathBuf>, settings: &Settings) -> Vec<(PathBuf, Machine, Plan)> {
     assert!(files.len() >= 16);
     let kit = standard_kit().expect("kit");
     let planned: Vec<(PathBuf, Machine, Bodies, Plan)> = files
