@@ -17,7 +17,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use shipped::some_machines;
+use shipped::{machine_files, some_machines};
 
 fn load(name: &str) -> (Machine, Bodies, Kit) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
