@@ -5,28 +5,11 @@
 #[path = "../../tests/captured/mod.rs"]
 mod captured;
 
-use captured::{Drawn, Kind, drawn, planned};
+use captured::{Kind, drawn, off, planned};
 use fiveaxis::import::{Feeds, pairs, place};
 
 fn count() -> usize {
     std::env::var("FIVEAXIS_CAPTURES").map_or(24, |count| count.parse().expect("a number of captures"))
-}
-
-/// Root mean square distance of the imported positions from the true ones, deg (or mm).
-fn off(drawn: &Drawn, placement: &fiveaxis::import::Placement) -> f64 {
-    let timing = &placement.timing;
-    let course = &placement.course;
-    let (mut sum, mut rows) = (0.0, 0.0);
-    for (k, &time) in drawn.capture.time_s.iter().enumerate() {
-        let (along, _) = timing.place_s(time, course.run_s);
-        let found = course.path_at(along);
-        let is_in = along > course.arc_s[0] && along < course.arc_s[1];
-        if is_in && time > timing.start_s[0] {
-            sum += (found - drawn.path[k]).powi(2);
-            rows += 1.0;
-        }
-    }
-    f64::sqrt(sum / f64::max(rows, 1.0))
 }
 
 fn simulated_captures_are_placed() {
@@ -48,8 +31,14 @@ fn simulated_captures_are_placed() {
                 worst.push(off / limit);
                 println!(
                     "{seed}: {} off {off:.4} sigma {:.4} left {:.2} um noise {:.2} odds {:.1} pace {:.4} ({:.4}) {:.1} s {}",
-                    drawn.says, placement.position_sigma, 1e3 * placement.left_mm, 1e3 * placement.noise_mm,
-                    placement.odds_place, placement.timing.pace, drawn.pace, begun.elapsed().as_secs_f64(),
+                    drawn.says,
+                    placement.position_sigma,
+                    1e3 * placement.left_mm,
+                    1e3 * placement.noise_mm,
+                    placement.odds_place,
+                    placement.timing.pace,
+                    drawn.pace,
+                    begun.elapsed().as_secs_f64(),
                     if off < limit { "" } else { "<<<<" }
                 );
             }
@@ -66,16 +55,42 @@ fn what_cannot_be_placed_is_refused() {
         for kind in [Kind::CutAtStart, Kind::CutAtEnd, Kind::BarOff, Kind::Standing] {
             let drawn = drawn(&session, &all, 1000 + seed, kind);
             let found = place(&session, &[all[drawn.pair]], &drawn.capture, Feeds::Programmed);
-            println!("{seed} {kind:?} {}: {}", drawn.says, match &found { Ok(p) => format!("PLACED off {:.3} sigma {:.3} <<<<", off(&drawn, p), p.position_sigma), Err(why) => why.to_string() });
+            println!(
+                "{seed} {kind:?} {}: {}",
+                drawn.says,
+                match &found {
+                    Ok(p) => format!("PLACED off {:.3} sigma {:.3} <<<<", off(&drawn, p), p.position_sigma),
+                    Err(why) => why.to_string(),
+                }
+            );
         }
         // another program's capture
         let drawn = drawn(&session, &all, 2000 + seed, Kind::Sound);
         let other = all[(drawn.pair + 1) % all.len()];
         let found = place(&session, &[other], &drawn.capture, Feeds::Programmed);
-        println!("{seed} other program {} as {}: {}", drawn.says, session.tests[other.tests[0]].name, match &found { Ok(p) => format!("PLACED sigma {:.3} left {:.2} pace {:.3} <<<<", p.position_sigma, 1e3 * p.left_mm, p.timing.pace), Err(why) => why.to_string() });
+        println!(
+            "{seed} other program {} as {}: {}",
+            drawn.says,
+            session.tests[other.tests[0]].name,
+            match &found {
+                Ok(p) => format!(
+                    "PLACED sigma {:.3} left {:.2} pace {:.3} <<<<",
+                    p.position_sigma,
+                    1e3 * p.left_mm,
+                    p.timing.pace
+                ),
+                Err(why) => why.to_string(),
+            }
+        );
         // told apart from the right one
         let both = place(&session, &[other, all[drawn.pair]], &drawn.capture, Feeds::Programmed);
-        println!("   among both: {}", match &both { Ok(p) => format!("{} odds {:.1}", session.tests[p.pair.tests[0]].name, p.odds_tests), Err(why) => why.to_string() });
+        println!(
+            "   among both: {}",
+            match &both {
+                Ok(p) => format!("{} odds {:.1}", session.tests[p.pair.tests[0]].name, p.odds_tests),
+                Err(why) => why.to_string(),
+            }
+        );
     }
 }
 

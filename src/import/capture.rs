@@ -51,8 +51,7 @@ impl Capture {
     /// Noise of one reading, mm: median of third differences, which no slow motion reaches.
     pub fn noise_mm(&self) -> f64 {
         let values: Vec<f64> = self.finite().map(|(_, reading)| reading).collect();
-        let mut third: Vec<f64> =
-            values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+        let mut third: Vec<f64> = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
         // a third difference of white noise has 1 + 9 + 9 + 1 times its variance; 0.6745 is the median of a normal's size
         median(&mut third) / 0.6745 / 20f64.sqrt()
     }

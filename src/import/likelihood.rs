@@ -128,8 +128,7 @@ fn ridge(model: &[f64], right: &[f64], width: usize) -> Ridge {
         for j in 0..=i {
             let dot: f64 = (0..j).map(|k| normal[i * width + k] * normal[j * width + k]).sum();
             let rest = normal[i * width + j] - dot;
-            normal[i * width + j] =
-                if i == j { rest.max(1e-300).sqrt() } else { rest / normal[j * width + j] };
+            normal[i * width + j] = if i == j { rest.max(1e-300).sqrt() } else { rest / normal[j * width + j] };
         }
         log_determinant += 2.0 * normal[i * width + i].ln();
     }

@@ -107,8 +107,9 @@ const LEFT_SHARE: f64 = 0.25;
 const LEFT_MM: f64 = 5e-3;
 /// Multiple of the noise below which what is left is no misfit.
 const NOISES: f64 = 3.0;
-/// Least certainty of a position, deg or mm.
-const LIMIT: f64 = 2.0;
+/// Least certainty of a position, deg or mm: where the length changes so little, a misplaced reading is none by its length; beyond
+/// it an arc cannot be told from its run-in.
+const LIMIT: f64 = 10.0;
 
 /// Places a capture on the best of some pairs of tests. With [`Feeds::Programmed`] a capture that fits at another feed alone
 /// is refused: so does many a capture of another program.
@@ -124,8 +125,15 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
     let levels = Levels::of(capture);
     let placed = placed(session, among, capture, &levels, feeds);
     match (&placed, feeds) {
-        (Err(ImportError::CutAtStart { .. } | ImportError::CutAtEnd { .. } | ImportError::Unexplained { .. }
-            | ImportError::TooShort { .. }), Feeds::Programmed) => {
+        (
+            Err(
+                ImportError::CutAtStart { .. }
+                | ImportError::CutAtEnd { .. }
+                | ImportError::Unexplained { .. }
+                | ImportError::TooShort { .. },
+            ),
+            Feeds::Programmed,
+        ) => {
             let elsewhere = self::placed(session, among, capture, &levels, Feeds::Any);
             match elsewhere {
                 Ok(found) if (found.timing.pace - 1.0).abs() > 0.1 => Err(ImportError::OtherFeed {
@@ -317,10 +325,10 @@ fn covariance(course: &Course, data: &Averages, best: &Candidate) -> DMatrix<f64
     let curvature = 0.25 * (&second + second.transpose());
     // where rounding leaves it not positive, each variable by itself, and no better than its step
     let alone = |k: usize| curvature[(k, k)].max(1e-3 / (steps[k] * steps[k])).recip();
-    curvature.clone().cholesky().map_or_else(
-        || DMatrix::from_fn(4, 4, |i, j| if i == j { alone(i) } else { 0.0 }),
-        |factor| factor.inverse(),
-    )
+    curvature
+        .clone()
+        .cholesky()
+        .map_or_else(|| DMatrix::from_fn(4, 4, |i, j| if i == j { alone(i) } else { 0.0 }), |factor| factor.inverse())
 }
 
 /// Times in both arcs at which positions are compared.

@@ -151,7 +151,8 @@ pub(super) fn descend(course: &Course, data: &Averages, start: Timing, freedom: 
 pub(super) fn descend_freely(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
     let [first, others @ ..] = Freedom::ALL;
     let best = descend(course, data, start, first, size);
-    others.into_iter().map(|freedom| descend(course, data, best.timing, freedom, size)).fold(best, |best, next| {
-        if next.cost < best.cost { next } else { best }
-    })
+    others
+        .into_iter()
+        .map(|freedom| descend(course, data, best.timing, freedom, size))
+        .fold(best, |best, next| if next.cost < best.cost { next } else { best })
 }

@@ -5,7 +5,12 @@ use super::place::Placement;
 use crate::session::{Clock, LengthColumn, Recording, Session};
 
 /// The two recordings of a placed capture, `bar_mm` added to its readings, and when each began, s after the capture's zero.
-pub fn recordings(placement: &Placement, capture: &Capture, bar_mm: f64, column: LengthColumn) -> [(Recording, f64); 2] {
+pub fn recordings(
+    placement: &Placement,
+    capture: &Capture,
+    bar_mm: f64,
+    column: LengthColumn,
+) -> [(Recording, f64); 2] {
     let (course, timing) = (&placement.course, &placement.timing);
     let spikes = capture.spikes();
     [0, 1].map(|direction| {
@@ -24,9 +29,10 @@ pub fn recordings(placement: &Placement, capture: &Capture, bar_mm: f64, column:
             0 => gone(capture.time_s[row]),
             _ => course.run_s - gone(capture.time_s[row]),
         };
-        let positions = course.moving().iter().map(|&axis| {
-            rows.iter().map(|&row| course.position(axis, along(row))).collect::<Vec<f64>>()
-        });
+        let positions = course
+            .moving()
+            .iter()
+            .map(|&axis| rows.iter().map(|&row| course.position(axis, along(row))).collect::<Vec<f64>>());
         let reading = |&row: &usize| match spikes[row] {
             true => f64::NAN,
             false => capture.reading_mm[row] + bar_mm,

@@ -273,7 +273,8 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
         }
     }
     let is_time = |name: &str| matches!(meaning(name), Meaning::Time(_));
-    let named = |name: &str| u8::from(plain_name(name).split('_').any(|word| READINGS.iter().any(|r| word.starts_with(r))));
+    let named =
+        |name: &str| u8::from(plain_name(name).split('_').any(|word| READINGS.iter().any(|r| word.starts_with(r))));
     let best = (0..series.len())
         .filter(|&k| series[k].2.len() >= SERIES && !is_time(series[k].0))
         .max_by_key(|&k| (named(series[k].0), series[k].2.len()));

@@ -105,7 +105,9 @@ pub fn import_text(json: &ImportJson) -> String {
         ]);
     }
     let mut out = table.text();
-    out.push_str("  begins: on the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n");
+    out.push_str(
+        "  begins: on the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n",
+    );
     for placed in json.captures.iter().filter(|placed| !placed.not_read.is_empty()) {
         let _ = writeln!(out, "  {}: not read: {}", placed.file, placed.not_read.join(", "));
     }

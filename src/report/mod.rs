@@ -1,8 +1,8 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
 pub mod before_after;
-mod cards;
 pub mod capture;
+mod cards;
 pub mod chain_map;
 pub mod check;
 pub mod circles;

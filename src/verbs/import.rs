@@ -186,7 +186,6 @@ fn written(session: &Session, all: &[Placed], folder: &Path) -> Result<(OutputFo
     output.add("session.yaml", session_yaml(&split));
     let is_there = |name: &str| split.tests.iter().any(|test| test.name == name);
     let missing = session.tests.iter().map(|test| test.name.clone()).filter(|name| !is_there(name)).collect();
-    let json =
-        ImportJson { session: session.name.clone(), written: folder.display().to_string(), captures, missing };
+    let json = ImportJson { session: session.name.clone(), written: folder.display().to_string(), captures, missing };
     Ok((output, json))
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fiveaxis::chain::{Chain, Composition};
-use fiveaxis::import::{Capture, Pair};
+use fiveaxis::import::{Capture, Pair, Placement};
 use fiveaxis::load::load_session;
 use fiveaxis::plan::beyond_path;
 use fiveaxis::session::{Clock, Motion, Path, Recording, Session};
@@ -38,17 +38,67 @@ pub fn planned() -> Session {
     let mut text = format!("machine: {}\ntests:\n", machine.display());
     let rest = "bar_length: 100";
     for (name, pivot, spindle, positions, path, feed) in [
-        ("a", "[0, 100, 0]", "[0, 0, 0]", "{X: 0, Y: 0, Z: 0, C: 0}", "sweep: {axis: A, from: FROM, to: TO, step: 0.5}", 500),
-        ("c", "[0, 100, 0]", "[0, 0, 0]", "{X: 0, Y: 0, Z: 0, A: 0}", "sweep: {axis: C, from: FROM, to: TO, step: 0.5}", 1000),
-        ("c-high", "[0, 60, 0]", "[0, 0, 80]", "{X: 0, Y: 0, Z: 0, A: 0}", "sweep: {axis: C, from: FROM, to: TO, step: 0.5}", 800),
-        ("c-axial", "[0, 100, 0]", "[0, 0, 100]", "{A: 0}", "sweep: {axis: C, from: FROM, to: TO, step: 0.5, follow: axial}", 2000),
-        ("c-tangential", "[0, 80, 0]", "[0, 0, 0]", "{A: 0}", "sweep: {axis: C, from: FROM, to: TO, step: 0.5, follow: tangential}", 1500),
-        ("xy", "[0, 0, 0]", "[0, 0, 0]", "{Z: 0, A: 0, C: 0}", "circle: {plane: XY, radius: 100, from: FROM, to: TO, step: 0.5}", 1000),
+        (
+            "a",
+            "[0, 100, 0]",
+            "[0, 0, 0]",
+            "{X: 0, Y: 0, Z: 0, C: 0}",
+            "sweep: {axis: A, from: FROM, to: TO, step: 0.5}",
+            500,
+        ),
+        (
+            "c",
+            "[0, 100, 0]",
+            "[0, 0, 0]",
+            "{X: 0, Y: 0, Z: 0, A: 0}",
+            "sweep: {axis: C, from: FROM, to: TO, step: 0.5}",
+            1000,
+        ),
+        (
+            "c-high",
+            "[0, 60, 0]",
+            "[0, 0, 80]",
+            "{X: 0, Y: 0, Z: 0, A: 0}",
+            "sweep: {axis: C, from: FROM, to: TO, step: 0.5}",
+            800,
+        ),
+        (
+            "c-axial",
+            "[0, 100, 0]",
+            "[0, 0, 100]",
+            "{A: 0}",
+            "sweep: {axis: C, from: FROM, to: TO, step: 0.5, follow: axial}",
+            2000,
+        ),
+        (
+            "c-tangential",
+            "[0, 80, 0]",
+            "[0, 0, 0]",
+            "{A: 0}",
+            "sweep: {axis: C, from: FROM, to: TO, step: 0.5, follow: tangential}",
+            1500,
+        ),
+        (
+            "xy",
+            "[0, 0, 0]",
+            "[0, 0, 0]",
+            "{Z: 0, A: 0, C: 0}",
+            "circle: {plane: XY, radius: 100, from: FROM, to: TO, step: 0.5}",
+            1000,
+        ),
     ] {
-        let ends = if name == "a" { [-80.0, 20.0] } else if name == "xy" { [0.0, 360.0] } else { [-150.0, 150.0] };
+        let ends = if name == "a" {
+            [-80.0, 20.0]
+        } else if name == "xy" {
+            [0.0, 360.0]
+        } else {
+            [-150.0, 150.0]
+        };
         for (way, [from, to]) in [("ccw", ends), ("cw", [ends[1], ends[0]])] {
             let path = path.replace("FROM", &from.to_string()).replace("TO", &to.to_string());
-            text += &format!("  - {{name: {name}-{way}, {rest}, pivot: {{link: C, at: {pivot}}}, spindle_ball: {{link: Z, at: {spindle}}}, positions: {positions}, feed: {feed}, overshoot: 4, {path}}}\n");
+            text += &format!(
+                "  - {{name: {name}-{way}, {rest}, pivot: {{link: C, at: {pivot}}}, spindle_ball: {{link: Z, at: {spindle}}}, positions: {positions}, feed: {feed}, overshoot: 4, {path}}}\n"
+            );
         }
     }
     let file = folder.path().join("session.yaml");
@@ -162,4 +212,21 @@ pub fn drawn(session: &Session, all: &[Pair], seed: u64, kind: Kind) -> Drawn {
         pace,
         says: format!("{} {rate:.0} Hz lead {lead:.1} gap {gap:.1} whole {whole:.1} ramp {ramp:.2}", test.name),
     }
+}
+
+/// Root mean square distance of the imported positions from the true ones, deg (or mm).
+pub fn off(drawn: &Drawn, placement: &Placement) -> f64 {
+    let timing = &placement.timing;
+    let course = &placement.course;
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for (k, &time) in drawn.capture.time_s.iter().enumerate() {
+        let (along, _) = timing.place_s(time, course.run_s);
+        let found = course.path_at(along);
+        let is_in = along > course.arc_s[0] && along < course.arc_s[1];
+        if is_in && time > timing.start_s[0] {
+            sum += (found - drawn.path[k]).powi(2);
+            rows += 1.0;
+        }
+    }
+    f64::sqrt(sum / f64::max(rows, 1.0))
 }
