@@ -1,6 +1,6 @@
 //! Captures in one piece, as gauges write them, are placed where the machine was; what cannot be placed is refused.
 //!
-//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed (example `import_trial` prints each); one of each path else.
+//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed (example `import_trial` prints each); four else.
 
 #[path = "captured/mod.rs"]
 mod captured;
@@ -17,15 +17,15 @@ use serde_json::Value;
 /// Axis positions that a placement must reach where the readings tell more, deg.
 const REACH_DEG: f64 = 0.05;
 
-fn count(pairs: usize) -> u64 {
-    std::env::var("FIVEAXIS_CAPTURES").map_or(pairs as u64, |count| count.parse().expect("a number of captures"))
+fn count(usual: u64) -> u64 {
+    std::env::var("FIVEAXIS_CAPTURES").map_or(usual, |count| count.parse().expect("a number of captures"))
 }
 
 #[test]
 fn captures_are_placed_as_well_as_their_readings_tell() {
     let session = planned();
     let all = pairs(&session);
-    let count = count(all.len());
+    let count = count(4);
     let mut good = 0;
     for seed in 0..count {
         let drawn = drawn(&session, &all, seed, Kind::Sound);
@@ -56,8 +56,8 @@ fn refusal(session: &Session, among: &[Pair], drawn: &Drawn) -> ImportError {
 fn what_was_cut_off_or_stood_still_is_refused() {
     let session = planned();
     let all = pairs(&session);
-    // a circle, whose readings tell much, and an arc of A
-    for seed in [5, 0] {
+    // a circle, whose readings tell much, and the example tries others
+    for seed in [5] {
         for kind in [Kind::CutAtStart, Kind::CutAtEnd, Kind::BarOff, Kind::Standing] {
             let drawn = drawn(&session, &all, seed, kind);
             let why = refusal(&session, &[all[drawn.pair]], &drawn);

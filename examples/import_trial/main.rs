@@ -1,6 +1,6 @@
-//! Captures in one piece, as gauges write them, are placed where the machine was; what cannot be placed is refused.
+//! Places simulated captures and prints each with its error and its stated uncertainty; then captures that are to be refused.
 //!
-//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed; a dozen else.
+//! `FIVEAXIS_CAPTURES=200 cargo run --release --example import_trial`; 24 unless given.
 
 #[path = "../../tests/captured/mod.rs"]
 mod captured;
@@ -16,7 +16,6 @@ fn simulated_captures_are_placed() {
     let session = planned();
     let all = pairs(&session);
     let (mut placed, mut good, mut misplaced) = (0, 0, 0);
-    let mut worst: Vec<f64> = Vec::new();
     let count = count();
     for seed in 0..count as u64 {
         let drawn = drawn(&session, &all, seed, Kind::Sound);
@@ -28,7 +27,6 @@ fn simulated_captures_are_placed() {
                 placed += 1;
                 good += usize::from(off < limit);
                 misplaced += usize::from(off > f64::max(0.25, 6.0 * placement.position_sigma));
-                worst.push(off / limit);
                 println!(
                     "{seed}: {} off {off:.4} sigma {:.4} left {:.2} um noise {:.2} odds {:.1} pace {:.4} ({:.4}) {:.1} s {}",
                     drawn.says,
