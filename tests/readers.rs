@@ -234,3 +234,14 @@ fn cut_robot_descriptions_are_refused() {
         assert!(machine_from_urdf(Path::new("m.urdf"), text, &LinkChoice::default()).is_err(), "{}", text.len());
     }
 }
+
+#[test]
+fn a_code_without_quotes_is_the_same_machine() {
+    let read = |code: &str| {
+        let text = format!("name: mill\ncode: {code}\naxes: {{C: {{range: [-360, 360]}}}}\n");
+        fiveaxis::load::machine_from_yaml(std::path::Path::new("machine.yaml"), text).map_err(|why| why.to_string())
+    };
+    assert_eq!(read("[wCAbYXZt]").unwrap(), read("\"[wCAbYXZt]\"").unwrap());
+    let list = read("[w, C]").unwrap_err();
+    assert_eq!(list, "machine.yaml:2:1: code is no text; write for example code: \"[wCAYbXZt]\"");
+}

@@ -1,39 +1,21 @@
-//! Captures in one piece, as gauges write them, are placed where the machine was; what cannot be placed is refused.
+//! Places simulated captures and prints each with its error and its stated uncertainty; then captures that are to be refused.
 //!
-//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed; a dozen else.
+//! `FIVEAXIS_CAPTURES=200 cargo run --release --example import_trial`; 24 unless given.
 
 #[path = "../../tests/captured/mod.rs"]
 mod captured;
 
-use captured::{Drawn, Kind, drawn, planned};
+use captured::{Kind, drawn, off, planned};
 use fiveaxis::import::{Feeds, pairs, place};
 
 fn count() -> usize {
     std::env::var("FIVEAXIS_CAPTURES").map_or(24, |count| count.parse().expect("a number of captures"))
 }
 
-/// Root mean square distance of the imported positions from the true ones, deg (or mm).
-fn off(drawn: &Drawn, placement: &fiveaxis::import::Placement) -> f64 {
-    let timing = &placement.timing;
-    let course = &placement.course;
-    let (mut sum, mut rows) = (0.0, 0.0);
-    for (k, &time) in drawn.capture.time_s.iter().enumerate() {
-        let (along, _) = timing.place_s(time, course.run_s);
-        let found = course.path_at(along);
-        let is_in = along > course.arc_s[0] && along < course.arc_s[1];
-        if is_in && time > timing.start_s[0] {
-            sum += (found - drawn.path[k]).powi(2);
-            rows += 1.0;
-        }
-    }
-    f64::sqrt(sum / f64::max(rows, 1.0))
-}
-
 fn simulated_captures_are_placed() {
     let session = planned();
     let all = pairs(&session);
     let (mut placed, mut good, mut misplaced) = (0, 0, 0);
-    let mut worst: Vec<f64> = Vec::new();
     let count = count();
     for seed in 0..count as u64 {
         let drawn = drawn(&session, &all, seed, Kind::Sound);
@@ -45,7 +27,6 @@ fn simulated_captures_are_placed() {
                 placed += 1;
                 good += usize::from(off < limit);
                 misplaced += usize::from(off > f64::max(0.25, 6.0 * placement.position_sigma));
-                worst.push(off / limit);
                 println!(
                     "{seed}: {} off {off:.4} sigma {:.4} left {:.2} um noise {:.2} odds {:.1} pace {:.4} ({:.4}) {:.1} s {}",
                     drawn.says,

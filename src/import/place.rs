@@ -107,8 +107,9 @@ const LEFT_SHARE: f64 = 0.25;
 const LEFT_MM: f64 = 5e-3;
 /// Multiple of the noise below which what is left is no misfit.
 const NOISES: f64 = 3.0;
-/// Least certainty of a position, deg or mm.
-const LIMIT: f64 = 2.0;
+/// Least certainty of a position, deg or mm: where the length changes so little, a misplaced reading is none by its length; beyond
+/// it an arc cannot be told from its run-in.
+const LIMIT: f64 = 10.0;
 
 /// Places a capture on the best of some pairs of tests. With [`Feeds::Programmed`] a capture that fits at another feed alone
 /// is refused: so does many a capture of another program.

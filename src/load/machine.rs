@@ -20,7 +20,7 @@ use crate::machine::{Directions, Machine, StructuralCode};
 #[serde(deny_unknown_fields)]
 struct MachineFile {
     name: String,
-    code: Option<String>,
+    code: Option<serde_yaml::Value>,
     chain: Option<Vec<String>>,
     directions: Option<String>,
     axes: BTreeMap<String, AxisFile>,
@@ -205,10 +205,22 @@ fn link_names(
     Ok(found)
 }
 
+/// A code as written: without quotes YAML reads the brackets as a list of one text.
+fn code_text(code: &serde_yaml::Value) -> Option<&str> {
+    match code.as_sequence().map(Vec::as_slice) {
+        Some([only]) => only.as_str(),
+        Some(_) => None,
+        None => code.as_str(),
+    }
+}
+
 fn structural_code(document: &Document, raw: &MachineFile) -> Result<StructuralCode, LoadError> {
     match (&raw.code, &raw.chain) {
         (Some(code), None) => {
-            StructuralCode::parse(code).map_err(|why| document.refuse(&[Step::Key("code")], why.to_string()))
+            let refuse = |message: String| document.refuse(&[Step::Key("code")], message);
+            let text = code_text(code)
+                .ok_or_else(|| refuse("code is no text; write for example code: \"[wCAYbXZt]\"".to_string()))?;
+            StructuralCode::parse(text).map_err(|why| refuse(why.to_string()))
         }
         (None, Some(chain)) => {
             // workpiece, bed and tool are no axes

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fiveaxis::chain::{Chain, Composition};
-use fiveaxis::import::{Capture, Pair};
+use fiveaxis::import::{Capture, Pair, Placement};
 use fiveaxis::load::load_session;
 use fiveaxis::plan::beyond_path;
 use fiveaxis::session::{Clock, Motion, Path, Recording, Session};
@@ -212,4 +212,21 @@ pub fn drawn(session: &Session, all: &[Pair], seed: u64, kind: Kind) -> Drawn {
         pace,
         says: format!("{} {rate:.0} Hz lead {lead:.1} gap {gap:.1} whole {whole:.1} ramp {ramp:.2}", test.name),
     }
+}
+
+/// Root mean square distance of the imported positions from the true ones, deg (or mm).
+pub fn off(drawn: &Drawn, placement: &Placement) -> f64 {
+    let timing = &placement.timing;
+    let course = &placement.course;
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for (k, &time) in drawn.capture.time_s.iter().enumerate() {
+        let (along, _) = timing.place_s(time, course.run_s);
+        let found = course.path_at(along);
+        let is_in = along > course.arc_s[0] && along < course.arc_s[1];
+        if is_in && time > timing.start_s[0] {
+            sum += (found - drawn.path[k]).powi(2);
+            rows += 1.0;
+        }
+    }
+    f64::sqrt(sum / f64::max(rows, 1.0))
 }

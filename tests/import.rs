@@ -1,0 +1,232 @@
+//! Captures in one piece, as gauges write them, are placed where the machine was; what cannot be placed is refused.
+//!
+//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed (example `import_trial` prints each); four else.
+
+#[path = "captured/mod.rs"]
+mod captured;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use captured::{Drawn, Kind, drawn, off, planned};
+use fiveaxis::import::{Feeds, ImportError, Pair, pairs, place, recordings};
+use fiveaxis::load::{CaptureHints, load_capture};
+use fiveaxis::session::{LengthColumn, Session};
+use serde_json::Value;
+
+/// Axis positions that a placement must reach where the readings tell more, deg.
+const REACH_DEG: f64 = 0.05;
+
+fn count(usual: u64) -> u64 {
+    std::env::var("FIVEAXIS_CAPTURES").map_or(usual, |count| count.parse().expect("a number of captures"))
+}
+
+#[test]
+fn captures_are_placed_as_well_as_their_readings_tell() {
+    let session = planned();
+    let all = pairs(&session);
+    let count = count(4);
+    let mut good = 0;
+    for seed in 0..count {
+        let drawn = drawn(&session, &all, seed, Kind::Sound);
+        let placement = match place(&session, &[all[drawn.pair]], &drawn.capture, Feeds::Programmed) {
+            Ok(placement) => placement,
+            Err(why) => {
+                println!("{seed}: {}: {why}", drawn.says);
+                continue;
+            }
+        };
+        let off = off(&drawn, &placement);
+        assert!(off < REACH_DEG.max(6.0 * placement.position_sigma), "{seed}: {}: misplaced by {off}", drawn.says);
+        good += u64::from(off < REACH_DEG.max(3.0 * placement.position_sigma));
+        let [(there, _), (back, _)] = recordings(&placement, &drawn.capture, 100.0, LengthColumn::DeviationMm);
+        assert!(there.readings() > 50 && back.readings() > 50, "{seed}");
+    }
+    assert!(100 * good >= 99 * count, "{good} of {count}");
+}
+
+fn refusal(session: &Session, among: &[Pair], drawn: &Drawn) -> ImportError {
+    match place(session, among, &drawn.capture, Feeds::Programmed) {
+        Ok(placement) => panic!("{}: placed to ± {}", drawn.says, placement.position_sigma),
+        Err(why) => why,
+    }
+}
+
+#[test]
+fn what_was_cut_off_or_stood_still_is_refused() {
+    let session = planned();
+    let all = pairs(&session);
+    // a circle, whose readings tell much, and the example tries others
+    for seed in [5] {
+        for kind in [Kind::CutAtStart, Kind::CutAtEnd, Kind::BarOff, Kind::Standing] {
+            let drawn = drawn(&session, &all, seed, kind);
+            let why = refusal(&session, &[all[drawn.pair]], &drawn);
+            println!("{kind:?} {}: {why}", drawn.says);
+            if kind == Kind::BarOff {
+                assert!(matches!(why, ImportError::BarOff { .. }), "{why}");
+            }
+        }
+    }
+}
+
+#[test]
+fn another_program_s_capture_is_refused() {
+    let session = planned();
+    let all = pairs(&session);
+    let drawn = drawn(&session, &all, 5, Kind::Sound);
+    let why = refusal(&session, &[all[0]], &drawn);
+    println!("{}: {why}", drawn.says);
+    // and the right one is found among all
+    let found = place(&session, &[all[0], all[1], all[5]], &drawn.capture, Feeds::Programmed).unwrap();
+    assert_eq!(found.pair, all[5]);
+    assert!(found.odds_tests > 10.0);
+}
+
+fn import(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fiveaxis")).arg("import").args(arguments).output().unwrap()
+}
+
+/// The shipped captures: LinuxCNC's planner moved the axes.
+const SHIPPED: &str = "examples/captures";
+
+#[test]
+fn a_shipped_capture_becomes_recordings_of_its_tests() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("imported");
+    let session = format!("{SHIPPED}/session.yaml");
+    let captures = [format!("{SHIPPED}/xy-100-1.csv")];
+    let output = import(&[
+        &captures[0],
+        "--session",
+        &session,
+        "--test",
+        "xy-100-1-ccw",
+        "--out",
+        out.to_str().unwrap(),
+        "--json",
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let placed = &json["captures"][0];
+    assert_eq!(placed["tests"][0], "xy-100-1-ccw");
+    assert!(placed["position_sigma"].as_f64().unwrap() < 0.5, "{placed}");
+    assert!(json["warnings"].is_array() && !json["missing"].as_array().unwrap().is_empty());
+    for file in ["session.yaml", "machine.yaml", "xy-100-1-ccw.csv", "xy-100-1-cw.csv", "xy-100-1-ccw.svg"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let imported = fiveaxis::load::load_session(&out.join("session.yaml")).unwrap();
+    assert_eq!(imported.tests.len(), 2);
+    // positions against those that the planner commanded, every tenth of a second on the gauge's clock
+    let truth = std::fs::read_to_string(format!("{SHIPPED}/xy-100-1-positions.csv")).unwrap();
+    let truth: Vec<[f64; 3]> = truth
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let values: Vec<f64> = line.split(',').map(|value| value.parse().unwrap()).collect();
+            [values[0], values[1], values[2]]
+        })
+        .collect();
+    let test = &imported.tests[0];
+    let recording = test.recording.as_ref().unwrap();
+    let begins_s = placed["arcs_s"][0][0].as_f64().unwrap();
+    let column = |name: &str| {
+        let axis = imported.machine.axis_index(name).unwrap();
+        &recording.positions[recording.axes.iter().position(|&k| k == axis).unwrap()]
+    };
+    let (x, y, time) = (column("X"), column("Y"), recording.time_s().unwrap());
+    let (mut worst, mut seen): (f64, usize) = (0.0, 0);
+    for [at, true_x, true_y] in &truth {
+        let Some(row) = time.windows(2).position(|pair| pair[0] <= at - begins_s && at - begins_s < pair[1]) else {
+            continue;
+        };
+        let part = (at - begins_s - time[row]) / (time[row + 1] - time[row]);
+        let found = [x, y].map(|q| q[row] + part * (q[row + 1] - q[row]));
+        worst = worst.max((found[0] - true_x).hypot(found[1] - true_y));
+        seen += 1;
+    }
+    let limit_mm = 100.0 * (4.0 * placed["position_sigma"].as_f64().unwrap()).to_radians();
+    assert!(seen > 50 && worst < limit_mm, "{seen} rows, {worst} mm of {limit_mm}");
+}
+
+#[test]
+fn files_of_gauges_are_read_and_others_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, text: &str, hints: CaptureHints| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        let why = |why: fiveaxis::load::LoadError| why.to_string().rsplit('/').next().unwrap_or_default().to_string();
+        load_capture(&file, hints).map_err(why)
+    };
+    let rows: String = (0..40).map(|k| format!("{},{}\n", 0.1 * f64::from(k), 1.5 * f64::from(k))).collect();
+    let due: Vec<f64> = (0..40).map(|k| 1.5e-3 * f64::from(k)).collect();
+    let same = |found: &[f64]| found.iter().zip(&due).all(|(a, b)| (a - b).abs() < 1e-12) && found.len() == due.len();
+    let none = CaptureHints::default();
+    let table = read("a.csv", &format!("Recorder, readings of today\n\nt [s],Deviation [µm]\n{rows}"), none).unwrap();
+    assert!(same(&table.reading_mm) && (table.time_s[39] - 3.9).abs() < 1e-12);
+    let german = rows.replace(',', ";").replace('.', ",");
+    let table =
+        read("b.csv", &format!("Zeit ms;Temperatur;Abweichung mm\n{}", german.replace(';', ";20;")), none).unwrap();
+    assert_eq!((table.column, table.not_read), (LengthColumn::DeviationMm, vec!["Temperatur".to_string()]));
+    assert!((table.time_s[10] - 1e-3).abs() < 1e-12);
+    let values: String = (0..40).map(|k| format!("{} ", 1.5 * f64::from(k))).collect();
+    let xml = format!(
+        "<?xml version=\"1.0\"?><Test><Operator>A B</Operator><SampleRate>10</SampleRate><Units>um</Units><Readings>{values}</Readings></Test>"
+    );
+    let found = read("c.b5r", &xml, none).unwrap();
+    assert!(same(&found.reading_mm) && (found.time_s[39] - 3.9).abs() < 1e-12);
+    assert_eq!(found.not_read, ["Operator"]);
+    let single: String = (0..40).map(|k| format!("<Reading><Value>{}</Value></Reading>", 1.5 * f64::from(k))).collect();
+    let hints = CaptureHints { rate_hz: Some(10.0), column: Some(LengthColumn::DeviationUm) };
+    assert!(same(&read("d.xml", &format!("<Test>{single}</Test>"), hints).unwrap().reading_mm));
+    let stated = read("e.txt", &format!("Sample rate: 250 Hz\ndeviation_um\n{}", "1.0\n".repeat(40)), none).unwrap();
+    assert!((stated.time_s[1] - 0.004).abs() < 1e-12);
+    for (text, says) in [
+        (
+            "only words\n",
+            "f.csv: has no header that names readings; a capture has columns such as time_s and deviation_um, with numbers below",
+        ),
+        (
+            "time_s,deviation\n0,1\n",
+            "f.csv: the readings 'deviation' have no unit; name the column deviation_um, deviation_mm or length_mm, or say --unit",
+        ),
+        (
+            "deviation_um\n1\n2\n",
+            "f.csv: has neither times nor a sampling rate; add a column time_s or say --rate with the readings a second",
+        ),
+        ("time_s,deviation_um\n0,1\n0,2\n", "f.csv:3: times go from 0 to 0 s; times rise from row to row"),
+        ("time_s,deviation_um\n0,1\n1,x\n", "f.csv:3: column deviation_um: 'x' is not a number; correct it"),
+        (
+            "time_s,deviation_um\n0,1\n1\n",
+            "f.csv:3: has 1 fields where the header (line 1) has 2; the file may be cut off",
+        ),
+    ] {
+        assert_eq!(read("f.csv", text, none).unwrap_err(), says);
+    }
+    let xml = read("g.b5r", "<Test><A>1 2 3</A></Test>", none).unwrap_err();
+    assert!(xml.starts_with("g.b5r: is XML without a list of at least 30 readings (numbers found in: A)"), "{xml}");
+}
+
+#[test]
+fn a_refused_capture_writes_nothing_and_ends_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("flat.csv");
+    let rows: String =
+        (0..900).map(|k| format!("{},{}\n", 0.1 * f64::from(k), (k * 7919 % 13) as f64 * 0.02)).collect();
+    std::fs::write(&capture, format!("time_s,deviation_um\n{rows}")).unwrap();
+    let out = folder.path().join("out");
+    let session = format!("{SHIPPED}/session.yaml");
+    let output = import(&[
+        capture.to_str().unwrap(),
+        "--session",
+        &session,
+        "--test",
+        "xy-100-1-ccw",
+        "--out",
+        out.to_str().unwrap(),
+        "--json",
+    ]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stdout));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["error"]["kind"], "data fault");
+    assert!(!Path::new(&out).exists());
+}
