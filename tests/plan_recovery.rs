@@ -171,7 +171,7 @@ fn plan_and_identify_mean_the_same_by_determined() {
         [Coupled::default(), Coupled { follow: FOLLOWED.to_vec(), circles: false }].into_iter().enumerate()
     {
         let settings = Settings { coupled, ..Settings::default() };
-        some_machines(first, 6).into_par_iter().for_each(|file| {
+        some_machines(first, 4).into_par_iter().for_each(|file| {
             let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
             let plan = planned(&machine, &bodies, &settings);
             let session = session(&machine, &plan);
