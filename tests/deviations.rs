@@ -43,6 +43,10 @@ fn angle_deg(test: usize, row: usize) -> f64 {
     from + (to - from) * row as f64 / (ROWS - 1) as f64
 }
 
+/// Time (s), C (deg) and deviation (mm) of each row, and what writes them as a file.
+type Rows = [(f64, f64, f64)];
+type Writer = dyn Fn(&Rows) -> Vec<u8>;
+
 fn session_yaml(more: &str) -> String {
     let mut text = String::from("machine: machine.yaml\ntests:\n");
     for (test, at) in SPINDLE_MM.iter().enumerate() {
@@ -54,7 +58,7 @@ fn session_yaml(more: &str) -> String {
 }
 
 /// Session in a folder of its own, readings written by `write` from C (deg) and deviation (mm).
-fn session(more: &str, write: impl Fn(&[(f64, f64, f64)]) -> Vec<u8>) -> Result<Session, String> {
+fn session(more: &str, write: impl Fn(&Rows) -> Vec<u8>) -> Result<Session, String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("machine.yaml"), MACHINE).unwrap();
     fs::write(folder.path().join("session.yaml"), session_yaml(more)).unwrap();
@@ -71,13 +75,13 @@ fn session(more: &str, write: impl Fn(&[(f64, f64, f64)]) -> Vec<u8>) -> Result<
     load_session(&folder.path().join("session.yaml")).map_err(|why| why.to_string().replace(&format!("{name}/"), ""))
 }
 
-fn plain(rows: &[(f64, f64, f64)]) -> Vec<u8> {
+fn plain(rows: &Rows) -> Vec<u8> {
     let lines = rows.iter().map(|(time, angle, deviation)| format!("{time},{angle},{deviation:.10}\n"));
     format!("time_s,C_deg,deviation_mm\n{}", lines.collect::<String>()).into_bytes()
 }
 
 /// As a spreadsheet in a country of decimal commas saves it, columns in another order, behind another program's lines.
-fn foreign(rows: &[(f64, f64, f64)], separator: &str) -> String {
+fn foreign(rows: &Rows, separator: &str) -> String {
     let comma = |value: f64| format!("{value:.7}").replace('.', ",");
     let lines = rows
         .iter()
@@ -92,7 +96,7 @@ fn every_form_of_the_file_holds_the_same_lengths() {
     let wide = |text: String, unit: fn(u16) -> [u8; 2]| {
         [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(unit).collect()
     };
-    let forms: [(&str, Box<dyn Fn(&[(f64, f64, f64)]) -> Vec<u8>>); 5] = [
+    let forms: [(&str, Box<Writer>); 5] = [
         ("semicolons", Box::new(|rows| foreign(rows, ";").into_bytes())),
         ("tabs", Box::new(|rows| foreign(rows, "\t").into_bytes())),
         ("UTF-16, little end first", Box::new(move |rows| wide(foreign(rows, ";"), u16::to_le_bytes))),
@@ -249,14 +253,12 @@ fn figures_that_need_a_radius_are_left_out_of_circles_with_a_free_zero() {
 #[test]
 fn wrong_deviations_get_one_message() {
     let header = |from: &'static str, to: &'static str| {
-        move |rows: &[(f64, f64, f64)]| String::from_utf8(plain(rows)).unwrap().replacen(from, to, 1).into_bytes()
+        move |rows: &Rows| String::from_utf8(plain(rows)).unwrap().replacen(from, to, 1).into_bytes()
     };
     let scaled = |factor: f64, offset: f64| {
-        move |rows: &[(f64, f64, f64)]| {
-            plain(&rows.iter().map(|&(t, c, d)| (t, c, factor * d + offset)).collect::<Vec<_>>())
-        }
+        move |rows: &Rows| plain(&rows.iter().map(|&(t, c, d)| (t, c, factor * d + offset)).collect::<Vec<_>>())
     };
-    let refused = |more: &str, write: &dyn Fn(&[(f64, f64, f64)]) -> Vec<u8>| session(more, write).unwrap_err();
+    let refused = |more: &str, write: &Writer| session(more, write).unwrap_err();
     assert_eq!(
         refused("", &header("deviation_mm", "deviation_inch")),
         "t0.csv:1: column 'deviation_inch': deviations are deviation_um or deviation_mm; rename or convert the column"

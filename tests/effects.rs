@@ -48,7 +48,7 @@ fn recording(rows: &[Vec<f64>]) -> Recording {
         channels: vec![("temperature_degC".into(), (0..rows.len()).map(|row| 20.0 + 0.01 * row as f64).collect())],
         leading_texts: Vec::new(),
         leading_header: String::new(),
-        column: Default::default(),
+        column: fiveaxis::session::LengthColumn::LengthMm,
     }
 }
 
@@ -61,7 +61,7 @@ fn test(name: &str, started_at_s: f64, rows: &[Vec<f64>]) -> Test {
         started_at_s,
         bar_length_mm: Some(100.0),
         bar_setup: None,
-        zero: Default::default(),
+        zero: fiveaxis::session::Zero::Calibrated,
         bar_error_mm: 0.0,
         pivot: ball("w", [70.0, 40.0, 20.0]),
         spindle_ball: ball("t", [-35.0, 10.0, 110.0]),

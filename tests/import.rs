@@ -38,6 +38,8 @@ fn captures_are_placed_as_well_as_their_readings_tell() {
         };
         let off = off(&drawn, &placement);
         assert!(off < REACH_DEG.max(6.0 * placement.position_sigma), "{seed}: {}: misplaced by {off}", drawn.says);
+        let pace_off = (placement.timing.pace - drawn.pace).abs();
+        assert!(pace_off < 2e-3 + 6.0 * placement.sigma[2], "{seed}: pace off by {pace_off}");
         good += u64::from(off < REACH_DEG.max(3.0 * placement.position_sigma));
         let [(there, _), (back, _)] = recordings(&placement, &drawn.capture, 100.0, LengthColumn::DeviationMm);
         assert!(there.readings() > 50 && back.readings() > 50, "{seed}");

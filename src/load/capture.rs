@@ -153,8 +153,9 @@ fn number(field: &str, separator: char) -> Option<f64> {
 fn stated_rate(line: &str) -> Option<f64> {
     let lower = line.to_lowercase();
     let before = &lower[..lower.find("hz")?];
-    let words = before.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == ',')).filter(|word| !word.is_empty());
-    words.last()?.replace(',', ".").parse().ok().filter(|rate| *rate > 0.0)
+    let mut words =
+        before.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == ',')).filter(|word| !word.is_empty());
+    words.next_back()?.replace(',', ".").parse().ok().filter(|rate| *rate > 0.0)
 }
 
 fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
@@ -163,7 +164,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     let is_readings = |name: &&str| matches!(meaning(name), Meaning::Readings(_));
     let names_readings = |line: &str, separator: char| {
         let names = fields(line.trim_start_matches('#'), separator);
-        names.iter().any(|name| is_readings(&name)) && names.iter().all(|name| number(name, separator).is_none())
+        names.iter().any(is_readings) && names.iter().all(|name| number(name, separator).is_none())
     };
     let found = lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
         let followed = lines().find(|(next, _)| *next > index)?.1;

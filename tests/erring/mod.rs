@@ -122,6 +122,7 @@ pub fn table_head(samples: usize) -> Session {
                 started_at_s: 90.0 * tests.len() as f64,
                 bar_length_mm: Some(100.0),
                 bar_setup: None,
+                zero: Default::default(),
                 bar_error_mm: 0.0,
                 pivot: ball("A", pivot),
                 spindle_ball: ball("t", Vector3::new(0.0, 0.0, ball_z)),
