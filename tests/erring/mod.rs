@@ -129,7 +129,6 @@ pub fn table_head(samples: usize) -> Session {
                 positions,
                 feed_mm_per_min: Some(500.0),
                 overshoot: Some(4.0),
-                zero: fiveaxis::session::Zero::default(),
             });
         }
     }
