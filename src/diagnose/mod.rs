@@ -102,7 +102,7 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     };
     let mut search = match search {
         Ok(search) => search,
-        Err(cleaner) => return diagnosed(fine.with_rows(cleaner.kept_rows()), setups, cleaner, false),
+        Err(cleaner) => return diagnosed(fine.with_rows(cleaner.kept_rows()), setups, *cleaner, false),
     };
     let fault = fault.and_then(|fault| beside(&fine, &search, noise_um, fault)).or_else(|| shift_of_one_test(&search));
     if fault.is_some() {

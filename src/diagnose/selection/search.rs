@@ -26,7 +26,7 @@ pub(crate) fn search_cleanly(
     floors: &Floors,
     families: &[CandidateFamily],
     cleaner: impl Fn(&[Vec<f64>]) -> Option<Fit>,
-) -> Result<Search, Fit> {
+) -> Result<Search, Box<Fit>> {
     let mut cleaned = None;
     let hides = |left_mm: &[Vec<f64>]| {
         cleaned = cleaner(left_mm);
@@ -36,7 +36,7 @@ pub(crate) fn search_cleanly(
     if cleaned.is_none() && resolutions.fine.has_sweeps() && !search.found.is_empty() {
         cleaned = cleaner(&search.residual_mm);
     }
-    cleaned.map_or(Ok(search), Err)
+    cleaned.map_or(Ok(search), |fit| Err(Box::new(fit)))
 }
 
 /// Searches a session; the first set of effects stands where what it leaves, mm, is to be searched otherwise.
