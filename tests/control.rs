@@ -112,8 +112,8 @@ fn numbers_for_the_control_are_where_the_fitted_lines_stand() {
     // X carries the spindle: it stands over the line at the zero's reading plus the shift
     let reading = c.centre_at.iter().find(|reading| reading.axis == x).unwrap();
     assert!(reading.is_machine_coordinate && (reading.reading_mm - (-412.5 + c.shift_mm.x)).abs() < 1e-12);
-    // known to what the spindle ball is known, 3 µm
-    assert!((reading.sigma_mm - 3e-3).abs() < 2e-4, "{}", reading.sigma_mm);
+    // known to what the spindle ball is known, 1 µm
+    assert!((reading.sigma_mm - 1e-3).abs() < 2e-4, "{}", reading.sigma_mm);
     let words = control_in_words(&fitted, c);
     assert!(words.starts_with("C: add x ") && words.contains("to the vector from A to C"), "{words}");
     assert!(control_in_words(&fitted, a).starts_with("A: move the table centre in the control by y "));

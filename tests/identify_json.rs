@@ -82,7 +82,7 @@ fn the_report_is_one_page_that_needs_nothing_else() {
     assert_eq!(page.matches("<svg ").count(), page.matches("</svg>").count());
     assert!(page.matches("1 division = ").count() == 40 && page.contains("measured") && page.contains("model"));
     let plots = std::fs::read_dir(scratch.path().join("plots")).unwrap().count();
-    assert_eq!(plots, 2 * 24);
+    assert_eq!(plots, 2 * 40);
 }
 
 #[test]
