@@ -12,6 +12,7 @@
 //! | room | holds |
 //! |---|---|
 //! | [`units`] | quantities with units as users write them |
+//! | [`statistics`] | noise, robust location and scale, evidence; no geometry |
 //! | [`machine`] | the machine as its file describes it |
 //! | [`chain`] | compiled kinematics: positions, lengths, closed-form derivatives |
 //! | [`bodies`] | solids on links, mounting surfaces, the ball-bar kit |
@@ -24,7 +25,6 @@
 //! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
-//! | [`statistics`] | noise, robust location and scale, evidence; no geometry |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
 //! | [`import`] | captures in one piece, as gauges write them, to recordings |

@@ -9,6 +9,7 @@ use fiveaxis::effects::KINDS;
 /// Rooms in the order in which they may import: each only from those before it.
 const ROOMS: [&str; 20] = [
     "units",
+    "statistics",
     "machine",
     "chain",
     "bodies",
@@ -21,7 +22,6 @@ const ROOMS: [&str; 20] = [
     "simulate",
     "load",
     "methods",
-    "statistics",
     "identify",
     "reconcile",
     "import",

@@ -1,5 +1,7 @@
 //! Readings as a gauge wrote them, made fit for a search: spikes out, averaged to few, their noise. It knows no program.
 
+use crate::statistics::{median, noise_of_rows};
+
 /// Readings over the gauge's own time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Capture {
@@ -26,11 +28,6 @@ const SPIKE: f64 = 8.0;
 /// Neighbours on either side of which the median is taken.
 const NEIGHBOURS: usize = 3;
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 impl Capture {
     /// Finite readings with their times.
     fn finite(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
@@ -39,7 +36,7 @@ impl Capture {
 
     /// Median of all readings, mm.
     pub fn middle_mm(&self) -> f64 {
-        median(&mut self.finite().map(|(_, reading)| reading).collect::<Vec<_>>())
+        median(self.reading_mm.iter().copied()).unwrap_or(f64::NAN)
     }
 
     /// First and last time with a reading, s.
@@ -48,12 +45,10 @@ impl Capture {
         (first, self.finite().last().map_or(0.0, |(time, _)| time))
     }
 
-    /// Noise of one reading, mm: median of third differences, which no slow motion reaches.
+    /// Noise of one reading, mm, which no slow motion reaches.
     pub fn noise_mm(&self) -> f64 {
         let values: Vec<f64> = self.finite().map(|(_, reading)| reading).collect();
-        let mut third: Vec<f64> = values.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
-        // a third difference of white noise has 1 + 9 + 9 + 1 times its variance; 0.6745 is the median of a normal's size
-        median(&mut third) / 0.6745 / 20f64.sqrt()
+        noise_of_rows(&values)
     }
 
     /// Share of readings that lie farther than `stroke_mm` from the median.
@@ -74,11 +69,12 @@ impl Capture {
         (0..values.len())
             .map(|k| {
                 let around = &values[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(values.len())];
-                let mut near: Vec<f64> = around.iter().copied().filter(|value| value.is_finite()).collect();
+                let near: Vec<f64> = around.iter().copied().filter(|value| value.is_finite()).collect();
                 let steepest = near.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
-                let middle = median(&mut near);
+                let middle = median(near.iter().copied()).unwrap_or(f64::NAN);
                 // at few readings a second the neighbours themselves are far apart
-                let steps: f64 = near.last().zip(near.first()).map_or(0.0, |(high, low)| high - low);
+                let (low, high) = near.iter().fold((f64::MAX, f64::MIN), |(a, b), &value| (a.min(value), b.max(value)));
+                let steps = (high - low).max(0.0);
                 let off = (values[k] - middle).abs();
                 values[k].is_finite() && off > SPIKE * scatter && off > 0.8 * steps && steepest > SPIKE * scatter
             })

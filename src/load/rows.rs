@@ -6,6 +6,7 @@ use super::message::LoadError;
 use super::range::outside_range;
 use crate::machine::Machine;
 use crate::session::{LengthColumn, Recording};
+use crate::statistics::median;
 
 /// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
 const STROKE_LIMIT_MM: f64 = 5.0;
@@ -65,17 +66,11 @@ pub fn check_rows(
     }
 }
 
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    finite.sort_by(f64::total_cmp);
-    finite.get(finite.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 /// A column that holds lengths under another name while length_mm does not.
 fn refuse_swapped(file: &Path, recording: &Recording, machine: &Machine, bar: f64) -> Result<(), LoadError> {
     let is_length = |value: f64| (value - bar).abs() <= STROKE_LIMIT_MM;
     let lengths = || recording.length_mm.iter().copied();
-    if is_length(median(lengths())) {
+    if is_length(median(lengths()).unwrap_or(f64::NAN)) {
         return Ok(());
     }
     let time = recording.time_s().map(|time| ("time_s".to_string(), time.to_vec()));
@@ -92,8 +87,8 @@ fn refuse_swapped(file: &Path, recording: &Recording, machine: &Machine, bar: f6
             1,
             format!(
                 "the columns {name} and length_mm seem swapped: {name} holds about {:.4}, the bar's length is {bar} mm, length_mm holds about {:.4}; correct the header",
-                median(values.into_iter()),
-                median(lengths())
+                median(values.into_iter()).unwrap_or(f64::NAN),
+                median(lengths()).unwrap_or(f64::NAN)
             ),
         )),
         None => Ok(()),
@@ -113,7 +108,7 @@ fn refuse_outside_stroke(
         return Ok(());
     }
     let stroke = format!("bar_length is {bar} mm and a reading lies within ±{STROKE_LIMIT_MM} mm of it");
-    let middle = median(recording.length_mm.iter().copied());
+    let middle = median(recording.length_mm.iter().copied()).unwrap_or(f64::NAN);
     if outside == readings {
         let near = |factor: f64| (middle * factor - bar).abs() <= STROKE_LIMIT_MM;
         if recording.column.is_deviation() {
@@ -158,7 +153,7 @@ fn no_deviations(recording: &Recording, middle_mm: f64, bar: f64, stroke: &str) 
 
 /// Without a bar the readings are absolute distances: they cannot be shorter than two balls.
 fn refuse_no_distances(file: &Path, recording: &Recording) -> Result<(), LoadError> {
-    let middle = median(recording.length_mm.iter().copied());
+    let middle = median(recording.length_mm.iter().copied()).unwrap_or(f64::NAN);
     if middle >= SHORTEST_DISTANCE_MM {
         return Ok(());
     }

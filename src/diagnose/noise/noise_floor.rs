@@ -1,6 +1,8 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
-use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, minimise_in_four, misfit, rms};
+use crate::statistics::{
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, median, minimise_in_four, misfit, rms,
+};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::spectrum::lines;
@@ -195,9 +197,7 @@ impl Trace {
         let length_s = time_s.last().zip(time_s.first()).map_or(0.0, |(last, first)| last - first);
         // the median: jumps are no noise
         let second = |rows: &[f64]| (rows[1] - 0.5 * (rows[0] + rows[2])).abs();
-        let mut steps: Vec<f64> = residual.windows(3).map(second).filter(|step| step.is_finite()).collect();
-        steps.sort_by(f64::total_cmp);
-        let step_mm = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let step_mm = median(residual.windows(3).map(second)).unwrap_or(0.0);
         columns.extend(residual.into_iter().map(|value| if value.is_finite() { value } else { 0.0 }));
         let mut trace = Trace { present, length_s, rough_mm: 0.0, step_mm, columns };
         trace.rough_mm = trace.rough_rms();

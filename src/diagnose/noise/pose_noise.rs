@@ -1,6 +1,6 @@
 //! Which readings belong to one pose, how far they count as one, and what of a residual they share. It fits no effects.
 
-use crate::statistics::rms;
+use crate::statistics::{median, rms};
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
@@ -123,8 +123,7 @@ impl Left {
             return None;
         }
         // the median is not moved by a wild reading
-        variances.sort_by(f64::total_cmp);
-        let apart = variances[variances.len() / 2];
+        let apart = median(variances.into_iter())?;
         let all = rms(rows.iter().flatten().map(|&(test, row)| residual_mm[test][row])).powi(2);
         Some(Left { arm_um: 1e3 * (all - apart).max(0.0).sqrt(), readings_um: 1e3 * apart.sqrt() })
     }

@@ -7,6 +7,7 @@ use super::data_fault::listed;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::chain::Chain;
 use crate::session::{Ball, Session, Setups, Zero};
+use crate::statistics::median;
 
 /// Effect names of wrong set-ups.
 pub(crate) const BALL_PLACE: &str = "ball-place";
@@ -195,8 +196,7 @@ fn other_bars(session: &Session, chain: &Chain, setups: &Setups) -> Vec<Suspicio
             let seen = sights(session, chain, test, End::Pivot, &test.pivot.link).into_iter();
             off.extend(seen.map(|(seen, length)| length - (test.pivot.at - seen).norm()));
         }
-        off.sort_by(f64::total_cmp);
-        let Some(&middle) = off.get(off.len() / 2) else { continue };
+        let Some(middle) = median(off.into_iter()) else { continue };
         let mut undone = session.clone();
         tests.iter().for_each(|&test| undone.tests[test].bar_error_mm += middle);
         let says = format!(

@@ -4,7 +4,7 @@
 //! misfit many times over, far below what any physics of the catalogue could do at that size of residual.
 
 use crate::diagnose::cause::MOST_RIVALS;
-use crate::statistics::rms;
+use crate::statistics::{median, rms};
 use rayon::prelude::*;
 
 use super::data_fault::{DataFault, RECORDER, Rival};
@@ -118,10 +118,8 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
         .tests
         .iter()
         .filter_map(|test| {
-            let mut lengths: Vec<f64> =
-                test.recording.as_ref()?.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
-            lengths.sort_by(f64::total_cmp);
-            Some((*lengths.get(lengths.len() / 2)?, test.bar_length_mm?))
+            let lengths = test.recording.as_ref()?.length_mm.iter().copied();
+            Some((median(lengths)?, test.bar_length_mm?))
         })
         .collect();
     let fits = |factor: f64| {

@@ -3,6 +3,7 @@
 use crate::chain::Geometry;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{AxisKind, Component, Machine, Outlet};
+use crate::statistics::median;
 
 /// Components across and along the nearest coordinate direction of an axis.
 pub(super) struct Directions {
@@ -56,15 +57,11 @@ pub(super) fn slides_move(model: &LinearModel) -> bool {
 
 /// Median distance of neighbouring positions of an axis in motion.
 pub(super) fn finest_step(model: &LinearModel, axis: usize) -> f64 {
-    let mut steps: Vec<f64> = (0..model.tests())
-        .filter(|&test| model.context.motion(test).moving.contains(&axis))
-        .flat_map(|test| {
-            let positions: Vec<f64> = model.context.motion(test).axis(axis).collect();
-            positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect::<Vec<_>>()
-        })
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+    let steps = (0..model.tests()).filter(|&test| model.context.motion(test).moving.contains(&axis)).flat_map(|test| {
+        let positions: Vec<f64> = model.context.motion(test).axis(axis).collect();
+        positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect::<Vec<_>>()
+    });
+    median(steps).unwrap_or(1.0)
 }
 
 /// The load on the joint changes its direction to gravity in the session.
