@@ -4,9 +4,10 @@
 //! nominal in run-in and run-out and within 0.5 um of the session's own length inside the arc.
 
 mod nc_reader;
+mod shipped;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::nc::{Dialect, program};
@@ -229,15 +230,6 @@ fn own_positions(machine: &Replay, planned: &PlannedTest) -> BTreeMap<char, f64>
     stands.filter_map(|(name, q)| Some((*name, shown(name, (*q)?)))).collect()
 }
 
-fn machines() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
-    let files = std::fs::read_dir(folder).expect("machines").map(|entry| entry.expect("entry").path());
-    let mut files: Vec<PathBuf> =
-        files.filter(|file| file.extension().is_some_and(|ending| ending == "yaml")).collect();
-    files.sort();
-    files
-}
-
 /// The machine file in another sense.
 fn in_sense(text: &str, sense: &str) -> String {
     let lines = text.lines().filter(|line| !line.starts_with("directions:"));
@@ -252,10 +244,9 @@ fn in_sense(text: &str, sense: &str) -> String {
 
 #[test]
 fn every_program_of_every_machine_keeps_the_bar() {
-    let files = machines();
-    assert!(files.len() >= 16);
+    let files = shipped::machine_files();
     // every machine in one of the senses, in turn; FIVEAXIS_TESTS=all for both, which takes twice as long
-    let both = std::env::var("FIVEAXIS_TESTS").is_ok_and(|wanted| wanted == "all");
+    let both = shipped::is_thorough();
     let cases: Vec<(&PathBuf, &str)> = files
         .iter()
         .enumerate()

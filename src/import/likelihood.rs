@@ -2,9 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::{Cholesky, DMatrix, DVector};
+
 use super::capture::Averages;
 use super::course::{Course, interpolated};
 use super::timing::Timing;
+use crate::statistics::log_determinant;
 
 /// Standard deviations of what may add to a nominal length beside errors of balls and axes, mm.
 const ZERO_MM: f64 = 1.0;
@@ -111,38 +114,20 @@ struct Ridge {
 
 /// Least squares with unit priors, coefficients integrated out: `yᵀ(1 + MMᵀ)⁻¹y + log det(1 + MᵀM)`, M row by row.
 fn ridge(model: &[f64], right: &[f64], width: usize) -> Ridge {
-    let mut normal = vec![0.0; width * width];
-    let mut product = vec![0.0; width];
+    let mut normal = DMatrix::identity(width, width);
+    let mut product = DVector::zeros(width);
     for (row, y) in model.chunks_exact(width).zip(right) {
-        for i in 0..width {
-            product[i] += row[i] * y;
-            for (sum, value) in normal[i * width..=i * width + i].iter_mut().zip(row) {
-                *sum += row[i] * value;
-            }
+        for j in 0..width {
+            product[j] += row[j] * y;
+            // the lower triangle is what the factor reads
+            (j..width).for_each(|i| normal[(i, j)] += row[i] * row[j]);
         }
     }
-    (0..width).for_each(|i| normal[i * width + i] += 1.0);
-    // Cholesky in place, lower triangle
-    let mut log_determinant = 0.0;
-    for i in 0..width {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| normal[i * width + k] * normal[j * width + k]).sum();
-            let rest = normal[i * width + j] - dot;
-            normal[i * width + j] = if i == j { rest.max(1e-300).sqrt() } else { rest / normal[j * width + j] };
-        }
-        log_determinant += 2.0 * normal[i * width + i].ln();
-    }
-    let mut solution = product;
-    for i in 0..width {
-        let dot: f64 = (0..i).map(|k| normal[i * width + k] * solution[k]).sum();
-        solution[i] = (solution[i] - dot) / normal[i * width + i];
-    }
-    for i in (0..width).rev() {
-        let dot: f64 = (i + 1..width).map(|k| normal[k * width + i] * solution[k]).sum();
-        solution[i] = (solution[i] - dot) / normal[i * width + i];
-    }
-    let off = |row: &[f64], y: &f64| y - row.iter().zip(&solution).map(|(a, b)| a * b).sum::<f64>();
+    // only readings that are not finite can spoil it
+    let Some(factor) = Cholesky::new(normal) else { return Ridge { cost: f64::NAN, residual: right.to_vec() } };
+    let solution = factor.solve(&product);
+    let off = |row: &[f64], y: &f64| y - row.iter().zip(solution.iter()).map(|(a, b)| a * b).sum::<f64>();
     let residual: Vec<f64> = model.chunks_exact(width).zip(right).map(|(row, y)| off(row, y)).collect();
-    let squares: f64 = residual.iter().chain(&solution).map(|value| value * value).sum();
-    Ridge { cost: squares + log_determinant, residual }
+    let squares: f64 = residual.iter().chain(solution.iter()).map(|value| value * value).sum();
+    Ridge { cost: squares + log_determinant(&factor), residual }
 }

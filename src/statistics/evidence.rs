@@ -3,7 +3,7 @@
 //! With the block's projected information `G` and score `z`, and amplitudes from N(0, τ²), the log evidence against nothing is
 //! `½ Σ (w² / (λ + 1/τ²) − ln(1 + τ²λ))` over the eigenvalues λ of `G`, `w` being `z` along its eigenvectors.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// A candidate's standing.
 #[derive(Debug, Clone)]
@@ -53,4 +53,10 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Bloc
     // one nat for having chosen τ from the data
     let log_evidence = evidence(tau) - 1.0;
     BlockEvidence { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
+}
+
+/// Logarithm of the determinant of the matrix that was factored.
+pub fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
+    let lower = factor.l_dirty();
+    2.0 * (0..lower.nrows()).map(|k| lower[(k, k)].ln()).sum::<f64>()
 }

@@ -6,7 +6,7 @@ mod noise;
 mod products;
 mod robust;
 
-pub use evidence::{BlockEvidence, judge, likeliest_prior};
+pub use evidence::{BlockEvidence, judge, likeliest_prior, log_determinant};
 pub use minimum::{least_along, minimise_in_four};
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
 pub use products::{Factor, ROW_STEP, add_cross_products, add_products, weighted_products};

@@ -2,14 +2,17 @@
 
 use super::finding::{Finding, RangeFound};
 use super::grouping::groups;
+use super::{size, vibration_size};
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
 use crate::diagnose::model::linear_model::{LinearModel, Term, display};
 use crate::diagnose::model::regression::{Accepted, Regression};
+use crate::diagnose::noise::spectrum::rates_of_tests;
 use crate::diagnose::selection::candidates::{ALONG, CandidateFamily};
 use crate::diagnose::selection::naming::{cause, component_name, components};
 use crate::diagnose::selection::ranking::directions;
 use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::selection::shape_average::over_shapes;
+use crate::diagnose::selection::trajectory::{growing_outlets, growth, has_first_order};
 use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Size};
 
@@ -31,7 +34,7 @@ pub fn findings(
     regression: &Regression,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search, &crate::diagnose::noise::spectrum::rates_of_tests(model));
+    let groups = groups(search, &rates_of_tests(model));
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -90,7 +93,7 @@ fn finding(
         false => Vec::new(),
     };
     if !growing.is_empty() {
-        let shown = crate::diagnose::selection::trajectory::growing_outlets(model, &growing);
+        let shown = growing_outlets(model, &growing);
         cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
     }
     if is_unknown {
@@ -124,32 +127,31 @@ fn finding(
         .filter(|&&index| index == group[0] || is_same_play(lead, &search.found[index]))
         .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
         .collect();
-    let mut size = super::size::size_of(model, &lead.chosen, &cause, regression, covariance, &parts);
+    let mut size = size::size_of(model, &lead.chosen, &cause, regression, covariance, &parts);
     // a vibration that wanders between neighbouring frequencies is the sum of all of them
     let vibrating = with_sizes(search, group, first_column, regression, Signature::Oscillation);
     let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
     if vibrating.len() > 1 && is_a(&cause.effect, Signature::Oscillation) && !is_sure {
-        size = super::vibration_size::size_together(model, &vibrating, &search.noise_after, size);
+        size = vibration_size::size_together(model, &vibrating, &search.noise_after, size);
     }
     // a spike whose servo is no simple one is the sum of several
     let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, Signature::Spike).collect();
     if spikes.len() > 1 && is_a(&cause.effect, Signature::Spike) {
-        size = super::size::size_together(model, &spikes, &cause, regression, covariance, size);
+        size = size::size_together(model, &spikes, &cause, regression, covariance, size);
     }
     let without_own = || {
         let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
         Regression::new(model, &search.noise_after, &others.collect::<Vec<_>>(), &model.kept)
     };
     let family = &families[lead.chosen.family];
-    let as_judged = |shape: &Candidate| super::size::size_as_judged(model, shape, &cause);
+    let as_judged = |shape: &Candidate| size::size_as_judged(model, shape, &cause);
     if let Some((mean, sigma)) = over_shapes(without_own, &lead.chosen, family, as_judged) {
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
     }
     if growing.len() > 1 {
         // growth told in several shapes: the others add to the lead's
-        size.value += crate::diagnose::selection::trajectory::growth(model, &growing, &cause)
-            - crate::diagnose::selection::trajectory::growth(model, &growing[..1], &cause);
+        size.value += growth(model, &growing, &cause) - growth(model, &growing[..1], &cause);
     }
     size.sigma = size.sigma.hypot(over_rivals(model, lead, size.value));
     let (tests, rms_um) = shows(model, columns, &own_columns, regression);
@@ -204,7 +206,7 @@ fn with_sizes<'s>(
 fn over_rivals(model: &LinearModel, lead: &SelectedEffect, value: f64) -> f64 {
     let machine = model.context.machine();
     let own = &lead.chosen.effect;
-    let is_length = |candidate: &Candidate| candidate.terms.iter().any(super::size::is_length);
+    let is_length = |candidate: &Candidate| candidate.terms.iter().any(size::is_length);
     // the amplitudes of a vibration are those of single tests: its size is no matter of the shape
     if is_a(&own.kind, Signature::Oscillation) {
         return 0.0;
@@ -214,7 +216,7 @@ fn over_rivals(model: &LinearModel, lead: &SelectedEffect, value: f64) -> f64 {
     for (rival, odds) in &lead.rivals {
         let is_same = rival.effect.kind == own.kind && rival.effect.place == own.place;
         if is_same && is_length(rival) == is_length(&lead.chosen) {
-            let size = super::size::size_as_judged(model, rival, &cause(machine, rival, &[]));
+            let size = size::size_as_judged(model, rival, &cause(machine, rival, &[]));
             let weight = odds.min(0.0).exp();
             squares += weight * (size - value).powi(2);
             weights += weight;
@@ -264,10 +266,8 @@ fn sized(candidate: &Candidate, sizes: &[f64], model: &LinearModel) -> Vec<Effec
 
 /// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
 fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
-    let is_arc = |candidate: &Candidate| {
-        is_a(&candidate.effect.kind, Signature::ErrorMotion)
-            && !crate::diagnose::selection::trajectory::has_first_order(candidate)
-    };
+    let is_arc =
+        |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::ErrorMotion) && !has_first_order(candidate);
     let is_sag = |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::Sag);
     one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))
 }

@@ -64,7 +64,7 @@ pub fn size_of(
         }
     };
     let is_part_of_turn = is_a(&cause.effect, Signature::ErrorMotion) && !courses.is_whole_turn();
-    let form = if is_part_of_turn { PART_OF_TURN } else { kind(&cause.effect).map_or(0.0, |kind| kind.form_error) };
+    let form = if is_part_of_turn { PART_OF_TURN } else { form_error(cause) };
     let sigma = sigma.hypot(form * value);
     let meaning = match signature(&cause.effect) {
         _ if grows(&lead.effect) => "peak to peak over the session",
@@ -99,8 +99,7 @@ pub(crate) fn size_together(
     let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
     let value_at = |amplitudes: &[f64]| courses.largest(cause, amplitudes);
     let value = value_at(&amplitudes);
-    let sigma = first_order(&value_at, &amplitudes, &sub)
-        .hypot(kind(&cause.effect).map_or(0.0, |kind| kind.form_error) * value);
+    let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_error(cause) * value);
     SizeFound { value, sigma, ..lead }
 }
 
@@ -231,4 +230,9 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Traj
 /// Whether the main terms are the height of one bump.
 fn is_bump(lead: &Candidate, main: &[usize]) -> bool {
     lead.effect.parameter("width").is_some() && main.iter().all(|&k| lead.terms[k].measure == Measure::Length)
+}
+
+/// Uncertainty of a size from the form of its effect, as a share.
+fn form_error(cause: &Cause) -> f64 {
+    kind(&cause.effect).map_or(0.0, |kind| kind.form_error)
 }

@@ -4,7 +4,7 @@
 //! `N_gg`; what is left of the others is `N_gg − Σ N_gL N_LL⁻¹ N_Lg`. A vibration has a cosine and a sine in each of fifty
 //! tests: the work then grows with the tests and not with their cube.
 
-use crate::statistics::{BlockEvidence, likeliest_prior};
+use crate::statistics::{BlockEvidence, likeliest_prior, log_determinant};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 use super::linear_model::CrossProducts;
@@ -343,12 +343,6 @@ impl EliminatedNormal {
         let z = DVector::from_iterator(own, columns.iter().map(|&j| z[j]));
         Block { columns, gram, cross: with_seen, z, test }
     }
-}
-
-/// Logarithm of the determinant of the matrix that was factored.
-pub(crate) fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
-    let lower = factor.l_dirty();
-    2.0 * (0..lower.nrows()).map(|k| lower[(k, k)].ln()).sum::<f64>()
 }
 
 /// Factor of a matrix that its priors make definite: only values that are not finite can spoil it.

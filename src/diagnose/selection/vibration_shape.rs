@@ -6,12 +6,12 @@ use nalgebra::{DMatrix, DVector};
 use super::candidates::{ALONG, CandidateFamily};
 use super::judged_shape::{OVERTONE_GAIN, PARAMETER_COST, judged};
 use super::selected::Candidate;
-use crate::diagnose::model::eliminated::log_determinant;
 use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::noise::spectrum::aliases;
 use crate::machine::{Effect, Outlet, ParameterValue};
+use crate::statistics::log_determinant;
 
 /// Highest degree of the wander of a vibration along one direction, and along several.
 const MOST_WANDER: [i32; 2] = [3, 2];
