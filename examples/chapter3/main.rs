@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::chain::{Chain, Composition, Geometry};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::ErrorName;
-use fiveaxis::report::polar::{PolarPlot, PolarTrace, division_um};
+use fiveaxis::report::polar::{PolarPlot, PolarTrace, Stroke, division_um};
 use fiveaxis::session::Session;
 use fiveaxis::simulate::trace;
 use fiveaxis::units::{Measure, UM_PER_MM, parse_quantity};
@@ -65,6 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 traces.push(PolarTrace {
                     label: format!("{name} = {}", size.replace("um", "µm").replace(" deg", "°")),
                     points,
+                    stroke: Stroke::Own(traces.len()),
                 });
             }
             let mut plot = PolarPlot::new(format!("{figure}: {what}"), traces);
@@ -136,7 +137,8 @@ fn squareness_figure(session: &Session) -> Result<String, Box<dyn Error>> {
     let mut traces = Vec::new();
     for size in ["0.01 deg", "-0.01 deg"] {
         let points = deviations(session, "XY circle", &[("EC0Y", size)], Composition::Exact)?;
-        traces.push(PolarTrace { label: format!("EC0Y = {}°", size.replace(" deg", "")), points });
+        let label = format!("EC0Y = {}°", size.replace(" deg", ""));
+        traces.push(PolarTrace { label, points, stroke: Stroke::Own(traces.len()) });
     }
     let mut plot = PolarPlot::new("Fig. 2.14: squareness of X and Y on a planar circle", traces);
     plot.subtitle = "radius 100 mm · an ellipse along one diagonal".into();

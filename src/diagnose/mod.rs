@@ -29,14 +29,15 @@ pub use selection::screening_grid::ScreeningGrid;
 pub use selection::search::{search, search_unless};
 pub use selection::selected::{Candidate, Resolutions, Search, SelectedEffect};
 pub use validation::cross_validation::{CHUNK_S, CrossValidation, fold_rows};
-pub use validation::detection_limits::Unseen;
+pub use validation::detection_limits::{AXIS_SENSE, Unseen};
 pub use validation::leave_setup_out::LeftOutSetup;
 pub use validation::sign_randomisation::SignRandomisation;
+pub use validation::uncovering::UncoveringTest;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
 pub use verdict::diagnosis::{DiagnoseError, Diagnosis, Moved, TestBeforeAfter};
 
-use self::findings::next_test::Layout;
+use self::findings::proposals::Layout;
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
 use self::preflight::examine::examined;
@@ -45,6 +46,7 @@ use self::preflight::small_misfit::preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::search::{floors, nothing, search_cleanly};
 use self::validation::detection_limits::{unseen_causes, unseen_senses};
+use self::validation::uncovering::uncovering_tests;
 use self::verdict::explanation::explain;
 use self::verdict::shift_or_effect::{beside, shift_of_one_test};
 use crate::chain::Chain;
@@ -114,5 +116,7 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     // a wrong sense makes all numbers wrong: it stands first
     let mut blind_to = unseen_senses(session, &fit)?;
     blind_to.extend(unseen_causes(&coarse, &families, &Regression::new(&coarse, &floors[1], &[], &coarse.kept)));
-    Ok(Diagnosis::of(&fine, setups, &fit, &search, explanation, fault, blind_to))
+    let uncovered_by = uncovering_tests(&layout, &blind_to);
+    let diagnosis = Diagnosis::of(&fine, setups, &fit, &search, explanation, fault, blind_to);
+    Ok(Diagnosis { uncovered_by, ..diagnosis })
 }

@@ -8,11 +8,15 @@
 //! | `axis_line` | an axis as a line, an outer axis's share in an inner one's |
 //! | `thesis` | chapters 4, 5 and 6: which tests, which differences give which error |
 //! | `compensated` | traces with the found errors taken out, as in Figs 4.6–4.8 |
+//! | `bar_turn` | where the bar points during a test, and the two directions of one pass |
+//! | `centring` | deviations without the offset of the centre |
 //! | `circles` | planar circles of two linear axes: ISO 230-4 figures and their parts |
 //!
 //! What each approximation costs is measured in `tests/thesis_methods.rs` and told in `docs/methods.md`.
 
 mod axis_line;
+mod bar_turn;
+mod centring;
 mod circle_fit;
 mod circles;
 mod compensated;
@@ -20,6 +24,8 @@ mod runs;
 mod thesis;
 mod turning;
 
+pub use bar_turn::{BarTurn, bar_turn, passes};
+pub use centring::Centred;
 pub use circle_fit::{FittedCircle, fit_circle};
 pub use circles::{AxisReversals, CircleFigures, DirectionFigures, Reversal, Squareness, circles};
 pub use compensated::CompensatedTrace;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::course::path_data;
 use super::diagnosis::{FindingJson, RangeJson};
-use super::polar::{PolarPlot, PolarTrace, escape};
+use super::polar::{PolarPlot, PolarTrace, Stroke, escape};
 use super::trace_plots::{Swept, swept};
 use crate::diagnose::TestBeforeAfter;
 use crate::session::{Motion, Session, Test};
@@ -77,7 +77,8 @@ fn located_rows(session: &Session, test: &Test, motion: &Motion, ranges: &[&Rang
 fn polar(swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)]) -> Option<String> {
     let angle = swept.angle_rad.as_ref()?;
     let every = angle.len().div_ceil(MOST_POINTS).max(1);
-    let trace = |label: &str, values: &[f64]| PolarTrace {
+    let trace = |index: usize, label: &str, values: &[f64]| PolarTrace {
+        stroke: Stroke::Own(index),
         label: label.into(),
         points: (0..angle.len())
             .step_by(every)
@@ -88,8 +89,8 @@ fn polar(swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)])
     let mut plot = PolarPlot::new(
         &residuals.name,
         vec![
-            trace(&format!("before, {before:.2} µm rms"), &residuals.before_mm),
-            trace(&format!("after, {after:.2} µm rms"), &residuals.after_mm),
+            trace(0, &format!("before, {before:.2} µm rms"), &residuals.before_mm),
+            trace(1, &format!("after, {after:.2} µm rms"), &residuals.after_mm),
         ],
     );
     plot.subtitle = "residual: measured − model".into();

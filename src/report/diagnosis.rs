@@ -18,6 +18,8 @@ pub struct DiagnosisJson {
     pub warnings: Vec<String>,
     pub findings: Vec<FindingJson>,
     pub blind_to: Vec<BlindJson>,
+    /// Short tests that would show most of that, best first.
+    pub uncovered_by: Vec<UncoveringJson>,
     pub fit: FitBeforeAfterJson,
     pub location_errors: BTreeMap<String, MovedJson>,
 }
@@ -113,6 +115,14 @@ pub struct BlindJson {
     pub test: String,
 }
 
+/// A test with what is mounted, the time it takes, and what it would show by place in `blind_to`.
+#[derive(Debug, Clone, Serialize)]
+pub struct UncoveringJson {
+    pub says: String,
+    pub minutes: f64,
+    pub uncovers: Vec<usize>,
+}
+
 /// Smallest visible size; null when no size shows.
 #[derive(Debug, Clone, Serialize)]
 pub struct SmallestJson {
@@ -175,6 +185,15 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
                 .collect(),
         },
         blind_to: diagnosis.blind_to.iter().map(blind_json).collect(),
+        uncovered_by: diagnosis
+            .uncovered_by
+            .iter()
+            .map(|test| UncoveringJson {
+                says: test.says.clone(),
+                minutes: test.minutes,
+                uncovers: test.uncovers.clone(),
+            })
+            .collect(),
         fit: FitBeforeAfterJson {
             readings: diagnosis.readings(),
             left_out: diagnosis.left_out,

@@ -6,13 +6,15 @@ use super::before_after::BeforeAfterPlots;
 use super::cards::{Card, cards};
 use super::chain_map::chain_map;
 use super::diagnosis::{DiagnosisJson, FindingJson};
-use super::diagnosis_text::{blind_words, moved_words, verdict_words};
+use super::diagnosis_text::{moved_words, verdict_words};
 use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, range_words, rival_words, shape_words, tests_words, unit, what,
+    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
+    what,
 };
 use super::fit_page::identifier;
 use super::number;
 use super::polar::escape;
+use super::unseen::{blind_words, cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::session::Session;
 
@@ -54,7 +56,7 @@ pub fn diagnosis_page(
     for (index, finding) in json.findings.iter().enumerate() {
         section(&mut page, session, diagnosis, index, finding, plots);
     }
-    blind(&mut page, json);
+    blind(&mut page, session, json);
     errors(&mut page, diagnosis, json);
     tests(&mut page, diagnosis, plots);
     method(&mut page);
@@ -119,8 +121,7 @@ fn section(
     let found = diagnosis.findings.get(index);
     let range = finding.located.range.as_ref().map(|range| range_words(&session.machine, range)).unwrap_or_default();
     let (cause, remedy) = cause_and_remedy(finding);
-    let next =
-        finding.next_test.as_ref().map(|next| format!("{} (then {:.0} % sure)", next.says, 100.0 * next.odds_after));
+    let next = finding.next_test.as_ref().map(next_words);
     let rows = [
         ("driven by", finding.driver.to_string()),
         ("components", finding.components.join(" ")),
@@ -184,15 +185,30 @@ fn evidence(page: &mut String, finding: &FindingJson, gain: Option<f64>) {
     page.push_str("</p>\n</div>\n");
 }
 
-fn blind(page: &mut String, json: &DiagnosisJson) {
+fn blind(page: &mut String, session: &Session, json: &DiagnosisJson) {
     if json.blind_to.is_empty() {
         return;
     }
-    page.push_str("<section>\n<h2>What these recordings cannot show</h2>\n<p class=\"small\">Not seen is not absent: these causes may be there up to the sizes stated.</p>\n<ul class=\"blind\">\n");
-    for blind in &json.blind_to {
-        let _ = writeln!(page, "<li>{}</li>", escape(&blind_words(blind)));
+    let _ = writeln!(
+        page,
+        "<section>\n<h2>What these tests cannot show</h2>\n<p class=\"small\">Not seen is not absent: {} causes may be there up to the sizes stated. The tests that would show most of them come first.</p>",
+        json.blind_to.len()
+    );
+    for cure in cures(session, json) {
+        let time = cure.minutes.map(|minutes| format!(", {}", minutes_words(minutes))).unwrap_or_default();
+        let _ = writeln!(
+            page,
+            "<details class=\"blind\"><summary><b>{}</b> by: {}{time}<br><span class=\"small\">{}</span></summary>\n<ul>",
+            cure.causes.len(),
+            escape(&cure.says),
+            escape(&kinds_words(&cure.causes))
+        );
+        for blind in &cure.causes {
+            let _ = writeln!(page, "<li>{}</li>", escape(&blind_words(blind)));
+        }
+        page.push_str("</ul>\n</details>\n");
     }
-    page.push_str("</ul>\n</section>\n");
+    page.push_str("</section>\n");
 }
 
 fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use super::diagnosis::{BlindJson, DiagnosisJson, MovedJson};
+use super::diagnosis::{DiagnosisJson, MovedJson};
 use super::finding_words::{
-    cause_and_remedy, certainty_words, digits, headline, range_words, rival_words, shape_words, tests_words, unit, what,
+    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
 };
 use super::number::shown;
 use super::table::Table;
+use super::unseen::{cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::session::Session;
 
@@ -15,8 +16,8 @@ use crate::session::Session;
 const WIDTH: usize = 100;
 /// Columns before the text of a finding's line.
 const INDENT: usize = 17;
-/// Blind spots told in full.
-const MOST_BLIND: usize = 4;
+/// Cures of what is unseen that are told.
+const MOST_CURES: usize = 4;
 /// Location errors listed.
 const MOST_ERRORS: usize = 12;
 /// Change over its sigma above which a location error counts as moved.
@@ -49,10 +50,10 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &Diagnosis
         let rivals: Vec<String> = finding.cannot_tell_from.iter().map(rival_words).collect();
         line(&mut text, "not told from", &rivals.join("; "));
         if let Some(next) = &finding.next_test {
-            line(&mut text, "next test", &format!("{} (then {:.0} % sure)", next.says, 100.0 * next.odds_after));
+            line(&mut text, "next test", &next_words(next));
         }
     }
-    blind(&mut text, json);
+    blind(&mut text, session, json);
     errors(&mut text, diagnosis, json);
     text
 }
@@ -60,12 +61,17 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &Diagnosis
 /// The verdict with its figures.
 pub fn verdict_words(json: &DiagnosisJson) -> String {
     let fit = &json.fit;
-    let count = match json.findings.len() {
-        1 => "one finding".to_string(),
-        count => format!("{count} findings"),
+    let open = json.findings.iter().filter(|finding| finding.probability < 0.5).count();
+    let count = match (json.findings.len(), open) {
+        (1, 0) => "one finding".to_string(),
+        (1, _) => "one finding, whose cause stays open".to_string(),
+        (count, 0) => format!("{count} findings"),
+        (count, open) if open == count => format!("{count} findings, whose causes stay open"),
+        (count, open) => format!("{count} findings, the cause of {open} open"),
     };
     let says = match json.verdict {
-        "clean" => "CLEAN: location errors, balls and bars explain the recordings".to_string(),
+        "clean" => "NO FINDING in what these tests can show: location errors, balls and bars explain the recordings"
+            .to_string(),
         "explained" => format!("EXPLAINED by {count}"),
         "partly explained" => format!("PARTLY EXPLAINED by {count}"),
         "unexplained" => "UNEXPLAINED: something is there, its form is unknown".to_string(),
@@ -127,34 +133,27 @@ fn left_words(json: &DiagnosisJson) -> String {
     )
 }
 
-fn blind(text: &mut String, json: &DiagnosisJson) {
+/// What the tests cannot show, by the cure.
+fn blind(text: &mut String, session: &Session, json: &DiagnosisJson) {
     if json.blind_to.is_empty() {
         return;
     }
-    let _ = writeln!(text, "\nThese recordings are blind to {} causes, among them:", json.blind_to.len());
-    for blind in json.blind_to.iter().take(MOST_BLIND) {
-        paragraph(text, "   ", 5, &blind_words(blind));
+    let count = json.blind_to.len();
+    let _ = writeln!(
+        text,
+        "\nNot seen is not absent: {count} causes would not show here at sizes that matter (listed in --json)."
+    );
+    let cures = cures(session, json);
+    for cure in cures.iter().take(MOST_CURES) {
+        let time = cure.minutes.map(|minutes| format!(", {}", minutes_words(minutes))).unwrap_or_default();
+        let lead = format!("  {:>3}  ", cure.causes.len());
+        paragraph(text, &lead, lead.len(), &format!("{}{time}", cure.says));
+        paragraph(text, &" ".repeat(lead.len() + 2), lead.len() + 2, &kinds_words(&cure.causes));
     }
-    if json.blind_to.len() > MOST_BLIND {
-        paragraph(text, "   ", 5, &format!("and {} more, all in --json", json.blind_to.len() - MOST_BLIND));
+    let left: usize = cures.iter().skip(MOST_CURES).map(|cure| cure.causes.len()).sum();
+    if left > 0 {
+        let _ = writeln!(text, "  {left:>3}  by {} further tests, all in --json", cures.len() - MOST_CURES);
     }
-}
-
-/// What is not seen, from which size it would be, and by which test.
-pub fn blind_words(blind: &BlindJson) -> String {
-    if blind.effect == "axis-sign" {
-        return format!("the sense of {}: turned round it would fit as well; {}", blind.place, blind.test);
-    }
-    let mut name = what(&blind.effect, &blind.place, &blind.components);
-    if !name.contains('(') && !blind.components.is_empty() {
-        let _ = write!(name, " ({})", blind.components.join(" "));
-    }
-    let size = match blind.smallest_visible.value {
-        Some(value) => format!("below {} {}", digits(value, Some(0.1 * value)), unit(blind.smallest_visible.unit)),
-        None => "of any size".into(),
-    };
-    let test = if blind.test.is_empty() { String::new() } else { format!("; {}", blind.test) };
-    format!("{name}, {size}{test}")
 }
 
 /// What became of a location error when the findings were modelled.

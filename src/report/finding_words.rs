@@ -1,6 +1,6 @@
 //! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
 
-use super::diagnosis::{FindingJson, RangeJson, RivalJson, SizeJson};
+use super::diagnosis::{FindingJson, NextTestJson, OtherSetupsJson, RangeJson, RivalJson, SizeJson};
 use crate::effects::{OWN, ROTARY, SLIDES, Signature, WARM, is_a, kind, signature};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
 
@@ -295,7 +295,9 @@ pub fn tests_words(tests: &[String], most: usize) -> String {
 /// How sure a finding is.
 pub fn certainty_words(finding: &FindingJson) -> String {
     let alone = finding.cannot_tell_from.is_empty();
+    let can_repeat = matches!(finding.cross_validated, Some("passed" | "failed") | None);
     let mut words = match finding.probability {
+        p if p >= 0.95 && alone && !can_repeat => "no other cause of the catalogue fits as well".to_string(),
         p if p >= 0.99 && alone => "no other cause of the catalogue fits (over 99 %)".to_string(),
         p if p >= 0.95 && alone => {
             format!("no other cause of the catalogue fits, but not all is proven ({:.0} %)", 100.0 * p)
@@ -309,11 +311,14 @@ pub fn certainty_words(finding: &FindingJson) -> String {
         None => "",
     });
     if let Some(other) = &finding.other_setups {
-        let verdict = if other.carries { "it carries over" } else { "it does NOT carry over" };
-        words.push_str(&format!(
-            "; {verdict} between {} places of the balls: each shows {:.2} ± {:.2} of what the others predict",
-            other.setups, other.slope, other.sigma
-        ));
+        // all of it and nothing of it are then not two sigma apart
+        let is_open = other.sigma > 0.5;
+        let says = match (is_open, other.carries) {
+            (true, _) => "; these tests cannot say whether it is the same at other places of the balls".to_string(),
+            (false, true) => format!("; it carries over{}", carried_words(other)),
+            (false, false) => format!("; it does NOT carry over{}", carried_words(other)),
+        };
+        words.push_str(&says);
     }
     if let Some(placebo) = &finding.placebo {
         words.push_str(&format!(
@@ -323,6 +328,22 @@ pub fn certainty_words(finding: &FindingJson) -> String {
         ));
     }
     words
+}
+
+fn carried_words(other: &OtherSetupsJson) -> String {
+    format!(
+        " between {} places of the balls: each shows {:.2} ± {:.2} of what the others predict",
+        other.setups, other.slope, other.sigma
+    )
+}
+
+/// The next test, and what it would make of the finding.
+pub fn next_words(next: &NextTestJson) -> String {
+    let sure = match 100.0 * next.odds_after {
+        percent if percent >= 99.0 => "over 99 %".to_string(),
+        percent => format!("{percent:.0} %"),
+    };
+    format!("{}; {sure} if it shows the same again", next.says)
 }
 
 /// A rival as a phrase.

@@ -7,13 +7,13 @@ use super::fit::{FitJson, LocationErrorJson};
 use super::fit_text::{by_remedy, setup_rows, unit, verdict};
 use super::number::shown;
 use super::polar::escape;
-use super::trace_plots::TestPlots;
+use super::trace_plots::{PassPlots, RoundPlots};
 use crate::identify::Fit;
 
 const STYLE: &str = include_str!("page.css");
 
 /// The page.
-pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[TestPlots]) -> String {
+pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
     let mut page = String::new();
     let title = escape(&json.session);
     let _ = write!(
@@ -190,7 +190,7 @@ fn control(page: &mut String, json: &FitJson) {
 
 fn setups(page: &mut String, json: &FitJson) {
     page.push_str(
-        "<section>\n<h2>Balls and bars</h2>\n<p class=\"small\">EliminatedNormal place minus the session's, µm, one standard deviation.</p>\n\
+        "<section>\n<h2>Balls and bars</h2>\n<p class=\"small\">Fitted place minus the session's, µm, one standard deviation.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th>setup</th><th class=\"n\">x or length</th><th class=\"n\">y</th><th class=\"n\">z</th>\
          <th class=\"n\">spread before</th></tr></thead>\n<tbody>\n",
     );
@@ -242,18 +242,41 @@ fn circles(page: &mut String, json: &FitJson) {
     page.push_str("</tbody></table></div>\n<p class=\"small\">µm unless stated; feed in mm/min.</p>\n</section>\n");
 }
 
-fn tests(page: &mut String, json: &FitJson, plots: &[TestPlots]) {
-    page.push_str("<section>\n<h2>Tests</h2>\n<p class=\"small\">Round plots show deviations from the nominal length, outward longer; the division stands under each. Crosses mark readings left out.</p>\n<div class=\"tests\">\n");
-    for plot in plots {
-        let rms = json.tests.iter().find(|test| test.name == plot.test).map_or(f64::NAN, |test| test.rms_um);
-        let _ = writeln!(page, "<figure id=\"test-{}\">", identifier(&plot.test));
-        if let Some(polar) = &plot.polar {
-            page.push_str(polar);
+fn tests(page: &mut String, json: &FitJson, plots: &[PassPlots]) {
+    page.push_str(
+        "<section>\n<h2>Tests</h2>\n<p class=\"small\">Round plots show deviations from the nominal length, outward longer; both directions \
+         of a pass stand in one. The angle is where the bar points, from the ball that stands to the ball that moves, \
+         counter-clockwise from the first letter's axis (ISO 230-4); for a bar that keeps its direction it is the position of \
+         the axis. Grey readings and crosses were left out.</p>\n<div class=\"tests\">\n",
+    );
+    for (index, plot) in plots.iter().enumerate() {
+        let id = plot.tests.first().map(|name| identifier(name)).unwrap_or_default();
+        let _ = writeln!(page, "<figure id=\"test-{id}\">");
+        if let Some(round) = &plot.round {
+            round_plots(page, index, round);
         }
-        page.push_str(&plot.residual);
-        let _ = writeln!(page, "<figcaption>{} · residual {rms:.2} µm rms</figcaption>\n</figure>", escape(&plot.test));
+        for (name, residual) in plot.tests.iter().zip(&plot.residuals) {
+            page.push_str(residual);
+            let rms = json.tests.iter().find(|test| test.name == *name).map_or(f64::NAN, |test| test.rms_um);
+            let _ = writeln!(page, "<figcaption>{} · residual {rms:.2} µm rms</figcaption>", escape(name));
+        }
+        page.push_str("</figure>\n");
     }
     page.push_str("</div>\n</section>\n");
+}
+
+/// A round plot with a switch that takes the centre off; it works without a script.
+pub fn round_plots(page: &mut String, index: usize, round: &RoundPlots) {
+    let Some(centred) = &round.centred else {
+        page.push_str(&round.as_read);
+        return;
+    };
+    let _ = writeln!(
+        page,
+        "<div class=\"round\"><input type=\"checkbox\" id=\"centre-{index}\"><label for=\"centre-{index}\">take the centre off</label>\n\
+         <div class=\"as-read\">{}</div>\n<div class=\"centred\">{centred}</div></div>",
+        round.as_read
+    );
 }
 
 fn method(page: &mut String, json: &FitJson) {

@@ -30,7 +30,8 @@ pub mod survey_page;
 pub mod table;
 pub mod thesis;
 pub mod trace_plots;
-pub mod words;
+pub mod unseen;
+mod words;
 mod yaml;
 
 pub use effect_yaml::effect_yaml;

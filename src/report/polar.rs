@@ -13,6 +13,27 @@ pub struct PolarTrace {
     pub label: String,
     /// Angle (rad, counter-clockwise from the right) and deviation (µm); a value that is not finite breaks the line.
     pub points: Vec<(f64, f64)>,
+    /// Which of the strokes it has.
+    pub stroke: Stroke,
+}
+
+/// How a trace is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stroke {
+    /// In a colour of its own, by number.
+    Own(usize),
+    /// Thin and grey: what stands beside the traces that are looked at, such as readings left out.
+    Grey,
+}
+
+/// Which way a trace was run, as an arrow outside the rings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrow {
+    /// Colour of the trace it belongs to.
+    pub stroke: usize,
+    /// Where the run began, rad.
+    pub from: f64,
+    pub is_ccw: bool,
 }
 
 /// A polar plot of deviations about a nominal circle.
@@ -28,6 +49,7 @@ pub struct PolarPlot {
     pub spokes: Vec<(f64, String)>,
     /// Arcs marked outside the rings, from and to, rad.
     pub arcs: Vec<(f64, f64)>,
+    pub arrows: Vec<Arrow>,
     pub traces: Vec<PolarTrace>,
 }
 
@@ -69,7 +91,15 @@ impl PolarPlot {
     pub fn new(title: impl Into<String>, traces: Vec<PolarTrace>) -> PolarPlot {
         let spokes = (0..12).map(|k| ((30.0 * k as f64).to_radians(), format!("{}°", 30 * k))).collect();
         let division_um = division_um(largest(&traces));
-        PolarPlot { title: title.into(), subtitle: String::new(), division_um, spokes, arcs: Vec::new(), traces }
+        PolarPlot {
+            title: title.into(),
+            subtitle: String::new(),
+            division_um,
+            spokes,
+            arcs: Vec::new(),
+            arrows: Vec::new(),
+            traces,
+        }
     }
 
     /// The plot as one SVG element with its own background; can stand in a file or inside a page.
@@ -109,9 +139,8 @@ impl PolarPlot {
         let _ = writeln!(svg, "<g transform=\"translate({middle} {centre_y})\">");
         self.graticule(&mut svg, rings, division_um, &scale);
         self.arcs.iter().for_each(|&(from, to)| mark_arc(&mut svg, from, to));
-        for (index, trace) in self.traces.iter().enumerate() {
-            draw_trace(&mut svg, index, trace, &scale);
-        }
+        self.arrows.iter().enumerate().for_each(|(index, arrow)| draw_arrow(&mut svg, index, arrow));
+        self.traces.iter().for_each(|trace| draw_trace(&mut svg, trace, &scale));
         svg.push_str("</g>\n");
         let _ = writeln!(
             svg,
@@ -145,7 +174,7 @@ impl PolarPlot {
         }
         let _ = writeln!(svg, "<circle r=\"{NOMINAL_PX}\" stroke-opacity=\"0.8\" stroke-width=\"1.6\"/>\n</g>");
         for (angle, label) in &self.spokes {
-            let (x, y) = at(*angle, OUTER_PX + 18.0);
+            let (x, y) = at(*angle, OUTER_PX + 24.0);
             let anchor = match angle.cos() {
                 c if c > 0.3 => "start",
                 c if c < -0.3 => "end",
@@ -185,7 +214,7 @@ impl PolarPlot {
                 svg,
                 "<line x1=\"{x}\" y1=\"{y}\" x2=\"{}\" y2=\"{y}\" {}/><text x=\"{}\" y=\"{}\">{}</text>",
                 x + 44.0,
-                stroke(index),
+                stroke(trace.stroke),
                 x + 54.0,
                 y + 4.0,
                 escape(&trace.label)
@@ -238,7 +267,7 @@ fn largest(traces: &[PolarTrace]) -> f64 {
     deviations.filter(|deviation| deviation.is_finite()).fold(0.0, f64::max)
 }
 
-fn draw_trace(svg: &mut String, index: usize, trace: &PolarTrace, scale: &Scale) {
+fn draw_trace(svg: &mut String, trace: &PolarTrace, scale: &Scale) {
     let mut path = String::new();
     let mut pen_down = false;
     for &(angle, deviation) in &trace.points {
@@ -251,12 +280,16 @@ fn draw_trace(svg: &mut String, index: usize, trace: &PolarTrace, scale: &Scale)
         pen_down = true;
     }
     if !path.is_empty() {
-        let _ = writeln!(svg, "<path d=\"{path}\" {}/>", stroke(index));
+        let _ = writeln!(svg, "<path d=\"{path}\" {}/>", stroke(trace.stroke));
     }
 }
 
-/// Stroke of the trace with this index; colours repeat after eight.
-fn stroke(index: usize) -> String {
+/// Attributes of a stroke; colours repeat after eight.
+fn stroke(stroke: Stroke) -> String {
+    let Stroke::Own(index) = stroke else {
+        return "class=\"polar-grey\" fill=\"none\" stroke=\"#8b939d\" stroke-width=\"1.1\" stroke-linejoin=\"round\""
+            .into();
+    };
     let index = index % STROKES.len();
     let (light, _, dash) = STROKES[index];
     let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
@@ -265,10 +298,33 @@ fn stroke(index: usize) -> String {
     )
 }
 
+/// Length of an arrow, rad, and of its head, px.
+const ARROW_RAD: f64 = 0.22;
+const HEAD_PX: f64 = 6.0;
+
+/// An arrow along the circle outside the rings, each a little farther out than the one before.
+fn draw_arrow(svg: &mut String, index: usize, arrow: &Arrow) {
+    let radius = OUTER_PX + 10.0 + 5.0 * index as f64;
+    let sign = if arrow.is_ccw { 1.0 } else { -1.0 };
+    let to = arrow.from + sign * ARROW_RAD;
+    let (a, b) = (at(arrow.from, radius), at(to, radius));
+    let back = to - sign * 1.6 * HEAD_PX / radius;
+    let (inner, outer) = (at(back, radius - 0.6 * HEAD_PX), at(back, radius + 0.6 * HEAD_PX));
+    // pictures run down, so that a counter-clockwise arc has sweep 0
+    let sweep = if arrow.is_ccw { 0 } else { 1 };
+    let index = arrow.stroke % STROKES.len();
+    let _ = writeln!(
+        svg,
+        "<path class=\"polar-trace-{index}\" d=\"M{:.1} {:.1}A{radius} {radius} 0 0 {sweep} {:.1} {:.1}M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}\" \
+         fill=\"none\" stroke=\"{}\" stroke-width=\"1.7\"/>",
+        a.0, a.1, b.0, b.1, inner.0, inner.1, b.0, b.1, outer.0, outer.1, STROKES[index].0
+    );
+}
+
 fn dark_style() -> String {
     let mut style = String::from(
         "<style>@media (prefers-color-scheme: dark){.polar{fill:#e6e9ee}.polar-ground{fill:#14181f}\
-         .polar-lines{stroke:#e6e9ee}.polar-ring{stroke:#14181f}.polar-arc{stroke:#ff8087}",
+         .polar-lines{stroke:#e6e9ee}.polar-ring{stroke:#14181f}.polar-grey{stroke:#77818d}.polar-arc{stroke:#ff8087}",
     );
     for (index, (_, dark, _)) in STROKES.iter().enumerate() {
         let _ = write!(style, ".polar-trace-{index}{{stroke:{dark}}}");
@@ -313,7 +369,11 @@ mod tests {
 
     #[test]
     fn a_deviation_of_one_division_lies_on_the_first_ring_outside_the_nominal_circle() {
-        let trace = PolarTrace { label: "a < b".into(), points: vec![(0.0, 5.0), (0.1, f64::NAN), (0.2, 0.0)] };
+        let trace = PolarTrace {
+            label: "a < b".into(),
+            points: vec![(0.0, 5.0), (0.1, f64::NAN), (0.2, 0.0)],
+            stroke: Stroke::Own(0),
+        };
         let svg = PolarPlot { division_um: 5.0, ..PolarPlot::new("R & D", vec![trace]) }.to_svg();
         assert!(svg.contains("d=\"M157.00 -0.00M"), "{svg}");
         assert!(svg.contains("<circle r=\"157.00\"") && svg.contains("1 division = 5 µm"));

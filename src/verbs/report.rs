@@ -9,7 +9,7 @@ use fiveaxis::report::diagnosis::DiagnosisJson;
 use fiveaxis::report::diagnosis_page::diagnosis_page;
 use fiveaxis::report::fit::FitJson;
 use fiveaxis::report::fit_page::{fit_page, identifier};
-use fiveaxis::report::trace_plots::{TestPlots, test_plots};
+use fiveaxis::report::trace_plots::pass_plots;
 use fiveaxis::session::{Motion, Session};
 
 use super::Refusal;
@@ -17,21 +17,22 @@ use super::output::OutputFolder;
 
 /// report.html and plots/*.svg of a fit.
 pub fn fit_report(session: &Session, fit: &Fit, json: &FitJson) -> Result<OutputFolder, Refusal> {
-    let chain = Chain::of(&session.machine);
-    let mut plots: Vec<TestPlots> = Vec::with_capacity(session.tests.len());
-    for (test, fitted) in session.tests.iter().zip(&fit.tests) {
-        let motion = Motion::of(session, &chain, test)?;
-        plots.extend(test_plots(session, test, &motion, fitted));
-    }
+    let plots = pass_plots(session, fit)?;
     let mut output = OutputFolder::default();
     output.add("report.html", fit_page(json, fit, &plots));
-    for (index, plot) in plots.iter().enumerate() {
+    for plot in &plots {
+        let number = |name: &str| session.tests.iter().position(|test| test.name == name).map_or(0, |index| index + 1);
         // the number keeps names apart that differ only in signs a file name cannot have
-        let name = format!("{:02}-{}", index + 1, identifier(&plot.test));
-        if let Some(polar) = &plot.polar {
-            output.add(format!("plots/{name}-polar.svg"), polar.as_str());
+        let named = |name: &String| format!("{:02}-{}", number(name), identifier(name));
+        if let (Some(round), Some(first)) = (&plot.round, plot.tests.first()) {
+            output.add(format!("plots/{}-polar.svg", named(first)), round.as_read.as_str());
+            if let Some(centred) = &round.centred {
+                output.add(format!("plots/{}-polar-centred.svg", named(first)), centred.as_str());
+            }
         }
-        output.add(format!("plots/{name}-residual.svg"), plot.residual.as_str());
+        for (name, residual) in plot.tests.iter().zip(&plot.residuals) {
+            output.add(format!("plots/{}-residual.svg", named(name)), residual.as_str());
+        }
     }
     Ok(output)
 }

@@ -4,23 +4,13 @@
 //! rival: what the rival cannot imitate (weighted squares) is the evidence that the test would add if the lead is true.
 
 use crate::diagnose::cause::Cause;
-use crate::statistics::NoiseModel;
 use rayon::prelude::*;
 
 use super::finding::{Finding, NextTest};
-use crate::diagnose::model::linear_model::{Column, LinearModel};
+use super::proposals::{Layout, Longer, Proposal, proposals};
+use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::selected::Candidate;
-use crate::effects::Context;
-use crate::identify::Problem;
-use crate::machine::AxisKind;
-use crate::session::{CirclePlane, Clock, Follow, LengthColumn, Motion, Path, Recording, Session, Setups, Test};
-
-/// A candidate test: one or two recordings that follow the session.
-struct Proposal {
-    says: String,
-    tests: Vec<Test>,
-}
 
 /// Rise of the probability below which a test is not worth proposing.
 const LEAST_RISE: f64 = 0.02;
@@ -28,24 +18,6 @@ const LEAST_RISE: f64 = 0.02;
 const ALIKE: f64 = 0.01;
 /// Amplitudes of a rival may be so many times those that it has now.
 const LOOSE: f64 = 10.0;
-/// Angle between samples of a proposed path, degrees.
-const STEP_DEG: f64 = 5.0;
-/// Pause before a test is repeated at the session's end, s.
-const PAUSE_S: f64 = 1800.0;
-/// Time between the recordings of a proposal, s.
-const BETWEEN_S: f64 = 10.0;
-/// Tests of the session that are tried again in another way.
-const REPEATED: usize = 2;
-
-/// The session around its fit, as the search has it.
-pub struct Layout<'l> {
-    /// Session with few rows.
-    pub session: &'l Session,
-    pub problem: &'l Problem<'l>,
-    pub values: &'l [f64],
-    pub kept: &'l [Vec<bool>],
-    pub noise: &'l [NoiseModel],
-}
 
 /// Proposes a test for a finding with rivals; `candidates` are lead and rivals, the lead first, as the search left them.
 pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Candidate)]) -> Option<NextTest> {
@@ -54,24 +26,19 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
     if lead.1.terms.iter().all(|term| term.test.is_some()) {
         return None;
     }
-    let proposals = proposals(layout.session, finding);
-    let mut longer = layout.session.clone();
-    let mut kept = layout.kept.to_vec();
-    let mut of_proposal = Vec::new();
-    for proposal in &proposals {
-        let first = longer.tests.len();
-        longer.tests.extend(proposal.tests.iter().cloned());
-        kept.extend(proposal.tests.iter().map(|test| vec![true; test.recording.as_ref().map_or(0, Recording::len)]));
-        of_proposal.push(first..longer.tests.len());
-    }
-    let chain = layout.problem.chain;
-    let setups = Setups::of(&longer);
-    let problem = Problem::new(&longer, chain, &setups, layout.problem.unknowns.clone()).ok()?;
-    let context = Context::of(&longer, chain).ok()?;
-    let model = LinearModel::new(&context, &problem, layout.values, kept);
-    let mut noise = layout.noise.to_vec();
-    let sweep = *noise.iter().find(|noise| noise.ar_mm > 0.0).or(noise.first())?;
-    noise.resize(model.tests(), sweep);
+    let proposals = proposals(layout.session, &finding.tests);
+    layout.with(&proposals, |longer| judged(longer, &proposals, finding, lead, rivals))
+}
+
+/// The proposal that tells lead and rivals apart best; of those alike the shortest.
+fn judged(
+    longer: &Longer,
+    proposals: &[Proposal],
+    finding: &Finding,
+    lead: &(Cause, &Candidate),
+    rivals: &[(Cause, &Candidate)],
+) -> Option<NextTest> {
+    let model = &longer.model;
     let columns =
         |candidate: &Candidate| -> Option<Vec<Column>> { model.columns(&candidate.effect, &candidate.terms).ok() };
     let lead_columns = columns(lead.1)?;
@@ -84,18 +51,13 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
         })
         .collect();
     // evidence for the lead against every rival with the session as it is and with one proposal each
-    let gaps = |extra: Option<&std::ops::Range<usize>>| -> Vec<f64> {
-        let rows: Vec<Vec<bool>> = (0..model.tests())
-            .map(|test| {
-                let takes_part = test < layout.session.tests.len() || extra.is_some_and(|extra| extra.contains(&test));
-                if takes_part { model.kept[test].clone() } else { vec![false; model.kept[test].len()] }
-            })
-            .collect();
+    let gaps = |run: &[usize]| -> Vec<f64> {
+        let rows = longer.rows_with(run);
         let gap = |truth: (&Candidate, &[Column]), imitator: (&Candidate, &[Column])| -> f64 {
             let loose = LOOSE * imitator.0.judgement.tau.max(1.0);
             let joint: Vec<Accepted> =
                 imitator.1.iter().map(|column| Accepted { column: column.clone(), prior: loose }).collect();
-            let regression = Regression::new(&model, &noise, &joint, &rows);
+            let regression = Regression::new(model, &longer.noise, &joint, &rows);
             let (information, _) = regression.project(truth.1);
             let sizes = nalgebra::DVector::from_column_slice(&truth.0.judgement.amplitudes);
             sizes.dot(&(information * &sizes)).max(0.0)
@@ -108,20 +70,19 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
             })
             .collect()
     };
-    let now = gaps(None);
-    let judged: Vec<(f64, f64, usize)> = of_proposal
+    let now = gaps(&[]);
+    let judged: Vec<(f64, f64, usize)> = proposals
         .par_iter()
         .enumerate()
-        .map(|(index, tests)| {
-            let then = gaps(Some(tests));
+        .map(|(index, proposal)| {
+            let then = gaps(&[index]);
             let left: f64 = others
                 .iter()
                 .zip(now.iter().zip(&then))
                 .map(|((w, ..), (now, then))| w * (0.5 * (now - then)).exp())
                 .sum();
             let odds_after = finding.probability / (finding.probability + left);
-            let seconds: f64 = ground_seconds(&longer.tests[tests.clone()]);
-            (odds_after, seconds / 60.0, index)
+            (odds_after, proposal.minutes(), index)
         })
         .collect();
     let best = judged.iter().map(|(odds, ..)| *odds).fold(0.0, f64::max);
@@ -131,183 +92,5 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
         says: format!("{}: {:.0} min", proposals[index].says, minutes.max(1.0)),
         odds_after,
         minutes,
-    })
-}
-
-fn ground_seconds(tests: &[Test]) -> f64 {
-    tests.iter().filter_map(|test| test.recording.as_ref()?.time_s()?.last().copied()).map(|end| end + BETWEEN_S).sum()
-}
-
-/// Candidate tests with the balls and bars that the session has mounted.
-fn proposals(session: &Session, finding: &Finding) -> Vec<Proposal> {
-    let ends = session.tests.iter().map(ends_at_s).fold(0.0, f64::max);
-    let mut list = Vec::new();
-    for test in finding.tests.iter().filter_map(|name| session.tests.iter().find(|t| t.name == *name)).take(REPEATED) {
-        for (factor, words) in [(0.25, "a quarter of the feed"), (4.0, "four times the feed")] {
-            list.push(Proposal {
-                says: format!("{} again at {words}", test.name),
-                tests: vec![again(test, factor, ends + BETWEEN_S)],
-            });
-        }
-    }
-    // what has drifted or slipped shows where nothing was remounted
-    if let Some(first) = session.tests.first() {
-        list.push(Proposal {
-            says: format!("{} again after half an hour's rest, nothing remounted", first.name),
-            tests: vec![again(first, 1.0, ends + PAUSE_S)],
-        });
-    }
-    let mut mounts: Vec<&Test> = Vec::new();
-    for test in session.tests.iter().rev() {
-        let same = |other: &&Test| {
-            other.pivot == test.pivot
-                && other.spindle_ball == test.spindle_ball
-                && other.bar_length_mm == test.bar_length_mm
-        };
-        if test.bar_length_mm.is_some() && !mounts.iter().any(same) {
-            mounts.push(test);
-        }
-    }
-    for mount in mounts.into_iter().take(MOUNTS) {
-        following(session, mount, ends, &mut list);
-        circles(session, mount, ends, &mut list);
-    }
-    list
-}
-
-/// Mounts of balls and bars that are tried, the latest first: it may still stand.
-const MOUNTS: usize = 1;
-
-fn ends_at_s(test: &Test) -> f64 {
-    let last = test.recording.as_ref().and_then(|recording| recording.time_s()?.last().copied());
-    test.started_at_s + last.unwrap_or(0.0)
-}
-
-/// A recording made again, `factor` times as fast, at another time.
-fn again(test: &Test, factor: f64, at_s: f64) -> Test {
-    let mut test = test.clone();
-    test.name = format!("next {} {factor}", test.name);
-    test.started_at_s = at_s;
-    test.feed_mm_per_min = test.feed_mm_per_min.map(|feed| feed * factor);
-    if let Some(recording) = &mut test.recording
-        && let Clock::TimeS(time) = &mut recording.clock
-    {
-        time.iter_mut().for_each(|t| *t /= factor);
-    }
-    test
-}
-
-/// Sweeps of every rotary axis with the linear axes following.
-fn following(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>) {
-    let machine = &session.machine;
-    for (axis, entry) in machine.axes.iter().enumerate().filter(|(_, axis)| axis.kind == AxisKind::Rotary) {
-        let (from, to) = entry.range.map_or((-180.0, 180.0), |(from, to)| {
-            (entry.kind.to_file_unit(from).max(-180.0), entry.kind.to_file_unit(to).min(180.0))
-        });
-        for (follow, words) in
-            [(Follow::Tangential, "tangentially"), (Follow::Radial, "radially"), (Follow::Axial, "axially")]
-        {
-            let sweep = |from, to| Path::Sweep { axis, from, to, step: STEP_DEG, follow };
-            let says = format!(
-                "{} swept both ways with the linear axes following {words}, {}",
-                entry.name,
-                mount_words(mount)
-            );
-            list.extend(both_ways(session, mount, ends, sweep(from, to), sweep(to, from), &[], says));
-        }
-    }
-}
-
-/// Planar circles of every pair of linear axes, at two feeds.
-fn circles(session: &Session, mount: &Test, ends: f64, list: &mut Vec<Proposal>) {
-    let machine = &session.machine;
-    let linear: Vec<usize> =
-        (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear).collect();
-    let radius_mm = mount.bar_length_mm.map_or(100.0, f64::round);
-    for (index, &first) in linear.iter().enumerate() {
-        for &second in &linear[index + 1..] {
-            let circle = |from, to| {
-                let plane = CirclePlane { first, second };
-                Path::Circle { plane, radius_mm, from, to, step: STEP_DEG }
-            };
-            let says = format!(
-                "circles of {} and {} in both directions at two feeds, {}",
-                machine.axes[first].name,
-                machine.axes[second].name,
-                mount_words(mount)
-            );
-            list.extend(both_ways(session, mount, ends, circle(0.0, 360.0), circle(360.0, 0.0), &[0.25], says));
-        }
-    }
-}
-
-fn mount_words(mount: &Test) -> String {
-    let ball = |ball: &crate::session::Ball| {
-        format!("{} at ({:.0}, {:.0}, {:.0})", ball.link, ball.at.x, ball.at.y, ball.at.z)
-    };
-    format!("pivot on {}, bar {:.0} mm", ball(&mount.pivot), mount.bar_length_mm.unwrap_or(0.0))
-}
-
-/// A path there and back, also at other feeds; `None` when the machine cannot run it.
-fn both_ways(
-    session: &Session,
-    mount: &Test,
-    ends: f64,
-    there: Path,
-    back: Path,
-    feeds: &[f64],
-    says: String,
-) -> Option<Proposal> {
-    let mut tests = Vec::new();
-    let mut at_s = ends + BETWEEN_S;
-    for (way, path) in [("there", there), ("back", back)] {
-        let mut test = Test {
-            name: format!("next {says} {way}"),
-            recording_file: None,
-            recording: None,
-            path: Some(path),
-            started_at_s: at_s,
-            positions: vec![Some(0.0); session.machine.axes.len()],
-            overshoot: None,
-            ..mount.clone()
-        };
-        test.recording = Some(as_if_recorded(session, &test)?);
-        for feed in [1.0].iter().chain(feeds) {
-            let mut one = again(&test, *feed, at_s);
-            one.name = format!("{} {way}", one.name);
-            at_s = ends_at_s(&one) + BETWEEN_S;
-            tests.push(one);
-        }
-    }
-    Some(Proposal { says, tests })
-}
-
-/// Positions of a path as a recording would hold them, lengths at the bar's; `None` outside the axes' ranges.
-fn as_if_recorded(session: &Session, test: &Test) -> Option<Recording> {
-    let chain = crate::chain::Chain::of(&session.machine);
-    let motion = Motion::of(session, &chain, test).ok()?;
-    let in_range = |axis: usize| {
-        let range = session.machine.axes[axis].range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        motion.axis(axis).all(|q| (range.0..=range.1).contains(&q))
-    };
-    if !(0..session.machine.axes.len()).all(in_range) {
-        return None;
-    }
-    // a thermometer would say what it said at the start
-    let channels =
-        session.tests.first().and_then(|first| first.recording.as_ref()).map(|recording| &recording.channels);
-    let channels = channels.into_iter().flatten().map(|(name, values)| {
-        let first = values.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
-        (name.clone(), vec![first; motion.rows()])
-    });
-    Some(Recording {
-        clock: Clock::TimeS(motion.time_s.clone()?),
-        axes: motion.moving.clone(),
-        positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
-        length_mm: vec![test.bar_length_mm?; motion.rows()],
-        channels: channels.collect(),
-        leading_texts: Vec::new(),
-        leading_header: String::new(),
-        column: LengthColumn::default(),
     })
 }

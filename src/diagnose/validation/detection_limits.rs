@@ -22,6 +22,9 @@ pub struct Unseen {
     pub test: String,
 }
 
+/// Name of the cause in which an axis moves the other way than the machine file says.
+pub const AXIS_SENSE: &str = "axis-sign";
+
 /// χ² from which a cause counts as visible: what the search demands, with the cost of shapes.
 const VISIBLE: f64 = 50.0;
 
@@ -89,7 +92,7 @@ pub fn unseen_senses(session: &Session, fit: &Fit) -> Result<Vec<Unseen>, FitErr
         let name = session.machine.axes[sense.axis].name.clone();
         Unseen {
             cause: Cause {
-                effect: "axis-sign".into(),
+                effect: AXIS_SENSE.into(),
                 driver: Driver::Constant,
                 place: name.clone(),
                 components: vec![name],

@@ -17,6 +17,7 @@ use crate::diagnose::validation::leave_setup_out::LeftOutSetup;
 use crate::diagnose::validation::leave_setup_out::transfers;
 use crate::diagnose::validation::sign_randomisation::SignRandomisation;
 use crate::diagnose::validation::sign_randomisation::placebos;
+use crate::diagnose::validation::uncovering::UncoveringTest;
 use crate::effects::EffectError;
 use crate::identify::{Fit, FitError, Problem, Quantity, TestFit, Unknown};
 use crate::machine::Effect;
@@ -44,6 +45,8 @@ pub struct Diagnosis {
     /// By finding: how well setups left out in turn follow what the others predict.
     pub transfers: Vec<Option<LeftOutSetup>>,
     pub blind_to: Vec<Unseen>,
+    /// Short tests that would show most of that, best first.
+    pub uncovered_by: Vec<UncoveringTest>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
     /// Noise of a reading; `None` for static poses without readings to spare, whose noise nothing shows.
@@ -151,6 +154,7 @@ impl Diagnosis {
             placebos,
             transfers,
             blind_to,
+            uncovered_by: Vec::new(),
             rms_before_um,
             rms_after_um,
             noise_um,
@@ -181,6 +185,7 @@ impl Diagnosis {
             transfers: Vec::new(),
             left: None,
             blind_to: Vec::new(),
+            uncovered_by: Vec::new(),
             rms_before_um: undone.map_or(rms_um, |fault| fault.before_um),
             rms_after_um: undone.map_or(rms_um, |fault| fault.after_um),
             noise_um: repeats_um,

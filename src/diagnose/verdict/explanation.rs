@@ -6,7 +6,7 @@ use crate::diagnose::cause::Cause;
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::findings::forming::findings;
 use crate::diagnose::findings::next_test;
-use crate::diagnose::findings::next_test::Layout;
+use crate::diagnose::findings::proposals::Layout;
 use crate::diagnose::findings::recurring::tell_as_one;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};

@@ -1,0 +1,98 @@
+//! What a session cannot show, grouped by the test that would show it. It computes no results.
+
+use std::collections::BTreeMap;
+
+use super::diagnosis::{BlindJson, DiagnosisJson};
+use super::finding_words::{digits, unit, what};
+use crate::chain::sense_in_words;
+use crate::diagnose::AXIS_SENSE;
+use crate::session::Session;
+
+/// Causes that one thing to do would show.
+pub struct Cure<'j> {
+    /// What to do.
+    pub says: String,
+    /// Time on the machine, minutes, where it is known.
+    pub minutes: Option<f64>,
+    pub causes: Vec<&'j BlindJson>,
+}
+
+/// Kinds of cause named beside a cure.
+const MOST_KINDS: usize = 4;
+
+/// Causes by cure: looking at the axes first, since a wrong sense makes every number wrong; then tests with what is mounted, the
+/// one that shows most first; then what needs other means.
+pub fn cures<'j>(session: &Session, json: &'j DiagnosisJson) -> Vec<Cure<'j>> {
+    let mut list = Vec::new();
+    let (senses, others): (Vec<_>, Vec<_>) =
+        json.blind_to.iter().enumerate().partition(|(_, blind)| blind.effect == AXIS_SENSE);
+    if !senses.is_empty() {
+        let zero = vec![0.0; session.machine.axes.len()];
+        let look = |blind: &BlindJson| match session.machine.axis_index(&blind.place) {
+            Some(axis) => sense_in_words(&session.machine, axis, &zero, None),
+            None => blind.place.clone(),
+        };
+        let looks: Vec<String> = senses.iter().map(|(_, blind)| look(blind)).collect();
+        list.push(Cure {
+            says: format!("move each a little in + and look: {}", looks.join("; ")),
+            minutes: None,
+            causes: senses.into_iter().map(|(_, blind)| blind).collect(),
+        });
+    }
+    for test in &json.uncovered_by {
+        let causes = test.uncovers.iter().filter_map(|&k| json.blind_to.get(k)).collect();
+        list.push(Cure { says: test.says.clone(), minutes: Some(test.minutes), causes });
+    }
+    let uncovered = |k: &usize| json.uncovered_by.iter().any(|test| test.uncovers.contains(k));
+    let mut rest: Vec<Cure> = Vec::new();
+    for (_, blind) in others.into_iter().filter(|(k, _)| !uncovered(k)) {
+        match rest.iter_mut().find(|cure| cure.says == blind.test) {
+            Some(cure) => cure.causes.push(blind),
+            None => rest.push(Cure { says: blind.test.clone(), minutes: None, causes: vec![blind] }),
+        }
+    }
+    rest.sort_by_key(|cure| std::cmp::Reverse(cure.causes.len()));
+    list.extend(rest);
+    list
+}
+
+/// How long a test takes.
+pub fn minutes_words(minutes: f64) -> String {
+    format!("{:.0} min", minutes.max(1.0).ceil())
+}
+
+/// Causes by name with their places: `thermal growth (C, A), lost motion (Y)`.
+pub fn kinds_words(causes: &[&BlindJson]) -> String {
+    let mut places: BTreeMap<usize, (&str, Vec<&str>)> = BTreeMap::new();
+    for (k, blind) in causes.iter().enumerate() {
+        let first = causes.iter().position(|other| other.effect == blind.effect).unwrap_or(k);
+        let (_, of) = places.entry(first).or_insert((&blind.effect, Vec::new()));
+        if !of.contains(&blind.place.as_str()) {
+            of.push(&blind.place);
+        }
+    }
+    let name = |effect: &str| if effect == AXIS_SENSE { "sense".to_string() } else { effect.replace('-', " ") };
+    let named = places.values().map(|(effect, of)| format!("{} ({})", name(effect), of.join(", ")));
+    let mut words = named.take(MOST_KINDS).collect::<Vec<_>>().join(", ");
+    if places.len() > MOST_KINDS {
+        words.push_str(&format!(" and {} more", places.len() - MOST_KINDS));
+    }
+    words
+}
+
+/// What is not seen, and from which size it would be.
+pub fn blind_words(blind: &BlindJson) -> String {
+    if blind.effect == AXIS_SENSE {
+        return format!("the sense of {}: turned round it would fit as well; {}", blind.place, blind.test);
+    }
+    let mut name = what(&blind.effect, &blind.place, &blind.components);
+    if !name.contains('(') && !blind.components.is_empty() {
+        name.push_str(&format!(" ({})", blind.components.join(" ")));
+    }
+    match blind.smallest_visible.value {
+        Some(value) => {
+            format!("{name}, below {} {}", digits(value, Some(0.1 * value)), unit(blind.smallest_visible.unit))
+        }
+        None => format!("{name}, of any size"),
+    }
+}
