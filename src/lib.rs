@@ -16,6 +16,7 @@
 //! | [`machine`] | the machine as its file describes it |
 //! | [`chain`] | compiled kinematics: positions, lengths, closed-form derivatives |
 //! | [`bodies`] | solids on links, mounting surfaces, the ball-bar kit |
+//! | [`template`] | a machine and its bodies from the figures of a data sheet |
 //! | [`session`] | tests, balls, recordings, planned paths |
 //! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
 //! | [`collision`] | clearances at a pose and certified over motions |
@@ -54,4 +55,5 @@ pub mod session;
 pub mod simulate;
 pub mod statistics;
 pub mod survey;
+pub mod template;
 pub mod units;

@@ -48,6 +48,8 @@ enum Verb {
     Identify(verbs::identify::Arguments),
     /// Recordings from captures in one piece, as a gauge writes them: fiveaxis import FILE --session session.yaml --out DIR
     Import(verbs::import::Arguments),
+    /// A machine file from a data sheet: fiveaxis init mill.yaml --kind table-table --travels 650,520,475 ...
+    Init(verbs::init::Arguments),
     /// Least clearance over every sweep: fiveaxis clearance session.yaml
     Clearance(verbs::clearance::Arguments),
     /// The physics that location errors leave unexplained: fiveaxis diagnose session.yaml
@@ -83,6 +85,7 @@ fn main() -> ExitCode {
         Verb::Plan(arguments) => verbs::plan::run(&arguments),
         Verb::Check(arguments) => verbs::check::run(&arguments),
         Verb::Identify(arguments) => verbs::identify::run(&arguments),
+        Verb::Init(arguments) => verbs::init::run(&arguments),
         Verb::Import(arguments) => verbs::import::run(&arguments),
         Verb::Clearance(arguments) => verbs::clearance::run(&arguments),
         Verb::Diagnose(arguments) => verbs::diagnose::run(&arguments),

@@ -154,9 +154,12 @@ fn on_mount(kit: &Kit, mount: &Mount, (all, carrying): (&[&Axis], &[&Axis]), off
 /// Points all over a surface: bar lengths from its middle on a disc, a grid on a rectangle, mm.
 fn spread_over(kit: &Kit, mount: &Mount) -> Vec<[f64; 2]> {
     match mount.outline {
-        Outline::Disc { .. } => {
+        Outline::Disc { inner_radius_mm, .. } => {
             let mut radii: Vec<f64> = kit.lengths_mm();
-            radii.push(0.6 * (mount.extent_mm() - kit.pivot_stand.base_radius_mm));
+            let most = mount.extent_mm() - kit.pivot_stand.base_radius_mm;
+            let least = inner_radius_mm + kit.pivot_stand.base_radius_mm;
+            // on a narrow ring the usual place is in the hole
+            radii.push(if inner_radius_mm > 0.0 && 0.6 * most < least { 0.5 * (least + most) } else { 0.6 * most });
             let around = |radius: f64| {
                 (0..8).map(move |eighth| {
                     let (s, c) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();

@@ -16,6 +16,7 @@ pub mod fit;
 pub mod fit_page;
 pub mod fit_text;
 pub mod linear_axes;
+pub mod machine_file;
 pub mod meetings;
 mod number;
 pub mod polar;

@@ -14,12 +14,18 @@ pub enum DirectionsName {
     Carried,
 }
 
+impl DirectionsName {
+    /// What it says.
+    pub fn directions(self) -> Directions {
+        match self {
+            DirectionsName::Iso841 => Directions::Iso841,
+            DirectionsName::Carried => Directions::Carried,
+        }
+    }
+}
+
 /// Takes the option over where the file does not state the sense; `file` is its name in messages.
 pub fn say(machine: &mut Machine, said: Option<DirectionsName>, file: &str) -> Result<(), Refusal> {
     let Some(said) = said else { return Ok(()) };
-    let said = match said {
-        DirectionsName::Iso841 => Directions::Iso841,
-        DirectionsName::Carried => Directions::Carried,
-    };
-    machine.say_directions(said).map_err(|why| format!("{file}: {why}").into())
+    machine.say_directions(said.directions()).map_err(|why| format!("{file}: {why}").into())
 }

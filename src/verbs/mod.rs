@@ -8,6 +8,7 @@ pub mod ending;
 mod former_plan;
 pub mod identify;
 pub mod import;
+pub mod init;
 pub mod output;
 pub mod plan;
 mod plan_files;

@@ -1,0 +1,66 @@
+//! Axes of a data sheet in the frame R.
+
+use nalgebra::Vector3;
+
+use super::sizes::{Frame, Sizes};
+use crate::machine::{Axis, AxisKind, Machine};
+
+/// What a file from a template must say of itself.
+const CAVEATS: [&str; 2] = [
+    "made from a data sheet: travels and distances are the sheet's, places of the rotary axes as told, the rest is a template",
+    "bodies are simple solids without column, covers, door or tool changer; add what stands in the way and compare every clearance with your machine",
+];
+
+/// The machine without its bodies.
+pub fn machine(sizes: &Sizes, frame: &Frame) -> Machine {
+    let on_table = sizes.code.workpiece_side.len();
+    let axes = sizes.code.axis_names().enumerate().map(|(place, name)| axis(sizes, frame, name, place >= on_table));
+    let axes: Vec<Axis> = axes.collect();
+    let count = axes.len();
+    Machine {
+        name: sizes.name.clone(),
+        code: sizes.code.clone(),
+        directions: Some(sizes.directions),
+        axes,
+        gravity: -Vector3::z(),
+        machine_zero: vec![None; count],
+        gauge_length_mm: None,
+        link_names: Vec::new(),
+        effects: Vec::new(),
+        linear_axes: Default::default(),
+        caveats: CAVEATS.map(str::to_string).to_vec(),
+    }
+}
+
+fn axis(sizes: &Sizes, frame: &Frame, name: &str, is_on_tool_side: bool) -> Axis {
+    let (kind, direction) = match name {
+        "X" => (AxisKind::Linear, Vector3::x()),
+        "Y" => (AxisKind::Linear, Vector3::y()),
+        "Z" => (AxisKind::Linear, Vector3::z()),
+        "A" => (AxisKind::Rotary, Vector3::x()),
+        "B" => (AxisKind::Rotary, Vector3::y()),
+        _ => (AxisKind::Rotary, Vector3::z()),
+    };
+    let half = |travel: f64| (-0.5 * travel, 0.5 * travel);
+    let range = match name {
+        "X" => half(sizes.travels[0]),
+        "Y" => half(sizes.travels[1]),
+        "Z" => frame.z_range,
+        turning => sizes.range_of(turning),
+    };
+    let height = match (name, is_on_tool_side) {
+        ("A" | "B", true) => frame.head_tilt,
+        ("A" | "B", false) => frame.table_tilt,
+        _ => 0.0,
+    };
+    Axis {
+        name: name.to_string(),
+        kind,
+        direction,
+        origin: Vector3::new(0.0, 0.0, height),
+        range: Some((kind.from_file_unit(range.0), kind.from_file_unit(range.1))),
+        reversed: false,
+        location_errors: [0.0; 6],
+        component_errors: Vec::new(),
+    }
+}
