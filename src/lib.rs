@@ -26,7 +26,10 @@
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
+//! | [`volume`] | what errors do to the tool tip over the work volume, by cause |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
+//! | [`inverse`] | the tool in the workpiece and the axis positions for it, errors included |
+//! | [`compensate`] | programs corrected for the errors of a machine |
 //! | [`import`] | captures in one piece, as gauges write them, to recordings |
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
@@ -39,10 +42,12 @@
 pub mod bodies;
 pub mod chain;
 pub mod collision;
+pub mod compensate;
 pub mod diagnose;
 pub mod effects;
 pub mod identify;
 pub mod import;
+pub mod inverse;
 pub mod load;
 pub mod machine;
 pub mod methods;
@@ -55,3 +60,4 @@ pub mod simulate;
 pub mod statistics;
 pub mod survey;
 pub mod units;
+pub mod volume;

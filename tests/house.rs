@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::effects::KINDS;
 
 /// Rooms in the order in which they may import: each only from those before it.
-const ROOMS: [&str; 20] = [
+const ROOMS: [&str; 23] = [
     "units",
     "statistics",
     "machine",
@@ -20,9 +20,12 @@ const ROOMS: [&str; 20] = [
     "survey",
     "nc",
     "simulate",
+    "inverse",
+    "compensate",
     "load",
     "methods",
     "identify",
+    "volume",
     "reconcile",
     "import",
     "diagnose",

@@ -2,12 +2,15 @@
 
 pub mod check;
 pub mod clearance;
+pub mod compensate;
 pub mod diagnose;
 mod directions;
 pub mod ending;
+mod errors;
 mod former_plan;
 pub mod identify;
 pub mod import;
+pub mod inverse;
 pub mod output;
 pub mod plan;
 mod plan_files;
@@ -22,6 +25,7 @@ pub mod shell;
 pub mod simulate;
 mod solids;
 pub mod survey;
+pub mod volume;
 
 /// Why a verb stopped: one message for the user; `ending` knows the exit code, which is 2 for most.
 pub type Refusal = Box<dyn std::error::Error>;
