@@ -27,6 +27,7 @@
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
 //! | [`volume`] | what errors do to the tool tip over the work volume, by cause |
+//! | [`control`] | numbers of a fit as controls take them, and what they cannot hold |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
 //! | [`inverse`] | the tool in the workpiece and the axis positions for it, errors included |
 //! | [`compensate`] | programs corrected for the errors of a machine |
@@ -43,6 +44,7 @@ pub mod bodies;
 pub mod chain;
 pub mod collision;
 pub mod compensate;
+pub mod control;
 pub mod diagnose;
 pub mod effects;
 pub mod identify;

@@ -58,6 +58,8 @@ enum Verb {
     Simulate(verbs::simulate::Arguments),
     /// What a ball bar determines on all 2,160 serial five-axis topologies: fiveaxis survey --out DIR
     Survey(verbs::survey::Arguments),
+    /// Parameters of a control from a fit, and what it cannot hold: fiveaxis control session.yaml --control linuxcnc
+    Control(verbs::control::Arguments),
     /// A program corrected for the errors of a machine: fiveaxis compensate part.ngc machine.yaml --out corrected.ngc
     Compensate(verbs::compensate::Arguments),
     /// Axis positions for a tool pose in the workpiece: fiveaxis inverse machine.yaml --tip 30,-20,15 --tool-axis 0.3,0.2,0.9
@@ -95,6 +97,7 @@ fn main() -> ExitCode {
         Verb::Reconcile(arguments) => verbs::reconcile::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
         Verb::Survey(arguments) => verbs::survey::run(&arguments),
+        Verb::Control(arguments) => verbs::control::run(&arguments),
         Verb::Compensate(arguments) => verbs::compensate::run(&arguments),
         Verb::Inverse(arguments) => verbs::inverse::run(&arguments),
         Verb::Volume(arguments) => verbs::volume::run(&arguments),

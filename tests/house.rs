@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::effects::KINDS;
 
 /// Rooms in the order in which they may import: each only from those before it.
-const ROOMS: [&str; 23] = [
+const ROOMS: [&str; 24] = [
     "units",
     "statistics",
     "machine",
@@ -26,6 +26,7 @@ const ROOMS: [&str; 23] = [
     "methods",
     "identify",
     "volume",
+    "control",
     "reconcile",
     "import",
     "diagnose",

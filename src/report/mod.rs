@@ -7,6 +7,7 @@ pub mod chain_map;
 pub mod check;
 pub mod circles;
 pub mod compensate;
+pub mod control;
 mod course;
 pub mod diagnosis;
 pub mod diagnosis_page;

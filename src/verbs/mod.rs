@@ -3,6 +3,7 @@
 pub mod check;
 pub mod clearance;
 pub mod compensate;
+pub mod control;
 pub mod diagnose;
 mod directions;
 pub mod ending;
