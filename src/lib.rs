@@ -27,7 +27,11 @@
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
+//! | [`volume`] | what errors do to the tool tip over the work volume, by cause |
+//! | [`control`] | numbers of a fit as controls take them, and what they cannot hold |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
+//! | [`inverse`] | the tool in the workpiece and the axis positions for it, errors included |
+//! | [`compensate`] | programs corrected for the errors of a machine |
 //! | [`import`] | captures in one piece, as gauges write them, to recordings |
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
@@ -40,10 +44,13 @@
 pub mod bodies;
 pub mod chain;
 pub mod collision;
+pub mod compensate;
+pub mod control;
 pub mod diagnose;
 pub mod effects;
 pub mod identify;
 pub mod import;
+pub mod inverse;
 pub mod load;
 pub mod machine;
 pub mod methods;
@@ -57,3 +64,4 @@ pub mod statistics;
 pub mod survey;
 pub mod template;
 pub mod units;
+pub mod volume;

@@ -60,6 +60,14 @@ enum Verb {
     Simulate(verbs::simulate::Arguments),
     /// What a ball bar determines on all 2,160 serial five-axis topologies: fiveaxis survey --out DIR
     Survey(verbs::survey::Arguments),
+    /// Parameters of a control from a fit, and what it cannot hold: fiveaxis control session.yaml --control linuxcnc
+    Control(verbs::control::Arguments),
+    /// A program corrected for the errors of a machine: fiveaxis compensate part.ngc machine.yaml --out corrected.ngc
+    Compensate(verbs::compensate::Arguments),
+    /// Axis positions for a tool pose in the workpiece: fiveaxis inverse machine.yaml --tip 30,-20,15 --tool-axis 0.3,0.2,0.9
+    Inverse(verbs::inverse::Arguments),
+    /// What the errors do to the tool tip over the work volume: fiveaxis volume machine.yaml --errors session.yaml
+    Volume(verbs::volume::Arguments),
     /// A script that completes commands in a shell: fiveaxis completions bash
     Completions(verbs::shell::CompletionsArguments),
     /// Manual pages: fiveaxis man identify
@@ -92,6 +100,10 @@ fn main() -> ExitCode {
         Verb::Reconcile(arguments) => verbs::reconcile::run(&arguments),
         Verb::Simulate(arguments) => verbs::simulate::run(&arguments),
         Verb::Survey(arguments) => verbs::survey::run(&arguments),
+        Verb::Control(arguments) => verbs::control::run(&arguments),
+        Verb::Compensate(arguments) => verbs::compensate::run(&arguments),
+        Verb::Inverse(arguments) => verbs::inverse::run(&arguments),
+        Verb::Volume(arguments) => verbs::volume::run(&arguments),
         Verb::Completions(arguments) => verbs::shell::completions(&arguments, CommandLine::command()),
         Verb::Man(arguments) => verbs::shell::man(&arguments, CommandLine::command()),
     };

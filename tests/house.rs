@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::effects::KINDS;
 
 /// Rooms in the order in which they may import: each only from those before it.
-const ROOMS: [&str; 21] = [
+const ROOMS: [&str; 25] = [
     "units",
     "statistics",
     "machine",
@@ -21,9 +21,13 @@ const ROOMS: [&str; 21] = [
     "survey",
     "nc",
     "simulate",
+    "inverse",
+    "compensate",
     "load",
     "methods",
     "identify",
+    "volume",
+    "control",
     "reconcile",
     "import",
     "diagnose",

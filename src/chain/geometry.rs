@@ -42,6 +42,11 @@ impl Pose {
     pub fn point(&self, at: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * at + self.translation_mm
     }
+
+    /// The pose of what stands at `inner` in this one's frame.
+    pub fn then(&self, inner: &Pose) -> Pose {
+        Pose { rotation: self.rotation * inner.rotation, translation_mm: self.point(&inner.translation_mm) }
+    }
 }
 
 /// A chain with values for its location errors, ready to place points.
@@ -168,6 +173,12 @@ pub(super) fn turn(arm: &Vector3<f64>, about: &Vector3<f64>, angle: f64) -> Vect
     arm * cosine + about.cross(arm) * sine + about * (about.dot(arm) * (1.0 - cosine))
 }
 
+/// Rotation about a unit vector (Rodrigues).
+pub(super) fn turn_about(about: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
+    let (sine, cosine) = angle.sin_cos();
+    Matrix3::identity() * cosine + about.cross_matrix() * sine + about * about.transpose() * (1.0 - cosine)
+}
+
 impl<'a> Geometry<'a> {
     /// A chain with location errors `errors` (mm, rad, by axis index); missing entries are zero.
     pub fn new(chain: &'a Chain, errors: &[[f64; 6]], composition: Composition) -> Geometry<'a> {
@@ -220,6 +231,32 @@ impl<'a> Geometry<'a> {
             ]),
             translation_mm: origin,
         }
+    }
+
+    /// Pose of the link that an axis carries in its carrier's frame; `motion` are its component errors, `None` for none.
+    pub fn joint_pose(&self, axis: usize, q: f64, motion: Option<&[f64; 6]>) -> Pose {
+        let placed = &self.placed[axis];
+        let joint = &placed.joint;
+        let (turned, shift) = match motion {
+            None => (Matrix3::identity(), Vector3::zeros()),
+            Some(m) => {
+                let angles = Vector3::new(m[3], m[4], m[5]);
+                (error_rotation(&angles, self.composition), Vector3::new(m[0], m[1], m[2]))
+            }
+        };
+        let (rotation, moved) = match joint.kind {
+            AxisKind::Rotary => {
+                let about = turn_about(&joint.direction, joint.sign * q);
+                (placed.rotation * turned * about, placed.translation + placed.rotation * shift)
+            }
+            AxisKind::Linear => (turned, placed.translation + shift + placed.slide(q)),
+        };
+        Pose { rotation, translation_mm: joint.origin + moved - rotation * joint.origin }
+    }
+
+    /// Way of what a linear axis carries per unit of its position, in the carrier's frame: `R·u·sign`.
+    pub fn slide_direction(&self, axis: usize) -> Vector3<f64> {
+        self.placed[axis].slide(1.0)
     }
 
     /// Distance between two balls, mm: each ball is a link and a place on it.

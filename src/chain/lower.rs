@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::geometry::{Composition, Geometry, PlacedJoint};
+use super::geometry::{Composition, Geometry, PlacedJoint, turn_about};
 use super::poses::Poses;
 use super::{Column, LinkId};
 use crate::machine::AxisKind;
@@ -113,7 +113,7 @@ impl Way {
 fn standing(placed: &PlacedJoint, q: f64, carrier: &LinkInFrame) -> LinkInFrame {
     let matrix = match placed.joint.kind {
         AxisKind::Linear => Matrix3::identity(),
-        AxisKind::Rotary => placed.rotation * turn_matrix(&(placed.joint.direction * placed.joint.sign), q),
+        AxisKind::Rotary => placed.rotation * turn_about(&(placed.joint.direction * placed.joint.sign), q),
     };
     let offset = match placed.joint.kind {
         AxisKind::Linear => placed.translation + placed.slide(q),
@@ -155,12 +155,6 @@ fn frame_along(z: &Vector3<f64>) -> Matrix3<f64> {
     let guess = unit(z.iamax() + 1);
     let x = (guess - z * z.dot(&guess)).normalize();
     Matrix3::from_columns(&[x, z.cross(&x), *z])
-}
-
-/// Rotation about a unit vector (Rodrigues).
-fn turn_matrix(about: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
-    let (sine, cosine) = angle.sin_cos();
-    Matrix3::identity() * cosine + about.cross_matrix() * sine + about * about.transpose() * (1.0 - cosine)
 }
 
 fn unit(k: usize) -> Vector3<f64> {

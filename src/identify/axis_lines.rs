@@ -32,6 +32,10 @@ pub struct AxisLine {
     pub centre_at: Vec<CentreReading>,
     /// Every free error on which the line depends is determined by the data.
     pub determined: bool,
+    /// The same for each component (x, y, z) of shift, shift from the carrier and tilt.
+    pub shift_determined: [bool; 3],
+    pub from_carrier_determined: [bool; 3],
+    pub tilt_determined: [bool; 3],
 }
 
 /// What a linear axis reads when the spindle stands over the line.
@@ -49,6 +53,10 @@ pub struct CentreReading {
 
 /// Step of the differences by which uncertainties travel, mm and rad; places are nearly linear in errors.
 const STEP: f64 = 1e-4;
+
+/// A component depends on an error whose millimetre or radian moves it by this, mm or rad: what errors do to each other in
+/// second order is left out.
+const DEPENDS: f64 = 1e-2;
 
 /// Lines of all rotary axes, in the order of the structural code.
 pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
@@ -89,6 +97,12 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
                 .iter()
                 .enumerate()
                 .all(|(column, &(k, ..))| jacobian.column(column).amax() < 1e-9 || fit.estimates[k].determined);
+            // steps of one error move some components and others not
+            let is_determined = |row: usize| {
+                let moves = |column: usize| jacobian[(row, column)].abs() >= DEPENDS;
+                free.iter().enumerate().all(|(column, &(k, ..))| !moves(column) || fit.estimates[k].determined)
+            };
+            let determined_from = |from: usize| [0, 1, 2].map(|k| is_determined(from + k));
             let line = AxisLine {
                 axis,
                 is_head: chain.carried_by(axis).branch == Branch::Tool,
@@ -102,6 +116,9 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
                 tilt_sigma_rad: sigma(3),
                 centre_at: Vec::new(),
                 determined,
+                shift_determined: determined_from(0),
+                tilt_determined: determined_from(3),
+                from_carrier_determined: determined_from(6),
             };
             AxisLine { centre_at: centre_at(session, &chain, &line), direction: line.direction.normalize(), ..line }
         })

@@ -171,7 +171,7 @@ fn control(page: &mut String, json: &FitJson) {
     for control in &json.control {
         let direction: Vec<String> = control.direction.iter().map(|value| minus(&format!("{value:.7}"))).collect();
         let says = control.says.strip_prefix(&format!("{}: ", control.axis)).unwrap_or(&control.says);
-        let class = if control.determined { "" } else { " class=\"open\"" };
+        let class = if control.told { "" } else { " class=\"open\"" };
         let _ = writeln!(
             page,
             "<tr{class}><th scope=\"row\">{}</th><td>{}</td><td><code>({})</code></td></tr>",

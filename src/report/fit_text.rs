@@ -159,7 +159,7 @@ fn control(text: &mut String, json: &FitJson) {
         return;
     }
     let known: Vec<&str> =
-        json.control.iter().filter(|control| control.determined).map(|control| control.says.as_str()).collect();
+        json.control.iter().filter(|control| control.told).map(|control| control.says.as_str()).collect();
     if known.is_empty() {
         return;
     }

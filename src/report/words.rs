@@ -65,6 +65,11 @@ pub struct ControlJson {
     pub centre: Vec<CentreJson>,
     /// The data and not priors fix it.
     pub determined: bool,
+    /// The same by component x, y, z of the shift and of the shift from the carrier.
+    pub shift_determined: [bool; 3],
+    pub from_carrier_determined: [bool; 3],
+    /// At least one component of the place is determined and told in words.
+    pub told: bool,
     /// In words.
     pub says: String,
 }
@@ -103,6 +108,9 @@ pub fn control_json(machine: &Machine, line: &AxisLine) -> ControlJson {
         tilt_sigma_arcsec: arcsec(line.tilt_sigma_rad),
         centre: line.centre_at.iter().map(centre).collect(),
         determined: line.determined,
+        shift_determined: line.shift_determined,
+        from_carrier_determined: line.from_carrier_determined,
+        told: is_told(machine, line),
         says: control_in_words(machine, line),
     }
 }
@@ -110,38 +118,45 @@ pub fn control_json(machine: &Machine, line: &AxisLine) -> ControlJson {
 /// What to enter for a rotary axis.
 pub fn control_in_words(machine: &Machine, line: &AxisLine) -> String {
     let entry = &machine.axes[line.axis];
-    let along = entry.coordinate_direction();
+    let open: Vec<usize> =
+        (0..3).filter(|&k| entry.coordinate_direction() != Some(k) && !place_determined(line)[k]).collect();
+    // of a line that is known in part the known components are told
+    let is_open = (0..3).all(|k| entry.coordinate_direction() == Some(k) || open.contains(&k));
+    let told: Vec<usize> =
+        (0..3).filter(|k| entry.coordinate_direction() != Some(*k) && (is_open || !open.contains(k))).collect();
     let mut says = match (line.carrier, line.is_head) {
         (None, false) => {
             format!(
                 "{}: move the table centre in the control by {}",
                 entry.name,
-                across(along, line.shift_mm, line.shift_sigma_mm)
+                across(&told, line.shift_mm, line.shift_sigma_mm)
             )
         }
         (Some(carrier), _) => format!(
             "{}: add {} to the vector from {} to {}",
             entry.name,
-            across(along, line.from_carrier_mm, line.from_carrier_sigma_mm),
+            across(&told, line.from_carrier_mm, line.from_carrier_sigma_mm),
             machine.axes[carrier].name,
             entry.name
         ),
         (None, true) => format!(
             "{}: its line and all that it carries stand off by {}: a zero shift of the linear axes, no vector of the head",
             entry.name,
-            across(along, line.shift_mm, line.shift_sigma_mm)
+            across(&told, line.shift_mm, line.shift_sigma_mm)
         ),
     };
-    if let [first, ..] = line.centre_at.as_slice() {
-        let readings: Vec<String> = line
-            .centre_at
+    let is_along_told =
+        |reading: &&CentreReading| machine.axes[reading.axis].coordinate_direction().is_some_and(|k| told.contains(&k));
+    let centre_at: Vec<&CentreReading> = line.centre_at.iter().filter(is_along_told).collect();
+    if let [first, ..] = centre_at.as_slice() {
+        let readings: Vec<String> = centre_at
             .iter()
             .map(|reading| format!("{} = {:.4}", machine.axes[reading.axis].name, reading.reading_mm))
             .collect();
         let from = if first.is_machine_coordinate { "machine coordinates" } else { "from the zeros of this session" };
         says.push_str(&format!("; the spindle stands over the line at {} mm ({from})", readings.join(", ")));
     }
-    let against = line.centre_at.iter().filter(|reading| reading.counts_against);
+    let against = centre_at.iter().filter(|reading| reading.counts_against);
     let against: Vec<String> = against
         .filter_map(|reading| {
             let entry = &machine.axes[reading.axis];
@@ -154,10 +169,26 @@ pub fn control_in_words(machine: &Machine, line: &AxisLine) -> String {
             against.join(", ")
         ));
     }
-    if !line.determined {
-        says.push_str("; NOT determined by these recordings: do not enter it");
+    match (is_open, open.is_empty()) {
+        (true, _) => says.push_str("; NOT determined by these recordings: do not enter it"),
+        (_, false) => {
+            let letters: Vec<String> = open.iter().map(|&k| LETTERS[k].to_string()).collect();
+            says.push_str(&format!("; {} is not determined by these recordings", letters.join(" and ")));
+        }
+        _ => {}
     }
     says
+}
+
+/// Which components of the place that is told the recordings fix.
+fn place_determined(line: &AxisLine) -> [bool; 3] {
+    if line.carrier.is_some() { line.from_carrier_determined } else { line.shift_determined }
+}
+
+/// Whether any component of a line's place is determined.
+pub fn is_told(machine: &Machine, line: &AxisLine) -> bool {
+    let along = machine.axes[line.axis].coordinate_direction();
+    (0..3).any(|k| along != Some(k) && place_determined(line)[k])
 }
 
 /// `from park (Z 329, A 0, C 0, X 0, Y 0) by A -23, Y 0, X 100, Z 0 one after the other; back the same way`.
@@ -193,10 +224,10 @@ pub fn what_moves(planned: &PlannedTest, machine: &Machine) -> String {
 }
 
 /// `x -2.9 ± 3.0 µm, y -52.4 ± 0.1 µm`: what stands across a line, mm.
-fn across(along: Option<usize>, value_mm: Vector3<f64>, sigma_mm: Vector3<f64>) -> String {
-    let parts: Vec<String> = (0..3)
-        .filter(|&k| along != Some(k))
-        .map(|k| {
+fn across(told: &[usize], value_mm: Vector3<f64>, sigma_mm: Vector3<f64>) -> String {
+    let parts: Vec<String> = told
+        .iter()
+        .map(|&k| {
             let (value, sigma) = shown(value_mm[k] * UM_PER_MM, sigma_mm[k] * UM_PER_MM);
             format!("{} {value} ± {sigma} µm", LETTERS[k])
         })

@@ -2,13 +2,17 @@
 
 pub mod check;
 pub mod clearance;
+pub mod compensate;
+pub mod control;
 pub mod diagnose;
 mod directions;
 pub mod ending;
+mod errors;
 mod former_plan;
 pub mod identify;
 pub mod import;
 pub mod init;
+pub mod inverse;
 pub mod output;
 pub mod plan;
 mod plan_files;
@@ -23,6 +27,7 @@ pub mod shell;
 pub mod simulate;
 mod solids;
 pub mod survey;
+pub mod volume;
 
 /// Why a verb stopped: one message for the user; `ending` knows the exit code, which is 2 for most.
 pub type Refusal = Box<dyn std::error::Error>;

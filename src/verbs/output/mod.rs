@@ -2,6 +2,7 @@
 
 mod commit;
 mod manifest;
+mod streamed;
 mod target;
 
 use std::fs;
@@ -17,6 +18,7 @@ use commit::Staged;
 use fiveaxis::load::printable::escaped_lines;
 use fiveaxis::session::Session;
 use manifest::{MANIFEST, Manifest};
+pub use streamed::StreamedFile;
 use target::{Target, lock_all};
 
 /// Prints a result; a reader that stops reading (`| head`) is no failure.

@@ -1,0 +1,173 @@
+//! A move cut into straight commands after which the erring machine's tool follows the ideal path within a tolerance.
+
+use super::command::{Control, Positions};
+use super::correct::Corrector;
+use super::path::{Path, Place};
+use crate::machine::ComponentForm;
+
+/// How closely the path is followed and how finely words are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fineness {
+    /// Distance of the tip from the ideal path, mm.
+    pub tolerance_mm: f64,
+    /// Angle of the tool from the ideal direction, rad, beside what the axes cannot give.
+    pub tolerance_rad: f64,
+    /// Smallest steps of lengths (mm) and angles (deg) in words.
+    pub step_mm: f64,
+    pub step_deg: f64,
+}
+
+/// The end of one straight command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// Share of the move's time at its end; 1 is the end of the move.
+    pub share: f64,
+    /// Share at its start.
+    pub from_share: f64,
+    /// Coordinates of the command, rounded as they are written.
+    pub command: Place,
+    /// Corrected positions of the axes.
+    pub positions: Positions,
+    /// What the tool's direction stays off, rad.
+    pub off_rad: f64,
+}
+
+/// Where a piece is compared with the ideal path: off the middle, so that a wave is not met at its zeros alone.
+const LOOKS: [f64; 3] = [0.27, 0.5, 0.77];
+/// Of a tolerance a piece may use this much: between the looks it may be a little farther off.
+const USED: f64 = 0.8;
+/// Shares of a move below this are not cut any more.
+const LEAST_SHARE: f64 = 1e-7;
+/// Looks at a wave of a component error.
+const LOOKS_PER_WAVE: f64 = 8.0;
+
+/// A move that is being cut.
+#[derive(Debug, Clone)]
+pub struct Pieces<'p> {
+    path: &'p Path,
+    fineness: Fineness,
+    /// Where the control stands.
+    sent: Place,
+    sent_off_rad: f64,
+    share: f64,
+    step: f64,
+    longest: f64,
+    /// Distance of the tool from the ideal path at the start of the move, mm and rad, that is not of this move's making.
+    start_off: (f64, f64),
+}
+
+impl<'p> Pieces<'p> {
+    /// A move from where the control stands.
+    pub fn new(
+        control: &mut Control,
+        corrector: &Corrector,
+        path: &'p Path,
+        sent: &Place,
+        fineness: Fineness,
+    ) -> Pieces<'p> {
+        let longest = longest_share(control, path);
+        let from = control.positions(&path.from, &[0.0; 9]);
+        let stands = control.positions(sent, &from);
+        let (ideal, actual) = (control.ideal(&from), corrector.pose(&stands));
+        let start_off = ((actual.tip_mm - ideal.tip_mm).norm(), actual.angle_to(&ideal.axis));
+        Pieces { path, fineness, sent: *sent, sent_off_rad: 0.0, share: 0.0, step: longest, longest, start_off }
+    }
+
+    /// A rapid: its end alone is corrected.
+    pub fn rapid(path: &'p Path, fineness: Fineness) -> Pieces<'p> {
+        let start_off = (f64::INFINITY, f64::INFINITY);
+        Pieces { path, fineness, sent: path.to, sent_off_rad: 0.0, share: 0.0, step: 1.0, longest: 1.0, start_off }
+    }
+
+    /// The next command; `None` at the end.
+    pub fn next(&mut self, control: &mut Control, corrector: &mut Corrector) -> Result<Option<Piece>, String> {
+        if self.share >= 1.0 {
+            return Ok(None);
+        }
+        loop {
+            let rest = 1.0 - self.share;
+            // two halves rather than a whole and a rest
+            let step = if self.step >= rest { rest } else { self.step.min(0.5 * rest) };
+            let end = if step >= rest { 1.0 } else { self.share + step };
+            let piece = self.corrected(control, corrector, end);
+            let used = self.used(control, corrector, &piece);
+            if used <= USED {
+                self.step = (step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, 2.0)).min(self.longest);
+                (self.share, self.sent, self.sent_off_rad, self.start_off) =
+                    (end, piece.command, piece.off_rad, (0.0, 0.0));
+                return Ok(Some(piece));
+            }
+            if step < LEAST_SHARE {
+                return Err("cannot be cut finely enough: an error of the machine jumps there, or the tolerance is below what words can say".into());
+            }
+            self.step = step * (0.85 * (USED / used).sqrt()).clamp(0.05, 0.7);
+        }
+    }
+
+    /// The command for a share of the way.
+    fn corrected(&self, control: &mut Control, corrector: &mut Corrector, share: f64) -> Piece {
+        let place = self.path.at(share);
+        let programmed = control.positions(&place, &[0.0; 9]);
+        let corrected = corrector.correct(&control.ideal(&programmed), &programmed);
+        let mut command = control.place(&corrected.positions);
+        for (letter, value) in command.iter_mut().enumerate() {
+            let step = if (3..6).contains(&letter) { self.fineness.step_deg } else { self.fineness.step_mm };
+            *value = (*value / step).round() * step;
+        }
+        Piece { share, from_share: self.share, command, positions: corrected.positions, off_rad: corrected.off_rad }
+    }
+
+    /// Largest share of the tolerance that a piece uses between its ends.
+    fn used(&self, control: &mut Control, corrector: &Corrector, piece: &Piece) -> f64 {
+        let mut most = 0.0f64;
+        // what the axes cannot give, or what was off before, is no fault of the cut
+        let known_rad = self.start_off.1 + piece.off_rad.max(self.sent_off_rad);
+        for look in LOOKS {
+            let share = self.share + look * (piece.share - self.share);
+            let ideal = control.positions(&self.path.at(share), &piece.positions);
+            let commanded: Place = std::array::from_fn(|k| self.sent[k] + look * (piece.command[k] - self.sent[k]));
+            let driven = control.positions(&commanded, &piece.positions);
+            let (ideal, actual) = (control.ideal(&ideal), corrector.pose(&driven));
+            let off_mm = (actual.tip_mm - ideal.tip_mm).norm();
+            let excess_mm = off_mm - self.start_off.0;
+            let excess_rad = actual.angle_to(&ideal.axis) - known_rad;
+            most = most.max(excess_mm / self.fineness.tolerance_mm).max(excess_rad / self.fineness.tolerance_rad);
+        }
+        most
+    }
+}
+
+/// Longest share of a move in one piece: no wave or corner of a component error may lie between two looks.
+fn longest_share(control: &Control, path: &Path) -> f64 {
+    let machine = control.nominal.machine();
+    let mut pieces = 1.0f64;
+    for (letter, axis) in control.axis_of.iter().enumerate() {
+        let Some(axis) = *axis else { continue };
+        let axis = &machine.axes[axis];
+        let arc =
+            path.arc.filter(|arc| arc.plane.contains(&letter)).map_or(0.0, |arc| arc.sweep.abs() * arc.start_radius);
+        let way = axis.kind.from_file_unit((path.to[letter] - path.from[letter]).abs().max(arc));
+        for error in &axis.component_errors {
+            pieces = pieces.max(way / shortest(&error.form));
+        }
+    }
+    if let Some(arc) = &path.arc {
+        // a quarter at most, so that the looks do not all lie on one chord
+        pieces = pieces.max(arc.sweep.abs() / std::f64::consts::FRAC_PI_2);
+    }
+    1.0 / pieces
+}
+
+/// Shortest way over which a form changes its course, mm or rad.
+fn shortest(form: &ComponentForm) -> f64 {
+    match form {
+        ComponentForm::Polynomial(_) => f64::INFINITY,
+        ComponentForm::Fourier(harmonics) => {
+            let highest = harmonics.iter().map(|harmonic| harmonic.frequency.abs()).fold(0.0, f64::max);
+            std::f64::consts::TAU / highest / LOOKS_PER_WAVE * LOOKS.len() as f64
+        }
+        ComponentForm::Table { position, .. } => {
+            position.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min)
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! LinuxCNC's kinematics modules: which of them a machine fits, and their pins.
+//!
+//! From the modules' sources (`trtfuncs.c`, `5axiskins.c`, `maxkins.c` of LinuxCNC 2.9). xyzac-trt and xyzbc-trt: C turns about
+//! (x-rot-point, y-rot-point), A about y-rot-point + y-offset and z-rot-point + z-offset (B: x in place of y). 5axiskins and
+//! maxkins hold one number, the pivot length.
+
+use nalgebra::Vector3;
+
+use crate::chain::Branch;
+use crate::chain::Chain;
+use crate::machine::{AxisKind, Directions, Machine};
+
+/// A module with its pins as they hold a machine's nominal lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Module {
+    pub name: &'static str,
+    /// Pin and value, mm; 0 or 1 for a switch.
+    pub pins: Vec<(&'static str, f64)>,
+    /// What it cannot hold, in words.
+    pub not_held: &'static str,
+}
+
+/// Rotary axes from the bed outward, by branch.
+fn rotary(machine: &Machine, branch: Branch) -> Vec<usize> {
+    let chain = Chain::of(machine);
+    chain.branch(branch).iter().copied().filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary).collect()
+}
+
+/// The module for a machine whose lines are those of `held`; an error says why none fits.
+pub fn module_of(held: &Machine) -> Result<Module, String> {
+    let (table, head) = (rotary(held, Branch::Workpiece), rotary(held, Branch::Tool));
+    let is_named = |axis: usize, name: &str, direction: Vector3<f64>| {
+        held.axes[axis].name == name && (held.axes[axis].direction - direction).norm() < 1e-9
+    };
+    let zero = |name: &str| held.axis_index(name).and_then(|axis| held.machine_zero[axis]).unwrap_or(0.0);
+    let shift = Vector3::new(zero("X"), zero("Y"), zero("Z"));
+    let conventional = f64::from(u8::from(held.directions == Some(Directions::Iso841)));
+    match (table.as_slice(), head.as_slice()) {
+        (&[tilt, turn], []) if is_named(turn, "C", Vector3::z()) => {
+            let (c, a) = (held.axes[turn].origin + shift, held.axes[tilt].origin + shift);
+            let common = vec![("x-rot-point", c.x), ("y-rot-point", c.y), ("z-rot-point", a.z), ("z-offset", 0.0)];
+            let not_held = "directions of the axes (EA0, EB0, EC0), squareness, errors over position";
+            if is_named(tilt, "A", Vector3::x()) {
+                let own = [("y-offset", a.y - c.y), ("conventional-directions", conventional)];
+                return Ok(Module { name: "xyzac-trt-kins", pins: common.into_iter().chain(own).collect(), not_held });
+            }
+            if is_named(tilt, "B", Vector3::y()) {
+                let own = [("x-offset", a.x - c.x), ("conventional-directions", conventional)];
+                return Ok(Module { name: "xyzbc-trt-kins", pins: common.into_iter().chain(own).collect(), not_held });
+            }
+            Err("the tilting axis of the table is neither A along x nor B along y".into())
+        }
+        (&[turn], &[tilt]) if is_named(turn, "C", Vector3::z()) && is_named(tilt, "B", Vector3::y()) => Ok(Module {
+            name: "maxkins",
+            pins: vec![("pivot-length", 0.0), ("conventional-directions", conventional)],
+            not_held: "the place of C (set the zero of X and Y on its line), vectors across the head, directions, squareness, errors over position",
+        }),
+        ([], &[turn, tilt]) if is_named(turn, "C", Vector3::z()) && is_named(tilt, "B", Vector3::y()) => Ok(Module {
+            name: "5axiskins",
+            pins: vec![("pivot-length", 0.0)],
+            not_held: "the vector between C and B across the pivot length, directions, squareness, errors over position",
+        }),
+        _ => Err(format!(
+            "no module of LinuxCNC's package has these axes: xyzac-trt-kins (A carries C on the table), xyzbc-trt-kins (B carries C), maxkins (C table, B head), 5axiskins (C carries B on the head); the machine is {}",
+            held.code
+        )),
+    }
+}

@@ -1,0 +1,109 @@
+//! Effects that depend on the position of their axis alone, as component errors of that axis. No effect's own formula.
+
+use super::{Context, Disturbances, Driver, kind};
+use crate::chain::Chain;
+use crate::machine::{AxisKind, Component, ComponentError, ComponentForm, Effect, Machine, Outlet, Place};
+use crate::session::{Ball, Clock, LengthColumn, Recording, Session, Spread, Test, Zero};
+use nalgebra::Vector3;
+
+/// Positions at which an effect is read over the travel of its axis.
+const POSITIONS: usize = 1441;
+/// Travel of axes without a range, mm or rad on either side.
+const OPEN_TRAVEL: (f64, f64) = (1000.0, std::f64::consts::TAU);
+
+/// Takes effects that are functions of their axis's position into its component errors, by a table over the travel; those
+/// that are constant go into the location errors. Names of the effects that are neither stay and are returned.
+pub fn into_component_errors(machine: &mut Machine) -> Vec<String> {
+    let effects = std::mem::take(&mut machine.effects);
+    let mut left = Vec::new();
+    for effect in effects {
+        match as_component_errors(machine, &effect) {
+            // forms of one component add up
+            Some(errors) => {
+                errors.into_iter().for_each(|(axis, error)| machine.axes[axis].component_errors.push(error))
+            }
+            None => {
+                left.push(effect.kind.clone());
+                machine.effects.push(effect);
+            }
+        }
+    }
+    left
+}
+
+/// Component errors that do the same; `None` where it depends on more than its axis's position.
+fn as_component_errors(machine: &Machine, effect: &Effect) -> Option<Vec<(usize, ComponentError)>> {
+    let Place::Axis(axis) = effect.place else { return None };
+    let is_steady = kind(&effect.kind)?.driver == Driver::Position && effect.tests.is_none();
+    let stays_there = |size: &crate::machine::Size| match size.outlet {
+        Outlet::Motion { axis: of, .. } | Outlet::Along { axis: of } => of == axis,
+        _ => false,
+    };
+    if !is_steady || !effect.sizes.iter().all(stays_there) {
+        return None;
+    }
+    let own = &machine.axes[axis];
+    let open = if own.kind == AxisKind::Linear { OPEN_TRAVEL.0 } else { OPEN_TRAVEL.1 };
+    let (from, to) = own.range.unwrap_or((-open, open));
+    let step = (to - from) / (POSITIONS - 1) as f64;
+    let position: Vec<f64> = (0..POSITIONS).map(|k| from + step * k as f64).collect();
+    let session = session(machine, axis, &position);
+    let chain = Chain::of(machine);
+    let context = Context::of(&session, &chain).ok()?;
+    let disturbances = Disturbances::of(&context, std::slice::from_ref(effect)).ok()?;
+    let rows = disturbances.by_test.first()?;
+    let of_component = |component: Component| {
+        let value: Vec<f64> = rows.iter().map(|row| row.motion[axis][component.index()]).collect();
+        let is_there = value.iter().any(|value| *value != 0.0);
+        let form = ComponentForm::Table { position: position.clone(), value };
+        is_there.then_some((axis, ComponentError { component, form }))
+    };
+    Some(Component::ALL.into_iter().filter_map(of_component).collect())
+}
+
+/// Static poses of one axis, the others at zero.
+fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
+    let poses: Vec<f64> = (0..position.len()).map(|k| k as f64).collect();
+    let ball = |link: &str, z: f64| Ball {
+        link: link.into(),
+        at: Vector3::new(0.0, 0.0, z),
+        setup: None,
+        spread_mm: None,
+        indexed_about: None,
+    };
+    let mut positions = vec![Some(0.0); machine.axes.len()];
+    positions[axis] = None;
+    let recording = Recording {
+        clock: Clock::Pose(poses),
+        axes: vec![axis],
+        positions: vec![position.to_vec()],
+        length_mm: vec![0.0; position.len()],
+        channels: Vec::new(),
+        leading_texts: Vec::new(),
+        leading_header: String::new(),
+        column: LengthColumn::default(),
+    };
+    let test = Test {
+        name: "positions".into(),
+        recording_file: None,
+        recording: Some(recording),
+        path: None,
+        started_at_s: 0.0,
+        bar_length_mm: None,
+        bar_setup: None,
+        zero: Zero::default(),
+        bar_error_mm: 0.0,
+        pivot: ball("w", 0.0),
+        spindle_ball: ball("t", 100.0),
+        positions,
+        feed_mm_per_min: None,
+        overshoot: None,
+    };
+    Session {
+        name: "positions".into(),
+        machine_file: String::new(),
+        machine: Machine { effects: Vec::new(), ..machine.clone() },
+        spread: Spread::default(),
+        tests: vec![test],
+    }
+}

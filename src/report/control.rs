@@ -1,0 +1,213 @@
+//! Parameters of a control as tables, JSON and files. It decides nothing.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::table::Table;
+use crate::control::{CompensationTable, Control, Module, Number, Parameter, What};
+use crate::machine::Machine;
+use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
+use crate::volume::Figures;
+
+/// What is reported.
+pub struct ControlReport<'a> {
+    pub machine: &'a Machine,
+    pub control: Control,
+    /// LinuxCNC's module.
+    pub module: Option<&'a Module>,
+    pub numbers: &'a [Number],
+    pub parameters: &'a [Parameter],
+    /// Values that the control holds now, by name.
+    pub present: &'a [(String, f64)],
+    /// Errors over the volume: as the machine is, and when the control holds what it can.
+    pub volume: Option<[Figures; 2]>,
+    pub tables: Vec<CompensationTable>,
+}
+
+fn control_name(control: Control) -> &'static str {
+    match control {
+        Control::LinuxCnc => "LinuxCNC",
+        Control::Heidenhain => "Heidenhain",
+        Control::Sinumerik => "Sinumerik",
+        Control::Fanuc => "Fanuc",
+    }
+}
+
+/// The new value: the present one with the change, or the one that the machine file gives.
+fn new_value(report: &ControlReport, parameter: &Parameter) -> Option<f64> {
+    let key = parameter.name.split_whitespace().next().unwrap_or_default();
+    let is_it = |(name, _): &&(String, f64)| *name == parameter.name || name == key;
+    let present = report.present.iter().find(is_it).map(|(_, value)| value + parameter.change);
+    present.or(parameter.value)
+}
+
+/// What the control does not take, in words.
+fn not_held(report: &ControlReport) -> Vec<String> {
+    let mut list = Vec::new();
+    if let Some(module) = report.module {
+        list.push(format!("{} cannot hold {}", module.name, module.not_held));
+    } else if report.control != Control::Sinumerik {
+        list.push("directions of the axes are not held as vectors".into());
+    }
+    if report.numbers.iter().any(|number| number.what == What::ZeroShift) {
+        list.push(
+            "where the first head axis stands is a zero shift: take the workpiece's zero with this machine".into(),
+        );
+    }
+    let open: Vec<String> = report
+        .numbers
+        .iter()
+        .filter(|number| !number.determined && number.what != What::ZeroShift)
+        .map(|number| number_name(report.machine, number))
+        .collect();
+    if !open.is_empty() {
+        list.push(format!("not determined by the recordings: {}", open.join(", ")));
+    }
+    list
+}
+
+fn number_name(machine: &Machine, number: &Number) -> String {
+    let axis = &machine.axes[number.axis].name;
+    let along = ["x", "y", "z"][number.component];
+    match number.what {
+        What::TableCentre => format!("centre of {axis} {along}"),
+        What::Vector { from } => format!("vector from {} to {axis} {along}", machine.axes[from].name),
+        What::ZeroShift => format!("zero shift by {axis} {along}"),
+        What::Pivot => format!("vector from {axis} to the spindle ball {along}"),
+        What::Direction => format!("turn of {axis} about {along}"),
+    }
+}
+
+/// As text.
+pub fn control_text(report: &ControlReport) -> String {
+    let mut text = format!("{}: parameters for {}", report.machine.name, control_name(report.control));
+    match report.module {
+        Some(module) => {
+            let _ = writeln!(text, ", module {}\n", module.name);
+        }
+        None => text.push_str("\n\n"),
+    }
+    let mut table = Table::new(&["parameter", "add µm", "± sigma", "new value mm", "what it is"]);
+    for parameter in report.parameters {
+        table.row(vec![
+            parameter.name.clone(),
+            format!("{:.2}", parameter.change * UM_PER_MM),
+            format!("{:.2}", parameter.sigma * UM_PER_MM),
+            new_value(report, parameter).map_or_else(String::new, |value| format!("{value:.5}")),
+            parameter.meaning.clone(),
+        ]);
+    }
+    match report.parameters.is_empty() {
+        true => text.push_str("  the recordings determine no parameter of this control\n"),
+        false => text.push_str(&table.text()),
+    }
+    let not_held = not_held(report);
+    if !not_held.is_empty() {
+        text.push_str("\nNot in this list:\n");
+        for line in not_held {
+            let _ = writeln!(text, "  • {line}");
+        }
+    }
+    match &report.volume {
+        Some([now, after]) => {
+            let _ = writeln!(
+                text,
+                "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {:.1} µm now, {:.1} µm with these parameters; direction {:.1} and {:.1} arcsec.\nWhat stays, 'compensate' takes out of programs.",
+                now.position_mm.p95 * UM_PER_MM,
+                after.position_mm.p95 * UM_PER_MM,
+                now.direction_rad.p95 * ARCSEC_PER_RAD,
+                after.direction_rad.p95 * ARCSEC_PER_RAD
+            );
+        }
+        None => text.push_str("\nHow much of the volume's error stays is not told: travels or the spindle are not stated in the machine file.\n"),
+    }
+    text.push_str("Repeat one test after entering: its circle must have become smaller.\n");
+    text
+}
+
+/// As JSON.
+pub fn control_json(report: &ControlReport) -> Value {
+    let figures = |figures: &Figures| {
+        json!({
+            "position_p95_um": figures.position_mm.p95 * UM_PER_MM,
+            "position_largest_um": figures.position_mm.largest * UM_PER_MM,
+            "direction_p95_arcsec": figures.direction_rad.p95 * ARCSEC_PER_RAD,
+        })
+    };
+    let parameters: Vec<Value> = report
+        .parameters
+        .iter()
+        .map(|one| {
+            json!({
+                "name": one.name,
+                "meaning": one.meaning,
+                "add_um": one.change * UM_PER_MM,
+                "sigma_um": one.sigma * UM_PER_MM,
+                "new_mm": new_value(report, one),
+            })
+        })
+        .collect();
+    let numbers: Vec<Value> = report
+        .numbers
+        .iter()
+        .map(|number| {
+            let is_angle = number.what == What::Direction;
+            let factor = if is_angle { ARCSEC_PER_RAD } else { UM_PER_MM };
+            json!({
+                "what": number_name(report.machine, number),
+                "value": number.change * factor,
+                "sigma": number.sigma * factor,
+                "unit": if is_angle { "arcsec" } else { "um" },
+                "determined": number.determined,
+            })
+        })
+        .collect();
+    json!({
+        "machine": report.machine.name,
+        "control": control_name(report.control),
+        "module": report.module.map(|module| module.name),
+        "parameters": parameters,
+        "numbers": numbers,
+        "not_held": not_held(report),
+        "volume_now": report.volume.as_ref().map(|[now, _]| figures(now)),
+        "volume_after": report.volume.as_ref().map(|[_, after]| figures(after)),
+        "tables": report.tables.iter().map(|table| table.error.clone()).collect::<Vec<_>>(),
+    })
+}
+
+/// The change list as CSV.
+pub fn parameters_csv(report: &ControlReport) -> String {
+    let mut text = String::from("parameter,add_mm,sigma_mm,new_mm,meaning\n");
+    for one in report.parameters {
+        let new = new_value(report, one).map_or_else(String::new, |value| format!("{value:.6}"));
+        let _ = writeln!(text, "\"{}\",{:.6},{:.6},{new},\"{}\"", one.name, one.change, one.sigma, one.meaning);
+    }
+    text
+}
+
+/// Lines of a HAL file; pins whose whole value is not known are comments. `None` for other controls.
+pub fn parameters_hal(report: &ControlReport) -> Option<String> {
+    let module = report.module?;
+    let mut text = format!("# {}: pins of {} by the fit, mm\n", plain(&report.machine.name), module.name);
+    for one in report.parameters {
+        let _ = match new_value(report, one) {
+            Some(value) => writeln!(text, "setp {} {value:.6}", one.name),
+            None => writeln!(text, "# add {:.6} to {} ({})", one.change, one.name, one.meaning),
+        };
+    }
+    for (pin, value) in &module.pins {
+        let full = format!("{}.{pin}", module.name);
+        if *pin == "conventional-directions" {
+            let _ = writeln!(text, "setp {full} {value}");
+        } else if report.parameters.iter().all(|one| one.name != full) && *pin != "z-offset" {
+            let _ = writeln!(text, "# {full} stays: the recordings do not determine it");
+        }
+    }
+    Some(text)
+}
+
+/// One line of letters that no reader of the file obeys.
+fn plain(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}

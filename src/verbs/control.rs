@@ -1,0 +1,200 @@
+//! `fiveaxis control`: the parameters of a control from a fit, and what stays of the errors when they are entered.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use fiveaxis::bodies::Bodies;
+use fiveaxis::control::{Control, held, left_over, module_of, numbers, parameters, tables};
+use fiveaxis::diagnose::examine;
+use fiveaxis::identify::{Options, axis_lines, fitted_session};
+use fiveaxis::load::{LoadError, load_machine_and_bodies, load_session, read_limited};
+use fiveaxis::machine::Machine;
+use fiveaxis::report::control::{ControlReport, control_json, control_text, parameters_csv, parameters_hal};
+use fiveaxis::units::UM_PER_MM;
+use fiveaxis::volume::poses;
+
+use super::Refusal;
+use super::directions::{DirectionsName, say};
+use super::ending::Ending;
+use super::inverse::tool_of;
+use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
+use super::progress::Working;
+
+/// Poses over which it is told what stays.
+const POSES: usize = 3000;
+
+/// Arguments of `control`.
+#[derive(Args)]
+#[command(
+    after_help = "Example: fiveaxis control examples/thesis/chapter5/session.yaml --control sinumerik --directions carried"
+)]
+pub struct Arguments {
+    /// Session file; it is fitted as 'identify' does
+    session: PathBuf,
+    /// The control
+    #[arg(long, value_enum)]
+    control: ControlName,
+    /// Present values, one 'name = value' on a line (mm): the list then has the new values too
+    #[arg(long, value_name = "FILE")]
+    present: Option<PathBuf>,
+    /// Largest change that is given without --force, µm
+    #[arg(long, value_name = "UM", default_value_t = 500.0)]
+    limit: f64,
+    /// Sense of the axes where the machine file does not state it
+    #[arg(long, value_enum)]
+    directions: Option<DirectionsName>,
+    /// Write the parameters (CSV; for LinuxCNC a HAL file too) and compensation tables of axes into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Give changes beyond the limit too, and replace files in the way that fiveaxis did not write
+    #[arg(long)]
+    force: bool,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ControlName {
+    /// Pins of its kinematics modules
+    Linuxcnc,
+    /// Places and shifts of the kinematics description
+    Heidenhain,
+    /// CYCLE800 and the five-axis transformation
+    Sinumerik,
+    /// Tool centre point control, Series 30i
+    Fanuc,
+}
+
+/// Runs the verb.
+pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    if !(arguments.limit > 0.0 && arguments.limit <= 1e6) {
+        return Err(format!("--limit {} is not between 0 and 1000000 µm", arguments.limit).into());
+    }
+    settle(&arguments.session)?;
+    let mut session = load_session(&arguments.session)?;
+    let machine_file = session.machine_file.clone();
+    say(&mut session.machine, arguments.directions, &machine_file)?;
+    session.machine.stated_directions().map_err(|why| format!("{machine_file}: {why}"))?;
+    let working = Working::on(format!("fitting {}", session.name));
+    let examination = examine(&session, &Options::default())?;
+    let Some(fit) = &examination.fit else { return Err(Ending::without_fit(&examination)) };
+    if !examination.is_sound() {
+        let says = examination.says().unwrap_or_default();
+        return Err(Ending::data_fault(format!("no parameters are given, for the fit is not to be believed: {says}")));
+    }
+    let control = match arguments.control {
+        ControlName::Linuxcnc => Control::LinuxCnc,
+        ControlName::Heidenhain => Control::Heidenhain,
+        ControlName::Sinumerik => Control::Sinumerik,
+        ControlName::Fanuc => Control::Fanuc,
+    };
+    let lines = axis_lines(&session, fit);
+    let numbers = numbers(&session, fit, &lines);
+    let fitted = fitted_session(&session, fit).machine;
+    let known = held(&fitted, control == Control::Sinumerik);
+    let modules = match control {
+        Control::LinuxCnc => Some((module_of(&known)?, module_of(&held(&without_errors(&fitted), false))?)),
+        _ => None,
+    };
+    let parameters =
+        parameters(control, &session.machine, &numbers, modules.as_ref().map(|(fitted, nominal)| (fitted, nominal)));
+    let present = arguments.present.as_deref().map(present).transpose()?.unwrap_or_default();
+    let beyond = parameters.iter().find(|one| !one.is_angle && one.change.abs() * UM_PER_MM > arguments.limit);
+    if let Some(one) = beyond.filter(|_| !arguments.force) {
+        return Err(format!(
+            "{} would change by {:.1} µm, more than the limit of {} µm: check senses, units and places in the session; --limit or --force gives it all the same",
+            one.name,
+            one.change * UM_PER_MM,
+            arguments.limit
+        )
+        .into());
+    }
+    let report = ControlReport {
+        machine: &session.machine,
+        control,
+        module: modules.as_ref().map(|(fitted, _)| fitted),
+        numbers: &numbers,
+        parameters: &parameters,
+        present: &present,
+        volume: volume(&arguments.session, &fitted, &known, &session.machine_file),
+        tables: tables(&fitted),
+    };
+    drop(working);
+    if let Some(folder) = &arguments.out {
+        let mut inputs = session_inputs(&arguments.session, &session);
+        inputs.extend(arguments.present.clone());
+        write_all(vec![(folder.clone(), files(&report))], &inputs, Foreign::with(arguments.force))?;
+    }
+    match arguments.json {
+        true => print_json(&control_json(&report)),
+        false => print(&control_text(&report)),
+    }
+}
+
+/// The machine as drawn.
+fn without_errors(machine: &Machine) -> Machine {
+    let mut clean = machine.clone();
+    for axis in &mut clean.axes {
+        axis.location_errors = [0.0; 6];
+        axis.component_errors.clear();
+    }
+    clean
+}
+
+/// Figures of the volume as the machine is and as it is left; `None` where travels or the spindle are not stated.
+fn volume(
+    session: &Path,
+    fitted: &Machine,
+    known: &Machine,
+    machine_file: &str,
+) -> Option<[fiveaxis::volume::Figures; 2]> {
+    let folder = session.parent().map(PathBuf::from).unwrap_or_default();
+    let bodies =
+        load_machine_and_bodies(&folder.join(machine_file)).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);
+    let tool = tool_of(fitted, &bodies, None).ok()?;
+    let poses = poses(fitted, tool, None, POSES).ok()?;
+    let nominal = without_errors(fitted);
+    Some([left_over(fitted, &nominal, tool, &poses), left_over(fitted, known, tool, &poses)])
+}
+
+/// Parameters and tables as files.
+fn files(report: &ControlReport) -> OutputFolder {
+    let mut output = OutputFolder::default();
+    output.add("parameters.csv", parameters_csv(report));
+    if let Some(hal) = parameters_hal(report) {
+        output.add("kinematics.hal", hal);
+    }
+    for table in &report.tables {
+        output.add(format!("{}.csv", table.error), table.csv(report.machine));
+        if report.control == Control::LinuxCnc
+            && let Some(text) = table.linuxcnc(report.machine)
+        {
+            output.add(format!("{}.comp", report.machine.axes[table.axis].name), text);
+        }
+    }
+    output
+}
+
+/// `name = value`, mm.
+fn present(file: &Path) -> Result<Vec<(String, f64)>, Refusal> {
+    let text = read_limited(file, fiveaxis::load::limits::YAML_BYTES)?;
+    let mut list = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            continue;
+        }
+        let parsed = line.rsplit_once('=').and_then(|(name, value)| {
+            Some((name.trim().to_string(), value.trim().parse::<f64>().ok().filter(|value| value.abs() <= 1e6)?))
+        });
+        list.push(parsed.ok_or_else(|| {
+            LoadError::line(
+                file,
+                index + 1,
+                format!("'{line}' is not 'name = value' in mm; write for example $TC_CARR15 = -0.0123"),
+            )
+        })?);
+    }
+    Ok(list)
+}

@@ -1,0 +1,85 @@
+//! What the uncertainty of a fit means for the volume: figures of machines drawn from the fit's covariance.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::figures::{Figures, Share, pose_errors};
+use crate::chain::Chain;
+use crate::identify::{Fit, Quantity};
+use crate::inverse::Tool;
+use crate::machine::Machine;
+
+/// Standard deviations of figures by the fit, and what stays unknown of the tool's pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Standard deviation of each figure.
+    pub sigma: Figures,
+    /// How far the drawn machines' tools stand from the fitted machine's: what a correction by this fit would leave.
+    pub left: Figures,
+}
+
+/// Machines drawn.
+const DRAWS: usize = 100;
+/// Poses of a drawn machine.
+const POSES: usize = 1000;
+
+/// Draws machines about the fitted one, whose errors `machine` has.
+pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> Spread {
+    let free: Vec<(usize, usize, usize)> = fit
+        .unknowns
+        .iter()
+        .enumerate()
+        .filter_map(|(k, unknown)| match unknown.quantity {
+            Quantity::Location { axis, component } => Some((k, axis, component.index())),
+            _ => None,
+        })
+        .collect();
+    let covariance = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i].0, free[j].0)]);
+    let own = covariance.symmetric_eigen();
+    let root = &own.eigenvectors * DMatrix::from_diagonal(&own.eigenvalues.map(|value| value.max(0.0).sqrt()));
+    let step = poses.len().div_ceil(POSES).max(1);
+    let poses: Vec<Vec<f64>> = poses.iter().step_by(step).cloned().collect();
+    let chain = Chain::of(machine);
+    let fitted = pose_errors(machine, &chain, tool, &poses);
+    let mut random = ChaCha8Rng::seed_from_u64(230);
+    let mut drawn = Vec::with_capacity(DRAWS);
+    let mut left = Vec::new();
+    for _ in 0..DRAWS {
+        let normal = DVector::from_fn(free.len(), |_, _| StandardNormal.sample(&mut random));
+        let change: DVector<f64> = &root * normal;
+        let mut one = machine.clone();
+        for (k, &(_, axis, component)) in free.iter().enumerate() {
+            one.axes[axis].location_errors[component] += change[k];
+        }
+        let mut errors = pose_errors(&one, &chain, tool, &poses);
+        drawn.push(Figures::of(&errors));
+        // relative to the fitted machine; directions by the difference of small angles are no more than this
+        for (error, fitted) in errors.iter_mut().zip(&fitted) {
+            error.off_mm -= fitted.off_mm;
+            error.turned_rad = (error.turned_rad - fitted.turned_rad).abs();
+        }
+        left.extend(errors);
+    }
+    Spread { sigma: deviations(&drawn), left: Figures::of(&left) }
+}
+
+/// Standard deviation of every figure.
+fn deviations(drawn: &[Figures]) -> Figures {
+    let of = |figure: &dyn Fn(&Figures) -> f64| -> f64 {
+        let values: Vec<f64> = drawn.iter().map(figure).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1).max(1) as f64).sqrt()
+    };
+    let share = |pick: fn(&Figures) -> Share| Share {
+        mean: of(&|figures| pick(figures).mean),
+        p95: of(&|figures| pick(figures).p95),
+        largest: of(&|figures| pick(figures).largest),
+    };
+    Figures {
+        position_mm: share(|figures| figures.position_mm),
+        zeroed_mm: share(|figures| figures.zeroed_mm),
+        direction_rad: share(|figures| figures.direction_rad),
+    }
+}

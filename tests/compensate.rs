@@ -1,0 +1,342 @@
+//! Corrected programs: read by a reader of the test's own and driven through kinematics of the test's own, the erring
+//! machine's tool is on the ideal path.
+
+mod plain_machine;
+mod plain_program;
+
+use std::path::{Path, PathBuf};
+
+use fiveaxis::bodies::Bodies;
+use fiveaxis::chain::Chain;
+use fiveaxis::compensate::{Compensator, Coordinates, NotCorrected, Settings};
+use fiveaxis::inverse::Tool;
+use fiveaxis::load::load_machine_and_bodies;
+use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
+use plain_machine::{Plain, distance};
+use plain_program::{LETTERS, Move, moves};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Tip and direction of the tool beside the ideal path, mm and rad: 0.1 µm and 0.01 arcsec.
+const TIP_MM: f64 = 1e-4;
+const DIRECTION_RAD: f64 = 0.01 / 206_264.806;
+/// Samples along the path, mm.
+const SAMPLE_MM: f64 = 0.01;
+/// Length of the tool, mm.
+const LENGTH: f64 = 95.0;
+const G54: [f64; 6] = [5.0, -3.0, -40.0, 0.0, 0.0, 0.0];
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name)
+}
+
+/// A machine with some ten micrometres and arc seconds of everything.
+fn erring(name: &str, seed: u64) -> (Machine, Bodies) {
+    let (mut machine, bodies) = load_machine_and_bodies(&file(name)).expect("machine");
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for index in 0..machine.axes.len() {
+        let slots: Vec<Component> = machine.axes[index].slots();
+        let axis = &mut machine.axes[index];
+        for component in slots {
+            let size = if component.is_angle() { 1e-4 } else { 0.05 };
+            axis.location_errors[component.index()] = size * random.random_range(-1.0..1.0);
+        }
+        let component = axis.own_component();
+        let form = match axis.kind {
+            AxisKind::Rotary => ComponentForm::Fourier(vec![Harmonic { frequency: 3.0, cosine: 1e-5, sine: -2e-5 }]),
+            AxisKind::Linear => ComponentForm::Fourier(vec![Harmonic {
+                frequency: std::f64::consts::TAU / 60.0,
+                cosine: 0.002,
+                sine: 0.003,
+            }]),
+        };
+        axis.component_errors.push(ComponentError { component, form });
+        if axis.kind == AxisKind::Linear {
+            let across = Component::ALL[(component.index() + 1) % 3];
+            let form = ComponentForm::Polynomial(vec![0.0, 4e-8]);
+            axis.component_errors.push(ComponentError { component: across, form });
+        }
+    }
+    (machine, bodies)
+}
+
+fn settings(coordinates: Coordinates) -> Settings {
+    let mut offsets = [None; 9];
+    let whole = |six: [f64; 6]| std::array::from_fn(|k| six.get(k).copied().unwrap_or(0.0));
+    offsets[0] = Some(whole(G54));
+    Settings {
+        coordinates,
+        tolerance_mm: 8e-5,
+        tolerance_rad: 0.008 / 206_264.806,
+        offsets,
+        tools: vec![(1, LENGTH)],
+        tool_length_mm: None,
+        initial: String::new(),
+        mark: false,
+        decimals: [6, 6],
+    }
+}
+
+fn corrected(machine: &Machine, bodies: &Bodies, text: &str, settings: Settings) -> Result<String, NotCorrected> {
+    let chain = Chain::of(machine);
+    let mut compensator = Compensator::new(machine, &chain, bodies, settings).expect("a machine of programs");
+    let mut out = Vec::new();
+    for line in text.split_inclusive('\n') {
+        compensator.line(line.as_bytes(), &mut out)?;
+    }
+    Ok(String::from_utf8(out).expect("text"))
+}
+
+/// Axis positions for coordinates of a program, as the nominal machine of a control has them.
+fn positions(nominal: &Plain, coordinates: Coordinates, place: [f64; 6]) -> Vec<f64> {
+    let machine = nominal.machine;
+    let mut q: Vec<f64> = machine
+        .axes
+        .iter()
+        .map(|axis| {
+            let letter = LETTERS.find(&axis.name).expect("letter");
+            if letter > 2 { place[letter].to_radians() } else { place[letter] }
+        })
+        .collect();
+    if coordinates == Coordinates::Axes {
+        return q;
+    }
+    // the tip that a tool without length has there with the rotary axes at zero
+    let mut level = q.clone();
+    let sliding: Vec<usize> = (0..q.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    (0..q.len()).filter(|k| !sliding.contains(k)).for_each(|k| level[k] = 0.0);
+    let nose: [f64; 3] = std::array::from_fn(|k| nominal.tip[k] + LENGTH * nominal.axis[k]);
+    let wanted = Plain { tip: nose, ..*nominal }.tool(&level).0;
+    // the tip is linear in the slides: three differences and Cramer's rule
+    let here = nominal.tool(&q).0;
+    let columns: Vec<[f64; 3]> = sliding
+        .iter()
+        .map(|&k| {
+            let mut moved = q.clone();
+            moved[k] += 100.0;
+            let there = nominal.tool(&moved).0;
+            std::array::from_fn(|i| (there[i] - here[i]) / 100.0)
+        })
+        .collect();
+    let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) + c[0] * (a[1] * b[2] - a[2] * b[1])
+    };
+    let by: [f64; 3] = std::array::from_fn(|i| wanted[i] - here[i]);
+    let [a, b, c] = [columns[0], columns[1], columns[2]];
+    let whole = det(a, b, c);
+    for (k, step) in [det(by, b, c), det(a, by, c), det(a, b, by)].into_iter().enumerate() {
+        q[sliding[k]] += step / whole;
+    }
+    q
+}
+
+struct Found {
+    tip_mm: f64,
+    direction_rad: f64,
+    feed: f64,
+    samples: usize,
+}
+
+/// Drives the corrected program on the erring machine and compares with the ideal path, block by block of the N numbers.
+fn compare(
+    machine: &Machine,
+    bodies: &Bodies,
+    coordinates: Coordinates,
+    before: &str,
+    after: &str,
+    sample_mm: f64,
+) -> Found {
+    let tool = Tool::of(machine, bodies, Some(LENGTH)).expect("tool");
+    let plain = |errs| Plain { machine, errs, tip: tool.tip_mm.into(), axis: tool.axis.into() };
+    let (nominal, actual) = (plain(false), plain(true));
+    let tables = [G54, [0.0; 6]];
+    // coordinates of the tip hold no tool length
+    let length = if coordinates == Coordinates::Axes { LENGTH } else { 0.0 };
+    let [ideal, driven] = [before, after].map(|text| moves(text, [0.0; 6], tables, length));
+    let mut found = Found { tip_mm: 0.0, direction_rad: 0.0, feed: 0.0, samples: 0 };
+    let at = |mv: &Move, s: f64| positions(&nominal, coordinates, mv.at(s));
+    let blocks: Vec<&Move> = ideal.iter().filter(|mv| !mv.is_rapid).collect();
+    assert!(blocks.len() > 5);
+    for block in blocks {
+        let pieces: Vec<&Move> = driven.iter().filter(|mv| mv.number == block.number && !mv.is_rapid).collect();
+        assert!(!pieces.is_empty(), "N{} is gone", block.number);
+        let minutes: f64 = pieces.iter().map(|mv| mv.minutes).sum();
+        found.feed = found.feed.max((minutes / block.minutes - 1.0).abs());
+        let mut gone = 0.0;
+        for piece in pieces {
+            let (a, b) = (actual.tool(&at(piece, 0.0)).0, actual.tool(&at(piece, 1.0)).0);
+            let samples = (distance(a, b) / sample_mm).ceil().clamp(4.0, 20_000.0) as usize;
+            for k in 0..=samples {
+                let s = k as f64 / samples as f64;
+                let (tip, way) = actual.tool(&at(piece, s));
+                // the ideal place of that moment; the last digits of times are shifted to the nearest point
+                let mut share = ((gone + s * piece.minutes) / minutes).min(1.0);
+                let offs = |share: f64| {
+                    let (place, wanted) = nominal.tool(&at(block, share));
+                    (distance(place, tip), distance(wanted, way))
+                };
+                // a point of the ideal path where both are near
+                let both = |share: f64| {
+                    let (tip, direction) = offs(share);
+                    (tip / TIP_MM).hypot(direction / DIRECTION_RAD)
+                };
+                let mut width = 2e-5;
+                let rounds = if both(share) < 0.7 { 0 } else { 12 };
+                for _ in 0..rounds {
+                    let best = [share - width, share, share + width]
+                        .map(|x| x.clamp(0.0, 1.0))
+                        .into_iter()
+                        .min_by(|x, y| both(*x).total_cmp(&both(*y)));
+                    share = best.expect("three");
+                    width *= 0.5;
+                }
+                let (tip_off, direction_off) = offs(share);
+                found.tip_mm = found.tip_mm.max(tip_off);
+                found.direction_rad = found.direction_rad.max(direction_off);
+                found.samples += 1;
+            }
+            gone += piece.minutes;
+        }
+    }
+    found
+}
+
+/// Lines, arcs in three planes, helices, R, inverse time, inches, steps, offsets, tool length, turns.
+fn program(first: char, second: char, tilt: f64) -> String {
+    format!(
+        "%\n(a part; with a comment)\nG21 G90 G17 G94 G40 G49 G54\nT1 M6\nG0 G43 H1 Z60\nG0 X0 Y0 {first}{tilt} {second}20\n\
+         N10 G1 X8 Y3 Z45 F900 (first cut) M8\nN20 {second}50 F400\nN30 X-6 Z40 {first}{t2} {second}35 F700\n\
+         N40 G2 X2 Y9 I7 J-1\nN50 G3 X2 Y9 I-3 J0 Z38 (turn)\nN60 G18 G2 X6 Z42 R8\nN70 G19 G3 Y12 Z44 R-6\n\
+         N80 G17 G91 G1 X-3 Y-4 Z1 ; steps\nN90 {second}-12 X1\nN100 G90 G93 X4 Y4 {second}25 F12\nN110 G94 X0 F600\n\
+         N120 G20 X0.2 Y0.1 F30\nN130 G3 X0.4 Y0.1 I0.1 J0. P2\nN140 G21\nN150 G10 L2 P2 X3 Y-1 Z-35 {first}1\n\
+         N160 G55 G1 X1 Y1 Z40 {first}{tilt} {second}22 F800\nG4 P0.5\nN170 G54 X0 Y0 Z40 M9\nM30\n%\n",
+        t2 = tilt + 6.0,
+    )
+}
+
+#[test]
+fn the_tool_of_an_erring_machine_is_on_the_ideal_path() {
+    for (seed, (name, first, second, tilt)) in [
+        ("hermle-c600u.yaml", 'A', 'C', -25.0),
+        ("table-table-cb-moving-table.yaml", 'B', 'C', 30.0),
+        ("head-head-ca-overhead-gantry.yaml", 'A', 'C', 20.0),
+        ("table-head-cb-moving-table-y.yaml", 'B', 'C', 25.0),
+        ("nutating-head-45.yaml", 'B', 'C', 60.0),
+        ("nutating-table-45.yaml", 'B', 'C', 50.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (machine, bodies) = erring(name, 100 + seed as u64);
+        let text = program(first, second, tilt);
+        for coordinates in [Coordinates::Axes, Coordinates::Workpiece] {
+            let after = corrected(&machine, &bodies, &text, settings(coordinates))
+                .unwrap_or_else(|why| panic!("{name} {coordinates:?}: {why}"));
+            let found = compare(&machine, &bodies, coordinates, &text, &after, SAMPLE_MM);
+            let uncorrected = compare(&machine, &bodies, coordinates, &text, &text, 1.0);
+            println!(
+                "{name} {coordinates:?}: {:.3} µm, {:.4} arcsec, feed {:.1e}, {} samples; before {:.1} µm",
+                1e3 * found.tip_mm,
+                206_264.806 * found.direction_rad,
+                found.feed,
+                found.samples,
+                1e3 * uncorrected.tip_mm
+            );
+            assert!(found.tip_mm < TIP_MM, "{name} {coordinates:?}: tip {} µm", 1e3 * found.tip_mm);
+            assert!(found.direction_rad < DIRECTION_RAD, "{name} {coordinates:?}: {} rad", found.direction_rad);
+            assert!(found.feed < 1e-3, "{name} {coordinates:?}: feed off by {}", found.feed);
+            // the test sees the errors where nothing is corrected
+            assert!(uncorrected.tip_mm > 100.0 * TIP_MM);
+        }
+    }
+}
+
+#[test]
+fn everything_else_stays_byte_for_byte() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 7);
+    let text = "%\r\nO7001 \r\n( keep  THIS )\r\nn5 g21g90 g17 G94 G54 G49\r\nM3 S12000\r\n\r\nG0 Z10 ; up\r\nG0 X1 Y2 A-20 C3\r\n\
+                N10 g1 x5.5 F300 M8 (cut) \r\nG4 P1\r\nM9 M5\r\nG28\r\nM30\r\n%";
+    let after = corrected(&machine, &bodies, text, settings(Coordinates::Axes)).expect("corrected");
+    let is_move = |line: &str| line.contains(['x', 'X']);
+    let kept: Vec<&str> = text.split_inclusive("\r\n").filter(|line| !is_move(line)).collect();
+    let found: Vec<&str> = after.split_inclusive("\r\n").filter(|line| !is_move(line)).collect();
+    assert_eq!(kept, found);
+    let cut = after.lines().find(|line| line.starts_with("N10")).expect("N10");
+    assert!(cut.contains("F300") && cut.contains("M8") && cut.ends_with("(cut) "), "{cut:?}");
+    assert!(cut.contains("G1") && !cut.contains("X5.5 "), "{cut:?}");
+}
+
+#[test]
+fn what_is_not_understood_is_refused_with_its_line() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 8);
+    let head = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-20 C0\n";
+    for (line, expected) in [
+        ("G81 X1 Y1 Z-3 R2 F100", "canned cycle"),
+        ("G1 X#100 F100", "variable"),
+        ("G1 X[1+2] F100", "variable"),
+        ("o100 sub", "variable"),
+        ("O100 G1", "subprogram"),
+        ("M98 P100", "subprogram"),
+        ("G41 D1", "radius"),
+        ("G68 X0 Y0 R10", "turns, scales"),
+        ("G92 X0", "shifts the coordinates"),
+        ("G5 X1 Y1 I1 J1", "curve"),
+        ("G38.2 Z-5 F10", "probe"),
+        ("/G1 X1 F100", "switch"),
+        ("G1 B5 F100", "no such axis"),
+        ("G1 X9000 F100", "outside its travel"),
+        ("G1 X1", "before an F"),
+        ("G2 X5 Y0 R1 F100", "too small"),
+        ("G2 X5 Y0 I1 J7 F100", "from its centre"),
+        ("G123 X1", "not known here"),
+        ("G1 X1 F-5", "above zero"),
+        ("G55 X1", "G55, whose offsets"),
+        ("G43 H7 Z5", "tool 7"),
+        ("G95 G1 C40 F0.1", "per revolution"),
+        ("G91 G43 H1 Z5", "G91"),
+        ("(open", "closing bracket"),
+        ("G1 X1.2.3 F100", "no number"),
+        ("G1 X1 F100 \u{1}", "code 1"),
+    ] {
+        let refused = corrected(&machine, &bodies, &format!("{head}{line}\n"), settings(Coordinates::Axes))
+            .expect_err(&format!("{line} is refused"));
+        assert_eq!(refused.line, 3, "{line}");
+        assert!(refused.reason.contains(expected), "{line}: {}", refused.reason);
+        // with marks it stays, with a comment of one line that ends where it should
+        let marked = Settings { mark: true, ..settings(Coordinates::Axes) };
+        let after = corrected(&machine, &bodies, &format!("{head}{line}\nM30\n"), marked).expect("marked");
+        let lines: Vec<&str> = after.lines().collect();
+        let at = lines.iter().position(|other| *other == line).unwrap_or_else(|| panic!("{line} is gone: {after}"));
+        assert!(lines[at - 1].starts_with("(NOT CORRECTED, line 3 ") && lines[at - 1].ends_with(')'), "{after}");
+        assert_eq!(lines[at - 1].matches([')', '(']).count(), 2);
+    }
+    for (text, expected) in [
+        ("G0 X1\n", "G20 or G21; G90 or G91; G54 to G59.3; G43 or G49"),
+        ("G21 G90 G54 G49\nX5\n", "no motion"),
+        ("G21 G90 G94 G54 G49\nG1 X5 F100\n", "feed move while it is not known"),
+        ("G21 G91 G94 G54 G49\nG0 X5\n", "absolute place first"),
+    ] {
+        let refused = corrected(&machine, &bodies, text, settings(Coordinates::Axes)).expect_err(text);
+        assert!(refused.reason.contains(expected), "{text}: {}", refused.reason);
+    }
+}
+
+#[test]
+fn at_a_singular_direction_the_rotary_axes_stay_and_the_tip_is_met() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 9);
+    let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A0 C0\nN10 G1 X20 F500\nN20 C180 F2000\nN30 A-5 F300\nN40 A0\nN50 G3 X20 Y0 I-10 J0\nN60 G1 X0\n";
+    let mut plain = settings(Coordinates::Axes);
+    plain.tool_length_mm = Some(LENGTH);
+    let after = corrected(&machine, &bodies, text, plain).expect("corrected");
+    let found = compare(&machine, &bodies, Coordinates::Axes, text, &after, SAMPLE_MM);
+    assert!(found.tip_mm < TIP_MM, "tip {} µm", 1e3 * found.tip_mm);
+    // the direction keeps what no small turn takes away, less than the errors themselves
+    assert!(found.direction_rad > DIRECTION_RAD && found.direction_rad < 3e-4, "{}", found.direction_rad);
+    let widest = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
+    let most = widest
+        .iter()
+        .filter(|mv| [10, 50, 60].contains(&mv.number))
+        .map(|mv| mv.to[5].rem_euclid(180.0))
+        .fold(0.0, f64::max);
+    assert!(!(0.5..=179.5).contains(&most), "C swings by {most} deg");
+}
