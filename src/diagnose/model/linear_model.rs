@@ -337,13 +337,8 @@ pub struct Column {
 fn derivative(problem: &Problem, test: usize, k: usize, s: &Sensitivity) -> f64 {
     debug_assert!(problem.tests[test].columns.contains(&k));
     match problem.unknowns[k].quantity {
-        Quantity::Location { axis, component } => s.location[axis][component.index()],
-        Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
-        Quantity::SpindleBall { coordinate, .. } => {
-            problem.session.tests[test].spindle_ball.sign(coordinate) * s.spindle[coordinate]
-        }
-        Quantity::Bar { .. } => 1.0,
         // a diagnosis takes linear axes as exact but for what it finds
         Quantity::Slide { .. } => 0.0,
+        _ => problem.derivative(test, k, s),
     }
 }
