@@ -277,6 +277,10 @@ fn header_of<'a>(
         }
         columns.push(if wanted.holds(name) { Column::Part } else { column(name, machine, wanted).map_err(refuse)? });
     }
+    // numbered poses stand still while they are read: a time beside the number is a channel
+    if columns.contains(&Column::Pose) {
+        columns.iter_mut().filter(|column| **column == Column::Time).for_each(|column| *column = Column::Channel);
+    }
     let found = names.join(" ");
     let readings: Vec<&str> = columns
         .iter()
