@@ -290,8 +290,8 @@ fn column_in(gain: &[f64], profile: &[f64], (term, test): (&Term, usize), column
 /// Display units per library unit: µm, arcsec, ms, µm/m.
 pub fn display(measure: Measure) -> f64 {
     match measure {
-        Measure::Length | Measure::LengthPerKelvin => 1e3,
-        Measure::Angle | Measure::AnglePerKelvin => crate::units::ARCSEC_PER_RAD,
+        Measure::Length | Measure::LengthPerKelvin | Measure::LengthPerLoad => 1e3,
+        Measure::Angle | Measure::AnglePerKelvin | Measure::AnglePerLoad => crate::units::ARCSEC_PER_RAD,
         Measure::Strain => 1e6,
         Measure::Time => 1e3,
         Measure::TimeSquared => 1e6,
