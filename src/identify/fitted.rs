@@ -26,6 +26,10 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
                 for (test, _) in fitted.tests.iter_mut().zip(&setups.pivot_of).filter(|(_, of)| **of == setup) {
                     test.pivot.at[coordinate] += estimate.value;
                 }
+                let second = fitted.tests.iter_mut().zip(&setups.second_pivot_of);
+                for (test, _) in second.filter(|(_, of)| **of == Some(setup)) {
+                    test.spindle_ball.at[coordinate] += estimate.value;
+                }
             }
             Quantity::SpindleBall { setup, coordinate } => {
                 for (test, _) in fitted.tests.iter_mut().zip(&setups.spindle_ball_of).filter(|(_, of)| **of == setup) {

@@ -292,7 +292,11 @@ fn fitted_noise(
         (pose_noise, sweep_noise)
     };
     let by_class: Vec<_> = (0..NOISE_CLASSES).map(noise_of).collect();
-    let chosen = |index: usize| if is_pose(index) { by_class[class(index)].0 } else { by_class[class(index)].1 };
+    let chosen = |index: usize| match problem.session.tests[index].reading.stated_noise_mm() {
+        Some(noise_mm) => NoiseModel::white(noise_mm),
+        None if is_pose(index) => by_class[class(index)].0,
+        None => by_class[class(index)].1,
+    };
     (0..masked.len()).map(chosen).collect()
 }
 

@@ -109,7 +109,9 @@ impl<'a> Problem<'a> {
             }
             Quantity::Location { axis, .. } => between(axis),
             Quantity::Slide { axis, .. } => between(axis) && goes(axis),
-            Quantity::Pivot { setup, .. } => self.setups.pivot_of[test] == setup && sees_places,
+            Quantity::Pivot { setup, .. } => {
+                (self.setups.pivot_of[test] == setup || self.setups.second_pivot_of[test] == Some(setup)) && sees_places
+            }
             Quantity::SpindleBall { setup, .. } => self.setups.spindle_ball_of[test] == setup && sees_places,
             // coordinates do not depend on how the target is turned
             Quantity::InstrumentTurn { setup, .. } => self.setups.pivot_of[test] == setup,
@@ -138,7 +140,10 @@ impl<'a> Problem<'a> {
         let (mut pivot, mut spindle, mut bar) = (stated.pivot.at, stated.spindle_ball.at, stated.bar_error_mm);
         for &index in &self.tests[test].columns {
             match self.unknowns[index].quantity {
-                Quantity::Pivot { coordinate, .. } => pivot[coordinate] += values[index],
+                Quantity::Pivot { setup, coordinate } => match self.setups.second_pivot_of[test] == Some(setup) {
+                    true => spindle[coordinate] += values[index],
+                    false => pivot[coordinate] += values[index],
+                },
                 Quantity::SpindleBall { coordinate, .. } => {
                     spindle[coordinate] += stated.spindle_ball.sign(coordinate) * values[index];
                 }
@@ -168,7 +173,10 @@ impl<'a> Problem<'a> {
         match self.unknowns[unknown].quantity {
             Quantity::Location { axis, component } => s.location[axis][component.index()],
             Quantity::Slide { axis, direction, .. } => s.location[axis][direction],
-            Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
+            Quantity::Pivot { setup, coordinate } => match self.setups.second_pivot_of[test] == Some(setup) {
+                true => s.spindle[coordinate],
+                false => s.pivot[coordinate],
+            },
             Quantity::SpindleBall { coordinate, .. } => {
                 self.session.tests[test].spindle_ball.sign(coordinate) * s.spindle[coordinate]
             }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::document::{Document, Step};
 use super::message::{LoadError, nearest};
-use super::quantity::{finite, quantity};
+use super::quantity::{finite, positive_length, quantity};
 use super::recording::Wanted;
 use super::recordings::Read;
 use super::test::{BallFile, TestFile, TestReader};
@@ -167,11 +167,13 @@ impl TestReader<'_> {
             )?,
             target_turn_rad: self.turn_spread(index, ("target", kind.target_turns()), raw.target.as_ref())?,
             measured,
+            noise_mm: None,
             columns: Arc::new(columns),
         };
         let of_scalar = |scalar: &Scalar| {
             let values = match *scalar {
                 Scalar::Coordinate(k) => numbers[k].clone(),
+                Scalar::Gap => vec![f64::NAN; rows],
                 Scalar::Turn(_) => is_read.iter().map(|read| if *read { 0.0 } else { f64::NAN }).collect(),
             };
             let recording =
@@ -233,6 +235,74 @@ impl TestReader<'_> {
             }
         }
     }
+}
+
+/// Two sockets whose distance is known.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SocketsFile {
+    between: [String; 2],
+    distance: f64,
+    spread: Option<serde_yaml::Value>,
+}
+
+/// How well a distance of sockets is known when no one says it, mm: a fixture that was machined.
+const SOCKETS_MM: f64 = 0.05;
+
+/// The known distances of sockets as tests of one row each.
+pub(super) fn socket_distances(
+    document: &Document,
+    raw: &[SocketsFile],
+    tests: &[Test],
+    axes: usize,
+) -> Result<Vec<Test>, LoadError> {
+    let read = |(index, sockets): (usize, &SocketsFile)| {
+        let place = [Step::Key("sockets"), Step::Index(index)];
+        let socket = |name: &String| {
+            let is_it = |test: &&Test| {
+                let part = test.reading.part();
+                part.is_some_and(|part| part.kind == Kind::SamePoint && part.of == *name && part.leads())
+            };
+            tests.iter().find(is_it).ok_or_else(|| {
+                let message = format!("no test of readings 'same_point' is called '{name}'; name the tests of two sockets");
+                document.refuse(&place, message)
+            })
+        };
+        let (one, other) = (socket(&sockets.between[0])?, socket(&sockets.between[1])?);
+        if !(sockets.distance > 0.0 && sockets.distance < 1e5) || one.name == other.name {
+            return Err(document.refuse(&place, "a distance of two sockets is above 0 and below 100000 mm"));
+        }
+        let spread = sockets.spread.as_ref().map(|value| positive_length(document, &place, value)).transpose()?;
+        let Some(part) = one.reading.part() else { return Ok(None) };
+        let part = Part {
+            of: format!("{} to {}", sockets.between[0], sockets.between[1]),
+            scalar: Scalar::Gap,
+            noise_mm: Some(spread.unwrap_or(SOCKETS_MM)),
+            target_turn_rad: None,
+            ..part.clone()
+        };
+        let recording = crate::session::Recording {
+            clock: crate::session::Clock::Pose(vec![0.0]),
+            axes: Vec::new(),
+            positions: Vec::new(),
+            length_mm: vec![sockets.distance],
+            channels: Vec::new(),
+            leading_texts: Vec::new(),
+            leading_header: String::new(),
+            column: Default::default(),
+        };
+        Ok(Some(Test {
+            name: part.of.clone(),
+            recording_file: None,
+            recording: Some(recording),
+            positions: vec![Some(0.0); axes],
+            spindle_ball: other.pivot.clone(),
+            reading: Reading::Part(Box::new(part)),
+            ..one.clone()
+        }))
+    };
+    let tests: Result<Vec<Option<Test>>, LoadError> = raw.iter().enumerate().map(read).collect();
+    Ok(tests?.into_iter().flatten().collect())
 }
 
 /// Rotations row by row from their columns: quaternions, matrices or angles; `None` where one is empty.

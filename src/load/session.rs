@@ -10,7 +10,7 @@ use super::instruments::locate_instruments;
 use super::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
 use super::machine::{is_urdf, load_machine_with_links};
 use super::message::{LoadError, nearest};
-use super::parts::kind_named;
+use super::parts::{SocketsFile, kind_named, socket_distances};
 use super::quantity::positive_length;
 use super::recordings::RecordingReader;
 use super::rows::Rows;
@@ -31,6 +31,8 @@ struct SessionFile {
     #[serde(default)]
     spread: BTreeMap<String, serde_yaml::Value>,
     readings: Option<String>,
+    #[serde(default)]
+    sockets: Vec<SocketsFile>,
     tests: Vec<TestFile>,
 }
 
@@ -90,6 +92,8 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
         let place = raw.tests.iter().position(|test| test.name == name).unwrap_or(0);
         document.refuse(&[Step::Key("tests"), Step::Index(place)], format!("test '{name}': {message}"))
     })?;
+    let known = socket_distances(&document, &raw.sockets, &session.tests, session.machine.axes.len())?;
+    session.tests.extend(known);
     let setups = Setups::of(&session);
     match SETUPS.exceeded(setups.pivots.len() + setups.spindle_balls.len() + setups.bars.len()) {
         Some(message) => Err(document.refuse(&[Step::Key("tests")], message)),

@@ -96,6 +96,8 @@ pub enum Scalar {
     /// Turn of the target about an axis (0, 1, 2) of the instrument, counted from the rotation that was read, rad at
     /// [`LEVER_MM`].
     Turn(usize),
+    /// Known distance of two sockets, mm.
+    Gap,
 }
 
 impl Scalar {
@@ -104,6 +106,7 @@ impl Scalar {
         match self {
             Scalar::Coordinate(k) => ["x", "y", "z"][k.min(2)],
             Scalar::Turn(k) => ["turn x", "turn y", "turn z"][k.min(2)],
+            Scalar::Gap => "distance",
         }
     }
 
@@ -114,7 +117,7 @@ impl Scalar {
 }
 
 /// Number of noise classes.
-pub const NOISE_CLASSES: usize = 3;
+pub const NOISE_CLASSES: usize = 4;
 
 /// What the rows of a test hold.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -143,13 +146,24 @@ impl Reading {
         }
     }
 
-    /// Readings with one size of noise: lengths, coordinates, turns.
+    /// Readings with one size of noise: lengths, coordinates, turns, and what was stated of sockets.
     pub fn noise_class(&self) -> usize {
         match self.part() {
             None => 0,
             Some(part) if part.scalar.is_turn() => 2,
+            Some(part) if part.scalar == Scalar::Gap => 3,
             Some(_) => 1,
         }
+    }
+
+    /// Noise that the session states, mm: that of a known distance.
+    pub fn stated_noise_mm(&self) -> Option<f64> {
+        self.part().and_then(|part| part.noise_mm)
+    }
+
+    /// True for the known distance of two sockets: its second end is a pivot too.
+    pub fn is_gap(&self) -> bool {
+        self.part().is_some_and(|part| part.scalar == Scalar::Gap)
     }
 
     /// True for turns.
@@ -175,6 +189,8 @@ pub struct Part {
     pub target_turn_rad: Option<f64>,
     /// Rotation of the target's axes as read in the instrument's, row by row; the unit matrix where there is none.
     pub measured: Arc<Vec<Matrix3<f64>>>,
+    /// Standard deviation that the session states, mm: of a known distance.
+    pub noise_mm: Option<f64>,
     /// Columns of the file that hold the readings.
     pub columns: Arc<Vec<String>>,
 }
@@ -209,6 +225,10 @@ impl Part {
             Scalar::Turn(axis) => {
                 let read = self.measured.get(row).copied().unwrap_or_else(Matrix3::identity);
                 turn(geometry, (instrument, target), (axis, &read), (positions, motion), out);
+            }
+            Scalar::Gap => {
+                let (one, other) = ((instrument.link, instrument.at), (target.link, target.at));
+                geometry.sensitivity(one, other, positions, motion, out);
             }
         }
     }

@@ -174,11 +174,35 @@ pub fn session_yaml(session: &Session) -> String {
         spread(session.spread.bar_length_mm)
     );
     out.push_str("tests:\n");
+    let gaps: Vec<&Test> = session.tests.iter().filter(|test| test.reading.is_gap()).collect();
+    if !gaps.is_empty() {
+        out.truncate(out.len() - "tests:\n".len());
+        out.push_str("sockets:\n");
+        gaps.into_iter().for_each(|test| sockets_yaml(&mut out, session, test));
+        out.push_str("tests:\n");
+    }
     // a reading of several numbers stands once
     for test in session.tests.iter().filter(|test| test.reading.part().is_none_or(Part::leads)) {
         test_yaml(&mut out, &session.machine, test);
     }
     out
+}
+
+/// A known distance of two sockets.
+fn sockets_yaml(out: &mut String, session: &Session, test: &Test) {
+    let named = |ball: &Ball| {
+        let is_it = |other: &&Test| other.pivot == *ball && other.reading.part().is_some_and(Part::leads);
+        session.tests.iter().find(is_it).and_then(|test| test.reading.part()).map_or("", |part| &part.of)
+    };
+    let (Some(recording), Some(noise)) = (&test.recording, test.reading.stated_noise_mm()) else { return };
+    let _ = writeln!(
+        out,
+        "  - {{between: [{}, {}], distance: {}, spread: {}}}",
+        text(named(&test.pivot)),
+        text(named(&test.spindle_ball)),
+        recording.length_mm[0],
+        quantity(Measure::Length, noise)
+    );
 }
 
 fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {

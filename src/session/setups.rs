@@ -26,7 +26,9 @@ pub struct Setups {
     pub bars: Vec<Setup>,
     /// Index into `pivots`, by test.
     pub pivot_of: Vec<usize>,
-    /// Index into `spindle_balls`, by test.
+    /// Index into `pivots` of the second end of a known distance of two sockets, by test; `None` for all others.
+    pub second_pivot_of: Vec<Option<usize>>,
+    /// Index into `spindle_balls`, by test; none of them for a known distance of two sockets.
     pub spindle_ball_of: Vec<usize>,
     /// Index into `bars`, by test; `None` for an absolute length gauge.
     pub bar_of: Vec<Option<usize>>,
@@ -51,6 +53,14 @@ impl Setups {
                 },
             );
             setups.pivot_of.push(pivot);
+            if test.reading.is_gap() {
+                let first = setups.pivots.iter().position(|setup| same_ball(&session.tests[setup.first_test].pivot, &test.spindle_ball));
+                setups.second_pivot_of.push(first);
+                setups.spindle_ball_of.push(usize::MAX);
+                setups.bar_of.push(None);
+                continue;
+            }
+            setups.second_pivot_of.push(None);
             let ball = &test.spindle_ball;
             let spindle = group(
                 &mut setups.spindle_balls,

@@ -237,5 +237,10 @@ fn noise(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> Vec<No
     let as_one = readings_as_one(model, poses, residual_mm);
     let white = squares_by_class(model, residual_mm)
         .map(|(square, _)| NoiseModel::white((square * as_one).sqrt().max(NOISE_FLOOR_MM)));
-    model.context.session().tests.iter().map(|test| white[test.reading.noise_class()]).collect()
+    let tests = model.context.session().tests.iter();
+    let of_test = tests.map(|test| match test.reading.stated_noise_mm() {
+        Some(noise_mm) => NoiseModel::white(noise_mm),
+        None => white[test.reading.noise_class()],
+    });
+    of_test.collect()
 }
