@@ -15,6 +15,7 @@
 //! | [`statistics`] | noise, robust location and scale, evidence; no geometry |
 //! | [`machine`] | the machine as its file describes it |
 //! | [`chain`] | compiled kinematics: positions, lengths, closed-form derivatives |
+//! | [`readings`] | what instruments read of a chain: lengths, points, poses, sockets, displacements; no rows |
 //! | [`bodies`] | solids on links, mounting surfaces, the ball-bar kit |
 //! | [`template`] | a machine and its bodies from the figures of a data sheet |
 //! | [`session`] | tests, balls, recordings, planned paths |
@@ -56,6 +57,7 @@ pub mod machine;
 pub mod methods;
 pub mod nc;
 pub mod plan;
+pub mod readings;
 pub mod reconcile;
 pub mod report;
 pub mod session;

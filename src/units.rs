@@ -27,6 +27,10 @@ pub enum Measure {
     LengthPerKelvin,
     /// An angle per kelvin, held in rad/K.
     AnglePerKelvin,
+    /// A length per unit of a load (Nm or N), held in mm per unit.
+    LengthPerLoad,
+    /// An angle per unit of a load, held in rad per unit.
+    AnglePerLoad,
 }
 
 impl Measure {
@@ -52,6 +56,14 @@ impl Measure {
             Measure::Time => &[("ms", 1e-3), ("s", 1.0), ("us", 1e-6)],
             Measure::TimeSquared => &[("ms^2", 1e-6), ("ms²", 1e-6), ("s^2", 1.0)],
             Measure::LengthPerKelvin => &[("um/K", 1e-3), ("µm/K", 1e-3), ("μm/K", 1e-3), ("mm/K", 1.0)],
+            Measure::LengthPerLoad => &[("um/Nm", 1e-3), ("um/N", 1e-3), ("mm/Nm", 1.0), ("mm/N", 1.0)],
+            Measure::AnglePerLoad => &[
+                ("arcsec/Nm", ARCSEC),
+                ("arcsec/N", ARCSEC),
+                ("urad/Nm", 1e-6),
+                ("deg/Nm", PI / 180.0),
+                ("rad/Nm", 1.0),
+            ],
             Measure::AnglePerKelvin => &[("arcsec/K", ARCSEC), ("urad/K", 1e-6), ("rad/K", 1.0)],
         }
     }

@@ -68,6 +68,7 @@ fn test(name: &str, started_at_s: f64, rows: &[Vec<f64>]) -> Test {
         positions: vec![None; rows[0].len()],
         feed_mm_per_min: None,
         overshoot: None,
+        reading: fiveaxis::readings::Reading::Length,
     }
 }
 
@@ -183,8 +184,8 @@ fn full(machine: &Machine, kind: &Kind, place: Place) -> Effect {
     for (index, outlet) in (kind.outlets)(machine, place).into_iter().enumerate() {
         for (k, function) in functions.iter().enumerate() {
             let typical = match (kind.measure)(machine, &outlet, function) {
-                Measure::Length | Measure::LengthPerKelvin => 8e-3,
-                Measure::Angle | Measure::AnglePerKelvin => 3e-5,
+                Measure::Length | Measure::LengthPerKelvin | Measure::LengthPerLoad => 8e-3,
+                Measure::Angle | Measure::AnglePerKelvin | Measure::AnglePerLoad => 3e-5,
                 Measure::Strain => 5e-5,
                 Measure::Time => 1e-3,
                 Measure::TimeSquared => 1e-4,

@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use fiveaxis::effects::KINDS;
 
 /// Rooms in the order in which they may import: each only from those before it.
-const ROOMS: [&str; 25] = [
+const ROOMS: [&str; 26] = [
     "units",
     "statistics",
     "machine",
     "chain",
+    "readings",
     "bodies",
     "template",
     "session",

@@ -445,6 +445,7 @@ fn by_hand() -> (Machine, [PlannedTest; 2]) {
         positions: positions.to_vec(),
         feed_mm_per_min: Some(500.0),
         overshoot: Some(4.0),
+        reading: fiveaxis::readings::Reading::Length,
     };
     let planned = |test: Test, axis: usize, ends: [f64; 2], legs: Vec<Leg>, height_mm: f64| PlannedTest {
         number: axis,

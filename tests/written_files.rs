@@ -191,6 +191,7 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                     .collect(),
                 feed_mm_per_min: (index > 0).then(|| number(10.0, 5000.0)),
                 overshoot: (index == 1).then(|| number(0.0, 5.0)),
+                reading: fiveaxis::readings::Reading::Length,
             }
         })
         .collect();

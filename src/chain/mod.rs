@@ -17,7 +17,7 @@ pub use geometry::{Composition, Geometry, MotionErrors, Pose};
 pub use link::{Branch, LinkId};
 pub use poses::Poses;
 pub use sense::{View, sense_in_words};
-pub use sensitivity::Sensitivity;
+pub use sensitivity::{Sensitivity, Wrench};
 pub use trig::LARGEST_ANGLE_RAD;
 
 use nalgebra::Vector3;

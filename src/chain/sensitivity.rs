@@ -27,6 +27,10 @@ pub struct Sensitivity {
     pub pivot: Vector3<f64>,
     /// ∂L/∂(spindle ball's place on its link), mm/mm.
     pub spindle: Vector3<f64>,
+    /// ∂L/∂(turn of what stands at the pivot's place about that place), on its link, mm/rad; zero for a ball.
+    pub pivot_turn: Vector3<f64>,
+    /// The same at the spindle ball's place.
+    pub spindle_turn: Vector3<f64>,
 }
 
 impl Sensitivity {
@@ -40,6 +44,8 @@ impl Sensitivity {
             position: vec![0.0; axis_count],
             pivot: Vector3::zeros(),
             spindle: Vector3::zeros(),
+            pivot_turn: Vector3::zeros(),
+            spindle_turn: Vector3::zeros(),
         }
     }
 
@@ -47,6 +53,37 @@ impl Sensitivity {
         self.location.fill([0.0; 6]);
         self.motion.fill([0.0; 6]);
         self.position.fill(0.0);
+    }
+}
+
+/// How a reading pulls on what carries a point: a force at the point and a couple. A small motion (δ, ε) of the carrier about
+/// a place at lever r from the point changes the reading by `force·δ + (r × force + couple)·ε`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wrench {
+    /// Change of the reading per mm, without unit (a turn's reading counts at a lever).
+    pub force: Vector3<f64>,
+    /// Change of the reading per rad, mm.
+    pub couple: Vector3<f64>,
+}
+
+impl Wrench {
+    /// A force alone: what a length or a coordinate pulls with.
+    pub fn force(force: Vector3<f64>) -> Wrench {
+        Wrench { force, couple: Vector3::zeros() }
+    }
+
+    /// A couple alone: what a rotation pulls with.
+    pub fn couple(couple: Vector3<f64>) -> Wrench {
+        Wrench { force: Vector3::zeros(), couple }
+    }
+
+    /// The wrench on the other side of the instrument.
+    fn opposite(self) -> Wrench {
+        Wrench { force: -self.force, couple: -self.couple }
+    }
+
+    fn turned_by(self, rotation: &Matrix3<f64>) -> Wrench {
+        Wrench { force: rotation * self.force, couple: rotation * self.couple }
     }
 }
 
@@ -73,8 +110,30 @@ impl Geometry<'_> {
         let bar = pivot_at - spindle_at;
         out.length_mm = bar.norm();
         out.direction = if out.length_mm > 0.0 { bar / out.length_mm } else { Vector3::zeros() };
-        out.pivot = self.pull(pivot.0, &pivot_way, out.direction, positions, motion, out);
-        out.spindle = self.pull(spindle.0, &spindle_way, -out.direction, positions, motion, out);
+        let wrench = Wrench::force(out.direction);
+        out.pivot = self.pull(pivot.0, &pivot_way, wrench, positions, motion, out).force;
+        out.spindle = self.pull(spindle.0, &spindle_way, wrench.opposite(), positions, motion, out).force;
+    }
+
+    /// All derivatives of a reading that pulls with `wrench` (in the bed frame) on the link of the second point and with the
+    /// opposite one on the link of the first, both taken at the same place in space; its value is not touched.
+    pub fn pulled(
+        &self,
+        pivot: (LinkId, &Vector3<f64>),
+        spindle: (LinkId, &Vector3<f64>),
+        wrench: Wrench,
+        (positions, motion): (&[f64], Option<&MotionErrors>),
+        out: &mut Sensitivity,
+    ) {
+        out.clear();
+        let mut way = [Vector3::zeros(); MAX_DEPTH + 1];
+        self.way(pivot, positions, motion, &mut way);
+        let left = self.pull(pivot.0, &way, wrench.opposite(), positions, motion, out);
+        (out.pivot, out.pivot_turn) = (left.force, left.couple);
+        self.way(spindle, positions, motion, &mut way);
+        let left = self.pull(spindle.0, &way, wrench, positions, motion, out);
+        (out.spindle, out.spindle_turn) = (left.force, left.couple);
+        out.direction = wrench.force;
     }
 
     /// Ball in the bed frame; `way[d]` becomes its place in the frame of the link of depth d.
@@ -95,17 +154,17 @@ impl Geometry<'_> {
         way[0]
     }
 
-    /// Adds the derivatives of `g·ball` for all joints of the ball's path; returns the pull in the ball's own link.
+    /// Adds the derivatives of what a wrench pulls with for all joints of the ball's path; returns it in the ball's own link.
     fn pull(
         &self,
         link: LinkId,
         way: &[Vector3<f64>; MAX_DEPTH + 1],
-        direction: Vector3<f64>,
+        wrench: Wrench,
         positions: &[f64],
         motion: Option<&MotionErrors>,
         out: &mut Sensitivity,
-    ) -> Vector3<f64> {
-        let mut g = direction;
+    ) -> Wrench {
+        let mut g = wrench;
         for (depth, &axis) in self.chain.path(link).iter().enumerate() {
             let placed = &self.placed[axis];
             let q = positions[axis];
@@ -126,22 +185,24 @@ impl Geometry<'_> {
         placed: &PlacedJoint,
         axis: usize,
         arm: Vector3<f64>,
-        g: Vector3<f64>,
+        g: Wrench,
         q: f64,
         m: Option<&[f64; 6]>,
         out: &mut Sensitivity,
-    ) -> Vector3<f64> {
+    ) -> Wrench {
         let exact_arm = match self.composition {
             Composition::Exact => placed.rotation * arm,
             Composition::FirstOrder => arm,
         };
         add_error(&mut out.location[axis], &g, &exact_arm, &placed.turn_about);
         // the carrier's pull seen before E
-        let g = placed.rotation.transpose() * g;
+        let g = g.turned_by(&placed.rotation.transpose());
         let (turned, g_turned) = undo_motion(arm, g, m, self.composition);
         add_motion(&mut out.motion[axis], &g, &turned, m, self.composition);
         let joint = &placed.joint;
-        out.position[axis] += joint.sign * g_turned.dot(&joint.direction.cross(&turned));
+        let moment = joint.direction.cross(&turned);
+        out.position[axis] +=
+            joint.sign * g_turned.force.dot(&moment) + joint.sign * g_turned.couple.dot(&joint.direction);
         turn_back(&g_turned, &joint.direction, joint.sign * q)
     }
 
@@ -151,42 +212,37 @@ impl Geometry<'_> {
         placed: &PlacedJoint,
         axis: usize,
         arm: Vector3<f64>,
-        g: Vector3<f64>,
+        g: Wrench,
         q: f64,
         m: Option<&[f64; 6]>,
         out: &mut Sensitivity,
-    ) -> Vector3<f64> {
+    ) -> Wrench {
         let joint = &placed.joint;
         let slide = placed.slide(q);
         let lever = match self.composition {
             Composition::Exact => slide,
             Composition::FirstOrder => joint.direction * (joint.sign * q),
         };
-        add_error(&mut out.location[axis], &g, &lever, &placed.turn_about);
-        out.position[axis] += joint.sign * g.dot(&(placed.rotation * joint.direction));
+        // the error turns the way of the slide and not what it carries: a couple does nothing through it
+        add_error(&mut out.location[axis], &Wrench::force(g.force), &lever, &placed.turn_about);
+        out.position[axis] += joint.sign * g.force.dot(&(placed.rotation * joint.direction));
         let (carried, g_carried) = undo_motion(arm, g, m, self.composition);
         add_motion(&mut out.motion[axis], &g, &carried, m, self.composition);
         g_carried
     }
 }
 
-/// Adds `g·δ` and `d_k·(arm × g)` to the six derivatives.
-fn add_error(into: &mut [f64; 6], g: &Vector3<f64>, arm: &Vector3<f64>, turn_about: &[Vector3<f64>; 3]) {
-    let moment = arm.cross(g);
+/// Adds `force·δ` and `d_k·(arm × force + couple)` to the six derivatives.
+fn add_error(into: &mut [f64; 6], g: &Wrench, arm: &Vector3<f64>, turn_about: &[Vector3<f64>; 3]) {
+    let moment = arm.cross(&g.force) + g.couple;
     for k in 0..3 {
-        into[k] += g[k];
+        into[k] += g.force[k];
         into[k + 3] += turn_about[k].dot(&moment);
     }
 }
 
 /// Derivatives with respect to the component errors at their present value `m`; `arm` is the lever before M.
-fn add_motion(
-    into: &mut [f64; 6],
-    g: &Vector3<f64>,
-    arm: &Vector3<f64>,
-    m: Option<&[f64; 6]>,
-    composition: Composition,
-) {
+fn add_motion(into: &mut [f64; 6], g: &Wrench, arm: &Vector3<f64>, m: Option<&[f64; 6]>, composition: Composition) {
     let units = [Vector3::x(), Vector3::y(), Vector3::z()];
     match (m, composition) {
         (Some(m), Composition::Exact) => {
@@ -199,12 +255,7 @@ fn add_motion(
 }
 
 /// Lever and pull before M: `arm = M_R·before + M_t`, `g_before = M_Rᵀ·g`.
-fn undo_motion(
-    arm: Vector3<f64>,
-    g: Vector3<f64>,
-    m: Option<&[f64; 6]>,
-    composition: Composition,
-) -> (Vector3<f64>, Vector3<f64>) {
+fn undo_motion(arm: Vector3<f64>, g: Wrench, m: Option<&[f64; 6]>, composition: Composition) -> (Vector3<f64>, Wrench) {
     let Some(m) = m else { return (arm, g) };
     let rotation: Matrix3<f64> = super::geometry::error_rotation(&Vector3::new(m[3], m[4], m[5]), composition);
     let shifted = arm - Vector3::new(m[0], m[1], m[2]);
@@ -213,10 +264,14 @@ fn undo_motion(
         // I + [ε]× is not orthogonal; it is always invertible (determinant 1 + ε²)
         Composition::FirstOrder => rotation.try_inverse().unwrap_or_else(Matrix3::identity) * shifted,
     };
-    (before, rotation.transpose() * g)
+    (before, g.turned_by(&rotation.transpose()))
 }
 
 /// The pull on the carried part: `J_Rᵀ·g`.
-fn turn_back(g: &Vector3<f64>, about: &Vector3<f64>, angle: f64) -> Vector3<f64> {
-    super::geometry::turn(g, about, -angle)
+fn turn_back(g: &Wrench, about: &Vector3<f64>, angle: f64) -> Wrench {
+    let turned = |vector: &Vector3<f64>| match vector.iter().all(|part| *part == 0.0) {
+        true => *vector,
+        false => super::geometry::turn(vector, about, -angle),
+    };
+    Wrench { force: turned(&g.force), couple: turned(&g.couple) }
 }

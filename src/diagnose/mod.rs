@@ -94,8 +94,12 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     let strain = strain(problem, &values, WIDER_SETUPS);
     let readings: usize = fine.kept.iter().map(Vec::len).sum();
     let left_out = fit.left_out() as f64 / readings.max(1) as f64;
-    let fault =
-        preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain).or_else(|| further_contradiction(session));
+    let fault = match session.has_parts() {
+        true => None,
+        false => {
+            preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain).or_else(|| further_contradiction(session))
+        }
+    };
     let is_certain = fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
     let search = match is_certain {

@@ -10,6 +10,7 @@ pub enum Driver {
     Direction,
     Position,
     Gravity,
+    Load,
     Temperature,
     Time,
     Speed,
@@ -24,6 +25,7 @@ impl Driver {
             Driver::Direction => "direction",
             Driver::Position => "position",
             Driver::Gravity => "gravity",
+            Driver::Load => "load",
             Driver::Temperature => "temperature",
             Driver::Time => "time",
             Driver::Speed => "speed",
@@ -116,6 +118,10 @@ pub enum EffectError {
     NoChannel { effect: String, test: String, channel: String, found: String },
     #[error("{effect}: column '{channel}' has no reading in any test; name another one, or leave the effect out")]
     EmptyChannel { effect: String, channel: String },
+    #[error(
+        "{effect}: column '{channel}' of test '{test}' has no reading in row {row}; the load must be known at every row, fill it in or leave the row out"
+    )]
+    NoLoad { effect: String, test: String, channel: String, row: usize },
     #[error("{effect}: no link is called '{link}'; links are {known}")]
     NoLink { effect: String, link: String, known: String },
     #[error("{effect}: no axis drives it; say 'of: ' with one of {known}")]
@@ -236,6 +242,8 @@ pub enum Signature {
     /// A period along the axis whose phase runs with time.
     Beat,
     Sag,
+    /// With a load that was measured.
+    Load,
     Growth,
     BarLength,
     Straightness,

@@ -13,6 +13,7 @@ mod beat;
 mod channel;
 mod clamp_lift;
 mod compensation;
+mod compliance;
 mod context;
 mod contract;
 mod disturbance;
@@ -34,6 +35,7 @@ pub use backlash::{LATERAL_PLAY, LINEAR_BACKLASH, ROTARY_BACKLASH};
 pub use ball_seat::{BALL_FORM, CUP_STICTION};
 pub use beat::BEAT;
 pub use clamp_lift::CLAMP_LIFT;
+pub use compliance::LOAD_COMPLIANCE;
 pub use context::Context;
 pub use contract::{
     Bounds, DefaultValue, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
@@ -62,6 +64,7 @@ pub static KINDS: &[&Kind] = &[
     &harmonics::CYCLIC_ERROR,
     &beat::BEAT,
     &gravity::GRAVITY_SAG,
+    &compliance::LOAD_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,
     &straightness::STRAIGHTNESS,

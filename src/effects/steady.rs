@@ -3,6 +3,7 @@
 use super::{Context, Disturbances, Driver, kind};
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Component, ComponentError, ComponentForm, Effect, Machine, Outlet, Place};
+use crate::readings::Reading;
 use crate::session::{Ball, Clock, LengthColumn, Recording, Session, Spread, Test, Zero};
 use nalgebra::Vector3;
 
@@ -98,6 +99,7 @@ fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
         positions,
         feed_mm_per_min: None,
         overshoot: None,
+        reading: Reading::Length,
     };
     Session {
         name: "positions".into(),

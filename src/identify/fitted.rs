@@ -1,7 +1,12 @@
 //! A session as fitted: errors, ball places and bar errors moved to their estimates, so that simulating it predicts.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
 use super::{Fit, Quantity};
 use crate::machine::{ComponentError, ComponentForm};
+use crate::readings::rotation;
 use crate::session::{Session, Setups};
 
 /// The session whose simulation is the fit's prediction.
@@ -11,6 +16,7 @@ use crate::session::{Session, Setups};
 pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
     let setups = Setups::of(session);
     let mut fitted = session.clone();
+    let mut turns: BTreeMap<(usize, bool), Vector3<f64>> = BTreeMap::new();
     for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
         match unknown.quantity {
             Quantity::Location { axis, component } => {
@@ -20,12 +26,22 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
                 for (test, _) in fitted.tests.iter_mut().zip(&setups.pivot_of).filter(|(_, of)| **of == setup) {
                     test.pivot.at[coordinate] += estimate.value;
                 }
+                let second = fitted.tests.iter_mut().zip(&setups.second_pivot_of);
+                for (test, _) in second.filter(|(_, of)| **of == Some(setup)) {
+                    test.spindle_ball.at[coordinate] += estimate.value;
+                }
             }
             Quantity::SpindleBall { setup, coordinate } => {
                 for (test, _) in fitted.tests.iter_mut().zip(&setups.spindle_ball_of).filter(|(_, of)| **of == setup) {
                     let sign = test.spindle_ball.sign(coordinate);
                     test.spindle_ball.at[coordinate] += sign * estimate.value;
                 }
+            }
+            Quantity::InstrumentTurn { setup, .. } => {
+                turns.entry((setup, false)).or_insert(Vector3::zeros())[unknown.quantity.coordinate()] = estimate.value;
+            }
+            Quantity::TargetTurn { setup, .. } => {
+                turns.entry((setup, true)).or_insert(Vector3::zeros())[unknown.quantity.coordinate()] = estimate.value;
             }
             // a fit is not asked for these; they stand in `linear_axes`
             Quantity::Slide { .. } => {}
@@ -34,6 +50,14 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
                     test.bar_error_mm += estimate.value;
                 }
             }
+        }
+    }
+    for ((setup, is_target), turn) in turns {
+        let of = if is_target { &setups.spindle_ball_of } else { &setups.pivot_of };
+        let with = fitted.tests.iter_mut().zip(of).filter(|(_, of)| **of == setup);
+        for part in with.filter_map(|(test, _)| test.reading.part_mut()) {
+            let axes = if is_target { &mut part.target_axes } else { &mut part.instrument_axes };
+            *axes = rotation(&turn) * *axes;
         }
     }
     for &(axis, component, value) in &fit.linear_axes.squareness {

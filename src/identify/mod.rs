@@ -36,6 +36,7 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use crate::chain::Chain;
 use crate::effects::EffectError;
 use crate::machine::{Component, ComponentError, ErrorName};
+use crate::readings::NOISE_CLASSES;
 use crate::session::{MotionError, Session, Setups};
 use crate::statistics::{Absorbed, NOISE_FLOOR_MM, NoiseModel, fit_noise, rms, robust_sigma};
 
@@ -258,7 +259,7 @@ fn robust_start(problem: &Problem) -> Solution {
     }
 }
 
-/// Noise of every test: one model for all sweeps, white noise of common size for static poses.
+/// Noise of every test: for lengths, coordinates and turns one model for all sweeps, white noise of common size for static poses.
 ///
 /// Without `last` the solution is a rough one, whose covariance says nothing of the noise that it absorbed.
 fn fitted_noise(
@@ -276,16 +277,27 @@ fn fitted_noise(
         })
         .collect();
     let is_pose = |index: usize| problem.tests[index].motion.time_s.is_none();
-    let (poses, sweeps): (Vec<usize>, Vec<usize>) = (0..masked.len()).partition(|&index| is_pose(index));
+    let class = |index: usize| problem.session.tests[index].reading.noise_class();
     let absorbed = |tests: &[usize]| last.map_or_else(Vec::new, |_| absorbed(problem, solution, kept, tests));
-    let pose_noise = white_noise(poses.iter().flat_map(|&index| &masked[index]).copied(), &absorbed(&poses));
-    let sweep_noise = if sweeps.is_empty() {
-        pose_noise
-    } else {
-        let traces: Vec<Vec<f64>> = sweeps.iter().map(|&index| masked[index].clone()).collect();
-        fit_noise(&traces, &absorbed(&sweeps), last.map(|last| last[sweeps[0]]))
+    let noise_of = |class_wanted: usize| {
+        let of_class = (0..masked.len()).filter(|&index| class(index) == class_wanted);
+        let (poses, sweeps): (Vec<usize>, Vec<usize>) = of_class.partition(|&index| is_pose(index));
+        let pose_noise = white_noise(poses.iter().flat_map(|&index| &masked[index]).copied(), &absorbed(&poses));
+        let sweep_noise = if sweeps.is_empty() {
+            pose_noise
+        } else {
+            let traces: Vec<Vec<f64>> = sweeps.iter().map(|&index| masked[index].clone()).collect();
+            fit_noise(&traces, &absorbed(&sweeps), last.map(|last| last[sweeps[0]]))
+        };
+        (pose_noise, sweep_noise)
     };
-    (0..masked.len()).map(|index| if is_pose(index) { pose_noise } else { sweep_noise }).collect()
+    let by_class: Vec<_> = (0..NOISE_CLASSES).map(noise_of).collect();
+    let chosen = |index: usize| match problem.session.tests[index].reading.stated_noise_mm() {
+        Some(noise_mm) => NoiseModel::white(noise_mm),
+        None if is_pose(index) => by_class[class(index)].0,
+        None => by_class[class(index)].1,
+    };
+    (0..masked.len()).map(chosen).collect()
 }
 
 /// White noise of residuals and of what a fit has absorbed of it.

@@ -1,6 +1,7 @@
 //! Which readings are left out of a fit, judged on residuals of a robust fit and never on raw lengths.
 
 use super::problem::Problem;
+use crate::readings::NOISE_CLASSES;
 use crate::statistics::{median, robust_sigma};
 
 /// A reading this many robust sigmas from its neighbours' trend is left out of a sweep.
@@ -14,12 +15,23 @@ const NEIGHBOURS: usize = 3;
 /// Rows that are kept, by test: they have a reading and are no gross outlier.
 pub fn kept_rows(problem: &Problem, residual_mm: &[Vec<f64>]) -> Vec<Vec<bool>> {
     let poses: Vec<bool> = problem.tests.iter().map(|test| test.motion.time_s.is_none()).collect();
-    let pose_residuals = residual_mm.iter().zip(&poses).filter(|(_, poses)| **poses).flat_map(|(residual, _)| residual);
-    let pose_sigma = robust_sigma(pose_residuals.copied());
-    residual_mm
-        .iter()
-        .zip(poses)
-        .map(|(residual, poses)| if poses { within(residual, POSE_LIMIT * pose_sigma) } else { near_trend(residual) })
+    let class: Vec<usize> = problem.session.tests.iter().map(|test| test.reading.noise_class()).collect();
+    let pose_sigma = |wanted: usize| {
+        let of_class = (0..poses.len()).filter(|&test| poses[test] && class[test] == wanted);
+        robust_sigma(of_class.flat_map(|test| &residual_mm[test]).copied())
+    };
+    let limits: Vec<f64> = (0..NOISE_CLASSES).map(|wanted| POSE_LIMIT * pose_sigma(wanted)).collect();
+    let tests = residual_mm.iter().enumerate();
+    tests
+        .map(|(test, residual)| {
+            if problem.session.tests[test].reading.is_gap() {
+                vec![true; residual.len()]
+            } else if poses[test] {
+                within(residual, limits[class[test]])
+            } else {
+                near_trend(residual)
+            }
+        })
         .collect()
 }
 

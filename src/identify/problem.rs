@@ -8,6 +8,7 @@ use super::unknowns::{Quantity, Unknown};
 use crate::chain::{Chain, Column, Composition, Geometry, LinkId, Poses, Sensitivity};
 use crate::effects::{Context, Disturbances};
 use crate::machine::{AxisKind, LinearAxes};
+use crate::readings::Mount;
 use crate::session::{Motion, Session, Setups};
 use crate::simulate::component_errors;
 
@@ -100,14 +101,23 @@ impl<'a> Problem<'a> {
         let between = |axis: usize| self.chain.carries(axis, links.0) != self.chain.carries(axis, links.1);
         let goes = |axis: usize| leaves_zero(&self.tests[test].motion, axis);
         let is_linear = |axis: usize| self.session.machine.axes[axis].kind == AxisKind::Linear;
+        // a rotation does not depend on where instrument and target stand
+        let sees_places = !self.session.tests[test].reading.is_turn();
         let reaches = |unknown: &Unknown| match unknown.quantity {
             Quantity::Location { axis, component } if is_linear(axis) && component.is_angle() => {
                 between(axis) && goes(axis)
             }
             Quantity::Location { axis, .. } => between(axis),
             Quantity::Slide { axis, .. } => between(axis) && goes(axis),
-            Quantity::Pivot { setup, .. } => self.setups.pivot_of[test] == setup,
-            Quantity::SpindleBall { setup, .. } => self.setups.spindle_ball_of[test] == setup,
+            Quantity::Pivot { setup, .. } => {
+                (self.setups.pivot_of[test] == setup || self.setups.second_pivot_of[test] == Some(setup)) && sees_places
+            }
+            Quantity::SpindleBall { setup, .. } => self.setups.spindle_ball_of[test] == setup && sees_places,
+            // coordinates do not depend on how the target is turned
+            Quantity::InstrumentTurn { setup, .. } => self.setups.pivot_of[test] == setup,
+            Quantity::TargetTurn { setup, .. } => {
+                self.setups.spindle_ball_of[test] == setup && self.session.tests[test].reading.is_turn()
+            }
             Quantity::Bar { setup } => self.setups.bar_of[test] == Some(setup),
         };
         (0..self.unknowns.len()).filter(|&index| reaches(&self.unknowns[index])).collect()
@@ -130,15 +140,50 @@ impl<'a> Problem<'a> {
         let (mut pivot, mut spindle, mut bar) = (stated.pivot.at, stated.spindle_ball.at, stated.bar_error_mm);
         for &index in &self.tests[test].columns {
             match self.unknowns[index].quantity {
-                Quantity::Pivot { coordinate, .. } => pivot[coordinate] += values[index],
+                Quantity::Pivot { setup, coordinate } => match self.setups.second_pivot_of[test] == Some(setup) {
+                    true => spindle[coordinate] += values[index],
+                    false => pivot[coordinate] += values[index],
+                },
                 Quantity::SpindleBall { coordinate, .. } => {
                     spindle[coordinate] += stated.spindle_ball.sign(coordinate) * values[index];
                 }
                 Quantity::Bar { .. } => bar += values[index],
+                Quantity::InstrumentTurn { .. } | Quantity::TargetTurn { .. } => {}
                 Quantity::Location { .. } | Quantity::Slide { .. } => {}
             }
         }
         (pivot, spindle, bar)
+    }
+
+    /// Turns of instrument and target of a test as rotation vectors, rad.
+    pub fn turns_of(&self, test: usize, values: &[f64]) -> [Vector3<f64>; 2] {
+        let mut turns = [Vector3::zeros(); 2];
+        for &index in &self.tests[test].columns {
+            match self.unknowns[index].quantity {
+                Quantity::InstrumentTurn { coordinate, .. } => turns[0][coordinate] += values[index],
+                Quantity::TargetTurn { coordinate, .. } => turns[1][coordinate] += values[index],
+                _ => {}
+            }
+        }
+        turns
+    }
+
+    /// Derivative of a test's reading by an unknown that it sees, of displacements without their shape.
+    pub fn derivative(&self, test: usize, unknown: usize, s: &Sensitivity) -> f64 {
+        match self.unknowns[unknown].quantity {
+            Quantity::Location { axis, component } => s.location[axis][component.index()],
+            Quantity::Slide { axis, direction, .. } => s.location[axis][direction],
+            Quantity::Pivot { setup, coordinate } => match self.setups.second_pivot_of[test] == Some(setup) {
+                true => s.spindle[coordinate],
+                false => s.pivot[coordinate],
+            },
+            Quantity::SpindleBall { coordinate, .. } => {
+                self.session.tests[test].spindle_ball.sign(coordinate) * s.spindle[coordinate]
+            }
+            Quantity::InstrumentTurn { coordinate, .. } => s.pivot_turn[coordinate],
+            Quantity::TargetTurn { coordinate, .. } => s.spindle_turn[coordinate],
+            Quantity::Bar { .. } => 1.0,
+        }
     }
 
     /// Geometry with the unknown location errors at `values`, and what effects add to them.
@@ -150,10 +195,11 @@ impl<'a> Problem<'a> {
         Geometry::new(self.chain, &errors, self.composition)
     }
 
-    /// True when nothing but constant errors acts on a test: no component errors, no effects.
+    /// True when nothing but constant errors acts on the lengths of a test: no component errors, no effects.
     pub fn is_constant(&self, test: usize) -> bool {
         self.disturbances.by_test[test].is_empty()
             && self.session.machine.axes.iter().all(|axis| axis.component_errors.is_empty())
+            && self.session.tests[test].reading.part().is_none()
     }
 
     /// What the batch kernels differentiate with respect to for an unknown of a test; `None` for the reading of a bar.
@@ -167,6 +213,8 @@ impl<'a> Problem<'a> {
                 sign if sign < 0.0 => Some(Column::SpindleReversed(coordinate)),
                 _ => Some(Column::Spindle(coordinate)),
             },
+            // batches are of lengths
+            Quantity::InstrumentTurn { .. } | Quantity::TargetTurn { .. } => None,
             Quantity::Bar { .. } => None,
         }
     }
@@ -227,17 +275,10 @@ impl<'a> Problem<'a> {
         let rows = prepared.motion.rows();
         let mut residual_mm = Vec::with_capacity(rows);
         let mut jacobian = DMatrix::zeros(rows, prepared.columns.len());
-        let ball = &self.session.tests[test].spindle_ball;
         self.visit(test, geometry, values, |row, s, bar| {
             residual_mm.push(prepared.reading_mm[row] - s.length_mm - bar);
             for (column, &index) in prepared.columns.iter().enumerate() {
-                jacobian[(row, column)] = match self.unknowns[index].quantity {
-                    Quantity::Location { axis, component } => s.location[axis][component.index()],
-                    Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
-                    Quantity::SpindleBall { coordinate, .. } => ball.sign(coordinate) * s.spindle[coordinate],
-                    Quantity::Bar { .. } => 1.0,
-                    Quantity::Slide { axis, direction, .. } => s.location[axis][direction],
-                };
+                jacobian[(row, column)] = self.derivative(test, index, s);
             }
         });
         let mut prediction = Prediction { residual_mm, jacobian };
@@ -255,6 +296,7 @@ impl<'a> Problem<'a> {
     ) {
         let prepared = &self.tests[test];
         let (pivot, spindle, bar) = self.setup_of(test, values);
+        let mount = Mount::of(self.session.tests[test].reading.part(), self.turns_of(test, values));
         let axis_count = self.chain.axis_count();
         let mut s = Sensitivity::zeros(axis_count);
         let disturbances = &self.disturbances.by_test[test];
@@ -270,7 +312,7 @@ impl<'a> Problem<'a> {
             });
             let Some(disturbance) = disturbances.get(row) else {
                 let balls = ((prepared.links.0, &pivot), (prepared.links.1, &spindle));
-                geometry.sensitivity(balls.0, balls.1, commanded, component.as_deref(), &mut s);
+                mount.evaluate(geometry, balls, row, (commanded, component.as_deref()), &mut s);
                 see(row, &s, bar);
                 continue;
             };
@@ -281,13 +323,8 @@ impl<'a> Problem<'a> {
                 *actual = commanded + off;
             }
             let balls = (pivot + disturbance.pivot_mm, spindle + disturbance.spindle_mm);
-            geometry.sensitivity(
-                (prepared.links.0, &balls.0),
-                (prepared.links.1, &balls.1),
-                &actual,
-                Some(motion.as_slice()),
-                &mut s,
-            );
+            let balls = ((prepared.links.0, &balls.0), (prepared.links.1, &balls.1));
+            mount.evaluate(geometry, balls, row, (&actual, Some(motion.as_slice())), &mut s);
             see(row, &s, bar + disturbance.reading_mm);
         }
     }

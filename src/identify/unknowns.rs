@@ -26,6 +26,10 @@ pub enum Quantity {
     Pivot { setup: usize, coordinate: usize },
     /// Offset of a spindle ball.
     SpindleBall { setup: usize, coordinate: usize },
+    /// Turn of an instrument's axes about a direction of R (0, 1, 2), as a rotation vector on its link.
+    InstrumentTurn { setup: usize, coordinate: usize },
+    /// The same of a target's axes.
+    TargetTurn { setup: usize, coordinate: usize },
     /// Reading minus distance, of a bar.
     Bar { setup: usize },
     /// Displacement of a linear axis's carriage along a direction of R (0, 1, 2) in one of the shapes over its position
@@ -34,9 +38,20 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// Coordinate 0, 1, 2 of a ball's place or of a turn; 0 of what has none.
+    pub fn coordinate(self) -> usize {
+        match self {
+            Quantity::Pivot { coordinate, .. }
+            | Quantity::SpindleBall { coordinate, .. }
+            | Quantity::InstrumentTurn { coordinate, .. }
+            | Quantity::TargetTurn { coordinate, .. } => coordinate,
+            _ => 0,
+        }
+    }
+
     /// Which kind of prior knowledge stands behind the unknown.
     pub fn is_setup(self) -> bool {
-        matches!(self, Quantity::Pivot { .. } | Quantity::SpindleBall { .. } | Quantity::Bar { .. })
+        !matches!(self, Quantity::Location { .. } | Quantity::Slide { .. })
     }
 }
 
@@ -164,7 +179,11 @@ pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: F
         });
     }
     let mut setup_unknown = |quantity, label: String, prior_sigma| {
-        list.push(Unknown { quantity, label, measure: Measure::Length, prior_sigma, prior_mean: 0.0 });
+        let measure = match quantity {
+            Quantity::InstrumentTurn { .. } | Quantity::TargetTurn { .. } => Measure::Angle,
+            _ => Measure::Length,
+        };
+        list.push(Unknown { quantity, label, measure, prior_sigma, prior_mean: 0.0 });
     };
     for coordinate in 0..3 {
         let letter = ['x', 'y', 'z'][coordinate];
@@ -174,6 +193,19 @@ pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: F
         for (setup, ball) in setups.spindle_balls.iter().enumerate() {
             let quantity = Quantity::SpindleBall { setup, coordinate };
             setup_unknown(quantity, format!("{}, {letter}", ball.label), ball.spread_mm);
+        }
+    }
+    for coordinate in 0..3 {
+        let letter = ['x', 'y', 'z'][coordinate];
+        for (setup, instrument) in setups.pivots.iter().enumerate() {
+            let Some(turn_rad) = instrument.turn_rad else { continue };
+            let quantity = Quantity::InstrumentTurn { setup, coordinate };
+            setup_unknown(quantity, format!("{}, turn about {letter}", instrument.label), turn_rad);
+        }
+        for (setup, target) in setups.spindle_balls.iter().enumerate() {
+            let Some(turn_rad) = target.turn_rad else { continue };
+            let quantity = Quantity::TargetTurn { setup, coordinate };
+            setup_unknown(quantity, format!("{}, turn about {letter}", target.label), turn_rad);
         }
     }
     for (setup, bar) in setups.bars.iter().enumerate() {

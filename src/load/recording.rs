@@ -6,9 +6,10 @@ use std::path::Path;
 use super::limits::{COLUMNS, CSV_BYTES, LINE_BYTES, ROWS};
 use super::message::{LoadError, nearest};
 use super::printable::{hidden_in, shortened};
-use super::rows::{Rows, check_rows};
+use super::rows::{Rows, check_rows, check_rows_of_parts};
 use super::text::read_limited;
 use crate::machine::Machine;
+use crate::readings::Kind;
 use crate::session::{Clock, LengthColumn, Recording};
 
 /// A recording as its file has it, not yet judged for a bar: `length_mm` holds the numbers of its column of readings.
@@ -21,9 +22,18 @@ pub(super) struct Parsed {
 }
 
 impl Parsed {
-    /// Reads a file.
-    pub fn load(file: &Path, machine: &Machine) -> Result<Parsed, LoadError> {
-        Parsed::of(file, &read_limited(file, CSV_BYTES)?, machine)
+    /// Reads a file whose readings stand in the wanted columns.
+    pub fn load(file: &Path, machine: &Machine, wanted: &Wanted) -> Result<Parsed, LoadError> {
+        Parsed::of(file, &read_limited(file, CSV_BYTES)?, machine, wanted)
+    }
+
+    /// The recording of another kind than lengths with the columns that hold its readings, and the line of every row; its
+    /// lengths are all missing and the readings stand among its channels.
+    pub fn into_parts(self, file: &Path, machine: &Machine, rows: Rows) -> Result<(Recording, Vec<u32>), LoadError> {
+        let Parsed { recording, line_of_row, .. } = self;
+        let line = |row: usize| line_of_row.get(row).map_or(row + 1, |&line| line as usize);
+        check_rows_of_parts(file, &recording, line, machine, rows)?;
+        Ok((recording, line_of_row))
     }
 
     /// The recording in lengths, its rows judged; `bar_length_mm` is the calibrated length that readings must lie near to,
@@ -56,6 +66,34 @@ impl Parsed {
     }
 }
 
+/// Columns in which readings are looked for.
+#[derive(Clone, Default)]
+pub(super) struct Wanted {
+    pub kind: Kind,
+    /// Names in the file for the usual ones: usual name, name in the file.
+    pub renamed: Vec<(String, String)>,
+}
+
+impl Wanted {
+    /// Name of a column in the file.
+    pub fn in_file<'a>(&'a self, usual: &'a str) -> &'a str {
+        self.renamed.iter().find(|(name, _)| name == usual).map_or(usual, |(_, own)| own)
+    }
+
+    /// True for a column that holds a number of a reading.
+    fn holds(&self, name: &str) -> bool {
+        self.kind != Kind::Length
+            && self.kind.column_sets().iter().flat_map(|set| set.iter()).any(|usual| self.in_file(usual) == name)
+    }
+
+    /// The set of columns that a header has, under their names in the file.
+    pub fn set_in(&self, names: &[&str]) -> Option<Vec<String>> {
+        let sets = self.kind.column_sets().iter();
+        let own = sets.map(|set| set.iter().map(|usual| self.in_file(usual).to_string()).collect::<Vec<_>>());
+        own.into_iter().find(|set| set.iter().all(|name| names.contains(&name.as_str())))
+    }
+}
+
 /// What a column holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Column {
@@ -63,6 +101,8 @@ enum Column {
     Pose,
     Axis(usize),
     Length(LengthColumn),
+    /// A number of a reading of several.
+    Part,
     Channel,
 }
 
@@ -72,7 +112,7 @@ impl Column {
     }
 
     fn may_be_empty(self) -> bool {
-        matches!(self, Column::Length(_) | Column::Channel)
+        matches!(self, Column::Length(_) | Column::Part | Column::Channel)
     }
 }
 
@@ -106,14 +146,15 @@ pub fn recording_from_csv(
     machine: &Machine,
     bar_length_mm: Option<f64>,
 ) -> Result<Recording, LoadError> {
-    Parsed::of(file, text, machine)?.into_recording(file, machine, bar_length_mm, Rows::Plausible)
+    Parsed::of(file, text, machine, &Wanted::default())?.into_recording(file, machine, bar_length_mm, Rows::Plausible)
 }
 
 impl Parsed {
-    fn of(file: &Path, text: &str, machine: &Machine) -> Result<Parsed, LoadError> {
+    fn of(file: &Path, text: &str, machine: &Machine, wanted: &Wanted) -> Result<Parsed, LoadError> {
         refuse_many_rows(file, text)?;
         let lines = || text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-        let Some((first, header)) = lines().take(PREAMBLE_LINES).find(|(_, line)| is_header(line)).or(lines().next())
+        let Some((first, header)) =
+            lines().take(PREAMBLE_LINES).find(|(_, line)| is_header(line, wanted)).or(lines().next())
         else {
             return Err(LoadError::file(
                 file,
@@ -121,7 +162,7 @@ impl Parsed {
             ));
         };
         let lines = lines().skip_while(|(index, _)| *index <= first);
-        let header = header_of(file, first + 1, header, machine)?;
+        let header = header_of(file, first + 1, header, machine, wanted)?;
         let mut values: Vec<Vec<f64>> = vec![Vec::new(); header.columns.len()];
         let mut leading_texts = Vec::new();
         let mut line_of_row: Vec<u32> = Vec::new();
@@ -138,7 +179,7 @@ impl Parsed {
         };
         refuse_cut_number(file, text, &header, last_line as usize)?;
         let header_line = header.line;
-        Ok(Parsed { recording: assemble(&header, values, leading_texts, machine), line_of_row, header_line })
+        Ok(Parsed { recording: assemble(&header, values, leading_texts, machine, wanted), line_of_row, header_line })
     }
 }
 
@@ -174,8 +215,13 @@ fn leading_text(header: &Header, fields: &[&str]) -> String {
 const PREAMBLE_LINES: usize = 200;
 
 /// True for a line that names a column of readings: what stands before it is another program's preamble.
-fn is_header(line: &str) -> bool {
-    let names_readings = |separator| names_of(line, separator).iter().any(|name| length_column(name).is_some());
+fn is_header(line: &str, wanted: &Wanted) -> bool {
+    let names_one = |name: &str| match wanted.kind {
+        Kind::Length => length_column(name).is_some(),
+        Kind::SamePoint => ["pose", "time_s"].contains(&name),
+        _ => wanted.holds(name),
+    };
+    let names_readings = |separator| names_of(line, separator).iter().any(|name| names_one(name));
     [';', '\t', ','].into_iter().any(names_readings)
 }
 
@@ -199,7 +245,13 @@ fn names_of(line: &str, separator: char) -> Vec<&str> {
     fields_of(line, separator).map(|name| name.trim_matches('"').trim()).collect()
 }
 
-fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> Result<Header<'a>, LoadError> {
+fn header_of<'a>(
+    file: &Path,
+    line: usize,
+    text: &'a str,
+    machine: &Machine,
+    wanted: &Wanted,
+) -> Result<Header<'a>, LoadError> {
     let separator = [';', '\t'].into_iter().find(|&separator| text.contains(separator)).unwrap_or(',');
     let names: Vec<&str> = names_of(text, separator);
     let refuse = |message: String| LoadError::line(file, line, message);
@@ -223,7 +275,11 @@ fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> 
         if names[..index].contains(name) {
             return Err(refuse(format!("column '{name}' stands twice; each column stands once")));
         }
-        columns.push(column(name, machine).map_err(refuse)?);
+        columns.push(if wanted.holds(name) { Column::Part } else { column(name, machine, wanted).map_err(refuse)? });
+    }
+    // numbered poses stand still while they are read: a time beside the number is a channel
+    if columns.contains(&Column::Pose) {
+        columns.iter_mut().filter(|column| **column == Column::Time).for_each(|column| *column = Column::Channel);
     }
     let found = names.join(" ");
     let readings: Vec<&str> = columns
@@ -235,7 +291,10 @@ fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> 
     if let [one, other, ..] = readings[..] {
         return Err(refuse(format!("{one} and {other} both hold readings; keep one of them")));
     }
-    if readings.is_empty() {
+    if wanted.kind != Kind::Length && wanted.set_in(&names).is_none() {
+        return Err(refuse(no_set(wanted, &names)));
+    }
+    if readings.is_empty() && wanted.kind == Kind::Length {
         let hint = nearest("length_mm", &names).map(|name| format!("; '{name}' may be meant")).unwrap_or_default();
         return Err(refuse(format!(
             "no column length_mm{hint} (columns found: {found}); a header is {HEADER_EXAMPLE}"
@@ -251,15 +310,33 @@ fn header_of<'a>(file: &Path, line: usize, text: &'a str, machine: &Machine) -> 
     Ok(Header { line, separator, names, columns })
 }
 
+/// Which columns of readings are missing.
+fn no_set(wanted: &Wanted, names: &[&str]) -> String {
+    let set_words = |set: &&[&str]| set.iter().map(|usual| wanted.in_file(usual)).collect::<Vec<_>>().join(" ");
+    let sets: Vec<String> = wanted.kind.column_sets().iter().map(set_words).collect();
+    format!(
+        "a {} has the columns {} (columns found: {}); rename them, or say 'columns' in the test",
+        wanted.kind.name(),
+        sets.join(", or "),
+        names.join(" ")
+    )
+}
+
 /// What a header names.
-fn column(name: &str, machine: &Machine) -> Result<Column, String> {
+fn column(name: &str, machine: &Machine, wanted: &Wanted) -> Result<Column, String> {
     match name {
         "time_s" => return Ok(Column::Time),
         "pose" => return Ok(Column::Pose),
         _ => {}
     }
     if let Some(readings) = length_column(name) {
-        return Ok(Column::Length(readings));
+        return match wanted.kind {
+            Kind::Length => Ok(Column::Length(readings)),
+            kind => Err(format!(
+                "column '{name}' holds lengths and the test is a {}; give them a test of their own",
+                kind.name()
+            )),
+        };
     }
     let (axis_name, unit) = name.rsplit_once('_').unwrap_or((name, ""));
     if axis_name.eq_ignore_ascii_case("deviation") {
@@ -382,7 +459,14 @@ fn refuse_cut_number(file: &Path, text: &str, header: &Header, last_line: usize)
     }
 }
 
-fn assemble(header: &Header, values: Vec<Vec<f64>>, leading_texts: Vec<String>, machine: &Machine) -> Recording {
+fn assemble(
+    header: &Header,
+    values: Vec<Vec<f64>>,
+    leading_texts: Vec<String>,
+    machine: &Machine,
+    wanted: &Wanted,
+) -> Recording {
+    let rows = values.first().map_or(0, Vec::len);
     let leading = header.columns.iter().zip(&header.names).filter(|(column, _)| column.is_leading());
     let leading: Vec<&str> = leading.map(|(_, name)| *name).collect();
     let mut recording = Recording {
@@ -405,8 +489,11 @@ fn assemble(header: &Header, values: Vec<Vec<f64>>, leading_texts: Vec<String>, 
                 recording.positions.push(list.into_iter().map(|value| kind.from_file_unit(value)).collect());
             }
             Column::Length(column) => (recording.column, recording.length_mm) = (column, list),
-            Column::Channel => recording.channels.push((name.to_string(), list)),
+            Column::Part | Column::Channel => recording.channels.push((name.to_string(), list)),
         }
+    }
+    if wanted.kind != Kind::Length {
+        recording.length_mm = vec![f64::NAN; rows];
     }
     if recording.axes.is_empty() {
         recording.clock = Clock::Absent;

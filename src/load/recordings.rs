@@ -7,12 +7,20 @@ use std::rc::Rc;
 
 use super::document::{Document, Step};
 use super::message::LoadError;
-use super::recording::Parsed;
+use super::recording::{Parsed, Wanted};
 use super::rows::Rows;
 use super::test::TestFile;
 use super::text::lies_in;
 use crate::machine::Machine;
+use crate::readings::Kind;
 use crate::session::Recording;
+
+/// A recording as read, with the line of every row for messages (of lengths none: they are judged already).
+pub(super) struct Read {
+    pub recording: Recording,
+    pub lines: Vec<u32>,
+    pub file: PathBuf,
+}
 
 /// Reads the recordings of one session.
 pub(super) struct RecordingReader<'a> {
@@ -39,8 +47,8 @@ impl<'a> RecordingReader<'a> {
         index: usize,
         raw: &TestFile,
         name: &str,
-        machine: &Machine,
-    ) -> Result<Option<Recording>, LoadError> {
+        (machine, wanted): (&Machine, &Wanted),
+    ) -> Result<Option<Read>, LoadError> {
         let refuse = |message: String| {
             self.document.refuse(&[Step::Key("tests"), Step::Index(index), Step::Key("recording")], message)
         };
@@ -61,19 +69,26 @@ impl<'a> RecordingReader<'a> {
                 "recording '{name}' is a link out of the session's folder; put a copy beside the session"
             )));
         }
-        let parsed = self.parsed(name, &file, machine)?;
+        let parsed = self.parsed(name, &file, (machine, wanted))?;
         let parsed = Rc::try_unwrap(parsed).unwrap_or_else(|shared| Parsed::clone(&shared));
-        parsed.into_recording(&file, machine, raw.bar_length, self.rows).map(Some)
+        if wanted.kind == Kind::Length {
+            let recording = parsed.into_recording(&file, machine, raw.bar_length, self.rows)?;
+            return Ok(Some(Read { recording, lines: Vec::new(), file }));
+        }
+        let (recording, lines) = parsed.into_parts(&file, machine, self.rows)?;
+        Ok(Some(Read { recording, lines, file }))
     }
 
     /// A file as read, from the earlier test that named it too where there is one.
-    fn parsed(&self, name: &str, file: &Path, machine: &Machine) -> Result<Rc<Parsed>, LoadError> {
+    fn parsed(&self, name: &str, file: &Path, (machine, wanted): (&Machine, &Wanted)) -> Result<Rc<Parsed>, LoadError> {
+        // what another kind, or other columns, read of a file is another recording
+        let is_plain = wanted.kind == Kind::Length;
         let path = plain_path(name);
-        if let Some(parsed) = self.kept.borrow().get(&path) {
+        if let Some(parsed) = self.kept.borrow().get(&path).filter(|_| is_plain) {
             return Ok(parsed.clone());
         }
-        let parsed = Rc::new(Parsed::load(file, machine)?);
-        if self.named.get(&path).is_some_and(|&tests| tests > 1) {
+        let parsed = Rc::new(Parsed::load(file, machine, wanted)?);
+        if is_plain && self.named.get(&path).is_some_and(|&tests| tests > 1) {
             self.kept.borrow_mut().insert(path, parsed.clone());
         }
         Ok(parsed)

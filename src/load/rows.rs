@@ -43,6 +43,34 @@ pub fn check_rows(
     if let (Some(bar), Rows::Plausible, false) = (bar_length_mm, rows, recording.column.is_deviation()) {
         refuse_swapped(file, recording, machine, bar)?;
     }
+    check_clock(file, recording, &line)?;
+    if rows == Rows::AsRecorded {
+        return Ok(());
+    }
+    check_positions(file, recording, &line, machine)?;
+    match bar_length_mm {
+        Some(bar) => refuse_outside_stroke(file, recording, line, bar),
+        None => refuse_no_distances(file, recording),
+    }
+}
+
+/// The same for readings of other kinds than lengths: their own numbers are judged where they are read.
+pub fn check_rows_of_parts(
+    file: &Path,
+    recording: &Recording,
+    line: impl Fn(usize) -> usize,
+    machine: &Machine,
+    rows: Rows,
+) -> Result<(), LoadError> {
+    check_clock(file, recording, &line)?;
+    match rows {
+        Rows::AsRecorded => Ok(()),
+        Rows::Plausible => check_positions(file, recording, &line, machine),
+    }
+}
+
+/// Times rise.
+fn check_clock(file: &Path, recording: &Recording, line: &impl Fn(usize) -> usize) -> Result<(), LoadError> {
     if let Some(time) = recording.time_s()
         && let Some(row) = (1..time.len()).find(|&row| time[row] <= time[row - 1])
     {
@@ -50,9 +78,16 @@ pub fn check_rows(
         let message = format!("time_s goes from {before} to {now}; times rise from row to row, sort or split the file");
         return Err(LoadError::line(file, line(row), message));
     }
-    if rows == Rows::AsRecorded {
-        return Ok(());
-    }
+    Ok(())
+}
+
+/// Positions lie in the axes' ranges.
+fn check_positions(
+    file: &Path,
+    recording: &Recording,
+    line: &impl Fn(usize) -> usize,
+    machine: &Machine,
+) -> Result<(), LoadError> {
     for (&axis, column) in recording.axes.iter().zip(&recording.positions) {
         for (row, &value) in column.iter().enumerate() {
             if let Some(message) = outside_range(machine, axis, value) {
@@ -60,10 +95,7 @@ pub fn check_rows(
             }
         }
     }
-    match bar_length_mm {
-        Some(bar) => refuse_outside_stroke(file, recording, line, bar),
-        None => refuse_no_distances(file, recording),
-    }
+    Ok(())
 }
 
 /// A column that holds lengths under another name while length_mm does not.

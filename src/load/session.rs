@@ -6,9 +6,11 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
+use super::instruments::locate_instruments;
 use super::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
 use super::machine::{is_urdf, load_machine_with_links};
 use super::message::{LoadError, nearest};
+use super::parts::{SocketsFile, kind_named, socket_distances};
 use super::quantity::positive_length;
 use super::recordings::RecordingReader;
 use super::rows::Rows;
@@ -28,6 +30,9 @@ struct SessionFile {
     tool_link: Option<String>,
     #[serde(default)]
     spread: BTreeMap<String, serde_yaml::Value>,
+    readings: Option<String>,
+    #[serde(default)]
+    sockets: Vec<SocketsFile>,
     tests: Vec<TestFile>,
 }
 
@@ -61,27 +66,34 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
             .refuse(&[Step::Key("tests")], format!("{} tests; a session has 1 to {}", raw.tests.len(), TESTS.most)));
     }
     let recordings = RecordingReader::new(&document, folder, &raw.tests, rows);
-    let reader = TestReader { document: &document, recordings, machine: &machine, chain: &chain };
+    let kind = kind_named(&document, &[Step::Key("readings")], raw.readings.as_deref())?;
+    let reader = TestReader { document: &document, kind, recordings, machine: &machine, chain: &chain };
     let mut session_rows = 0;
     let mut tests: Vec<Test> = Vec::with_capacity(raw.tests.len());
     for (index, test) in raw.tests.iter().enumerate() {
-        let test = reader.test(index, test)?;
-        session_rows += test.rows();
+        let read = reader.tests(index, test)?;
+        session_rows += read.iter().map(Test::rows).sum::<usize>();
         if let Some(message) = SESSION_ROWS.exceeded(session_rows) {
             return Err(document.refuse(&[Step::Key("tests"), Step::Index(index)], message));
         }
-        if tests.iter().any(|other| other.name == test.name) {
+        if let Some(test) = read.iter().find(|test| tests.iter().any(|other| other.name == test.name)) {
             return Err(document.refuse(
                 &[Step::Key("tests"), Step::Index(index), Step::Key("name")],
                 format!("the name '{}' stands twice; each test has its own", test.name),
             ));
         }
-        tests.push(test);
+        tests.extend(read);
     }
     let name = raw
         .name
         .unwrap_or_else(|| file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default());
-    let session = Session { name, machine_file: raw.machine, machine, spread, tests };
+    let mut session = Session { name, machine_file: raw.machine, machine, spread, tests };
+    locate_instruments(&mut session, &chain).map_err(|(name, message)| {
+        let place = raw.tests.iter().position(|test| test.name == name).unwrap_or(0);
+        document.refuse(&[Step::Key("tests"), Step::Index(place)], format!("test '{name}': {message}"))
+    })?;
+    let known = socket_distances(&document, &raw.sockets, &session.tests, session.machine.axes.len())?;
+    session.tests.extend(known);
     let setups = Setups::of(&session);
     match SETUPS.exceeded(setups.pivots.len() + setups.spindle_balls.len() + setups.bars.len()) {
         Some(message) => Err(document.refuse(&[Step::Key("tests")], message)),

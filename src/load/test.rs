@@ -8,12 +8,15 @@ use serde::Deserialize;
 use super::document::{Document, Step};
 use super::limits::TEST_NAME;
 use super::message::{LoadError, nearest};
+use super::parts::FrameFile;
 use super::quantity::{LARGEST, finite, positive_length, quantity};
 use super::range::outside_range;
-use super::recordings::RecordingReader;
+use super::recording::Wanted;
+use super::recordings::{Read, RecordingReader};
 use super::test_path::{CircleFile, SweepFile};
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
+use crate::readings::{Kind, Reading};
 use crate::session::{Ball, Clock, Follow, Path as TestPath, Test, Zero};
 use crate::units::{Measure, shown};
 
@@ -28,8 +31,14 @@ pub(super) struct TestFile {
     pub(super) bar_setup: Option<String>,
     pub(super) zero: Option<String>,
     pub(super) bar_error: Option<serde_yaml::Value>,
-    pub(super) pivot: BallFile,
-    pub(super) spindle_ball: BallFile,
+    pub(super) pivot: Option<BallFile>,
+    pub(super) spindle_ball: Option<BallFile>,
+    pub(super) readings: Option<String>,
+    pub(super) instrument: Option<FrameFile>,
+    pub(super) socket: Option<FrameFile>,
+    pub(super) target: Option<FrameFile>,
+    #[serde(default)]
+    pub(super) columns: BTreeMap<String, String>,
     #[serde(default)]
     pub(super) positions: BTreeMap<String, f64>,
     pub(super) feed: Option<f64>,
@@ -41,11 +50,11 @@ pub(super) struct TestFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BallFile {
-    link: String,
-    at: [f64; 3],
-    setup: Option<String>,
-    spread: Option<serde_yaml::Value>,
-    indexed_about: Option<String>,
+    pub(super) link: String,
+    pub(super) at: [f64; 3],
+    pub(super) setup: Option<String>,
+    pub(super) spread: Option<serde_yaml::Value>,
+    pub(super) indexed_about: Option<String>,
 }
 
 /// Smallest bar length, mm, and feed, mm/min.
@@ -59,14 +68,26 @@ fn names_a_file(name: &str) -> bool {
 /// What reading one test needs.
 pub(super) struct TestReader<'a> {
     pub(super) document: &'a Document,
+    /// Kind of the readings of tests that do not say their own.
+    pub(super) kind: Kind,
     pub(super) recordings: RecordingReader<'a>,
     pub(super) machine: &'a Machine,
     pub(super) chain: &'a Chain,
 }
 
 impl TestReader<'_> {
-    /// Reads the test with this index.
-    pub(super) fn test(&self, index: usize, raw: &TestFile) -> Result<Test, LoadError> {
+    /// Reads the test with this index: one for lengths, one for each number of other readings.
+    pub(super) fn tests(&self, index: usize, raw: &TestFile) -> Result<Vec<Test>, LoadError> {
+        let wanted = self.wanted(index, raw)?;
+        let (test, read) = self.test(index, raw, &wanted)?;
+        match wanted.kind {
+            Kind::Length => Ok(vec![test]),
+            _ => self.parts(index, raw, (test, read), &wanted),
+        }
+    }
+
+    /// Reads what a test has whatever its kind.
+    fn test(&self, index: usize, raw: &TestFile, wanted: &Wanted) -> Result<(Test, Option<Read>), LoadError> {
         let refuse = |key: &str, message: String| {
             self.document.refuse(
                 &[Step::Key("tests"), Step::Index(index), Step::Key(key)],
@@ -95,9 +116,15 @@ impl TestReader<'_> {
         let zero = self.zero(index, raw)?;
         let path = self.path(index, raw)?;
         let recording = match &raw.recording {
-            Some(name) => self.recordings.recording(index, raw, name, self.machine)?,
+            Some(name) => self.recordings.recording(index, raw, name, (self.machine, wanted))?,
             None => None,
         };
+        let (read, recording) = match (recording, wanted.kind) {
+            (Some(read), Kind::Length) => (None, Some(read.recording)),
+            (Some(read), _) => (Some(read), None),
+            (None, _) => (None, None),
+        };
+        let recording = recording.or_else(|| read.as_ref().map(|read| read.recording.clone()));
         if let Some(recording) = &recording {
             let no_positions = matches!(recording.clock, Clock::Absent);
             if no_positions && path.is_none() {
@@ -137,11 +164,12 @@ impl TestReader<'_> {
                 )?,
                 None => 0.0,
             },
-            pivot: self.ball(index, "pivot", &raw.pivot)?,
-            spindle_ball: self.ball(index, "spindle_ball", &raw.spindle_ball)?,
+            pivot: self.side(index, raw, (wanted.kind, "pivot"))?,
+            spindle_ball: self.side(index, raw, (wanted.kind, "spindle_ball"))?,
             positions: vec![None; self.machine.axes.len()],
             feed_mm_per_min: raw.feed,
             overshoot: raw.overshoot,
+            reading: Reading::Length,
         };
         for (name, &value) in &raw.positions {
             let axis =
@@ -149,7 +177,7 @@ impl TestReader<'_> {
             test.positions[axis] = Some(self.position(index, axis, value)?);
         }
         self.every_axis_known(index, &test)?;
-        Ok(test)
+        Ok((test, read))
     }
 
     fn zero(&self, index: usize, raw: &TestFile) -> Result<Zero, LoadError> {
@@ -188,7 +216,7 @@ impl TestReader<'_> {
         }
     }
 
-    fn ball(&self, index: usize, key: &str, raw: &BallFile) -> Result<Ball, LoadError> {
+    pub(super) fn ball(&self, index: usize, key: &str, raw: &BallFile) -> Result<Ball, LoadError> {
         let place = [Step::Key("tests"), Step::Index(index), Step::Key(key)];
         for value in raw.at {
             finite(self.document, &place, value)?;

@@ -2,7 +2,10 @@
 
 use std::fmt::Write as _;
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::machine::Machine;
+use crate::readings::{Kind, LEVER_MM, Part, euler_xyz, quaternion, rotation};
 use crate::session::{LengthColumn, Motion, Test};
 
 /// Readings of a test as CSV, in the unit and from the origin of `column`: with the clock and position columns of its own
@@ -74,4 +77,68 @@ fn field(length_mm: f64, column: LengthColumn, bar_mm: Option<f64>) -> String {
         LengthColumn::DeviationUm => format!("{value:.7}"),
         _ => format!("{value:.10}"),
     }
+}
+
+/// Readings of several numbers as CSV: with the clock and position columns of their recording, then the columns that held the
+/// readings. `numbers` are the values of each number of the kind, row by row, turns counted from the rotation that was read.
+pub fn parts_csv(machine: &Machine, test: &Test, part: &Part, motion: &Motion, numbers: &[&[f64]]) -> String {
+    let columns: Vec<String> = match part.columns.is_empty() {
+        false => part.columns.to_vec(),
+        true => part.kind.column_sets()[0].iter().map(|name| name.to_string()).collect(),
+    };
+    let (header, leading) = leading(machine, test, motion);
+    let mut text = format!("{},{}\n", header, columns.join(","));
+    text = text.trim_end_matches([',', '\n']).to_string() + "\n";
+    let coordinates = part.kind.scalars().iter().filter(|scalar| !scalar.is_turn()).count();
+    for (row, leading) in leading.iter().enumerate() {
+        let mut fields: Vec<f64> = numbers.iter().take(coordinates).map(|values| values[row]).collect();
+        if part.kind == Kind::SamePoint {
+            fields.clear();
+        }
+        if let [x, y, z] = numbers[coordinates.min(numbers.len())..] {
+            let turn = Vector3::new(x[row], y[row], z[row]) / LEVER_MM;
+            let read = part.measured.get(row).copied().unwrap_or_else(Matrix3::identity);
+            fields.extend(rotation_fields(&(rotation(&turn) * read), columns.len() - coordinates));
+        }
+        let _ = write!(text, "{leading}");
+        for field in fields {
+            let _ = if field.is_finite() { write!(text, ",{field:.10}") } else { write!(text, ",") };
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A rotation in the columns that a file has for it.
+fn rotation_fields(rotation: &Matrix3<f64>, columns: usize) -> Vec<f64> {
+    match columns {
+        4 => quaternion(rotation).to_vec(),
+        3 => euler_xyz(rotation).map(f64::to_degrees).to_vec(),
+        _ => rotation.transpose().iter().copied().collect(),
+    }
+}
+
+/// Header and rows of clock and positions: the recording's own texts, or those of the motion.
+fn leading(machine: &Machine, test: &Test, motion: &Motion) -> (String, Vec<String>) {
+    if let Some(recording) = test.recording.as_ref().filter(|recording| !recording.leading_header.is_empty()) {
+        return (recording.leading_header.clone(), recording.leading_texts.clone());
+    }
+    let names = motion.moving.iter().map(|&axis| {
+        let axis = &machine.axes[axis];
+        format!("{}_{}", axis.name, axis.kind.position_unit())
+    });
+    let names: Vec<String> = names.collect();
+    let clock = if motion.time_s.is_some() { "time_s" } else { "pose" };
+    let decimals = time_decimals(motion.time_s.as_deref().unwrap_or_default());
+    let rows = (0..motion.rows()).map(|row| {
+        let mut text = match &motion.time_s {
+            Some(time) => format!("{:.decimals$}", time[row]),
+            None => row.to_string(),
+        };
+        for &axis in &motion.moving {
+            let _ = write!(text, ",{:.9}", machine.axes[axis].kind.to_file_unit(motion.row(row)[axis]));
+        }
+        text
+    });
+    (format!("{clock},{}", names.join(",")), rows.collect())
 }

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::effect_yaml::effect_yaml;
 use super::number::{position, quantity, reading_back, scaled_quantity};
 use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
+use crate::readings::{Kind, Part, quaternion};
 use crate::session::{Ball, Path, Session, Test, Zero};
 use crate::units::Measure;
 
@@ -173,14 +174,40 @@ pub fn session_yaml(session: &Session) -> String {
         spread(session.spread.bar_length_mm)
     );
     out.push_str("tests:\n");
-    for test in &session.tests {
+    let gaps: Vec<&Test> = session.tests.iter().filter(|test| test.reading.is_gap()).collect();
+    if !gaps.is_empty() {
+        out.truncate(out.len() - "tests:\n".len());
+        out.push_str("sockets:\n");
+        gaps.into_iter().for_each(|test| sockets_yaml(&mut out, session, test));
+        out.push_str("tests:\n");
+    }
+    // a reading of several numbers stands once
+    for test in session.tests.iter().filter(|test| test.reading.part().is_none_or(Part::leads)) {
         test_yaml(&mut out, &session.machine, test);
     }
     out
 }
 
+/// A known distance of two sockets.
+fn sockets_yaml(out: &mut String, session: &Session, test: &Test) {
+    let named = |ball: &Ball| {
+        let is_it = |other: &&Test| other.pivot == *ball && other.reading.part().is_some_and(Part::leads);
+        session.tests.iter().find(is_it).and_then(|test| test.reading.part()).map_or("", |part| &part.of)
+    };
+    let (Some(recording), Some(noise)) = (&test.recording, test.reading.stated_noise_mm()) else { return };
+    let _ = writeln!(
+        out,
+        "  - {{between: [{}, {}], distance: {}, spread: {}}}",
+        text(named(&test.pivot)),
+        text(named(&test.spindle_ball)),
+        recording.length_mm[0],
+        quantity(Measure::Length, noise)
+    );
+}
+
 fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
-    let _ = writeln!(out, "  - name: {}", text(&test.name));
+    let part = test.reading.part();
+    let _ = writeln!(out, "  - name: {}", text(part.map_or(&test.name, |part| &part.of)));
     let mut line = |key: &str, value: Option<String>| {
         if let Some(value) = value {
             let _ = writeln!(out, "    {key}: {value}");
@@ -192,8 +219,25 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     line("bar_setup", test.bar_setup.as_deref().map(text));
     line("zero", (test.zero != Zero::default()).then(|| test.zero.name().to_string()));
     line("bar_error", (test.bar_error_mm != 0.0).then(|| quantity(Measure::Length, test.bar_error_mm)));
-    line("pivot", Some(ball(&test.pivot)));
-    line("spindle_ball", Some(ball(&test.spindle_ball)));
+    match part {
+        None => {
+            line("pivot", Some(ball(&test.pivot)));
+            line("spindle_ball", Some(ball(&test.spindle_ball)));
+        }
+        Some(part) => {
+            line("readings", Some(part.kind.name().to_string()));
+            let sets = part.kind.column_sets().iter().find(|set| set.len() == part.columns.len());
+            let renamed = sets.into_iter().flat_map(|set| set.iter().zip(part.columns.iter()));
+            let renamed: Vec<String> = renamed
+                .filter(|(usual, own)| *usual != own)
+                .map(|(usual, own)| format!("{usual}: {}", text(own)))
+                .collect();
+            line("columns", (!renamed.is_empty()).then(|| format!("{{{}}}", renamed.join(", "))));
+            let instrument = if part.kind == Kind::SamePoint { "socket" } else { "instrument" };
+            line(instrument, Some(frame(&test.pivot, &part.instrument_axes, part.instrument_turn_rad)));
+            line("target", Some(frame(&test.spindle_ball, &part.target_axes, part.target_turn_rad)));
+        }
+    }
     let standing: Vec<String> = machine
         .axes
         .iter()
@@ -230,6 +274,21 @@ fn ball(ball: &Ball) -> String {
     }
     if let Some(about) = ball.indexed_about {
         let _ = write!(out, ", indexed_about: {}", ["x", "y", "z"][about]);
+    }
+    out.push('}');
+    out
+}
+
+/// An instrument, a socket or a target.
+fn frame(at: &Ball, axes: &Matrix3<f64>, turn_rad: Option<f64>) -> String {
+    let mut out = ball(at);
+    out.pop();
+    if *axes != Matrix3::identity() {
+        let [w, x, y, z] = quaternion(axes);
+        let _ = write!(out, ", quaternion: [{w}, {x}, {y}, {z}]");
+    }
+    if let Some(turn) = turn_rad {
+        let _ = write!(out, ", turn_spread: {}", quantity(Measure::Angle, turn));
     }
     out.push('}');
     out

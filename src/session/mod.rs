@@ -15,6 +15,7 @@ pub use setups::{Setup, Setups};
 use nalgebra::Vector3;
 
 use crate::machine::Machine;
+use crate::readings::Reading;
 
 /// How well setups are known before the fit: standard deviations per coordinate, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +90,7 @@ impl Ball {
     }
 }
 
-/// One test: a bar between two balls while some axes move.
+/// One test: a bar between two balls while some axes move, or one number of what another instrument read of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Test {
     pub name: String,
@@ -116,6 +117,8 @@ pub struct Test {
     pub feed_mm_per_min: Option<f64>,
     /// How far outside the arc the axes started, in the capture's direction, mm or deg.
     pub overshoot: Option<f64>,
+    /// What the rows hold: lengths, or one number of a point, a pose, a socket, a displacement.
+    pub reading: Reading,
 }
 
 impl Test {
@@ -147,4 +150,11 @@ pub struct Session {
     pub machine: Machine,
     pub spread: Spread,
     pub tests: Vec<Test>,
+}
+
+impl Session {
+    /// Whether any test was read by another instrument than a bar.
+    pub fn has_parts(&self) -> bool {
+        self.tests.iter().any(|test| test.reading.part().is_some())
+    }
 }

@@ -1,6 +1,7 @@
 //! Which tests share a pivot, a spindle ball or a bar, and so an unknown placement error; the errors themselves are fitted elsewhere.
 
 use super::{Ball, Session, Test, Zero};
+use crate::readings::Kind;
 
 /// A physical setup that several tests share.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +14,8 @@ pub struct Setup {
     pub spread_mm: f64,
     /// How a bar's zero was set; balls have none to set and say `Calibrated`.
     pub zero: Zero,
+    /// Prior standard deviation of a turn of its axes about each direction of R, rad; `None` for what has none or stands exactly.
+    pub turn_rad: Option<f64>,
 }
 
 /// All setups of a session and, for each test, which ones it uses.
@@ -23,7 +26,9 @@ pub struct Setups {
     pub bars: Vec<Setup>,
     /// Index into `pivots`, by test.
     pub pivot_of: Vec<usize>,
-    /// Index into `spindle_balls`, by test.
+    /// Index into `pivots` of the second end of a known distance of two sockets, by test; `None` for all others.
+    pub second_pivot_of: Vec<Option<usize>>,
+    /// Index into `spindle_balls`, by test; none of them for a known distance of two sockets.
     pub spindle_ball_of: Vec<usize>,
     /// Index into `bars`, by test; `None` for an absolute length gauge.
     pub bar_of: Vec<Option<usize>>,
@@ -43,10 +48,22 @@ impl Setups {
                 |first| same_ball(&session.tests[first].pivot, &test.pivot),
                 || {
                     let spread_mm = test.pivot.spread_mm.unwrap_or(session.spread.pivot_mm);
-                    (ball_label("pivot", &test.pivot), spread_mm, Zero::Calibrated)
+                    let turn_rad = test.reading.part().and_then(|part| part.instrument_turn_rad);
+                    (ball_label(role(test, "pivot"), &test.pivot), spread_mm, Zero::Calibrated, turn_rad)
                 },
             );
             setups.pivot_of.push(pivot);
+            if test.reading.is_gap() {
+                let first = setups
+                    .pivots
+                    .iter()
+                    .position(|setup| same_ball(&session.tests[setup.first_test].pivot, &test.spindle_ball));
+                setups.second_pivot_of.push(first);
+                setups.spindle_ball_of.push(usize::MAX);
+                setups.bar_of.push(None);
+                continue;
+            }
+            setups.second_pivot_of.push(None);
             let ball = &test.spindle_ball;
             let spindle = group(
                 &mut setups.spindle_balls,
@@ -54,7 +71,8 @@ impl Setups {
                 |first| same_ball(&session.tests[first].spindle_ball, ball),
                 || {
                     let spread_mm = ball.spread_mm.unwrap_or(session.spread.spindle_ball_mm);
-                    (ball_label("spindle ball", ball), spread_mm, Zero::Calibrated)
+                    let turn_rad = test.reading.part().and_then(|part| part.target_turn_rad);
+                    (ball_label(role(test, "spindle ball"), ball), spread_mm, Zero::Calibrated, turn_rad)
                 },
             );
             setups.spindle_ball_of.push(spindle);
@@ -63,7 +81,7 @@ impl Setups {
                     &mut setups.bars,
                     index,
                     |first| same_bar(&session.tests[first], test),
-                    || (bar_label(length, test), test.zero.spread_mm(session.spread.bar_length_mm), test.zero),
+                    || (bar_label(length, test), test.zero.spread_mm(session.spread.bar_length_mm), test.zero, None),
                 )
             });
             setups.bar_of.push(bar);
@@ -77,13 +95,13 @@ fn group(
     list: &mut Vec<Setup>,
     test: usize,
     same: impl Fn(usize) -> bool,
-    describe: impl FnOnce() -> (String, f64, Zero),
+    describe: impl FnOnce() -> (String, f64, Zero, Option<f64>),
 ) -> usize {
     if let Some(index) = list.iter().position(|setup| same(setup.first_test)) {
         return index;
     }
-    let (label, spread_mm, zero) = describe();
-    list.push(Setup { label, first_test: test, spread_mm, zero });
+    let (label, spread_mm, zero, turn_rad) = describe();
+    list.push(Setup { label, first_test: test, spread_mm, zero, turn_rad });
     list.len() - 1
 }
 
@@ -102,7 +120,23 @@ fn same_bar(one: &Test, other: &Test) -> bool {
     }
 }
 
+/// What stands at the place of a test's ball.
+fn role(test: &Test, of_a_bar: &'static str) -> &'static str {
+    match (test.reading.part().map(|part| part.kind), of_a_bar) {
+        (None, _) => of_a_bar,
+        (Some(Kind::SamePoint), "pivot") => "socket",
+        (Some(_), "pivot") => "instrument",
+        (Some(Kind::SamePoint), _) => "ball",
+        (Some(_), _) => "target",
+    }
+}
+
 fn ball_label(role: &str, ball: &Ball) -> String {
+    if !["pivot", "spindle ball"].contains(&role) {
+        // its place may stem from a search and have many digits
+        let tag = ball.setup.as_ref().map(|tag| format!(" ({tag})")).unwrap_or_default();
+        return format!("{role} on {}{tag}", ball.link);
+    }
     let tag = ball.setup.as_ref().map(|tag| format!(" ({tag})")).unwrap_or_default();
     format!("{role} on {} at ({}, {}, {}){tag}", ball.link, ball.at.x, ball.at.y, ball.at.z)
 }

@@ -8,9 +8,10 @@ pub use setup_errors::SetupErrors;
 
 use nalgebra::Vector3;
 
-use crate::chain::{Chain, Composition, Geometry};
+use crate::chain::{Chain, Composition, Geometry, MotionErrors, Sensitivity};
 use crate::effects::{Context, Disturbance, Disturbances, EffectError};
 use crate::machine::Machine;
+use crate::readings::{At, Mount};
 use crate::session::{Motion, MotionError, Session, Test};
 
 /// A simulated recording: lengths over the rows of a motion.
@@ -83,6 +84,7 @@ pub fn lengths(
     disturbances: &[Disturbance],
 ) -> Result<Vec<f64>, MotionError> {
     let (pivot, spindle) = test.links(geometry.chain())?;
+    let mut read = Read::of(geometry, test);
     let has_component_errors = session.machine.axes.iter().any(|axis| !axis.component_errors.is_empty());
     let mut component = vec![[0.0; 6]; motion.axis_count];
     let mut actual = vec![0.0; motion.axis_count];
@@ -93,7 +95,7 @@ pub fn lengths(
             component.as_mut_slice()
         });
         let Some(disturbance) = disturbances.get(row) else {
-            return geometry.length((pivot, balls.0), (spindle, balls.1), commanded, moves.as_deref())
+            return read.at(row, ((pivot, balls.0), (spindle, balls.1)), commanded, moves.as_deref())
                 + test.bar_error_mm;
         };
         for (sum, added) in moves.into_iter().flatten().zip(&disturbance.motion) {
@@ -104,11 +106,36 @@ pub fn lengths(
         }
         let pivot_at = balls.0 + disturbance.pivot_mm;
         let spindle_at = balls.1 + disturbance.spindle_mm;
-        geometry.length((pivot, &pivot_at), (spindle, &spindle_at), &actual, Some(component.as_slice()))
+        read.at(row, ((pivot, &pivot_at), (spindle, &spindle_at)), &actual, Some(component.as_slice()))
             + disturbance.reading_mm
             + test.bar_error_mm
     });
     Ok(readings.collect())
+}
+
+/// Reads the rows of one test.
+struct Read<'a> {
+    geometry: &'a Geometry<'a>,
+    part: Option<(Mount<'a>, Sensitivity)>,
+}
+
+impl<'a> Read<'a> {
+    fn of(geometry: &'a Geometry<'a>, test: &'a Test) -> Read<'a> {
+        let room = || Sensitivity::zeros(geometry.chain().axis_count());
+        let part = test.reading.part();
+        Read { geometry, part: part.map(|part| (Mount::of(Some(part), Default::default()), room())) }
+    }
+
+    /// The reading at a row, mm.
+    fn at(&mut self, row: usize, balls: (At, At), positions: &[f64], motion: Option<&MotionErrors>) -> f64 {
+        match &mut self.part {
+            None => self.geometry.length(balls.0, balls.1, positions, motion),
+            Some((mount, out)) => {
+                mount.evaluate(self.geometry, balls, row, (positions, motion), out);
+                out.length_mm
+            }
+        }
+    }
 }
 
 /// Component errors of every axis at the given positions, mm and rad.

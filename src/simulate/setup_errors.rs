@@ -49,7 +49,10 @@ impl SetupErrors {
         SetupErrors {
             pivot_mm: setups.pivot_of.iter().map(|&index| pivots[index]).collect(),
             spindle_mm: (setups.spindle_ball_of.iter().zip(&session.tests))
-                .map(|(&index, test)| Vector3::from_fn(|k, _| test.spindle_ball.sign(k) * balls[index][k]))
+                .map(|(&index, test)| match balls.get(index) {
+                    Some(ball) => Vector3::from_fn(|k, _| test.spindle_ball.sign(k) * ball[k]),
+                    None => Vector3::zeros(),
+                })
                 .collect(),
             bar_mm: setups.bar_of.iter().map(|bar| bar.map_or(0.0, |index| bars[index])).collect(),
         }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fiveaxis::chain::Chain;
+use fiveaxis::readings::Part;
 use fiveaxis::report::recording::path_csv;
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{Clock, Follow, Motion, Path as TestPath, Session, Test};
@@ -20,7 +21,7 @@ pub fn saved(file: &Path, session: &Session, mut fitted: Session) -> Result<Outp
     output.add("session.yaml", session_yaml(&fitted));
     let beside = file.parent().map(PathBuf::from).unwrap_or_default();
     let chain = Chain::of(&session.machine);
-    for test in &session.tests {
+    for test in session.tests.iter().filter(|test| test.reading.part().is_none_or(Part::leads)) {
         let (Some(name), Some(recording)) = (&test.recording_file, &test.recording) else { continue };
         if ["machine.yaml", "session.yaml"].contains(&name.as_str()) {
             return Err(format!(

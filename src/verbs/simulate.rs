@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Composition;
 use fiveaxis::load::{load_instrument, load_session, recording_from_csv};
-use fiveaxis::report::recording::recording_csv;
+use fiveaxis::report::recording::{parts_csv, recording_csv};
 use fiveaxis::report::simulation::{simulation_json, simulation_text};
 use fiveaxis::session::{LengthColumn, Session, Test};
 use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate_with};
@@ -107,7 +107,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         traces = instrument.read(&session, traces, arguments.seed)?;
     }
     let mut output = OutputFolder::default();
-    for (test, trace) in session.tests.iter().zip(&traces) {
+    for (index, (test, trace)) in session.tests.iter().zip(&traces).enumerate() {
+        if let Some(part) = test.reading.part() {
+            if part.leads() {
+                let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", part.of));
+                // the numbers of a reading follow each other
+                let own = &traces[index..index + part.kind.scalars().len()];
+                let numbers: Vec<&[f64]> = own.iter().map(|trace| trace.length_mm.as_slice()).collect();
+                output.add(name, parts_csv(&session.machine, test, part, &trace.motion, &numbers));
+            }
+            continue;
+        }
         let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", test.name));
         let column = column_of(arguments.readings, test)?;
         let text = recording_csv(&session.machine, test, &trace.motion, &trace.length_mm, column);

@@ -175,7 +175,7 @@ pub fn size_as_judged(model: &LinearModel, candidate: &Candidate, cause: &Cause)
 
 /// Whether a term moves along a direction, per kelvin or not.
 pub(crate) fn is_length(term: &Term) -> bool {
-    matches!(term.measure, Measure::Length | Measure::LengthPerKelvin)
+    matches!(term.measure, Measure::Length | Measure::LengthPerKelvin | Measure::LengthPerLoad)
 }
 
 /// Terms that carry the size: of a lag the lag, of what grows the growth along its axis, else lengths where there are any,

@@ -290,8 +290,8 @@ fn column_in(gain: &[f64], profile: &[f64], (term, test): (&Term, usize), column
 /// Display units per library unit: µm, arcsec, ms, µm/m.
 pub fn display(measure: Measure) -> f64 {
     match measure {
-        Measure::Length | Measure::LengthPerKelvin => 1e3,
-        Measure::Angle | Measure::AnglePerKelvin => crate::units::ARCSEC_PER_RAD,
+        Measure::Length | Measure::LengthPerKelvin | Measure::LengthPerLoad => 1e3,
+        Measure::Angle | Measure::AnglePerKelvin | Measure::AnglePerLoad => crate::units::ARCSEC_PER_RAD,
         Measure::Strain => 1e6,
         Measure::Time => 1e3,
         Measure::TimeSquared => 1e6,
@@ -337,13 +337,8 @@ pub struct Column {
 fn derivative(problem: &Problem, test: usize, k: usize, s: &Sensitivity) -> f64 {
     debug_assert!(problem.tests[test].columns.contains(&k));
     match problem.unknowns[k].quantity {
-        Quantity::Location { axis, component } => s.location[axis][component.index()],
-        Quantity::Pivot { coordinate, .. } => s.pivot[coordinate],
-        Quantity::SpindleBall { coordinate, .. } => {
-            problem.session.tests[test].spindle_ball.sign(coordinate) * s.spindle[coordinate]
-        }
-        Quantity::Bar { .. } => 1.0,
         // a diagnosis takes linear axes as exact but for what it finds
         Quantity::Slide { .. } => 0.0,
+        _ => problem.derivative(test, k, s),
     }
 }

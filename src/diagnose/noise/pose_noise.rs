@@ -8,6 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::chain::Branch;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{Component, Outlet};
+use crate::readings::NOISE_CLASSES;
+use crate::session::Test;
 
 /// Readings by the pose in which they were taken, over all tests.
 pub struct Poses {
@@ -50,26 +52,52 @@ impl Poses {
 
 /// Number of readings that count as one, at least 1: variance of what a joint sees of the residual, with the readings
 /// of a pose together, over what it would be if each had an error of its own; the mean over all joints.
+///
+/// Kinds of readings with different noise count each in units of its own.
 pub fn readings_as_one(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> f64 {
     let rows = poses.rows(model);
+    let scale = scales(model, residual_mm);
     let count = rows.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-    let square = rows.iter().flatten().map(|&(test, row)| residual_mm[test][row].powi(2)).sum::<f64>() / count;
+    let residual = |test: usize, row: usize| residual_mm[test][row] / scale[test];
+    let square = rows.iter().flatten().map(|&(test, row)| residual(test, row).powi(2)).sum::<f64>() / count;
     let machine = model.context.machine();
     let ratios: Vec<f64> = (0..machine.axes.len())
         .filter_map(|axis| {
             let outlet = Outlet::own(machine, axis);
             let gains = model.gains(&outlet);
-            let gain = |test: usize, row: usize| gains[test].get(row).copied().unwrap_or(0.0);
+            let gain = |test: usize, row: usize| gains[test].get(row).copied().unwrap_or(0.0) / scale[test];
             let (mut together, mut apart) = (0.0, 0.0);
             for rows in &rows {
-                together +=
-                    rows.iter().map(|&(test, row)| gain(test, row) * residual_mm[test][row]).sum::<f64>().powi(2);
+                together += rows.iter().map(|&(test, row)| gain(test, row) * residual(test, row)).sum::<f64>().powi(2);
                 apart += rows.iter().map(|&(test, row)| gain(test, row).powi(2)).sum::<f64>() * square;
             }
             (apart > 0.0).then_some(together / apart)
         })
         .collect();
     (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
+}
+
+/// Mean squares of the residual by noise class, mm², with the number of readings; zero where a class has none.
+pub fn squares_by_class(model: &LinearModel, residual_mm: &[Vec<f64>]) -> [(f64, usize); NOISE_CLASSES] {
+    let mut sums = [(0.0, 0usize); NOISE_CLASSES];
+    for (test, residual) in residual_mm.iter().enumerate() {
+        let own = &mut sums[model.context.session().tests[test].reading.noise_class()];
+        for (value, _) in residual.iter().zip(&model.kept[test]).filter(|(_, kept)| **kept) {
+            *own = (own.0 + value * value, own.1 + 1);
+        }
+    }
+    sums.map(|(sum, count)| (sum / count.max(1) as f64, count))
+}
+
+/// Size of a test's residual beside that of the first class that has readings.
+fn scales(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<f64> {
+    let squares = squares_by_class(model, residual_mm);
+    let first = squares.iter().find(|(_, count)| *count > 0).map_or(1.0, |(square, _)| *square);
+    let scale = |test: &Test| match squares[test.reading.noise_class()] {
+        (square, count) if count > 0 && square > 0.0 && first > 0.0 => (square / first).sqrt(),
+        _ => 1.0,
+    };
+    model.context.session().tests.iter().map(scale).collect()
 }
 
 /// What is left of the residual of static poses, by whether the readings of a pose share it.

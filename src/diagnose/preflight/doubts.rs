@@ -65,7 +65,9 @@ pub(crate) fn unjudged(session: &Session, fit: &Fit) -> Option<String> {
 /// What a fit left or moved beyond what noise, stated spreads and a working machine allow; `None` for a fit that fits.
 pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
     let prior = FreePrior::of(&session.machine);
-    let allowed_um = 1e3 * MOST_RESIDUAL * prior.length_mm;
+    // without a bar between balls nothing says what else the residual may be: only what no chain explains is refused
+    let share = if session.has_parts() { 1.0 } else { MOST_RESIDUAL };
+    let allowed_um = 1e3 * share * prior.length_mm;
     let rms_um = 1e3 * fit.rms_mm;
     if rms_um > allowed_um {
         let noise = match repeats_um(session, fit) {

@@ -79,8 +79,9 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     };
     let noisy = fit.as_ref().and_then(|fit| unjudged(session, fit));
     let repeats_um = fit.as_ref().and_then(|fit| repeats_um(session, fit));
-    let mut fault = contradiction(session);
-    if fault.is_none() && noisy.is_none() && misfit.is_some() {
+    // the mistakes known here are those of lengths between balls
+    let mut fault = if session.has_parts() { None } else { contradiction(session) };
+    if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         fault = contest(session).or_else(|| further_contradiction(session));
     }
     let unknown = "; no mistake that is known explains it: check machine file, ball places, bars and which recording \
@@ -98,7 +99,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
 
 /// A mistake behind a residual that is far above the noise floor, or an arc, direction or speed that is not its test's.
 fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result<Option<DataFault>, FitError> {
-    let Some(fit) = &examination.fit else { return Ok(None) };
+    let Some(fit) = examination.fit.as_ref().filter(|_| !session.has_parts()) else { return Ok(None) };
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let problem = Problem::new(session, &chain, &setups, fit.unknowns.clone())?;

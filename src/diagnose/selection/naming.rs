@@ -10,7 +10,7 @@ use crate::units::Measure;
 /// Drivers that look alike where one place is concerned.
 pub(crate) fn driver_class(driver: Driver) -> u8 {
     match driver {
-        Driver::Position | Driver::Gravity => 0,
+        Driver::Position | Driver::Gravity | Driver::Load => 0,
         Driver::Direction => 1,
         Driver::Time | Driver::Temperature | Driver::Event => 2,
         Driver::Speed => 3,
@@ -111,8 +111,8 @@ pub(crate) fn component_name(machine: &Machine, outlet: &Outlet) -> String {
 /// Unit of a measure in findings.
 pub fn unit(measure: Measure) -> &'static str {
     match measure {
-        Measure::Length | Measure::LengthPerKelvin => "um",
-        Measure::Angle | Measure::AnglePerKelvin => "arcsec",
+        Measure::Length | Measure::LengthPerKelvin | Measure::LengthPerLoad => "um",
+        Measure::Angle | Measure::AnglePerKelvin | Measure::AnglePerLoad => "arcsec",
         Measure::Strain => "um/m",
         Measure::Time => "ms",
         Measure::TimeSquared => "us2",

@@ -13,7 +13,7 @@ use super::selected::{Candidate, Search, SelectedEffect};
 use super::shape_fit::refine_all;
 use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
-use crate::diagnose::noise::pose_noise::{Poses, readings_as_one};
+use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class};
 use crate::effects::{Signature, is_a};
 use crate::machine::ParameterValue;
 use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};
@@ -39,6 +39,9 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     let mut state = State::start(model, &poses);
     let noise_before = state.noise.clone();
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
+    // a load that was measured is asked before anything else that could imitate it
+    let loads = only_loads(families);
+    state.rounds(&loads, &poses, STRONG);
     state.rounds(&without_free_curves(families), &poses, STRONG);
     let mut families = families.to_vec();
     if let Some(rates) = state.refined_rates() {
@@ -47,6 +50,9 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
             effect.set("rates", ParameterValue::List(rates.clone()));
         }
         state = State::start(model, &poses);
+    }
+    if !state.found.iter().any(|found| is_a(&found.chosen.effect.kind, Signature::Load)) {
+        state.rounds(&loads, &poses, ACCEPT_FURTHER);
     }
     state.rounds(&without_free_curves(&families), &poses, ACCEPT_FURTHER);
     let best_left = state.rounds(&families, &poses, ACCEPT_FURTHER);
@@ -59,6 +65,13 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         residual_mm: state.residual_mm,
         best_left,
     }
+}
+
+/// The same list with nothing to look at but compliance under measured loads.
+fn only_loads(families: &[CandidateFamily]) -> Vec<CandidateFamily> {
+    let mut loads = families.to_vec();
+    loads.iter_mut().filter(|family| !is_a(family.kind, Signature::Load)).for_each(|family| family.grid.clear());
+    loads
 }
 
 /// The same list with nothing to look at for free curves: they are many columns and asked when named forms are used up.
@@ -115,8 +128,11 @@ impl<'g, 'a> State<'g, 'a> {
         let left = regression.residual_mm(&joint);
         let (square_before, square_after) =
             (mean_square(self.model, &self.residual_mm), mean_square(self.model, &left));
-        let readings = self.model.kept.iter().flatten().filter(|kept| **kept).count() as f64;
-        let gain = 0.5 * readings / readings_as_one(self.model, poses, &left) * (square_before / square_after).ln();
+        let classes =
+            squares_by_class(self.model, &self.residual_mm).into_iter().zip(squares_by_class(self.model, &left));
+        let ratios = classes.filter(|((_, count), (after, _))| *count > 0 && *after > 0.0);
+        let sum: f64 = ratios.map(|((before, count), (after, _))| count as f64 * (before / after).ln()).sum();
+        let gain = 0.5 * sum / readings_as_one(self.model, poses, &left);
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         let rivals = candidates
             .into_iter()
@@ -218,6 +234,13 @@ impl<'g, 'a> State<'g, 'a> {
 
 /// White noise that makes one likelihood out of readings which share the error of their pose.
 fn noise(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
-    let white = (mean_square(model, residual_mm) * readings_as_one(model, poses, residual_mm)).sqrt();
-    vec![NoiseModel::white(white.max(NOISE_FLOOR_MM)); model.tests()]
+    let as_one = readings_as_one(model, poses, residual_mm);
+    let white = squares_by_class(model, residual_mm)
+        .map(|(square, _)| NoiseModel::white((square * as_one).sqrt().max(NOISE_FLOOR_MM)));
+    let tests = model.context.session().tests.iter();
+    let of_test = tests.map(|test| match test.reading.stated_noise_mm() {
+        Some(noise_mm) => NoiseModel::white(noise_mm),
+        None => white[test.reading.noise_class()],
+    });
+    of_test.collect()
 }

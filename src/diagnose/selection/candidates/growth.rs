@@ -53,6 +53,25 @@ pub(super) fn lag_refined(span: f64) -> Refined {
 
 /// Temperature columns that every recording has.
 pub fn channels(model: &LinearModel) -> Vec<String> {
+    common_channels(model, |name| name.starts_with("temp"))
+}
+
+/// Columns of loads, in Nm or N, that every recording has, with a load at every row.
+pub fn loads(model: &LinearModel) -> Vec<String> {
+    let is_full = |name: &String| {
+        let tests = model.context.session().tests.iter();
+        let mut columns = tests.filter_map(|test| {
+            let recording = test.recording.as_ref()?;
+            recording.channels.iter().find(|(own, _)| own == name).map(|(_, column)| column)
+        });
+        columns.all(|column| column.iter().all(|value| value.is_finite()))
+    };
+    let mut names = common_channels(model, |name| name.ends_with("_Nm") || name.ends_with("_N"));
+    names.retain(is_full);
+    names
+}
+
+fn common_channels(model: &LinearModel, is_wanted: fn(&str) -> bool) -> Vec<String> {
     let tests = &model.context.session().tests;
     let names = |index: usize| -> Vec<String> {
         let recording = tests.get(index).and_then(|test| test.recording.as_ref());
@@ -61,6 +80,6 @@ pub fn channels(model: &LinearModel) -> Vec<String> {
     let common = names(0);
     common
         .into_iter()
-        .filter(|name| name.starts_with("temp") && (0..tests.len()).all(|test| names(test).contains(name)))
+        .filter(|name| is_wanted(name) && (0..tests.len()).all(|test| names(test).contains(name)))
         .collect()
 }

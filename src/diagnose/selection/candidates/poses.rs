@@ -1,10 +1,11 @@
 //! Further candidates for sessions of static poses: what drives and gravity do to an arm. The general ones are in the other files.
 
 use super::family::{CandidateFamily, list_of};
+use super::growth::loads;
 use super::motions::{directions, gravity_turns_in, motion, travelled};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::effects::{
-    ARRIVAL_LAG, CYCLIC_ERROR, GRAVITY_SAG, ROTARY_ERROR_MOTION, Signature, THERMAL_GROWTH, is_a, kind,
+    ARRIVAL_LAG, CYCLIC_ERROR, GRAVITY_SAG, LOAD_COMPLIANCE, ROTARY_ERROR_MOTION, Signature, THERMAL_GROWTH, is_a, kind,
 };
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
@@ -31,6 +32,7 @@ pub(super) fn for_poses(model: &LinearModel, list: &mut Vec<CandidateFamily>) {
         arrivals(model, axis, &moving, list);
         list.push(warming_up(model, axis));
         if machine.axes[axis].kind == AxisKind::Rotary {
+            yields(model, axis, list);
             sags(model, axis, list);
             periodic(model, axis, list);
         }
@@ -87,6 +89,33 @@ fn is_own_of(model: &LinearModel, of: usize, axis: usize, outlet: &Outlet) -> bo
     let (before, after) = (chain.carried_by(of), chain.carried_by(axis));
     let follows = before.branch == after.branch && after.depth == before.depth + 1;
     follows && chain.joint(of).direction[component.direction_index()].abs() > 0.9
+}
+
+/// The number in a name: 2 of `J2` and of `tau2_Nm`.
+fn number_in(name: &str) -> Option<usize> {
+    let digits: String = name.chars().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+    digits.parse().ok()
+}
+
+/// What a joint yields to loads that were measured: about its own line, and across.
+fn yields(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
+    let place = Place::Axis(axis);
+    let under =
+        |channel: String| Effect::new(LOAD_COMPLIANCE.name, place).with("channel", ParameterValue::Word(channel));
+    let machine = model.context.machine();
+    // a joint yields to its own torque; a channel that no joint's number claims may act anywhere
+    let is_of = |channel: &str, axis: usize| {
+        number_in(channel).is_some_and(|own| number_in(&machine.axes[axis].name) == Some(own))
+    };
+    let is_free = |channel: &str| !(0..machine.axes.len()).any(|axis| is_of(channel, axis));
+    let channels = loads(model).into_iter().filter(|channel| is_of(channel, axis) || is_free(channel));
+    let grid: Vec<Effect> = channels.map(under).collect();
+    if grid.is_empty() {
+        return;
+    }
+    for outlets in [vec![Outlet::own(machine, axis)], motion(axis, &directions(machine, axis).tilts)] {
+        list.push(CandidateFamily::new(LOAD_COMPLIANCE.name, place, outlets, PLAUSIBLE).over(grid.clone()));
+    }
 }
 
 /// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.

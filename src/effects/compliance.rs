@@ -1,0 +1,80 @@
+//! Deflection of a joint under a load that was measured: a torque or a force that stands in a column of the recordings. Loads that are only known from masses are in `gravity`.
+//!
+//! `E = c·τ`, τ the channel at the row, c the compliance: angle or shift per unit of the channel. What a constant load does is part of the
+//! location errors.
+
+use super::contract::{
+    DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
+    no_check, single_function, word,
+};
+use super::{Context, EffectError};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
+use crate::units::Measure;
+
+/// A joint that yields to a measured load.
+pub static LOAD_COMPLIANCE: Kind = Kind {
+    name: "load-compliance",
+    driver: Driver::Load,
+    formula: "E = c tau, tau the channel (its column in Nm or N)",
+    size_meaning: "deflection per unit of the channel",
+    cause: "the gear winds up or the bearing tilts under the load that the channel measured",
+    remedy: "compensate by the measured load, or stiffen the gear",
+    titles: &[("", "Compliance of joint {place} ({moving}) under a measured load")],
+    measures: Some("of deflection per Nm (or N) of the channel"),
+    notable: Notable { length: 0.1, angle: 0.1 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Payload },
+    unseen: Unseen::Never,
+    unmoved: &[AxisKind::Rotary],
+    form_error: 0.03,
+    needs_runs: false,
+    signature: Signature::Load,
+    parameters: &[Parameter::word(
+        "channel",
+        &[],
+        DefaultValue::Required,
+        "column of the recordings that holds the load",
+    )],
+    check: no_check,
+    outlets: |machine, place| match place {
+        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => every_component(machine, axis),
+        _ => Vec::new(),
+    },
+    measure,
+    functions: single_function,
+    profiles,
+};
+
+fn measure(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
+    match outlet.measure(machine) {
+        Measure::Angle => Measure::AnglePerLoad,
+        _ => Measure::LengthPerLoad,
+    }
+}
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let channel = word(effect, "channel").unwrap_or_default();
+    let mut profile = context.profile(|_, _| 0.0);
+    for (test, values) in profile.iter_mut().enumerate() {
+        let entry = &context.session().tests[test];
+        let channels = entry.recording.as_ref().map(|recording| recording.channels.as_slice()).unwrap_or_default();
+        let Some((_, column)) = channels.iter().find(|(name, _)| name == channel) else {
+            let found: Vec<&str> = channels.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(EffectError::NoChannel {
+                effect: effect.kind.clone(),
+                test: entry.name.clone(),
+                channel: channel.to_string(),
+                found: if found.is_empty() { "none".into() } else { found.join(", ") },
+            });
+        };
+        if let Some(row) = column.iter().position(|value| !value.is_finite()) {
+            return Err(EffectError::NoLoad {
+                effect: effect.kind.clone(),
+                test: entry.name.clone(),
+                channel: channel.to_string(),
+                row: row + 1,
+            });
+        }
+        values.iter_mut().zip(column).for_each(|(value, load)| *value = *load);
+    }
+    Ok(vec![profile])
+}

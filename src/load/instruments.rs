@@ -1,0 +1,180 @@
+//! Where the instruments, targets and sockets of a session stand that its file does not place: found from the readings before any fit.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use crate::chain::{Chain, Composition, Geometry};
+use crate::readings::{Kind, Located, Scalar, Sighting, locate};
+use crate::session::{Ball, Motion, Session};
+
+/// A link with the tag of what is mounted there.
+type Mounting = (String, Option<String>);
+
+fn mounting(ball: &Ball) -> Mounting {
+    (ball.link.clone(), ball.setup.clone())
+}
+
+/// True for a place that a file left open.
+fn is_open(ball: &Ball) -> bool {
+    ball.at.x.is_nan()
+}
+
+/// Places instruments, targets and sockets; on refusal the test in the file and what is wrong.
+pub(super) fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (String, String)> {
+    let firsts: Vec<usize> = (0..session.tests.len())
+        .filter(|&index| session.tests[index].reading.part().is_some_and(|part| part.scalar == Scalar::Coordinate(0)))
+        .collect();
+    let mut done: Vec<(Mounting, Mounting)> = Vec::new();
+    for &index in &firsts {
+        let test = &session.tests[index];
+        let key = (mounting(&test.pivot), mounting(&test.spindle_ball));
+        let Some(part) = test.reading.part() else { continue };
+        let (kind, of) = (part.kind, part.of.clone());
+        if done.contains(&key) || test.recording.is_none() || !is_open(&test.pivot) {
+            continue;
+        }
+        let refuse = |message: &str| (of.clone(), message.to_string());
+        match kind {
+            Kind::Point | Kind::Pose => {
+                let with: Vec<usize> = firsts
+                    .iter()
+                    .copied()
+                    .filter(|&other| {
+                        let test = &session.tests[other];
+                        (mounting(&test.pivot), mounting(&test.spindle_ball)) == key
+                    })
+                    .collect();
+                let sightings: Vec<Sighting> =
+                    with.iter().flat_map(|&first| sightings(session, chain, first)).collect();
+                let ball = &session.tests[index].spindle_ball;
+                let (near, is_known) = if is_open(ball) { (Vector3::zeros(), false) } else { (ball.at, true) };
+                let found = locate(&sightings, near, is_known).ok_or_else(|| {
+                    refuse("fewer than three rows have a reading; an instrument is not placed by them")
+                })?;
+                place(session, &key, &found);
+            }
+            Kind::SamePoint => place_sockets(session, chain, &firsts, &key.1),
+            Kind::Displacement | Kind::Length => {}
+        }
+        done.push(key);
+    }
+    match session.tests.iter().find(|test| is_open(&test.pivot) || is_open(&test.spindle_ball)) {
+        None => Ok(()),
+        Some(test) => {
+            let of = test.reading.part().map_or(&test.name, |part| &part.of).clone();
+            let what = if is_open(&test.pivot) { "the instrument" } else { "the target" };
+            Err((of, format!("no reading tells where {what} stands; add its place, e.g. at: [100, 0, 0]")))
+        }
+    }
+}
+
+/// What was found goes to every test with this instrument or this target.
+fn place(session: &mut Session, (instrument, target): &(Mounting, Mounting), found: &Located) {
+    for test in &mut session.tests {
+        let (is_instrument, is_target) =
+            (mounting(&test.pivot) == *instrument, mounting(&test.spindle_ball) == *target);
+        let Some(part) = test.reading.part_mut() else { continue };
+        if is_instrument && is_open(&test.pivot) {
+            test.pivot.at = found.instrument_mm;
+            part.instrument_axes = found.instrument_axes;
+        }
+        if is_target {
+            if part.target_axes == Matrix3::identity() {
+                part.target_axes = found.target_axes;
+            }
+            if is_open(&test.spindle_ball) {
+                test.spindle_ball.at = found.target_mm;
+            }
+        }
+    }
+}
+
+/// Readings of a test, given by its first number, beside where the nominal chain puts the target.
+fn sightings(session: &Session, chain: &Chain, first: usize) -> Vec<Sighting> {
+    let test = &session.tests[first];
+    let (Ok(motion), Ok((pivot, spindle))) = (Motion::of(session, chain, test), test.links(chain)) else {
+        return Vec::new();
+    };
+    let errors = session.machine.location_errors();
+    let geometry = Geometry::new(chain, &errors, Composition::Exact);
+    let Some(part) = test.reading.part() else { return Vec::new() };
+    let number = |k: usize, row: usize| {
+        let test = session.tests.get(first + k)?;
+        test.recording.as_ref().map(|recording| recording.length_mm[row])
+    };
+    let turn_read = session.tests.get(first + 3).filter(|_| part.kind == Kind::Pose);
+    let is_turn_read =
+        |row: usize| turn_read.and_then(|test| test.recording.as_ref()).is_some_and(|r| r.length_mm[row].is_finite());
+    (0..motion.rows())
+        .filter_map(|row| {
+            let point_mm = Vector3::new(number(0, row)?, number(1, row)?, number(2, row)?);
+            if point_mm.iter().any(|value| !value.is_finite()) {
+                return None;
+            }
+            let frame = geometry.pose(pivot, motion.row(row), None);
+            let carried = geometry.pose(spindle, motion.row(row), None);
+            let back = frame.rotation.transpose();
+            Some(Sighting {
+                rotation: back * carried.rotation,
+                translation_mm: back * (carried.translation_mm - frame.translation_mm),
+                point_mm,
+                turned: is_turn_read(row).then(|| part.measured[row]),
+            })
+        })
+        .collect()
+}
+
+/// Ball and all its sockets at once: `C·s + c = o` for every row, linear in the ball's place s and the sockets' o.
+fn place_sockets(session: &mut Session, chain: &Chain, firsts: &[usize], ball: &Mounting) {
+    let with: Vec<usize> = firsts
+        .iter()
+        .copied()
+        .filter(|&index| {
+            let test = &session.tests[index];
+            test.reading.part().is_some_and(|part| part.kind == Kind::SamePoint)
+                && mounting(&test.spindle_ball) == *ball
+        })
+        .collect();
+    let mut sockets: Vec<Mounting> = Vec::new();
+    for &index in &with {
+        let socket = mounting(&session.tests[index].pivot);
+        if !sockets.contains(&socket) {
+            sockets.push(socket);
+        }
+    }
+    let columns = 3 + 3 * sockets.len();
+    let (mut normal, mut right) = (DMatrix::<f64>::identity(columns, columns) * 1e-9, DVector::<f64>::zeros(columns));
+    for &index in &with {
+        let socket = mounting(&session.tests[index].pivot);
+        let Some(own) = sockets.iter().position(|other| *other == socket).map(|place| 3 + 3 * place) else { continue };
+        for s in sightings(session, chain, index) {
+            // the identity on the socket's place cancels for a ball that does not move against it
+            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                normal[(i, j)] += if i == j { 1.0 } else { 0.0 };
+                normal[(own + i, own + j)] += if i == j { 1.0 } else { 0.0 };
+                normal[(i, own + j)] -= s.rotation[(j, i)];
+                normal[(own + i, j)] -= s.rotation[(i, j)];
+            }
+            let seen = s.rotation.transpose() * s.translation_mm;
+            for k in 0..3 {
+                right[k] -= seen[k];
+                right[own + k] += s.translation_mm[k];
+            }
+        }
+    }
+    let Some(found) = normal.cholesky().map(|factor| factor.solve(&right)) else { return };
+    let part = |from: usize| Vector3::new(found[from], found[from + 1], found[from + 2]);
+    for test in &mut session.tests {
+        let is_ball = mounting(&test.spindle_ball) == *ball
+            && test.reading.part().is_some_and(|part| part.kind == Kind::SamePoint);
+        if !is_ball {
+            continue;
+        }
+        if is_open(&test.spindle_ball) {
+            test.spindle_ball.at = part(0);
+        }
+        let socket = mounting(&test.pivot);
+        if let Some(place) = sockets.iter().position(|other| *other == socket).filter(|_| is_open(&test.pivot)) {
+            test.pivot.at = part(3 + 3 * place);
+        }
+    }
+}

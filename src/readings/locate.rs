@@ -1,0 +1,136 @@
+//! Where instrument and target stand, found from the readings and the nominal chain: a start for the fit, not its result.
+//!
+//! With the target's link at rotation C and place c as the instrument's link sees it, the point s on it and the reading p:
+//! `C·s + c = A·p + o`. A, o and s are found by turns: A and o by Kabsch's solution, s by least squares; then the target's
+//! axes B from the rotations M that were read, `C·B = A·M`.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use super::rotation::{nearest_rotation, rotation};
+use crate::statistics::median;
+
+/// One reading with where the nominal chain puts the target's link.
+#[derive(Debug, Clone)]
+pub struct Sighting {
+    /// The target's link as the instrument's link sees it.
+    pub rotation: Matrix3<f64>,
+    /// mm.
+    pub translation_mm: Vector3<f64>,
+    /// Coordinates as read, mm.
+    pub point_mm: Vector3<f64>,
+    /// Rotation as read.
+    pub turned: Option<Matrix3<f64>>,
+}
+
+/// Instrument and target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Located {
+    /// Axes of the instrument as columns, on its link.
+    pub instrument_axes: Matrix3<f64>,
+    /// Origin of the instrument on its link, mm.
+    pub instrument_mm: Vector3<f64>,
+    /// Point of the target on its link, mm.
+    pub target_mm: Vector3<f64>,
+    /// Axes of the target on its link.
+    pub target_axes: Matrix3<f64>,
+    /// Median distance between reading and nominal chain, mm.
+    pub misfit_mm: f64,
+}
+
+/// Places of the target from which the search starts beside its stated one, mm.
+const START_MM: f64 = 150.0;
+/// Rows that a start is judged on.
+const FEW: usize = 60;
+/// Steps of Gauss–Newton.
+const STEPS: usize = 40;
+/// A step this small ends them, mm.
+const SETTLED_MM: f64 = 1e-7;
+
+/// Finds instrument and target; `near_mm` is where the target is thought to be, held there when `is_known`. `None` where
+/// fewer than three points were read.
+pub fn locate(sightings: &[Sighting], near_mm: Vector3<f64>, is_known: bool) -> Option<Located> {
+    if sightings.len() < 3 {
+        return None;
+    }
+    let few: Vec<Sighting> = sightings.iter().step_by(sightings.len().div_ceil(FEW)).cloned().collect();
+    let sides = [0, 1, 2].into_iter().flat_map(|k| [START_MM, -START_MM].map(|size| Vector3::ith(k, size)));
+    let mut starts = vec![near_mm];
+    if !is_known {
+        starts.extend(sides.map(|side| near_mm + side));
+    }
+    let tried = starts.into_iter().map(|start| refined(&few, start, is_known));
+    let best = tried.min_by(|a, b| a.misfit_mm.total_cmp(&b.misfit_mm))?;
+    Some(refined(sightings, best.target_mm, is_known))
+}
+
+/// Gauss–Newton on instrument and target from a place of the target, with weights that spare it gross errors.
+fn refined(sightings: &[Sighting], start: Vector3<f64>, is_known: bool) -> Located {
+    let mut target = start;
+    let mut weights = vec![1.0; sightings.len()];
+    let (mut axes, mut origin) = placed(sightings, &target, &weights);
+    let columns = if is_known { 6 } else { 9 };
+    for _ in 0..STEPS {
+        let off = |s: &Sighting| s.rotation * target + s.translation_mm - axes * s.point_mm - origin;
+        let sizes: Vec<f64> = sightings.iter().map(|s| off(s).norm()).collect();
+        let scale = 2.0 * median(sizes.iter().copied()).unwrap_or(0.0);
+        weights = sizes.iter().map(|size| if *size > scale { scale / size } else { 1.0 }).collect();
+        let mut normal = DMatrix::<f64>::identity(columns, columns) * 1e-9;
+        let mut right = DVector::<f64>::zeros(columns);
+        for (s, weight) in sightings.iter().zip(&weights) {
+            let (residual, turned) = (off(s), axes * s.point_mm);
+            // off = C·s + c − exp(α)·A·p − o: columns for o, α and s
+            let cross = turned.cross_matrix();
+            let column = |k: usize| match k {
+                0..3 => -Vector3::ith(k, 1.0),
+                3..6 => cross.column(k - 3).into(),
+                _ => s.rotation.column(k - 6).into(),
+            };
+            for i in 0..columns {
+                right[i] -= weight * column(i).dot(&residual);
+                for j in 0..=i {
+                    let product = weight * column(i).dot(&column(j));
+                    normal[(i, j)] += product;
+                    normal[(j, i)] = normal[(i, j)];
+                }
+            }
+        }
+        // angles count at the lever of the points
+        let Some(factor) = normal.cholesky() else { break };
+        let step = factor.solve(&right);
+        let part = |from: usize| Vector3::new(step[from], step[from + 1], step[from + 2]);
+        origin += part(0);
+        axes = rotation(&part(3)) * axes;
+        if !is_known {
+            target += part(6);
+        }
+        if part(0).norm() + if is_known { 0.0 } else { part(6).norm() } < SETTLED_MM {
+            break;
+        }
+    }
+    let misfit =
+        median(sightings.iter().map(|s| (s.rotation * target + s.translation_mm - axes * s.point_mm - origin).norm()));
+    let turned = sightings.iter().filter_map(|s| Some(s.rotation.transpose() * axes * s.turned?));
+    let sum = turned.fold(Matrix3::zeros(), |sum, own| sum + own);
+    Located {
+        instrument_axes: axes,
+        instrument_mm: origin,
+        target_mm: target,
+        target_axes: if sum == Matrix3::zeros() { Matrix3::identity() } else { nearest_rotation(&sum) },
+        misfit_mm: misfit.unwrap_or(f64::INFINITY),
+    }
+}
+
+/// Kabsch: axes and origin that bring the readings to where the chain puts the target.
+fn placed(sightings: &[Sighting], target: &Vector3<f64>, weights: &[f64]) -> (Matrix3<f64>, Vector3<f64>) {
+    let total: f64 = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let place = |s: &Sighting| s.rotation * target + s.translation_mm;
+    let mean = |value: &dyn Fn(&Sighting) -> Vector3<f64>| {
+        sightings.iter().zip(weights).map(|(s, weight)| value(s) * *weight).sum::<Vector3<f64>>() / total
+    };
+    let (there, here) = (mean(&place), mean(&|s: &Sighting| s.point_mm));
+    let spread = sightings.iter().zip(weights).fold(Matrix3::zeros(), |sum, (s, weight)| {
+        sum + (place(s) - there) * (s.point_mm - here).transpose() * *weight
+    });
+    let axes = nearest_rotation(&spread);
+    (axes, there - axes * here)
+}
