@@ -142,3 +142,38 @@ fn solids_of_a_link_of_neither_branch_hang_on_the_nearest_axis_and_visuals_are_n
     let due = (tool * Point3::new(0.0, 0.0, 0.03)).coords * 1e3;
     assert!((finger.at.translation_mm - due).norm() < 1e-6, "{:?}", finger.at);
 }
+
+/// What CAD tools export beside the joints: drawings that are not there, masses, package addresses, a gripper that mimics.
+const EXPORTED: &str = r#"<robot name="arm">
+  <link name="base"><inertial><mass value="3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <visual><geometry><mesh filename="package://arm_description/meshes/base.dae"/></geometry></visual>
+    <collision><geometry><mesh filename="package://arm_description/meshes/base.stl"/></geometry></collision></link>
+  <link name="upper"/><link name="tool"/><link name="left"/><link name="right"/>
+  <joint name="J1" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.3"/>
+    <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="0" velocity="1"/></joint>
+  <joint name="J2" type="revolute"><parent link="upper"/><child link="tool"/><origin xyz="0.3 0 0.1"/>
+    <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="0" velocity="1"/></joint>
+  <joint name="grip" type="prismatic"><parent link="tool"/><child link="left"/><axis xyz="0 1 0"/>
+    <limit lower="0" upper="0.02" effort="0" velocity="1"/></joint>
+  <joint name="follow" type="prismatic"><parent link="tool"/><child link="right"/><axis xyz="0 -1 0"/>
+    <limit lower="0" upper="0.02" effort="0" velocity="1"/><mimic joint="grip"/></joint>
+</robot>"#;
+
+#[test]
+fn what_cad_tools_export_is_read() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let file = scratch.path().join("arm.urdf");
+    std::fs::create_dir(scratch.path().join("meshes")).expect("a folder");
+    std::fs::write(scratch.path().join("meshes/base.stl"), box_stl([-0.1; 3], [0.1; 3])).expect("written");
+    std::fs::write(&file, EXPORTED).expect("written");
+    let (machine, bodies) = load_machine_and_bodies(&file).expect("it is read");
+    assert_eq!(machine.code.to_string(), "[w, b, J1, J2, t]");
+    assert_eq!(bodies.bodies.len(), 1);
+    // between workpiece and tool a joint moves by itself
+    let follows = EXPORTED.replace(r#"velocity="1"/></joint>
+  <joint name="J2""#, r#"velocity="1"/><mimic joint="J2"/></joint>
+  <joint name="J2""#);
+    std::fs::write(&file, follows).expect("written");
+    let refusal = load_machine_and_bodies(&file).expect_err("refused").to_string();
+    assert!(refusal.contains("joint 'J1' mimics another"), "{refusal}");
+}

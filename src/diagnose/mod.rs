@@ -36,6 +36,7 @@ pub use validation::uncovering::UncoveringTest;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
 pub use verdict::diagnosis::{DiagnoseError, Diagnosis, Moved, TestBeforeAfter};
+pub use verdict::shares::{ShareOfReadings, Source};
 
 use self::findings::proposals::Layout;
 use self::noise::noise_floor::mean_noise_mm2;

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::finding_words::what;
 use crate::diagnose::{
-    Cause, DataFault, Diagnosis, Finding, LeftOutSetup, MOST_RIVALS, Rival, SignRandomisation, Unseen,
+    Cause, DataFault, Diagnosis, Finding, LeftOutSetup, MOST_RIVALS, Rival, ShareOfReadings, SignRandomisation, Source,
+    Unseen,
 };
 
 /// `fiveaxis diagnose --json`.
@@ -20,6 +22,8 @@ pub struct DiagnosisJson {
     pub blind_to: Vec<BlindJson>,
     /// Short tests that would show most of that, best first.
     pub uncovered_by: Vec<UncoveringJson>,
+    /// What the readings are made of, the largest part first.
+    pub shares: Vec<ShareJson>,
     pub fit: FitBeforeAfterJson,
     pub location_errors: BTreeMap<String, MovedJson>,
 }
@@ -115,6 +119,16 @@ pub struct BlindJson {
     pub test: String,
 }
 
+/// Part of the readings that one cause makes.
+#[derive(Debug, Clone, Serialize)]
+pub struct ShareJson {
+    pub name: String,
+    /// `location error`, `setup`, `finding`, `other` or `rest`.
+    pub kind: &'static str,
+    pub rms_um: f64,
+    pub share: f64,
+}
+
 /// A test with what is mounted, the time it takes, and what it would show by place in `blind_to`.
 #[derive(Debug, Clone, Serialize)]
 pub struct UncoveringJson {
@@ -194,6 +208,7 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
                 uncovers: test.uncovers.clone(),
             })
             .collect(),
+        shares: diagnosis.shares.iter().map(|share| share_json(diagnosis, share)).collect(),
         fit: FitBeforeAfterJson {
             readings: diagnosis.readings(),
             left_out: diagnosis.left_out,
@@ -225,6 +240,21 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
             })
             .collect(),
     }
+}
+
+/// A share by name; findings by their headline words.
+fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
+    let (name, kind) = match &share.source {
+        Source::Location(name) => (name.clone(), "location error"),
+        Source::Setup(label) => (label.clone(), "setup"),
+        Source::Other => ("instrument and linear axes".to_string(), "other"),
+        Source::Finding(number) => {
+            let cause = diagnosis.findings.get(*number).map(|finding| &finding.cause);
+            (cause.map_or(String::new(), |cause| what(&cause.effect, &cause.place, &cause.components)), "finding")
+        }
+        Source::Rest => ("not explained".to_string(), "rest"),
+    };
+    ShareJson { name, kind, rms_um: share.rms_um, share: share.share }
 }
 
 fn blind_json(blind: &Unseen) -> BlindJson {

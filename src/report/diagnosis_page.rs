@@ -11,17 +11,20 @@ use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
     what,
 };
-use super::fit_page::identifier;
+use super::fit_page::{circles_section, identifier};
 use super::number;
 use super::polar::escape;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
+use crate::methods::CircleFigures;
 use crate::session::Session;
 
 const STYLE: &str = include_str!("page.css");
 const OWN_STYLE: &str = include_str!("diagnosis_page.css");
 /// Tests drawn beside a finding.
 const TESTS_SHOWN: usize = 2;
+/// Shares listed.
+const MOST_SHARES: usize = 12;
 
 /// The page.
 pub fn diagnosis_page(
@@ -29,6 +32,7 @@ pub fn diagnosis_page(
     diagnosis: &Diagnosis,
     json: &DiagnosisJson,
     plots: &[BeforeAfterPlots],
+    circles: &[CircleFigures],
 ) -> String {
     let mut page = String::new();
     let title = escape(&session.name);
@@ -56,6 +60,8 @@ pub fn diagnosis_page(
     for (index, finding) in json.findings.iter().enumerate() {
         section(&mut page, session, diagnosis, index, finding, plots);
     }
+    shares(&mut page, json);
+    circles_section(&mut page, circles);
     blind(&mut page, session, json);
     errors(&mut page, diagnosis, json);
     tests(&mut page, diagnosis, plots);
@@ -183,6 +189,32 @@ fn evidence(page: &mut String, finding: &FindingJson, gain: Option<f64>) {
         let _ = write!(page, " It raises the log likelihood by {gain:.0}.");
     }
     page.push_str("</p>\n</div>\n");
+}
+
+/// Causes ranked by what they add to the readings, as bars.
+fn shares(page: &mut String, json: &DiagnosisJson) {
+    if json.shares.is_empty() {
+        return;
+    }
+    page.push_str(
+        "<section>\n<h2>What the readings are made of</h2>\n<p class=\"small\">Root mean square of what each cause adds to the readings. \
+         Parts may cancel each other: the bars rank them.</p>\n<table class=\"shares\">\n",
+    );
+    for share in json.shares.iter().take(MOST_SHARES) {
+        let class = if share.kind == "finding" { "prior" } else { "data" };
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td class=\"small\">{}</td><td><svg class=\"bar\" width=\"150\" height=\"12\" viewBox=\"0 0 150 12\" role=\"img\" aria-label=\"{:.0} %\">\
+             <rect class=\"rest\" width=\"150\" height=\"12\"/><rect class=\"{class}\" width=\"{:.1}\" height=\"12\"/></svg></td><td class=\"n\">{:.2} µm</td><td class=\"n\">{:.1} %</td></tr>",
+            escape(&share.name),
+            share.kind,
+            100.0 * share.share,
+            150.0 * share.share.clamp(0.0, 1.0),
+            share.rms_um,
+            100.0 * share.share
+        );
+    }
+    page.push_str("</table>\n</section>\n");
 }
 
 fn blind(page: &mut String, session: &Session, json: &DiagnosisJson) {

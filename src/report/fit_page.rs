@@ -9,6 +9,7 @@ use super::number::shown;
 use super::polar::escape;
 use super::trace_plots::{PassPlots, RoundPlots};
 use crate::identify::Fit;
+use crate::methods::CircleFigures;
 
 const STYLE: &str = include_str!("page.css");
 
@@ -32,7 +33,7 @@ pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
     control(&mut page, json);
     senses(&mut page, json);
     setups(&mut page, json);
-    circles(&mut page, json);
+    circles_section(&mut page, &json.circles);
     tests(&mut page, json, plots);
     method(&mut page, json);
     let _ = write!(
@@ -209,8 +210,9 @@ fn setups(page: &mut String, json: &FitJson) {
     page.push_str("</tbody></table></div>\n</section>\n");
 }
 
-fn circles(page: &mut String, json: &FitJson) {
-    if json.circles.is_empty() {
+/// ISO 230-4 figures of planar circles; nothing without circles.
+pub fn circles_section(page: &mut String, circles: &[CircleFigures]) {
+    if circles.is_empty() {
         return;
     }
     page.push_str(
@@ -219,7 +221,7 @@ fn circles(page: &mut String, json: &FitJson) {
          <th class=\"n\">squareness</th><th class=\"n\">scale mismatch</th><th>backlash</th></tr></thead>\n<tbody>\n",
     );
     let um = |value: Option<f64>| value.map_or("–".into(), |value| minus(&format!("{value:.2}")));
-    for circle in &json.circles {
+    for circle in circles {
         let backlash: Vec<String> =
             circle.axes.iter().map(|axis| format!("{} {}", escape(&axis.axis), um(axis.backlash_um))).collect();
         let _ = writeln!(

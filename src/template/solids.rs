@@ -55,9 +55,14 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
     let under = top - TABLE_MM;
     let half = sizes.table.half();
     match sizes.table {
-        TableSize::Disc { diameter } => all.bodies.push(upright("table", &table_link, under, top, 0.5 * diameter)),
+        TableSize::Disc { diameter } => all.bodies.push(upright("work table", &table_link, under, top, 0.5 * diameter)),
         TableSize::Rectangle { width, depth } => {
-            all.bodies.push(brick("table", &table_link, [0.0, 0.0, 0.5 * (under + top)], [width, depth, TABLE_MM]));
+            all.bodies.push(brick(
+                "work table",
+                &table_link,
+                [0.0, 0.0, 0.5 * (under + top)],
+                [width, depth, TABLE_MM],
+            ));
         }
     }
     all.mounts.push(Mount {
@@ -84,7 +89,7 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
             let reach = tilting(&turning).map_or(GAP_MM, |_| half[0].hypot(half[1]));
             let own =
                 if turning.is_empty() { table_link.clone() } else { carrier(&outward, turning[turning.len() - 1]) };
-            (under - reach, own, vec!["table".to_string()])
+            (under - reach, own, vec!["work table".to_string()])
         }
     };
     // slides under it, each on the next, down to the bed
@@ -163,7 +168,7 @@ impl Cradle<'_> {
             all.touching.push((arm_name, block.clone()));
             standing.push(block);
         }
-        all.touching.push(("table".into(), "cradle plate".into()));
+        all.touching.push(("work table".into(), "cradle plate".into()));
         (floor, self.carrier.clone(), standing)
     }
 }
@@ -236,7 +241,7 @@ fn angle_plate(all: &mut Bodies, sizes: &Sizes, frame: &Frame, table_link: &str,
     let tall = frame.table_top + high - foot;
     add(all, "angle plate", &link, middle, along * thick + across * wide + Vector3::z() * tall);
     let under_it = if turning.is_empty() {
-        "table".to_string()
+        "work table".to_string()
     } else if link == "b" {
         "bed".into()
     } else {

@@ -3,6 +3,7 @@
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::Diagnosis;
 use fiveaxis::identify::Fit;
+use fiveaxis::methods::circles;
 use fiveaxis::report::before_after::before_after_plots;
 use fiveaxis::report::chain_map::chain_map;
 use fiveaxis::report::diagnosis::DiagnosisJson;
@@ -50,7 +51,7 @@ pub fn diagnosis_report(
         plots.push(before_after_plots(session, test, &motion, residuals, &json.findings));
     }
     let mut output = OutputFolder::default();
-    output.add("report.html", diagnosis_page(session, diagnosis, json, &plots));
+    output.add("report.html", diagnosis_page(session, diagnosis, json, &plots, &circles(session)?));
     output.add("plots/map.svg", chain_map(&session.machine, &json.findings));
     for (index, plot) in plots.iter().enumerate() {
         let name = format!("{:02}-{}", index + 1, identifier(&plot.test));

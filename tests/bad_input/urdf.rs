@@ -37,7 +37,7 @@ fn one_message_each() {
             changed(
                 URDF,
                 "<link name=\"tool\"/>",
-                "<link name=\"tool\"><visual><geometry>\n<mesh filename=\"tool.stl\"/></geometry></visual></link>",
+                "<link name=\"tool\"><collision><geometry>\n<mesh filename=\"tool.stl\"/></geometry></collision></link>",
             ),
             "arm.urdf:4: mesh 'tool.stl' is not there; put the file beside the robot description or remove the mesh",
         ),
@@ -46,7 +46,7 @@ fn one_message_each() {
             changed(
                 URDF,
                 "<link name=\"tool\"/>",
-                "<link name=\"tool\"><visual><geometry>\n<mesh filename=\"../tool.stl\"/></geometry></visual></link>",
+                "<link name=\"tool\"><collision><geometry>\n<mesh filename=\"../tool.stl\"/></geometry></collision></link>",
             ),
             "arm.urdf:4: mesh '../tool.stl' leaves the file's folder; put it beside the file and name it relative to the file",
         ),
@@ -55,7 +55,7 @@ fn one_message_each() {
             changed(
                 URDF,
                 "<link name=\"tool\"/>",
-                "<link name=\"tool\"><visual><geometry>\n<mesh filename=\"/etc/passwd\"/></geometry></visual></link>",
+                "<link name=\"tool\"><collision><geometry>\n<mesh filename=\"/etc/passwd\"/></geometry></collision></link>",
             ),
             "arm.urdf:4: mesh '/etc/passwd' leaves the file's folder; put it beside the file and name it relative to the file",
         ),
@@ -64,9 +64,9 @@ fn one_message_each() {
             changed(
                 URDF,
                 "<link name=\"tool\"/>",
-                "<link name=\"tool\"><visual><geometry>\n<mesh filename=\"package://arm/tool.stl\"/></geometry></visual></link>",
+                "<link name=\"tool\"><collision><geometry>\n<mesh filename=\"package://arm/tool.stl\"/></geometry></collision></link>",
             ),
-            "arm.urdf:4: mesh 'package://arm/tool.stl' is an address (package://, file://) that is not looked up; put it beside the file and name it relative to the file",
+            "arm.urdf:4: mesh 'package://arm/tool.stl' is not there; put the file beside the robot description or remove the mesh",
         ),
         (
             "words in xyz",

@@ -2,6 +2,7 @@
 
 use super::claims::{Verdict, temper, verdict};
 use super::explanation::Explanation;
+use super::shares::{ShareOfReadings, shares_of_readings};
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::Regression;
@@ -47,6 +48,8 @@ pub struct Diagnosis {
     pub blind_to: Vec<Unseen>,
     /// Short tests that would show most of that, best first.
     pub uncovered_by: Vec<UncoveringTest>,
+    /// What the readings are made of, the largest part first; empty where nothing was fitted.
+    pub shares: Vec<ShareOfReadings>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
     /// Noise of a reading; `None` for static poses without readings to spare, whose noise nothing shows.
@@ -123,6 +126,7 @@ impl Diagnosis {
             true => noise_left_mm(fine, &told.left_mm).min(told.rms_mm(fine)),
             false => mean_noise_mm2(&search.floor).sqrt(),
         };
+        let shares = shares_of_readings(fine, setups, &told);
         let Explanation { columns, regression, left_mm, mut findings } = told;
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
@@ -155,6 +159,7 @@ impl Diagnosis {
             transfers,
             blind_to,
             uncovered_by: Vec::new(),
+            shares,
             rms_before_um,
             rms_after_um,
             noise_um,
@@ -186,6 +191,7 @@ impl Diagnosis {
             left: None,
             blind_to: Vec::new(),
             uncovered_by: Vec::new(),
+            shares: Vec::new(),
             rms_before_um: undone.map_or(rms_um, |fault| fault.before_um),
             rms_after_um: undone.map_or(rms_um, |fault| fault.after_um),
             noise_um: repeats_um,

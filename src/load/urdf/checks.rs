@@ -123,9 +123,6 @@ fn check_joint(file: &Path, elements: &[Element], index: usize) -> Result<(), Lo
             return refuse(format!("joint '{name}' has no {role}; write <{role} link=\"…\"/>"));
         }
     }
-    if child(elements, index, "mimic").is_some() {
-        return refuse(format!("joint '{name}' mimics another; only joints that move by themselves are allowed"));
-    }
     Ok(())
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 
 use super::checks::{child, children, numbers, shape};
+use super::mesh::name_beside_file;
 use super::places::Element;
 use super::{MM_PER_M, Placed, Reader, millimetres, quarter_turns, roll_pitch_yaw};
 use crate::bodies::{Bodies, Body, Solid};
@@ -119,7 +120,7 @@ fn geometry(reader: &Reader, machine: &Machine, meshes: &Meshes, collision: usiz
                     format!("write scale=\"{}\" (a robot description is in m)", scale.join(" "))
                 },
             };
-            meshes.solids(name.trim_start_matches("./"), &how).map_err(|why| refuse(why.to_string()))?
+            meshes.solids(name_beside_file(name), &how).map_err(|why| refuse(why.to_string()))?
         }
     })
 }

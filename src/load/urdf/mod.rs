@@ -44,7 +44,8 @@ pub fn bodies_from_urdf(file: &Path, text: &str, choice: &LinkChoice, machine: &
 pub fn mesh_names(file: &Path, text: &str) -> Result<Vec<String>, LoadError> {
     let elements = elements(file, text)?;
     let meshes = elements.iter().filter(|element| element.name == "mesh");
-    Ok(meshes.filter_map(|element| Some(element.attribute("filename")?.to_string())).collect())
+    let named = meshes.filter_map(|element| element.attribute("filename"));
+    Ok(named.map(|name| mesh::name_beside_file(name).to_string()).collect())
 }
 
 /// Checks a robot description, lays R and hands the rest over with the robot's name.
@@ -135,6 +136,12 @@ impl Reader<'_> {
         let entry = &self.tree.joints[index];
         let joint = entry.joint;
         let refuse = |message: String| LoadError::line(self.tree.file, entry.element.line, message);
+        if child(self.elements, entry.index_in_file, "mimic").is_some() {
+            return Err(refuse(format!(
+                "joint '{}' mimics another and lies between workpiece and tool; only joints that move by themselves are allowed there",
+                joint.name
+            )));
+        }
         if let Some(reason) = refuse_axis_name(&joint.name) {
             return Err(refuse(reason));
         }
