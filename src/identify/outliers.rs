@@ -23,9 +23,15 @@ pub fn kept_rows(problem: &Problem, residual_mm: &[Vec<f64>]) -> Vec<Vec<bool>> 
     let limits: Vec<f64> = (0..NOISE_CLASSES).map(|wanted| POSE_LIMIT * pose_sigma(wanted)).collect();
     let tests = residual_mm.iter().enumerate();
     tests
-        .map(|(test, residual)| if problem.session.tests[test].reading.is_gap() {
-            vec![true; residual.len()]
-        } else if poses[test] { within(residual, limits[class[test]]) } else { near_trend(residual) })
+        .map(|(test, residual)| {
+            if problem.session.tests[test].reading.is_gap() {
+                vec![true; residual.len()]
+            } else if poses[test] {
+                within(residual, limits[class[test]])
+            } else {
+                near_trend(residual)
+            }
+        })
         .collect()
 }
 

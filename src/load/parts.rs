@@ -264,7 +264,8 @@ pub(super) fn socket_distances(
                 part.is_some_and(|part| part.kind == Kind::SamePoint && part.of == *name && part.leads())
             };
             tests.iter().find(is_it).ok_or_else(|| {
-                let message = format!("no test of readings 'same_point' is called '{name}'; name the tests of two sockets");
+                let message =
+                    format!("no test of readings 'same_point' is called '{name}'; name the tests of two sockets");
                 document.refuse(&place, message)
             })
         };

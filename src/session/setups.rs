@@ -54,7 +54,10 @@ impl Setups {
             );
             setups.pivot_of.push(pivot);
             if test.reading.is_gap() {
-                let first = setups.pivots.iter().position(|setup| same_ball(&session.tests[setup.first_test].pivot, &test.spindle_ball));
+                let first = setups
+                    .pivots
+                    .iter()
+                    .position(|setup| same_ball(&session.tests[setup.first_test].pivot, &test.spindle_ball));
                 setups.second_pivot_of.push(first);
                 setups.spindle_ball_of.push(usize::MAX);
                 setups.bar_of.push(None);
