@@ -13,8 +13,8 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn every_example_is_read() {
-    let [machine, component_errors, linear_axes, session, instrument, results] = examples()[..] else {
-        panic!("six examples are expected")
+    let [machine, component_errors, linear_axes, session, readings, instrument, results] = examples()[..] else {
+        panic!("seven examples are expected")
     };
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| {
@@ -35,6 +35,11 @@ fn every_example_is_read() {
     write("a-short-cw.csv", "time_s,A_deg,length_mm\n0,70,99.99\n0.1,69.9,99.98\n");
     let session = load_session(&write("session.yaml", session)).unwrap();
     assert_eq!(session.tests[0].recording.as_ref().unwrap().len(), 2);
+    write(
+        "points.csv",
+        "pose,X_mm,Y_mm,Z_mm,A_deg,C_deg,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,0,0,0,1,2,3,1,0,0,0\n1,0,0,0,0,90,2,-1,3,1,0,0,0\n2,0,0,0,0,180,-1,-2,3,1,0,0,0\n",
+    );
+    assert_eq!(load_session(&write("readings.yaml", readings)).unwrap().tests.len(), 6);
     assert_eq!(load_claim(&write("results.yaml", results)).unwrap().values.len(), 2);
     let instrument = load_instrument(&write("instrument.yaml", instrument)).unwrap();
     assert_eq!(instrument.correlation_time_s, 1.2);

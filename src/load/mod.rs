@@ -8,7 +8,6 @@ mod component_form;
 mod document;
 mod effects;
 mod instrument;
-mod instruments;
 mod kit;
 pub mod limits;
 mod linear_axes;

@@ -6,7 +6,6 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::document::{Document, Step};
-use super::instruments::locate_instruments;
 use super::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
 use super::machine::{is_urdf, load_machine_with_links};
 use super::message::{LoadError, nearest};
@@ -18,7 +17,7 @@ use super::test::{TestFile, TestReader};
 use super::text::read_limited;
 use super::urdf::LinkChoice;
 use crate::chain::Chain;
-use crate::session::{Session, Setups, Spread, Test};
+use crate::session::{Session, Setups, Spread, Test, locate_instruments};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

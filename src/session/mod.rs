@@ -1,12 +1,14 @@
 //! A session: tests with their balls, bars and recordings on one machine. It holds what was done, not what it means.
 
 mod claim;
+mod instruments;
 mod motion;
 mod path;
 mod recording;
 mod setups;
 
 pub use claim::{Claim, ClaimedValue, Reduction};
+pub use instruments::{locate_instruments, sighted_misfit_mm};
 pub use motion::{Motion, MotionError, way_mm};
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, LengthColumn, Recording};

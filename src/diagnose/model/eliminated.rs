@@ -11,6 +11,7 @@ use super::linear_model::CrossProducts;
 use super::whitened::Products;
 
 /// Columns that were fitted, all in units of their priors.
+#[derive(Clone)]
 pub struct EliminatedNormal {
     /// Amplitudes of all columns.
     pub amplitudes: DVector<f64>,
@@ -32,6 +33,7 @@ pub struct EliminatedNormal {
 }
 
 /// Columns of one test.
+#[derive(Clone)]
 struct Local {
     columns: Vec<usize>,
     factor: Cholesky<f64, Dyn>,
@@ -42,6 +44,7 @@ struct Local {
 
 /// The columns of one test mixed so that their matrix with the prior, `N_LL = Q Λ Qᵀ`, is one: `Q Λ^-1/2`. What they take off a
 /// product is then the product of two products. Directions that the readings hardly show take nothing and are left out.
+#[derive(Clone)]
 struct Basis {
     /// Columns × directions.
     mix: DMatrix<f64>,

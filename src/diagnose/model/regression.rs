@@ -19,6 +19,7 @@ use crate::machine::Effect;
 use crate::statistics::{BlockEvidence, judge};
 
 /// Whitened session with what has been fitted so far.
+#[derive(Clone)]
 pub struct Regression<'g, 'a> {
     pub model: &'g LinearModel<'a>,
     whitened: Arc<WhitenedData<'g, 'a>>,

@@ -3,6 +3,7 @@
 use super::contradictions::{contradiction, further_contradiction};
 use super::data_fault::DataFault;
 use super::doubts::{left_out_share, misfit, repeats_um, unjudged, warnings};
+use super::frames::{instrument_moved, mistaken_columns};
 use super::gross_misfit::contest;
 use super::quick_fit::strain;
 use super::small_misfit::preflight;
@@ -81,6 +82,12 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     let repeats_um = fit.as_ref().and_then(|fit| repeats_um(session, fit));
     // the mistakes known here are those of lengths between balls
     let mut fault = if session.has_parts() { None } else { contradiction(session) };
+    if session.has_parts() && noisy.is_none() {
+        fault = match (&misfit, &fit) {
+            (None, Some(fit)) => instrument_moved(session, fit),
+            _ => mistaken_columns(session),
+        };
+    }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         fault = contest(session).or_else(|| further_contradiction(session));
     }

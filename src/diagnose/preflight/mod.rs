@@ -8,6 +8,7 @@ pub(crate) mod doubts;
 pub(crate) mod dwells;
 pub(crate) mod examine;
 pub(crate) mod exchanged;
+pub(crate) mod frames;
 pub(crate) mod gross_misfit;
 pub(crate) mod misplaced;
 pub(crate) mod mistakes;

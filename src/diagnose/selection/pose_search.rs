@@ -4,6 +4,8 @@
 //! poses not used for it are predicted better. A first search learns how fast the axes are to each other from what
 //! arrival leaves; the second starts anew with that.
 
+use std::sync::Arc;
+
 use super::candidates::CandidateFamily;
 use super::joint_fit::{joined, mean_square};
 use super::ranking::{choose, keep_diverse};
@@ -13,6 +15,7 @@ use super::selected::{Candidate, Search, SelectedEffect};
 use super::shape_fit::refine_all;
 use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
+use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class};
 use crate::effects::{Signature, is_a};
 use crate::machine::ParameterValue;
@@ -89,21 +92,33 @@ struct State<'g, 'a> {
     residual_mm: Vec<Vec<f64>>,
     /// White noise at the level of the residual, enlarged for readings that count as one.
     noise: Vec<NoiseModel>,
+    /// The session under this noise, as long as it is this: shapes that were judged are not worked out again.
+    whitened: Option<(Vec<NoiseModel>, Arc<WhitenedData<'g, 'a>>)>,
 }
 
 impl<'g, 'a> State<'g, 'a> {
+    /// What is left beside some columns, for rows and for averaged rows alike: poses are not averaged.
+    fn regressions(&mut self, joint: &[Accepted]) -> [Regression<'g, 'a>; 2] {
+        let known = self.whitened.take().filter(|(noise, _)| *noise == self.noise);
+        let whiten = || Arc::new(WhitenedData::new(self.model, &self.noise, &self.model.kept));
+        let whitened = known.map_or_else(whiten, |(_, whitened)| whitened);
+        self.whitened = Some((self.noise.clone(), whitened.clone()));
+        let regression = Regression::on(whitened, joint);
+        [regression.clone(), regression]
+    }
+
     fn start(model: &'g LinearModel<'a>, poses: &Poses) -> State<'g, 'a> {
         let residual_mm = model.residual_mm.clone();
         let noise = noise(model, poses, &residual_mm);
-        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise }
+        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None }
     }
 
     /// Rounds until nothing more passes; log odds of the best candidate that did not.
     fn rounds(&mut self, families: &[CandidateFamily], poses: &Poses, least_log_odds: f64) -> f64 {
         let cells = ScreeningGrid::of(self.model, families);
         while self.found.len() < MOST_EFFECTS {
-            let regression = || Regression::new(self.model, &self.noise, &self.joint, &self.model.kept);
-            let regressions = [regression(), regression()];
+            let joint = self.joint.clone();
+            let regressions = self.regressions(&joint);
             let mut candidates = screen(&regressions, families, &cells);
             keep_diverse(&mut candidates, families);
             let candidates = refine_all(&regressions, families, candidates);
@@ -175,8 +190,7 @@ impl<'g, 'a> State<'g, 'a> {
             .filter(|&other| other != place)
             .flat_map(|other| self.found[other].chosen.accepted())
             .collect();
-        let regression = || Regression::new(self.model, &self.noise, &others, &self.model.kept);
-        let regressions = [regression(), regression()];
+        let regressions = self.regressions(&others);
         let cells = ScreeningGrid::of(self.model, &alone);
         let Some(again) = refine_all(&regressions, &alone, screen(&regressions, &alone, &cells)).into_iter().next()
         else {

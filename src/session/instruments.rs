@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use super::{Ball, Motion, Session};
 use crate::chain::{Chain, Composition, Geometry};
 use crate::readings::{Kind, Located, Scalar, Sighting, locate};
-use crate::session::{Ball, Motion, Session};
 
 /// A link with the tag of what is mounted there.
 type Mounting = (String, Option<String>);
@@ -19,7 +19,7 @@ fn is_open(ball: &Ball) -> bool {
 }
 
 /// Places instruments, targets and sockets; on refusal the test in the file and what is wrong.
-pub(super) fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (String, String)> {
+pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (String, String)> {
     let firsts: Vec<usize> = (0..session.tests.len())
         .filter(|&index| session.tests[index].reading.part().is_some_and(|part| part.scalar == Scalar::Coordinate(0)))
         .collect();
@@ -65,6 +65,19 @@ pub(super) fn locate_instruments(session: &mut Session, chain: &Chain) -> Result
             Err((of, format!("no reading tells where {what} stands; add its place, e.g. at: [100, 0, 0]")))
         }
     }
+}
+
+/// How far the readings of points and poses lie from the nominal chain with instruments and targets where they fit best: the largest
+/// median over instruments, mm; `None` where none is read by such a one.
+pub fn sighted_misfit_mm(session: &Session, chain: &Chain) -> Option<f64> {
+    let is_sighted = |index: &usize| {
+        let part = session.tests[*index].reading.part();
+        part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
+    };
+    let firsts = (0..session.tests.len()).filter(is_sighted);
+    let of =
+        |first: usize| locate(&sightings(session, chain, first), Vector3::zeros(), false).map(|found| found.misfit_mm);
+    firsts.filter_map(of).max_by(f64::total_cmp)
 }
 
 /// What was found goes to every test with this instrument or this target.

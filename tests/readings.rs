@@ -1,0 +1,322 @@
+//! Points, poses, sockets and displacements: derivatives against differences, recovery and coverage, saved fits, refusals.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use fiveaxis::chain::{Chain, Composition};
+use fiveaxis::identify::{Options, Problem, Quantity, fitted_session, identify};
+use fiveaxis::load::load_session;
+use fiveaxis::machine::Component;
+use fiveaxis::session::{Session, Setups};
+use fiveaxis::simulate::simulate;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+
+mod shipped;
+
+const SEED: u64 = 24_240_024;
+
+/// A machine with a link for the target, one for the instrument, and its axes with their ranges.
+struct Case {
+    name: &'static str,
+    machine: &'static str,
+    axes: &'static [(&'static str, &'static str, f64)],
+    target: &'static str,
+    instrument: &'static str,
+}
+
+const CASES: [Case; 3] = [
+    Case {
+        name: "arm",
+        machine: "name: arm\nchain: [w, b, J1, J2, J3, J4, J5, J6, t]\naxes:\n\
+            \x20 J1: {type: rotary, direction: [0, 0, 1], origin: [0, 0, 0]}\n\
+            \x20 J2: {type: rotary, direction: [0, 1, 0], origin: [40, 0, 400]}\n\
+            \x20 J3: {type: rotary, direction: [0, 1, 0], origin: [40, 0, 860]}\n\
+            \x20 J4: {type: rotary, direction: [1, 0, 0], origin: [40, 0, 900]}\n\
+            \x20 J5: {type: rotary, direction: [0, 1, 0], origin: [500, 0, 900]}\n\
+            \x20 J6: {type: rotary, direction: [1, 0, 0], origin: [590, 0, 900]}\n",
+        axes: &[
+            ("J1", "deg", 130.0),
+            ("J2", "deg", 75.0),
+            ("J3", "deg", 60.0),
+            ("J4", "deg", 140.0),
+            ("J5", "deg", 100.0),
+            ("J6", "deg", 150.0),
+        ],
+        target: "J6",
+        instrument: "b",
+    },
+    Case {
+        name: "table-table",
+        machine: "name: trunnion\ncode: \"[wCAbYXZt]\"\naxes:\n  A: {origin: [0, 20, -30]}\n  C: {origin: [10, 0, 0]}\n",
+        axes: &[("X", "mm", 200.0), ("Y", "mm", 150.0), ("Z", "mm", 100.0), ("A", "deg", 80.0), ("C", "deg", 170.0)],
+        target: "C",
+        instrument: "Z",
+    },
+    Case {
+        name: "head-head",
+        machine: "name: portal\ncode: \"[wXbYZCBt]\"\naxes:\n  C: {origin: [0, 0, 200]}\n  B: {origin: [0, 0, 150]}\n",
+        axes: &[("X", "mm", 300.0), ("Y", "mm", 250.0), ("Z", "mm", 200.0), ("C", "deg", 170.0), ("B", "deg", 90.0)],
+        target: "B",
+        instrument: "w",
+    },
+];
+
+/// Writes a session of random poses; recordings hold zeros for a simulation to fill.
+fn session(folder: &Path, case: &Case, kind: &str, rows: usize, seed: u64) -> Session {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    std::fs::write(folder.join("machine.yaml"), case.machine).unwrap();
+    let mut text = String::from("pose");
+    case.axes.iter().for_each(|(axis, unit, _)| write!(text, ",{axis}_{unit}").unwrap());
+    let (columns, zeros) = match kind {
+        "point" => (",x_mm,y_mm,z_mm", ",0,0,0"),
+        "pose" => (",x_mm,y_mm,z_mm,qw,qx,qy,qz", ",0,0,0,1,0,0,0"),
+        "displacement" => (",displacement_mm", ",0"),
+        _ => ("", ""),
+    };
+    text += columns;
+    for row in 0..rows {
+        write!(text, "\n{row}").unwrap();
+        for (_, _, range) in case.axes {
+            write!(text, ",{:.4}", random.random_range(-range..*range)).unwrap();
+        }
+        text += zeros;
+    }
+    std::fs::write(folder.join("rows.csv"), text + "\n").unwrap();
+    let place = match kind {
+        "same_point" => "socket: {link: w, at: [300, -200, 100]}".to_string(),
+        "displacement" => {
+            format!("instrument: {{link: {}, at: [300, -200, 100], direction: [1, 2, 2]}}", case.instrument)
+        }
+        _ => format!(
+            "instrument: {{link: {}, at: [-800, 300, 200], quaternion: [0.5, 0.5, -0.5, 0.5]}}",
+            case.instrument
+        ),
+    };
+    let file = folder.join("session.yaml");
+    let text = format!(
+        "machine: machine.yaml\nreadings: {kind}\ntests:\n  - name: a\n    recording: rows.csv\n    {place}\n    target: {{link: {}, at: [650, 40, 880], quaternion: [0.6, 0, 0.8, 0]}}\n",
+        case.target
+    );
+    std::fs::write(&file, text).unwrap();
+    load_session(&file).unwrap()
+}
+
+/// The session as its machine would be read: traces in place of the recordings, with noise of 20 µm and 20 arcsec.
+fn read(mut session: Session, seed: u64) -> Session {
+    let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
+    let noise = Normal::new(0.0, 0.02).unwrap();
+    let traces = simulate(&session, Composition::Exact).unwrap();
+    for (test, trace) in session.tests.iter_mut().zip(traces) {
+        let is_turn = test.reading.is_turn();
+        let recording = test.recording.as_mut().unwrap();
+        recording.length_mm = trace.length_mm.iter().map(|value| value + noise.sample(&mut random)).collect();
+        assert!(!is_turn || recording.length_mm.iter().all(|value| value.is_finite()));
+    }
+    session
+}
+
+#[test]
+fn derivatives_are_those_of_differences() {
+    for case in &CASES {
+        for kind in ["point", "pose", "same_point", "displacement"] {
+            let folder = tempfile::tempdir().unwrap();
+            let session = session(folder.path(), case, kind, 12, SEED);
+            let chain = Chain::of(&session.machine);
+            let setups = Setups::of(&session);
+            let problem =
+                Problem::new(&session, &chain, &setups, Options::default().unknowns(&session, &setups)).unwrap();
+            let mut random = ChaCha8Rng::seed_from_u64(SEED);
+            let values: Vec<f64> = problem
+                .unknowns
+                .iter()
+                .map(|unknown| {
+                    let size = if unknown.measure == fiveaxis::units::Measure::Angle { 0.02 } else { 2.0 };
+                    random.random_range(-size..size)
+                })
+                .collect();
+            let residual =
+                |values: &[f64], test: usize| problem.predict(test, &problem.geometry(values), values).residual_mm;
+            for test in 0..problem.tests.len() {
+                let prediction = problem.predict(test, &problem.geometry(&values), &values);
+                for (column, &unknown) in problem.tests[test].columns.iter().enumerate() {
+                    let is_angle = problem.unknowns[unknown].measure == fiveaxis::units::Measure::Angle;
+                    // error of the difference: third derivatives of at most 1e3 mm times step², and rounding over step
+                    let (step, tolerance) = if is_angle { (1e-4, 2e-4) } else { (1e-2, 1e-8) };
+                    let mut ends = [values.clone(), values.clone()];
+                    ends[0][unknown] += step;
+                    ends[1][unknown] -= step;
+                    let [up, down] = [residual(&ends[0], test), residual(&ends[1], test)];
+                    for row in 0..up.len() {
+                        let difference = -(up[row] - down[row]) / (2.0 * step);
+                        let found = prediction.jacobian[(row, column)];
+                        assert!(
+                            (found - difference).abs() < tolerance,
+                            "{} {kind}: {} in row {row} of {}: {found} by formula, {difference} by difference",
+                            case.name,
+                            problem.unknowns[unknown].label,
+                            session.tests[test].name
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Known errors of every rotary axis, and an instrument that stands elsewhere than stated.
+fn with_errors(mut session: Session, seed: u64) -> Session {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for name in fiveaxis::identify::default_free(&session.machine) {
+        let axis = session.machine.axis_index(&name.axis).unwrap();
+        let size = if name.component.is_angle() { 5e-4 } else { 0.3 };
+        session.machine.axes[axis].location_errors[name.component.index()] = random.random_range(-size..size);
+    }
+    session
+}
+
+#[test]
+fn what_was_put_in_is_found_within_its_sigma() {
+    let seeds = if shipped::is_thorough() { 300 } else { 24 };
+    for case in &CASES {
+        for kind in ["point", "pose"] {
+            let (mut inside, mut all) = (0usize, 0usize);
+            for seed in 0..seeds {
+                let folder = tempfile::tempdir().unwrap();
+                let stated = session(folder.path(), case, kind, 60, SEED + seed);
+                let real = with_errors(stated.clone(), SEED + 1000 + seed);
+                let mut recorded = read(real.clone(), seed);
+                recorded.machine = stated.machine.clone();
+                let fit = identify(&recorded, &Options::default()).unwrap();
+                for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
+                    let Quantity::Location { axis, component } = unknown.quantity else { continue };
+                    // what stays open between axes and instrument follows the priors, which nothing was drawn from
+                    if estimate.prior_share > 0.01 {
+                        continue;
+                    }
+                    let truth = real.machine.axes[axis].location_errors[Component::index(component)];
+                    all += 1;
+                    inside += usize::from((estimate.value - truth).abs() < 2.0 * estimate.sigma);
+                    assert!(
+                        (estimate.value - truth).abs() < 6.0 * estimate.sigma,
+                        "{} {kind} seed {seed}: {}",
+                        case.name,
+                        unknown.label
+                    );
+                }
+            }
+            let share = inside as f64 / all as f64;
+            assert!(all > 3 * seeds as usize, "{} {kind}: only {all} errors were determined", case.name);
+            // 95.4 % of a normal distribution; estimates of one session go together
+            let slack = if seeds >= 300 { 0.02 } else { 0.045 };
+            assert!(
+                (share - 0.954).abs() < slack,
+                "{} {kind}: {:.1} % of {all} within 2 sigma",
+                case.name,
+                100.0 * share
+            );
+        }
+    }
+}
+
+fn fiveaxis(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).output().unwrap()
+}
+
+/// Writes the readings of a session's machine as its recordings.
+fn simulated(case: &Case, kind: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    session(folder.path(), case, kind, 40, SEED);
+    let out = folder.path().join("out");
+    let text = |path: &Path| path.to_str().unwrap().to_string();
+    let done = fiveaxis(&["simulate", &text(&folder.path().join("session.yaml")), "--out", &text(&out)]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    std::fs::copy(out.join("rows.csv"), folder.path().join("rows.csv")).unwrap();
+    folder
+}
+
+#[test]
+fn a_saved_fit_predicts_what_it_read_and_an_instrument_is_found() {
+    for case in &CASES {
+        for kind in ["point", "pose", "same_point", "displacement"] {
+            if kind == "same_point" {
+                continue; // random poses do not keep a ball in its socket
+            }
+            let folder = simulated(case, kind);
+            let file = folder.path().join("session.yaml");
+            if kind != "displacement" {
+                // nothing is said of where instrument and target stand
+                let text = std::fs::read_to_string(&file).unwrap();
+                let open: Vec<String> = text
+                    .lines()
+                    .map(|line| match line.trim_start().split(':').next() {
+                        Some("instrument") => format!("    instrument: {{link: {}}}", case.instrument),
+                        Some("target") => format!("    target: {{link: {}}}", case.target),
+                        _ => line.to_string(),
+                    })
+                    .collect();
+                std::fs::write(&file, open.join("\n")).unwrap();
+            }
+            let session = load_session(&file).unwrap();
+            let fit = identify(&session, &Options::default()).unwrap();
+            assert!(fit.rms_mm < 1e-6, "{} {kind}: {} mm are left", case.name, fit.rms_mm);
+            let fitted = fitted_session(&session, &fit);
+            let left = simulate(&fitted, Composition::Exact).unwrap();
+            for ((test, trace), of_fit) in session.tests.iter().zip(&left).zip(&fit.tests) {
+                for (row, read) in test.recording.as_ref().unwrap().length_mm.iter().enumerate() {
+                    let off = read - trace.length_mm[row] - of_fit.residual_mm[row];
+                    assert!(off.abs() < 1e-8, "{} {kind}: {off} mm between fit and prediction", case.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_rotations_are_refused_with_their_line() {
+    let case = &CASES[0];
+    let folder = tempfile::tempdir().unwrap();
+    session(folder.path(), case, "pose", 4, SEED);
+    let file = folder.path().join("session.yaml");
+    let rows = std::fs::read_to_string(folder.path().join("rows.csv")).unwrap();
+    let refused = |rows: &str| {
+        std::fs::write(folder.path().join("rows.csv"), rows).unwrap();
+        load_session(&file).expect_err("refused").to_string()
+    };
+    let message = refused(&rows.replacen(",1,0,0,0\n", ",1,0.5,0,0\n", 1));
+    assert!(message.contains("rows.csv:2: the quaternion (1, 0.5, 0, 0) has length 1.1180, due is 1"), "{message}");
+    let matrix = |last: &str| {
+        rows.replace(",qw,qx,qy,qz", ",r00,r01,r02,r10,r11,r12,r20,r21,r22")
+            .replace(",1,0,0,0\n", &format!(",1,0,0,0,1,0,0,0,{last}\n"))
+    };
+    let message = refused(&matrix("-1"));
+    assert!(message.contains("rows.csv:2: the rotation matrix is mirrored"), "{message}");
+    let message = refused(&matrix("0.9"));
+    assert!(message.contains("r00 to r22 are no rotation"), "{message}");
+    let message = refused(&rows.replace("x_mm", "X"));
+    assert!(message.contains("a pose has the columns x_mm y_mm z_mm qw qx qy qz, or"), "{message}");
+    let message = refused(&rows.replace(",0,0,0,1,0,0,0\n", ",,,,,,,\n"));
+    assert!(message.contains("has no reading"), "{message}");
+}
+
+#[test]
+fn wrong_keys_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    session(folder.path(), &CASES[0], "point", 4, SEED);
+    let file = folder.path().join("session.yaml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let refused = |text: String| {
+        std::fs::write(&file, text).unwrap();
+        load_session(&file).expect_err("refused").to_string()
+    };
+    let message = refused(text.replace("readings: point", "readings: points"));
+    assert!(message.contains("unknown readings 'points'; did you mean 'point'?"), "{message}");
+    let message = refused(text.replace("    instrument:", "    pivot: {link: b, at: [0, 0, 0]}\n    instrument:"));
+    assert!(message.contains("which have no pivot"), "{message}");
+    let message = refused(text.replace("quaternion: [0.5, 0.5, -0.5, 0.5]", "quaternion: [0.5, 0.5, -0.5, 0.9]"));
+    assert!(message.contains("the quaternion has length"), "{message}");
+    let message = refused(text.replace("readings: point", "readings: same_point"));
+    assert!(message.contains("no instrument"), "{message}");
+}
