@@ -229,3 +229,50 @@ fn inputs_are_not_overwritten() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("is not overwritten"));
     assert_eq!(std::fs::read(&session).unwrap(), before);
 }
+
+/// Causes that no test of a session shows, as effect and place.
+fn unseen(json: &Value) -> Vec<(String, String)> {
+    let word = |value: &Value| value.as_str().unwrap().to_string();
+    json["blind_to"].as_array().unwrap().iter().map(|one| (word(&one["effect"]), word(&one["place"]))).collect()
+}
+
+#[test]
+fn a_named_test_uncovers_what_sessions_that_ran_it_do_see() {
+    let without = diagnosed(&gallery("07-nothing-wrong"), &[]);
+    let hidden = unseen(&without);
+    let cyclic = ("cyclic-error".to_string(), "C".to_string());
+    let named = without["uncovered_by"].as_array().unwrap();
+    let mut counted: Vec<usize> = Vec::new();
+    for test in named {
+        let uncovers: Vec<usize> =
+            test["uncovers"].as_array().unwrap().iter().map(|index| index.as_u64().unwrap() as usize).collect();
+        assert!(!uncovers.is_empty() && test["minutes"].as_f64().unwrap() > 0.0);
+        counted.extend(uncovers);
+    }
+    // each cause once, and never the sense of an axis, which is looked at
+    let all = counted.len();
+    counted.sort_unstable();
+    counted.dedup();
+    assert_eq!(counted.len(), all);
+    assert!(counted.iter().all(|&index| hidden[index].0 != "axis-sign"));
+    assert!(2 * all > hidden.len() - 5, "{all} of {}", hidden.len());
+    // synchronous sweeps of C would show its cyclic error; on the same machine a session that ran them is not blind to it
+    let tangential = named.iter().find(|test| test["says"].as_str().unwrap().starts_with("C swept both ways")).unwrap();
+    let shows = tangential["uncovers"].as_array().unwrap().iter().map(|index| index.as_u64().unwrap() as usize);
+    assert!(shows.map(|index| &hidden[index]).any(|cause| *cause == cyclic));
+    assert!(!unseen(&diagnosed(&gallery("01-worm-gear"), &[])).contains(&cyclic));
+}
+
+#[test]
+fn shares_rank_what_the_readings_are_made_of() {
+    let json = diagnosed(&gallery("05-table-bearing"), &[]);
+    let shares: Vec<f64> = json["shares"].as_array().unwrap().iter().map(|one| one["share"].as_f64().unwrap()).collect();
+    assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    assert!(shares.windows(2).all(|pair| pair[0] >= pair[1]));
+    let rest = json["shares"].as_array().unwrap().iter().find(|one| one["kind"] == "rest").unwrap();
+    // what is left is the residual after the findings
+    let left_um = json["fit"]["rms_after_um"].as_f64().unwrap();
+    assert!((rest["rms_um"].as_f64().unwrap() - left_um).abs() < 1e-6 * left_um, "{rest} {left_um}");
+    let findings = json["shares"].as_array().unwrap().iter().filter(|one| one["kind"] == "finding").count();
+    assert_eq!(findings, json["findings"].as_array().unwrap().len());
+}

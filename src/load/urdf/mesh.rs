@@ -17,9 +17,8 @@ pub fn refuse_bad_meshes(file: &Path, elements: &[Element]) -> Result<(), LoadEr
         if let Some(reason) = leaves_folder(name_beside_file(name)) {
             return refuse(format!("mesh '{name}' {reason}; put it beside the file and name it relative to the file"));
         }
-        let name = name_beside_file(name);
         let folder = file.parent().unwrap_or(Path::new(""));
-        let path = folder.join(name);
+        let path = folder.join(name_beside_file(name));
         if !path.is_file() {
             return refuse(format!(
                 "mesh '{name}' is not there; put the file beside the robot description or remove the mesh"
