@@ -266,7 +266,8 @@ fn a_named_test_uncovers_what_sessions_that_ran_it_do_see() {
 #[test]
 fn shares_rank_what_the_readings_are_made_of() {
     let json = diagnosed(&gallery("05-table-bearing"), &[]);
-    let shares: Vec<f64> = json["shares"].as_array().unwrap().iter().map(|one| one["share"].as_f64().unwrap()).collect();
+    let shares: Vec<f64> =
+        json["shares"].as_array().unwrap().iter().map(|one| one["share"].as_f64().unwrap()).collect();
     assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
     assert!(shares.windows(2).all(|pair| pair[0] >= pair[1]));
     let rest = json["shares"].as_array().unwrap().iter().find(|one| one["kind"] == "rest").unwrap();

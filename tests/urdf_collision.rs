@@ -170,9 +170,12 @@ fn what_cad_tools_export_is_read() {
     assert_eq!(machine.code.to_string(), "[w, b, J1, J2, t]");
     assert_eq!(bodies.bodies.len(), 1);
     // between workpiece and tool a joint moves by itself
-    let follows = EXPORTED.replace(r#"velocity="1"/></joint>
-  <joint name="J2""#, r#"velocity="1"/><mimic joint="J2"/></joint>
-  <joint name="J2""#);
+    let follows = EXPORTED.replace(
+        r#"velocity="1"/></joint>
+  <joint name="J2""#,
+        r#"velocity="1"/><mimic joint="J2"/></joint>
+  <joint name="J2""#,
+    );
     std::fs::write(&file, follows).expect("written");
     let refusal = load_machine_and_bodies(&file).expect_err("refused").to_string();
     assert!(refusal.contains("joint 'J1' mimics another"), "{refusal}");

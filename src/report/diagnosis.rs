@@ -242,9 +242,9 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
     }
 }
 
-/// A share by name; findings by their headline words.
+/// A share by name; findings by what they are.
 fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
-    let (name, kind) = match &share.source {
+    let named = |source: &Source| match source {
         Source::Location(name) => (name.clone(), "location error"),
         Source::Setup(label) => (label.clone(), "setup"),
         Source::Other => ("instrument and linear axes".to_string(), "other"),
@@ -254,6 +254,9 @@ fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
         }
         Source::Rest => ("not explained".to_string(), "rest"),
     };
+    let all: Vec<(String, &'static str)> = share.sources.iter().map(named).collect();
+    let kind = all.iter().find(|(_, kind)| *kind == "finding").or(all.first()).map_or("other", |(_, kind)| kind);
+    let name = all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(" with ");
     ShareJson { name, kind, rms_um: share.rms_um, share: share.share }
 }
 

@@ -198,7 +198,7 @@ fn shares(page: &mut String, json: &DiagnosisJson) {
     }
     page.push_str(
         "<section>\n<h2>What the readings are made of</h2>\n<p class=\"small\">Root mean square of what each cause adds to the readings. \
-         Parts may cancel each other: the bars rank them.</p>\n<table class=\"shares\">\n",
+         Parts may cancel each other: the bars rank them. What stands in one line has the same form in all readings.</p>\n<div class=\"wide\"><table class=\"shares\">\n",
     );
     for share in json.shares.iter().take(MOST_SHARES) {
         let class = if share.kind == "finding" { "prior" } else { "data" };
@@ -214,7 +214,7 @@ fn shares(page: &mut String, json: &DiagnosisJson) {
             100.0 * share.share
         );
     }
-    page.push_str("</table>\n</section>\n");
+    page.push_str("</table></div>\n</section>\n");
 }
 
 fn blind(page: &mut String, session: &Session, json: &DiagnosisJson) {

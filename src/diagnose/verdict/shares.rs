@@ -10,7 +10,8 @@ use crate::statistics::rms;
 /// Part of the readings that one cause makes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShareOfReadings {
-    pub source: Source,
+    /// One source, or several whose traces have the same form in all readings: only what they do together is known.
+    pub sources: Vec<Source>,
     /// Root mean square over the readings that take part, µm.
     pub rms_um: f64,
     /// Its mean square over the sum of all mean squares. Parts may cancel each other, so that this ranks and does not add up to
@@ -65,7 +66,39 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
         }
     }
     parts.push((Source::Rest, told.left_mm.clone()));
-    ranked(model, parts)
+    ranked(model, together(parts))
+}
+
+/// A source with the part of the readings that it makes, by test.
+type Part = (Vec<Source>, Vec<Vec<f64>>);
+
+/// Squared cosine from which two traces have the same form: less than a thousandth of one is not the other's.
+const SAME_FORM: f64 = 0.999;
+
+/// Parts of the same form as one.
+fn together(parts: Vec<(Source, Vec<Vec<f64>>)>) -> Vec<Part> {
+    let dot = |one: &[Vec<f64>], other: &[Vec<f64>]| -> f64 {
+        one.iter().flatten().zip(other.iter().flatten()).map(|(a, b)| a * b).sum()
+    };
+    let mut list: Vec<Part> = Vec::new();
+    for (source, rows) in parts {
+        let own = dot(&rows, &rows);
+        let same = list.iter_mut().find(|(sources, known)| {
+            let (across, theirs) = (dot(&rows, known), dot(known, known));
+            !sources.contains(&Source::Rest)
+                && source != Source::Rest
+                && across * across > SAME_FORM * own * theirs
+                && own * theirs > 0.0
+        });
+        match same {
+            Some((sources, known)) => {
+                sources.push(source);
+                known.iter_mut().flatten().zip(rows.iter().flatten()).for_each(|(sum, row)| *sum += row);
+            }
+            None => list.push((vec![source], rows)),
+        }
+    }
+    list
 }
 
 /// Place of a source in the list, with zeros where it is new.
@@ -76,13 +109,15 @@ fn part_of(parts: &mut Vec<(Source, Vec<Vec<f64>>)>, source: Source, model: &Lin
     })
 }
 
-fn ranked(model: &LinearModel, parts: Vec<(Source, Vec<Vec<f64>>)>) -> Vec<ShareOfReadings> {
+fn ranked(model: &LinearModel, parts: Vec<Part>) -> Vec<ShareOfReadings> {
     let rms_um = |by_test: &[Vec<f64>]| {
         let rows = by_test.iter().zip(&model.kept).flat_map(|(rows, kept)| rows.iter().zip(kept));
         1e3 * rms(rows.filter(|(_, kept)| **kept).map(|(value, _)| *value))
     };
-    let mut list: Vec<ShareOfReadings> =
-        parts.into_iter().map(|(source, rows)| ShareOfReadings { source, rms_um: rms_um(&rows), share: 0.0 }).collect();
+    let mut list: Vec<ShareOfReadings> = parts
+        .into_iter()
+        .map(|(sources, rows)| ShareOfReadings { sources, rms_um: rms_um(&rows), share: 0.0 })
+        .collect();
     list.retain(|part| part.rms_um.is_finite());
     let all: f64 = list.iter().map(|part| part.rms_um.powi(2)).sum();
     list.iter_mut().for_each(|part| part.share = if all > 0.0 { part.rms_um.powi(2) / all } else { 0.0 });
