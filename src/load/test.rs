@@ -79,6 +79,11 @@ impl TestReader<'_> {
     /// Reads the test with this index: one for lengths, one for each number of other readings.
     pub(super) fn tests(&self, index: usize, raw: &TestFile) -> Result<Vec<Test>, LoadError> {
         let wanted = self.wanted(index, raw)?;
+        if wanted.kind != Kind::Length {
+            // keys of another kind explain columns that are missing
+            self.side(index, raw, (wanted.kind, "pivot"))?;
+            self.side(index, raw, (wanted.kind, "spindle_ball"))?;
+        }
         let (test, read) = self.test(index, raw, &wanted)?;
         match wanted.kind {
             Kind::Length => Ok(vec![test]),
@@ -94,25 +99,7 @@ impl TestReader<'_> {
                 format!("test '{}': {message}", raw.name),
             )
         };
-        if !names_a_file(&raw.name) {
-            return Err(refuse(
-                "name",
-                "recordings are named after their tests; a name is 1 to 200 characters without / and \\".into(),
-            ));
-        }
-        for (key, value, least, unit) in [
-            ("started_at", Some(raw.started_at), -LARGEST, "s"),
-            ("bar_length", raw.bar_length, SMALLEST, "mm"),
-            ("feed", raw.feed, SMALLEST, "mm/min"),
-            ("overshoot", raw.overshoot, 0.0, "mm or deg"),
-        ] {
-            if let Some(value) = value.filter(|value| !(least..=LARGEST).contains(value)) {
-                return Err(refuse(
-                    key,
-                    format!("{key} {} is not a number from {least} to {LARGEST} {unit}", shown(value)),
-                ));
-            }
-        }
+        self.plain_values(index, raw)?;
         let zero = self.zero(index, raw)?;
         let path = self.path(index, raw)?;
         let recording = match &raw.recording {
@@ -178,6 +165,36 @@ impl TestReader<'_> {
         }
         self.every_axis_known(index, &test)?;
         Ok((test, read))
+    }
+
+    /// Refuses a name that is no file's and numbers that no test has.
+    fn plain_values(&self, index: usize, raw: &TestFile) -> Result<(), LoadError> {
+        let refuse = |key: &str, message: String| {
+            self.document.refuse(
+                &[Step::Key("tests"), Step::Index(index), Step::Key(key)],
+                format!("test '{}': {message}", raw.name),
+            )
+        };
+        if !names_a_file(&raw.name) {
+            return Err(refuse(
+                "name",
+                "recordings are named after their tests; a name is 1 to 200 characters without / and \\".into(),
+            ));
+        }
+        for (key, value, least, unit) in [
+            ("started_at", Some(raw.started_at), -LARGEST, "s"),
+            ("bar_length", raw.bar_length, SMALLEST, "mm"),
+            ("feed", raw.feed, SMALLEST, "mm/min"),
+            ("overshoot", raw.overshoot, 0.0, "mm or deg"),
+        ] {
+            if let Some(value) = value.filter(|value| !(least..=LARGEST).contains(value)) {
+                return Err(refuse(
+                    key,
+                    format!("{key} {} is not a number from {least} to {LARGEST} {unit}", shown(value)),
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn zero(&self, index: usize, raw: &TestFile) -> Result<Zero, LoadError> {

@@ -1,6 +1,6 @@
 //! Displacement of a point along a direction: dial gauges, capacitive sensors. The direction is the instrument's first axis.
 
-use super::Scalar;
+use super::scalar::Scalar;
 
 pub(super) const NAME: &str = "displacement";
 pub(super) const SCALARS: [Scalar; 1] = [Scalar::Coordinate(0)];

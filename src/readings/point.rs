@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Mounted, Scalar};
+use super::scalar::{Mounted, Scalar};
 use crate::chain::{Geometry, MotionErrors, Sensitivity, Wrench};
 
 pub(super) const NAME: &str = "point";

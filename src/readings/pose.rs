@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use super::rotation::{inverse_right_jacobian, rotation_vector};
-use super::{Mounted, Scalar};
+use super::scalar::{Mounted, Scalar};
 use crate::chain::{Geometry, MotionErrors, Sensitivity, Wrench};
 use crate::units::ARCSEC_PER_RAD;
 

@@ -165,15 +165,14 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
 fn change(session: &Session, fit: &Fit, first: usize) -> Option<(usize, f64)> {
     let rows = session.tests[first].rows();
     let mut total = Sums::default();
-    let all: Vec<Option<(usize, Vector3<f64>, Vector3<f64>)>> = (0..rows)
-        .map(|row| {
+    let all: Vec<(usize, Vector3<f64>, Vector3<f64>)> = (0..rows)
+        .filter_map(|row| {
             let kept = (0..3).all(|k| fit.tests[first + k].kept.get(row).copied().unwrap_or(false));
             let number = |k: usize| session.tests[first + k].recording.as_ref().map_or(f64::NAN, |r| r.length_mm[row]);
             let left = |k: usize| fit.tests[first + k].residual_mm[row];
             kept.then(|| (row, Vector3::new(number(0), number(1), number(2)), Vector3::new(left(0), left(1), left(2))))
         })
         .collect();
-    let all: Vec<(usize, Vector3<f64>, Vector3<f64>)> = all.into_iter().flatten().collect();
     if all.len() < 2 * LEAST_ROWS {
         return None;
     }

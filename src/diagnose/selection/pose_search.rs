@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::candidates::CandidateFamily;
 use super::joint_fit::{joined, mean_square};
-use super::ranking::{choose, keep_diverse};
+use super::ranking::{choose, compare, keep_diverse};
 use super::screening::screen;
 use super::screening_grid::ScreeningGrid;
 use super::selected::{Candidate, Search, SelectedEffect};
@@ -30,6 +30,8 @@ const ACCEPT_FURTHER: f64 = 8.0;
 const STRONG: f64 = 20.0;
 /// Share of a rival's log odds that is left once the chosen one is in the model, up to which it was a rival at all.
 const STILL_THERE: f64 = 0.5;
+/// Share of the best log odds of a look that a further one must keep to be accepted without another look.
+const NEARLY_AS_STRONG: f64 = 0.3;
 /// Steps by which relative top speeds are refined, as ratios, coarse to fine; each is tried so many times on every axis.
 const RATE_STEPS: [f64; 3] = [1.25, 1.1, 1.04];
 const RATE_ROUNDS: usize = 2;
@@ -127,13 +129,32 @@ impl<'g, 'a> State<'g, 'a> {
             if best < least {
                 return best;
             }
-            let index = choose(&candidates, families, self.model);
-            self.accept(families, candidates, index, poses);
+            self.accept_all(families, candidates, least, poses);
             for place in 0..self.found.len() {
                 self.refine_again(families, place, poses);
             }
         }
         f64::NEG_INFINITY
+    }
+
+    /// Accepts the best candidate of a look, and the next ones as long as they stay nearly as strong beside it: a look costs far
+    /// more than a judgement.
+    fn accept_all(&mut self, families: &[CandidateFamily], mut candidates: Vec<Candidate>, least: f64, poses: &Poses) {
+        let strongest = candidates.first().map_or(0.0, |best| best.log_odds);
+        loop {
+            let index = choose(&candidates, families, self.model);
+            self.accept(families, candidates.clone(), index, poses);
+            candidates.remove(index);
+            if self.found.len() >= MOST_EFFECTS {
+                return;
+            }
+            let joint = self.joint.clone();
+            let [regression, _] = self.regressions(&joint);
+            candidates = compare(&regression, families, candidates);
+            if candidates.first().is_none_or(|next| next.log_odds < least.max(NEARLY_AS_STRONG * strongest)) {
+                return;
+            }
+        }
     }
 
     fn accept(&mut self, families: &[CandidateFamily], candidates: Vec<Candidate>, index: usize, poses: &Poses) {
