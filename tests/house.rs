@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::effects::KINDS;
 
 /// Rooms in the order in which they may import: each only from those before it.
-const ROOMS: [&str; 24] = [
+const ROOMS: [&str; 25] = [
     "units",
     "statistics",
     "machine",
@@ -27,6 +27,7 @@ const ROOMS: [&str; 24] = [
     "identify",
     "volume",
     "control",
+    "history",
     "reconcile",
     "import",
     "diagnose",
