@@ -590,8 +590,17 @@ impl<'a> Compensator<'a> {
         };
         let late: Vec<&[u8]> = late_words(line, block);
         let mut is_first = true;
-        while let Some(piece) = pieces.next(&mut self.control, &mut self.corrector)? {
-            self.check_travel(&piece)?;
+        while let Some(mut piece) = pieces.next(&mut self.control, &mut self.corrector)? {
+            if let Err(why) = self.check_travel(&piece) {
+                if !matches!(timing, Timing::Rapid) {
+                    return Err(why);
+                }
+                // a rapid to the end of the travel, a park position, stays where it was
+                piece.command = path.to;
+                piece.positions = self.control.positions(&path.to, &piece.positions);
+                self.check_travel(&piece)?;
+                self.summary.left += 1;
+            }
             let is_last = piece.share >= 1.0;
             let late = if is_first && is_last { &[] } else { late.as_slice() };
             match is_first {
