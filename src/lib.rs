@@ -30,6 +30,7 @@
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
 //! | [`volume`] | what errors do to the tool tip over the work volume, by cause |
 //! | [`control`] | numbers of a fit as controls take them, and what they cannot hold |
+//! | [`history`] | errors of one machine over months: drifts and steps told from scatter |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
 //! | [`inverse`] | the tool in the workpiece and the axis positions for it, errors included |
 //! | [`compensate`] | programs corrected for the errors of a machine |
@@ -49,6 +50,7 @@ pub mod compensate;
 pub mod control;
 pub mod diagnose;
 pub mod effects;
+pub mod history;
 pub mod identify;
 pub mod import;
 pub mod inverse;

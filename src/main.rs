@@ -64,6 +64,8 @@ enum Verb {
     Control(verbs::control::Arguments),
     /// A program corrected for the errors of a machine: fiveaxis compensate part.ngc machine.yaml --out corrected.ngc
     Compensate(verbs::compensate::Arguments),
+    /// Errors of one machine over its sessions, drifts and steps: fiveaxis history FOLDER
+    History(verbs::history::Arguments),
     /// Axis positions for a tool pose in the workpiece: fiveaxis inverse machine.yaml --tip 30,-20,15 --tool-axis 0.3,0.2,0.9
     Inverse(verbs::inverse::Arguments),
     /// What the errors do to the tool tip over the work volume: fiveaxis volume machine.yaml --errors session.yaml
@@ -102,6 +104,7 @@ fn main() -> ExitCode {
         Verb::Survey(arguments) => verbs::survey::run(&arguments),
         Verb::Control(arguments) => verbs::control::run(&arguments),
         Verb::Compensate(arguments) => verbs::compensate::run(&arguments),
+        Verb::History(arguments) => verbs::history::run(&arguments),
         Verb::Inverse(arguments) => verbs::inverse::run(&arguments),
         Verb::Volume(arguments) => verbs::volume::run(&arguments),
         Verb::Completions(arguments) => verbs::shell::completions(&arguments, CommandLine::command()),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::effects::KINDS;
 
 /// Rooms in the order in which they may import: each only from those before it.
-const ROOMS: [&str; 26] = [
+const ROOMS: [&str; 27] = [
     "units",
     "statistics",
     "machine",
@@ -29,6 +29,7 @@ const ROOMS: [&str; 26] = [
     "identify",
     "volume",
     "control",
+    "history",
     "reconcile",
     "import",
     "diagnose",

@@ -103,13 +103,13 @@ pub fn g_code(tenths: u16) -> Option<Meaning> {
 
 /// Why an M code is refused.
 pub fn refused_m_code(code: u16) -> Option<&'static str> {
-    matches!(code, 960 | 970 | 980 | 990 | 900 | 910 | 700 | 710 | 720 | 730)
+    matches!(code, 960 | 970 | 980 | 990 | 900 | 910 | 710 | 730)
         .then_some("calls a subprogram or restores modes, which is not followed here; write it out in one program")
 }
 
 /// M codes that leave axes and path alone on all controls of the trade: stops, spindle, coolant, tool change, overrides, ends.
 pub fn is_usual_m_code(tenths: u16) -> bool {
-    matches!(tenths / 10, 0..=9 | 19 | 30 | 48..=53 | 60..=65 | 67 | 68)
+    matches!(tenths / 10, 0..=9 | 19 | 30 | 48..=53 | 60..=65 | 67 | 68 | 70 | 72)
 }
 
 /// M codes that take effect at the end of their block.

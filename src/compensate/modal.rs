@@ -61,6 +61,14 @@ pub struct Modal {
     pub called: Option<u32>,
 }
 
+/// Modes that a move needs beside units, G90 or G91 and the tool's length.
+#[derive(Debug, Clone, Copy)]
+pub struct Needs {
+    pub plane: bool,
+    pub feed_mode: bool,
+    pub system: bool,
+}
+
 /// What a block asks for beside its modes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Once {
@@ -180,7 +188,7 @@ impl Modal {
     }
 
     /// Modes that a move needs and that were not said, as words for a message.
-    pub fn missing(&self, needs_plane: bool, needs_feed_mode: bool) -> Vec<&'static str> {
+    pub fn missing(&self, needs: Needs) -> Vec<&'static str> {
         let mut missing = Vec::new();
         let mut ask = |is_missing: bool, words: &'static str| {
             if is_missing {
@@ -189,10 +197,10 @@ impl Modal {
         };
         ask(self.unit_mm.is_none(), "G20 or G21");
         ask(self.is_absolute.is_none(), "G90 or G91");
-        ask(self.system.is_none(), "G54 to G59.3");
+        ask(needs.system && self.system.is_none(), "G54 to G59.3");
         ask(self.tool.is_none(), "G43 or G49");
-        ask(needs_plane && self.plane.is_none(), "G17, G18 or G19");
-        ask(needs_feed_mode && self.feed_mode.is_none(), "G93, G94 or G95");
+        ask(needs.plane && self.plane.is_none(), "G17, G18 or G19");
+        ask(needs.feed_mode && self.feed_mode.is_none(), "G93, G94 or G95");
         missing
     }
 }

@@ -65,7 +65,7 @@ impl<'p> Pieces<'p> {
         sent: &Place,
         fineness: Fineness,
     ) -> Pieces<'p> {
-        let longest = longest_share(control, path);
+        let longest = longest_share(control, path, fineness.tolerance_mm);
         let from = control.positions(&path.from, &[0.0; 9]);
         let stands = control.positions(sent, &from);
         let (ideal, actual) = (control.ideal(&from), corrector.pose(&stands));
@@ -138,7 +138,7 @@ impl<'p> Pieces<'p> {
 }
 
 /// Longest share of a move in one piece: no wave or corner of a component error may lie between two looks.
-fn longest_share(control: &Control, path: &Path) -> f64 {
+fn longest_share(control: &Control, path: &Path, tolerance_mm: f64) -> f64 {
     let machine = control.nominal.machine();
     let mut pieces = 1.0f64;
     for (letter, axis) in control.axis_of.iter().enumerate() {
@@ -148,7 +148,9 @@ fn longest_share(control: &Control, path: &Path) -> f64 {
             path.arc.filter(|arc| arc.plane.contains(&letter)).map_or(0.0, |arc| arc.sweep.abs() * arc.start_radius);
         let way = axis.kind.from_file_unit((path.to[letter] - path.from[letter]).abs().max(arc));
         for error in &axis.component_errors {
-            pieces = pieces.max(way / shortest(&error.form));
+            // what a turn of the error moves at the end of its lever
+            let lever_mm = if error.component.is_angle() { LEVER_MM } else { 1.0 };
+            pieces = pieces.max(way / shortest(&error.form, tolerance_mm / lever_mm));
         }
     }
     if let Some(arc) = &path.arc {
@@ -158,16 +160,27 @@ fn longest_share(control: &Control, path: &Path) -> f64 {
     1.0 / pieces
 }
 
-/// Shortest way over which a form changes its course, mm or rad.
-fn shortest(form: &ComponentForm) -> f64 {
+/// Lever by which angular errors count, mm.
+const LEVER_MM: f64 = 300.0;
+
+/// Shortest way over which a form leaves a straight line by more than a tolerance, or a wave fits between looks, mm or rad.
+fn shortest(form: &ComponentForm, tolerance: f64) -> f64 {
     match form {
         ComponentForm::Polynomial(_) => f64::INFINITY,
         ComponentForm::Fourier(harmonics) => {
             let highest = harmonics.iter().map(|harmonic| harmonic.frequency.abs()).fold(0.0, f64::max);
             std::f64::consts::TAU / highest / LOOKS_PER_WAVE * LOOKS.len() as f64
         }
-        ComponentForm::Table { position, .. } => {
-            position.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min)
+        ComponentForm::Table { position, value } => {
+            let slope = |k: usize| (value[k + 1] - value[k]) / (position[k + 1] - position[k]);
+            let (mut spacing, mut bend) = (f64::INFINITY, 0.0f64);
+            for k in 1..position.len().saturating_sub(1) {
+                let between = 0.5 * (position[k + 1] - position[k - 1]);
+                spacing = spacing.min(between);
+                bend = bend.max((slope(k) - slope(k - 1)).abs() / between);
+            }
+            // a curve of this bend leaves its chord by bend·way²/8
+            (8.0 * tolerance / bend).sqrt().max(spacing * LOOKS.len() as f64)
         }
     }
 }

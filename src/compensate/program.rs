@@ -6,7 +6,7 @@ use super::block::{Block, split};
 use super::codes::{Motion, acts_at_the_end, is_usual_m_code};
 use super::command::{Control, Coordinates};
 use super::correct::Corrector;
-use super::modal::{FeedMode, LETTERS, Modal, OffsetTable, Once, ToolLength};
+use super::modal::{FeedMode, LETTERS, Modal, Needs, OffsetTable, Once, ToolLength};
 use super::path::{Arc, ArcWords, Path, Place};
 use super::pieces::{Fineness, Piece, Pieces};
 use super::rewrite::{Changes, feed_number, number};
@@ -128,6 +128,10 @@ pub struct Compensator<'a> {
     sent: [Option<f64>; 9],
     told: Told,
     offsets: OffsetTable,
+    /// The block in hand counts in machine coordinates (G53).
+    in_machine: bool,
+    /// Modes that M70 has kept.
+    kept: Option<Modal>,
     block: Block,
     changes: Changes,
     summary: Summary,
@@ -152,6 +156,8 @@ impl<'a> Compensator<'a> {
             here: [None; 9],
             sent: [None; 9],
             told: Told::default(),
+            in_machine: false,
+            kept: None,
             block: Block::default(),
             changes: Changes::default(),
             summary: Summary::default(),
@@ -225,6 +231,7 @@ impl<'a> Compensator<'a> {
         let was_tool = (self.modal.tool, self.modal.centre_point);
         let was_system = self.modal.system;
         let once = self.modal.take(block, &self.settings.tools)?;
+        self.keep_modes(block);
         if (self.modal.tool, self.modal.centre_point) != was_tool {
             self.take_tool();
         }
@@ -234,7 +241,16 @@ impl<'a> Compensator<'a> {
         match once {
             Once::SetOffsets => self.set_offsets(block)?,
             Once::Reference => self.forget(block),
-            Once::MachineCoordinates if has_place => self.goes_to_machine_coordinates(block)?,
+            // a rapid in machine coordinates is a way to a safe place, often at the end of the travel
+            Once::MachineCoordinates if has_place && self.modal.motion == Some(Motion::Rapid) => {
+                self.goes_to_machine_coordinates(block)?;
+            }
+            Once::MachineCoordinates if has_place => {
+                self.in_machine = true;
+                let outcome = self.moved(line, end, block, out);
+                self.in_machine = false;
+                return outcome;
+            }
             Once::Nothing if has_place || has_centre => {
                 let is_new = (self.modal.tool, self.modal.centre_point) != was_tool || self.modal.system != was_system;
                 if is_new && self.modal.is_absolute == Some(false) {
@@ -249,6 +265,22 @@ impl<'a> Compensator<'a> {
         self.pass(line, end, block, out);
         self.after_tool_change(block);
         Ok(())
+    }
+
+    /// M70 keeps the modes, M72 brings them back; without an M70 they are not known after it.
+    fn keep_modes(&mut self, block: &Block) {
+        for word in block.words.iter().filter(|word| word.letter == b'M') {
+            match word.code() {
+                Some(700) => self.kept = Some(self.modal.clone()),
+                Some(720) => {
+                    let kept = self.kept.clone().unwrap_or_default();
+                    let (in_spindle, called) = (self.modal.in_spindle, self.modal.called);
+                    self.modal = Modal { motion: self.modal.motion, in_spindle, called, ..kept };
+                    (self.told.feed_mode, self.told.feed) = (self.modal.feed_mode, self.modal.feed);
+                }
+                _ => {}
+            }
+        }
     }
 
     /// A tool change may drive the slides to its place.
@@ -358,6 +390,9 @@ impl<'a> Compensator<'a> {
 
     /// What stands between a word and the coordinate with all offsets, mm or deg.
     fn offset(&self, letter: usize) -> Result<f64, String> {
+        if self.in_machine {
+            return Ok(0.0);
+        }
         let system = self.modal.system.unwrap_or(0);
         let offsets = self.offsets[system].ok_or_else(|| {
             let name = OFFSET_NAMES[system];
@@ -378,7 +413,13 @@ impl<'a> Compensator<'a> {
             Some(motion) => motion,
         };
         let is_arc = matches!(motion, Motion::Clockwise | Motion::Counter);
-        let missing = self.modal.missing(is_arc, motion != Motion::Rapid);
+        if self.in_machine
+            && (is_arc || self.modal.is_absolute == Some(false) || self.control.coordinates == Coordinates::Workpiece)
+        {
+            return Err("has G53 with an arc, in G91 or with tool centre point control; go to machine coordinates by G90 and a straight move".into());
+        }
+        let needs = Needs { plane: is_arc, feed_mode: motion != Motion::Rapid, system: !self.in_machine };
+        let missing = self.modal.missing(needs);
         if !missing.is_empty() {
             return Err(format!(
                 "moves before these modes were said: {}; say them in the program, or with --initial \"G21 G90 …\" how the control stands when it begins",
@@ -549,8 +590,17 @@ impl<'a> Compensator<'a> {
         };
         let late: Vec<&[u8]> = late_words(line, block);
         let mut is_first = true;
-        while let Some(piece) = pieces.next(&mut self.control, &mut self.corrector)? {
-            self.check_travel(&piece)?;
+        while let Some(mut piece) = pieces.next(&mut self.control, &mut self.corrector)? {
+            if let Err(why) = self.check_travel(&piece) {
+                if !matches!(timing, Timing::Rapid) {
+                    return Err(why);
+                }
+                // a rapid to the end of the travel, a park position, stays where it was
+                piece.command = path.to;
+                piece.positions = self.control.positions(&path.to, &piece.positions);
+                self.check_travel(&piece)?;
+                self.summary.left += 1;
+            }
             let is_last = piece.share >= 1.0;
             let late = if is_first && is_last { &[] } else { late.as_slice() };
             match is_first {
@@ -708,6 +758,9 @@ impl<'a> Compensator<'a> {
             }
             out.extend_from_slice(text.as_bytes());
         };
+        if self.in_machine && !words.is_empty() {
+            put("G53");
+        }
         for (letter, value) in &words {
             put(&format!("{}{value}", *letter as char));
         }

@@ -17,6 +17,7 @@ pub mod finding_words;
 pub mod fit;
 pub mod fit_page;
 pub mod fit_text;
+pub mod history;
 pub mod inverse;
 pub mod linear_axes;
 pub mod machine_file;

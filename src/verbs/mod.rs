@@ -9,6 +9,7 @@ mod directions;
 pub mod ending;
 mod errors;
 mod former_plan;
+pub mod history;
 pub mod identify;
 pub mod import;
 pub mod init;

@@ -128,6 +128,21 @@ impl Plain<'_> {
     }
 }
 
+impl Plain<'_> {
+    /// A ball on a link (an axis, `b`, `w` or `t`) in the bed's frame.
+    pub fn ball(&self, link: &str, at: [f64; 3], q: &[f64]) -> [f64; 3] {
+        let workpiece = self.machine.code.workpiece_side.len();
+        let axes: Vec<usize> = match (link, self.machine.axis_index(link)) {
+            ("w", _) => (0..workpiece).rev().collect(),
+            ("t", _) => (workpiece..q.len()).collect(),
+            (_, Some(axis)) if axis < workpiece => (axis..workpiece).rev().collect(),
+            (_, Some(axis)) => (workpiece..=axis).collect(),
+            _ => Vec::new(),
+        };
+        apply(&axes.into_iter().fold(identity(), |sum, k| times(&sum, &self.joint(k, q[k]))), at, true)
+    }
+}
+
 pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }

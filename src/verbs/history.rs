@@ -1,0 +1,190 @@
+//! `fiveaxis history`: the sessions of one machine over months, and which of its errors moved.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use fiveaxis::diagnose::examine;
+use fiveaxis::history::{Point, trend};
+use fiveaxis::identify::{Options, Quantity};
+use fiveaxis::load::{load_session, names_tests};
+use fiveaxis::machine::Component;
+use fiveaxis::report::history::{ErrorHistory, HistoryReport, history_json, history_page, history_text};
+
+use super::Refusal;
+use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
+use super::progress::Working;
+
+/// Most sessions of a folder.
+const MOST_SESSIONS: usize = 1000;
+
+/// Arguments of `history`.
+#[derive(Args)]
+#[command(
+    after_help = "Each session lies in a folder of its own, or is a file of its own, whose name holds its date: 2026-03-14, 2026-03-14-after-crash.\nExample: fiveaxis history sessions --out history"
+)]
+pub struct Arguments {
+    /// Folder with the sessions
+    folder: PathBuf,
+    /// Write history.html (one page, opens offline) into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace files in the way that fiveaxis did not write
+    #[arg(long)]
+    force: bool,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// One session as fitted: errors by name with unit, value, sigma of the noise and whole sigma.
+struct Fitted {
+    machine: String,
+    code: String,
+    errors: Vec<(String, &'static str, f64, f64, f64)>,
+}
+
+/// Runs the verb.
+pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
+    let files = session_files(&arguments.folder)?;
+    let first_day = files[0].1;
+    let mut inputs = Vec::new();
+    let mut fits: Vec<(String, PathBuf, f64, Fitted)> = Vec::new();
+    for (date, day, file) in files {
+        let working = Working::on(format!("fitting {}", file.display()));
+        let fitted = fitted(&file, &mut inputs)?;
+        drop(working);
+        match fitted {
+            Some(fitted) => fits.push((date, file, (day - first_day) as f64, fitted)),
+            None => eprintln!(
+                "fiveaxis: {} is left out: its recordings are not to be believed, see 'diagnose'",
+                file.display()
+            ),
+        }
+    }
+    let Some((_, file, _, first)) = fits.first() else {
+        return Err(format!("{}: no session could be fitted", arguments.folder.display()).into());
+    };
+    if let Some((_, other, _, fitted)) = fits.iter().find(|(_, _, _, fitted)| fitted.code != first.code) {
+        return Err(format!(
+            "{} is of a machine {} and {} of {}: a history is of one machine",
+            file.display(),
+            first.code,
+            other.display(),
+            fitted.code
+        )
+        .into());
+    }
+    let mut names: Vec<(String, &'static str)> = Vec::new();
+    for (name, unit, ..) in fits.iter().flat_map(|(_, _, _, fitted)| &fitted.errors) {
+        if names.iter().all(|(other, _)| other != name) {
+            names.push((name.clone(), unit));
+        }
+    }
+    let errors = names.iter().map(|(name, unit)| {
+        let mut history = (Vec::new(), Vec::new());
+        for (_, _, day, fitted) in &fits {
+            for (_, _, value, sigma, whole) in fitted.errors.iter().filter(|(other, ..)| other == name) {
+                history.0.push(Point { day: *day, value: *value, sigma: *sigma });
+                history.1.push(*whole);
+            }
+        }
+        ErrorHistory { name: name.clone(), unit, trend: trend(&history.0), points: history.0, whole_sigma: history.1 }
+    });
+    let report = HistoryReport {
+        machine: first.machine.clone(),
+        errors: errors.collect(),
+        sessions: fits.iter().map(|(date, file, ..)| (date.clone(), file.display().to_string())).collect(),
+        days: fits.iter().map(|(_, _, day, _)| *day).collect(),
+    };
+    if let Some(folder) = &arguments.out {
+        let mut output = OutputFolder::default();
+        output.add("history.html", history_page(&report));
+        write_all(vec![(folder.clone(), output)], &inputs, Foreign::with(arguments.force))?;
+    }
+    match arguments.json {
+        true => print_json(&history_json(&report)),
+        false => print(&history_text(&report)),
+    }
+}
+
+/// A session fitted; `None` when its recordings are not to be believed.
+fn fitted(file: &Path, inputs: &mut Vec<PathBuf>) -> Result<Option<Fitted>, Refusal> {
+    settle(file)?;
+    let session = load_session(file)?;
+    inputs.extend(session_inputs(file, &session));
+    let examination = examine(&session, &Options::default()).map_err(|why| format!("{}: {why}", file.display()))?;
+    let Some(fit) = examination.fit.as_ref().filter(|_| examination.is_sound()) else { return Ok(None) };
+    let told = fit.unknowns.iter().zip(&fit.estimates).filter_map(|(unknown, estimate)| match unknown.quantity {
+        Quantity::Location { component, .. } if estimate.determined => {
+            let measure = Component::ALL[component.index()].measure();
+            let unit = if component.is_angle() { "arcsec" } else { "µm" };
+            let [value, noise, whole] =
+                [estimate.value, estimate.sigma_noise, estimate.sigma].map(|value| measure.to_output(value));
+            Some((unknown.label.clone(), unit, value, noise, whole))
+        }
+        _ => None,
+    });
+    let errors = told.collect();
+    Ok(Some(Fitted { machine: session.machine.name.clone(), code: session.machine.code.to_string(), errors }))
+}
+
+/// Session files with date and day number, by time.
+fn session_files(folder: &Path) -> Result<Vec<(String, i64, PathBuf)>, Refusal> {
+    let entries = std::fs::read_dir(folder).map_err(|why| {
+        format!("{} cannot be read: {why}; name the folder that holds the sessions", folder.display())
+    })?;
+    let mut list = Vec::new();
+    let mut undated = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|why| format!("{} cannot be read: {why}", folder.display()))?.path();
+        let file = if path.is_dir() { path.join("session.yaml") } else { path.clone() };
+        let is_yaml = file.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
+        if !is_yaml || !file.is_file() || !names_tests(&file)? {
+            continue;
+        }
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        match date_in(&name) {
+            Some((date, day)) => list.push((date, day, file)),
+            None => undated.push(name),
+        }
+    }
+    if let Some(name) = undated.first() {
+        return Err(format!(
+            "{}: the session {name} has no date in its name; call its folder or file for example 2026-03-14",
+            folder.display()
+        )
+        .into());
+    }
+    if list.is_empty() || list.len() > MOST_SESSIONS {
+        return Err(format!(
+            "{} holds {} sessions; from 1 to {MOST_SESSIONS} are allowed, each in a folder called by its date, such as 2026-03-14/session.yaml",
+            folder.display(),
+            list.len()
+        )
+        .into());
+    }
+    list.sort_by(|a, b| (a.1, &a.2).cmp(&(b.1, &b.2)));
+    Ok(list)
+}
+
+/// A date such as 2026-03-14 in a name, and its day number.
+fn date_in(name: &str) -> Option<(String, i64)> {
+    let bytes = name.as_bytes();
+    (0..bytes.len().saturating_sub(9)).find_map(|from| {
+        let part = name.get(from..from + 10)?;
+        let shape = part
+            .bytes()
+            .enumerate()
+            .all(|(k, byte)| if k == 4 || k == 7 { byte == b'-' } else { byte.is_ascii_digit() });
+        let number = |from: usize, to: usize| part.get(from..to).and_then(|text| text.parse::<i64>().ok());
+        let (year, month, day) = (number(0, 4)?, number(5, 7)?, number(8, 10)?);
+        (shape && (1..=12).contains(&month) && (1..=31).contains(&day))
+            .then(|| (part.to_string(), day_number(year, month, day)))
+    })
+}
+
+/// Days in the Gregorian calendar since 1 March of the year 0 (years begin with March, so that leap days end them).
+fn day_number(year: i64, month: i64, day: i64) -> i64 {
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day
+}

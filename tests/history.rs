@@ -1,0 +1,86 @@
+//! Trends: drifts and steps are found at their size, scatter is not taken for either, and the command reads dated folders.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use fiveaxis::history::{Course, Point, trend};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+
+/// Twelve sessions a month apart, values known to 0.3 with a scatter of 0.4 between sessions.
+fn sessions(seed: u64, course: impl Fn(f64) -> f64) -> Vec<Point> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let noise = Normal::new(0.0, (0.3f64 * 0.3 + 0.4 * 0.4).sqrt()).expect("normal");
+    (0..12)
+        .map(|k| {
+            let day = 30.0 * f64::from(k);
+            Point { day, value: 5.0 + course(day) + noise.sample(&mut random), sigma: 0.3 }
+        })
+        .collect()
+}
+
+#[test]
+fn drifts_and_steps_are_told_from_scatter() {
+    let (mut false_alarms, mut drifts, mut steps, mut within) = (0, 0, 0, 0);
+    const RUNS: u64 = 400;
+    for seed in 0..RUNS {
+        if trend(&sessions(seed, |_| 0.0)).course != Course::Steady {
+            false_alarms += 1;
+        }
+        // 0.3 a month: 3.3 over the year
+        if let Course::Drift { per_day, sigma } = trend(&sessions(1000 + seed, |day| 0.01 * day)).course {
+            drifts += 1;
+            within += u64::from((per_day - 0.01).abs() < 2.0 * sigma);
+        }
+        let course = trend(&sessions(2000 + seed, |day| if day > 170.0 { 3.0 } else { 0.0 })).course;
+        if let Course::Step { by, sigma, after_day, before_day } = course {
+            assert!(after_day < before_day);
+            let is_there = after_day == 150.0 && before_day == 180.0;
+            steps += u64::from(is_there && (by - 3.0).abs() < 4.0 * sigma);
+        }
+    }
+    println!("false {false_alarms}, drifts {drifts} ({within} within two sigma), steps {steps} of {RUNS}");
+    assert!(false_alarms <= RUNS / 20, "{false_alarms} of {RUNS} steady courses are told as moving");
+    assert!(drifts >= RUNS * 9 / 10 && within * 100 >= drifts * 85, "{drifts}, {within}");
+    assert!(steps >= RUNS * 9 / 10, "{steps}");
+    // three sessions tell nothing
+    assert_eq!(trend(&sessions(1, |day| day)[..3]).course, Course::Steady);
+}
+
+#[test]
+fn the_command_reads_a_folder_of_dated_sessions() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let scratch = tempfile::tempdir().expect("folder");
+    let copy = |from: &str, to: &str| {
+        let folder = scratch.path().join(to);
+        std::fs::create_dir_all(&folder).expect("folder");
+        for entry in std::fs::read_dir(root.join("examples/thesis").join(from)).expect("example") {
+            let file = entry.expect("entry").path();
+            std::fs::copy(&file, folder.join(file.file_name().expect("name"))).expect("copied");
+        }
+    };
+    copy("chapter5", "2026-01-10");
+    copy("chapter5", "2026-02-11-after-service");
+    let run = |folder: &Path| {
+        let output = Command::cargo_bin("fiveaxis")
+            .expect("built")
+            .arg("history")
+            .arg(folder)
+            .arg("--json")
+            .output()
+            .expect("run");
+        let text = String::from_utf8(output.stdout).expect("text");
+        (output.status.code(), serde_json::from_str::<serde_json::Value>(&text).expect("JSON"))
+    };
+    let (code, value) = run(scratch.path());
+    assert_eq!(code, Some(0), "{value}");
+    assert_eq!(value["sessions"][1]["day"], 32.0);
+    let error =
+        value["errors"].as_array().expect("errors").iter().find(|error| error["error"] == "EY0C").expect("EY0C");
+    assert!((error["mean"].as_f64().expect("mean") + 52.9).abs() < 0.1 && error["course"]["kind"] == "steady");
+    copy("chapter5", "yesterday");
+    let (code, value) = run(scratch.path());
+    assert_eq!(code, Some(2));
+    assert!(value["error"].to_string().contains("no date in its name"), "{value}");
+}
