@@ -229,9 +229,9 @@ fn fiveaxis(arguments: &[&str]) -> std::process::Output {
 }
 
 /// Writes the readings of a session's machine as its recordings.
-fn simulated(case: &Case, kind: &str) -> tempfile::TempDir {
+fn simulated(case: &Case, kind: &str, rows: usize) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    session(folder.path(), case, kind, 40, SEED);
+    session(folder.path(), case, kind, rows, SEED);
     let out = folder.path().join("out");
     let text = |path: &Path| path.to_str().unwrap().to_string();
     let done = fiveaxis(&["simulate", &text(&folder.path().join("session.yaml")), "--out", &text(&out)]);
@@ -247,7 +247,7 @@ fn a_saved_fit_predicts_what_it_read_and_an_instrument_is_found() {
             if kind == "same_point" {
                 continue; // random poses do not keep a ball in its socket
             }
-            let folder = simulated(case, kind);
+            let folder = simulated(case, kind, 40);
             let file = folder.path().join("session.yaml");
             if kind != "displacement" {
                 // nothing is said of where instrument and target stand
@@ -322,4 +322,90 @@ fn wrong_keys_are_refused() {
     assert!(message.contains("the quaternion has length"), "{message}");
     let message = refused(text.replace("readings: point", "readings: same_point"));
     assert!(message.contains("no instrument"), "{message}");
+}
+
+/// What `identify` says of a session whose rows were changed.
+fn said_of(change: impl Fn(usize, &mut Vec<String>)) -> String {
+    let folder = simulated(&CASES[0], "pose", 160);
+    let file = folder.path().join("rows.csv");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let changed = text.lines().enumerate().map(|(row, line)| {
+        let mut fields: Vec<String> = line.split(',').map(String::from).collect();
+        change(row, &mut fields);
+        fields.join(",")
+    });
+    let changed: Vec<String> = changed.collect();
+    std::fs::write(&file, changed.join("\n") + "\n").unwrap();
+    let session = folder.path().join("session.yaml");
+    let text = std::fs::read_to_string(&session).unwrap();
+    let open: Vec<String> = text
+        .lines()
+        .map(|line| match line.trim_start().split(':').next() {
+            Some("instrument") => "    instrument: {link: b}".to_string(),
+            Some("target") => "    target: {link: J6}".to_string(),
+            _ => line.to_string(),
+        })
+        .collect();
+    std::fs::write(&session, open.join("\n")).unwrap();
+    let done = fiveaxis(&["identify", session.to_str().unwrap(), "--json"]);
+    String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr)
+}
+
+/// Fields of a row times a factor.
+fn scaled(fields: &mut [String], factor: f64) {
+    fields.iter_mut().for_each(|field| *field = (field.parse::<f64>().unwrap() * factor).to_string());
+}
+
+#[test]
+fn mistakes_in_columns_and_a_moved_instrument_are_named() {
+    let says = |change: &dyn Fn(usize, &mut Vec<String>), due: &str| {
+        let said = said_of(change);
+        assert!(said.contains(due), "due is '{due}', said was {}", &said[..said.len().min(3000)]);
+    };
+    says(
+        &|row, fields| {
+            if row > 0 {
+                scaled(&mut fields[7..10], 1e-3)
+            }
+        },
+        "coordinates are in metres",
+    );
+    says(
+        &|row, fields| {
+            if row > 0 {
+                scaled(&mut fields[1..7], std::f64::consts::PI / 180.0)
+            }
+        },
+        "in radians",
+    );
+    says(
+        &|row, fields| {
+            if row > 0 {
+                scaled(&mut fields[3..4], -1.0)
+            }
+        },
+        "J3 counts the other way",
+    );
+    says(
+        &|row, fields| {
+            if row == 0 {
+                fields.swap(2, 3)
+            }
+        },
+        "the columns of J2 and J3 are exchanged",
+    );
+    says(
+        &|row, fields| {
+            if row == 0 {
+                fields.swap(7, 8)
+            }
+        },
+        "two of the columns x, y and z of the readings are exchanged",
+    );
+    let shifted = |row: usize, fields: &mut Vec<String>| {
+        if row > 90 {
+            fields[7] = (fields[7].parse::<f64>().unwrap() + 6.0).to_string();
+        }
+    };
+    says(&shifted, "stands elsewhere from row");
 }

@@ -8,7 +8,6 @@ use super::point::coordinate;
 use super::pose::turn;
 use super::rotation::{left_jacobian, rotation};
 use super::scalar::{Mounted, Scalar};
-use super::{displacement, point, pose, same_point};
 use crate::chain::{Geometry, LinkId, MotionErrors, Sensitivity};
 
 /// Kinds of readings.
@@ -35,10 +34,10 @@ impl Kind {
     pub fn name(self) -> &'static str {
         match self {
             Kind::Length => "length",
-            Kind::Point => point::NAME,
-            Kind::Pose => pose::NAME,
-            Kind::SamePoint => same_point::NAME,
-            Kind::Displacement => displacement::NAME,
+            Kind::Point => super::point::NAME,
+            Kind::Pose => super::pose::NAME,
+            Kind::SamePoint => super::same_point::NAME,
+            Kind::Displacement => super::displacement::NAME,
         }
     }
 
@@ -46,10 +45,10 @@ impl Kind {
     pub fn scalars(self) -> &'static [Scalar] {
         match self {
             Kind::Length => &[],
-            Kind::Point => &point::SCALARS,
-            Kind::Pose => &pose::SCALARS,
-            Kind::SamePoint => &same_point::SCALARS,
-            Kind::Displacement => &displacement::SCALARS,
+            Kind::Point => &super::point::SCALARS,
+            Kind::Pose => &super::pose::SCALARS,
+            Kind::SamePoint => &super::same_point::SCALARS,
+            Kind::Displacement => &super::displacement::SCALARS,
         }
     }
 
@@ -57,10 +56,10 @@ impl Kind {
     pub fn column_sets(self) -> &'static [&'static [&'static str]] {
         match self {
             Kind::Length => &[&["length_mm"]],
-            Kind::Point => &point::COLUMN_SETS,
-            Kind::Pose => &pose::COLUMN_SETS,
+            Kind::Point => &super::point::COLUMN_SETS,
+            Kind::Pose => &super::pose::COLUMN_SETS,
             Kind::SamePoint => &[&[]],
-            Kind::Displacement => &displacement::COLUMN_SETS,
+            Kind::Displacement => &super::displacement::COLUMN_SETS,
         }
     }
 

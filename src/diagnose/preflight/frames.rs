@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
 use super::data_fault::{DataFault, RECORDER, SESSION};
 use crate::chain::Chain;
-use crate::identify::Fit;
+use crate::identify::{Fit, Options, identify};
 use crate::machine::AxisKind;
 use crate::readings::Kind;
 use crate::session::{Session, sighted_misfit_mm};
@@ -77,17 +77,10 @@ fn undone(session: &Session) -> Vec<Undone> {
         let says = format!("coordinates are in {unit}: convert the columns to mm");
         list.push(("unit", vec!["coordinates".into()], says, with_coordinates(session, |point| point * factor)));
     }
-    for (one, other) in pairs(3) {
-        let (a, b) = (["x", "y", "z"][one], ["x", "y", "z"][other]);
-        let says = format!(
-            "the columns {a} and {b} of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header"
-        );
-        let swapped = with_coordinates(session, |mut point| {
-            point.swap_rows(one, other);
-            point
-        });
-        list.push(("swapped-columns", vec![a.to_string(), b.to_string()], says, swapped));
-    }
+    // with the instrument's axes unknown every exchange of two columns looks like every other, and like a mirrored axis
+    let says = "two of the columns x, y and z of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header";
+    let swapped = with_coordinates(session, |point| Vector3::new(point.y, point.x, point.z));
+    list.push(("swapped-columns", vec!["coordinates".into()], says.into(), swapped));
     list
 }
 
@@ -130,8 +123,10 @@ fn with_coordinates(session: &Session, change: impl Fn(Vector3<f64>) -> Vector3<
     changed
 }
 
-/// Share of the residual's squares that is left at most when the instrument stands elsewhere from some row on.
-const MOST_LEFT: f64 = 0.25;
+/// Share of the residual's squares that is left at most when the instrument stands elsewhere from some row on: with the errors as
+/// fitted, and with all fitted once more.
+const MOST_LEFT: f64 = 0.7;
+const MOST_LEFT_REFITTED: f64 = 0.5;
 /// Rows on either side at least: twice the numbers of a place.
 const LEAST_ROWS: usize = 12;
 
@@ -146,6 +141,12 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
         (left < MOST_LEFT).then_some((left, first, row))
     });
     let (left, first, row) = moved.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let refitted = identify(&with_second_frame(session, first, row), &Options::default()).ok()?;
+    let refitted_left = (refitted.rms_mm / fit.rms_mm).powi(2);
+    if refitted_left > MOST_LEFT_REFITTED {
+        return None;
+    }
+    let left = left.min(refitted_left);
     let test = &session.tests[first];
     let of = test.reading.part().map_or(&test.name, |part| &part.of).clone();
     let says = format!(
@@ -159,6 +160,23 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
         after_um: before_um * left.sqrt(),
         ..DataFault::seen("instrument-moved", SESSION, vec![of], says)
     })
+}
+
+/// The session with the instrument of a test mounted anew from a row on.
+fn with_second_frame(session: &Session, first: usize, row: usize) -> Session {
+    let mut split = session.clone();
+    let Some(numbers) = session.tests[first].reading.part().map(|part| part.kind.scalars().len()) else { return split };
+    for index in first..first + numbers {
+        let mut second = session.tests[index].clone();
+        second.name.push_str(" from there");
+        second.pivot.setup = Some("second".into());
+        for (test, is_second) in [(&mut split.tests[index], false), (&mut second, true)] {
+            let lengths = test.recording.iter_mut().flat_map(|recording| recording.length_mm.iter_mut().enumerate());
+            lengths.filter(|(at, _)| (*at >= row) != is_second).for_each(|(_, value)| *value = f64::NAN);
+        }
+        split.tests.push(second);
+    }
+    split
 }
 
 /// The row from which another place of the instrument explains most, and the share of squares that is left then.

@@ -36,6 +36,8 @@ impl CrossValidation {
 /// Length of a chunk, s; of a run of static poses, in poses.
 pub const CHUNK_S: f64 = 5.0;
 const CHUNK_POSES: usize = 40;
+/// Chunks of a test of static poses at least.
+const LEAST_CHUNKS: usize = 4;
 /// Number of folds.
 const FOLDS: usize = 2;
 
@@ -168,9 +170,13 @@ pub fn fold_rows(model: &LinearModel, fold: usize, held: bool, chunk_s: f64) -> 
                     let share = (time[row] - begins) / (ends - begins).max(f64::MIN_POSITIVE);
                     ((share * chunks as f64) as usize).min(chunks - 1)
                 }
-                _ => row / CHUNK_POSES,
+                // every test has rows in each fold: the place of a socket is not known from other sockets
+                _ => row / CHUNK_POSES.min(model.kept[test].len() / LEAST_CHUNKS).max(1),
             };
-            let is_held = |row: usize| (chunk(row) + turns[test]) % FOLDS == fold;
+            let reading = &model.context.session().tests[test].reading;
+            // the numbers of one reading are held together; what was stated of sockets is never held
+            let turn = if reading.part().is_some() { 0 } else { turns[test] };
+            let is_held = |row: usize| !reading.is_gap() && (chunk(row) + turn) % FOLDS == fold;
             (0..model.kept[test].len()).map(|row| model.kept[test][row] && is_held(row) == held).collect()
         })
         .collect()
