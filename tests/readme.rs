@@ -71,9 +71,9 @@ fn commands_print_what_the_readme_shows() {
         std::fs::create_dir_all(file.parent().unwrap()).unwrap();
         std::fs::write(file, content).unwrap();
     }
-    let examples = scratch.path().join("examples/thesis/chapter5");
+    let examples = scratch.path().join("examples/real/positioner");
     std::fs::create_dir_all(&examples).unwrap();
-    for entry in std::fs::read_dir(root.join("examples/thesis/chapter5")).unwrap() {
+    for entry in std::fs::read_dir(root.join("examples/real/positioner")).unwrap() {
         let file = entry.unwrap().path();
         std::fs::copy(&file, examples.join(file.file_name().unwrap())).unwrap();
     }
