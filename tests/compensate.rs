@@ -359,12 +359,20 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
         std::fs::write(&file, text).expect("written");
         file
     };
-    let parameters: String = G54.iter().enumerate().map(|(k, offset)| format!("{}\t{offset:.6}\n", 5221 + k)).collect();
+    let parameters: String = G54
+        .iter()
+        .enumerate()
+        .map(|(k, offset)| {
+            // alone, without a machine's file, the interpreter keeps its own tables in inches
+            let inches = if k < 3 { offset / 25.4 } else { *offset };
+            format!("{}\t{inches:.9}\n", 5221 + k)
+        })
+        .collect();
     let output = Command::new(rs274)
         .current_dir(folder.path())
         .env("HOME", folder.path())
         .args(["-g", "-t"])
-        .arg(file("tool.tbl", &format!("T1 P1 Z{LENGTH}\n")))
+        .arg(file("tool.tbl", &format!("T1 P1 Z{:.9}\n", LENGTH / 25.4)))
         .arg("-v")
         .arg(file("rs274.var", &parameters))
         .arg(file("program.ngc", text))
@@ -376,8 +384,8 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
     let (mut unit, mut offset, mut tool) = (1.0, [0.0; 6], 0.0);
     let mut ends = Vec::new();
     for line in listing.lines() {
-        let Some((_, call)) = line.split_once("N..... ") else { continue };
-        let Some((name, rest)) = call.split_once('(') else { continue };
+        let Some((head, rest)) = line.split_once('(') else { continue };
+        let name = head.split_whitespace().last().unwrap_or_default();
         let numbers: Vec<f64> = rest.split([',', ' ', ')']).filter_map(|word| word.trim().parse().ok()).collect();
         let length = |k: usize| if k < 3 { unit } else { 1.0 };
         match name {
