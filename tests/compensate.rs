@@ -3,8 +3,10 @@
 
 mod plain_machine;
 mod plain_program;
+mod skipped;
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Chain;
@@ -339,4 +341,86 @@ fn at_a_singular_direction_the_rotary_axes_stay_and_the_tip_is_met() {
         .map(|mv| mv.to[5].rem_euclid(180.0))
         .fold(0.0, f64::max);
     assert!(!(0.5..=179.5).contains(&most), "C swings by {most} deg");
+}
+
+/// Ends of moves in machine coordinates, mm and deg, as LinuxCNC's interpreter has them.
+fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
+    let named = std::env::var_os("FIVEAXIS_RS274").map(PathBuf::from);
+    let on_path = || {
+        std::env::split_paths(&std::env::var_os("PATH")?).map(|folder| folder.join("rs274")).find(|file| file.is_file())
+    };
+    let Some(rs274) = named.or_else(on_path) else {
+        skipped::skipped("LinuxCNC's rs274 is neither named by FIVEAXIS_RS274 nor on the PATH");
+        return None;
+    };
+    let folder = tempfile::tempdir().expect("folder");
+    let file = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).expect("written");
+        file
+    };
+    let parameters: String = G54
+        .iter()
+        .enumerate()
+        .map(|(k, offset)| {
+            // alone, without a machine's file, the interpreter keeps its own tables in inches
+            let inches = if k < 3 { offset / 25.4 } else { *offset };
+            format!("{}\t{inches:.9}\n", 5221 + k)
+        })
+        .collect();
+    let output = Command::new(rs274)
+        .current_dir(folder.path())
+        .env("HOME", folder.path())
+        .args(["-g", "-t"])
+        .arg(file("tool.tbl", &format!("T1 P1 Z{:.9}\n", LENGTH / 25.4)))
+        .arg("-v")
+        .arg(file("rs274.var", &parameters))
+        .arg(file("program.ngc", text))
+        .stdin(std::process::Stdio::null())
+        .output()
+        .expect("it runs");
+    let listing = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{listing}");
+    let (mut unit, mut offset, mut tool) = (1.0, [0.0; 6], 0.0);
+    let mut ends = Vec::new();
+    for line in listing.lines() {
+        let Some((head, rest)) = line.split_once('(') else { continue };
+        let name = head.split_whitespace().last().unwrap_or_default();
+        let numbers: Vec<f64> = rest.split([',', ' ', ')']).filter_map(|word| word.trim().parse().ok()).collect();
+        let length = |k: usize| if k < 3 { unit } else { 1.0 };
+        match name {
+            "USE_LENGTH_UNITS" => unit = if rest.contains("INCHES") { 25.4 } else { 1.0 },
+            "SET_G5X_OFFSET" => offset = std::array::from_fn(|k| numbers[k + 1] * length(k)),
+            "USE_TOOL_LENGTH_OFFSET" => tool = numbers.get(2).copied().unwrap_or(0.0) * unit,
+            "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" => {
+                ends.push(std::array::from_fn(|k| numbers[k] * length(k) + offset[k] + if k == 2 { tool } else { 0.0 }))
+            }
+            "ARC_FEED" => panic!("an arc is left: {line}"),
+            _ => {}
+        }
+    }
+    Some(ends)
+}
+
+#[test]
+fn linuxcnc_reads_corrected_programs_as_the_reader_of_this_test_does() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let after =
+        corrected(&machine, &bodies, &program('A', 'C', -25.0), settings(Coordinates::Axes)).expect("corrected");
+    let Some(ends) = interpreted(&after) else { return };
+    let own = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
+    // the interpreter may tell a move twice where only its feed mode changes
+    let mut at = 0;
+    for mv in &own {
+        let is_it = |end: &[f64; 6]| (0..6).all(|k| (end[k] - mv.to[k]).abs() < 3e-3);
+        let found = ends[at..].iter().position(is_it);
+        let found =
+            found.unwrap_or_else(|| panic!("line {}: {:?} is not among the interpreter's moves", mv.line, mv.to));
+        assert!(found < 3, "line {}: {found} moves between", mv.line);
+        // four decimals are printed, of inches too
+        let off = (0..6).map(|k| (ends[at + found][k] - mv.to[k]).abs()).fold(0.0, f64::max);
+        assert!(off < 1.5e-3, "line {}: {off}", mv.line);
+        at += found + 1;
+    }
+    assert!(own.len() > 500, "{}", own.len());
 }
