@@ -82,7 +82,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     let repeats_um = fit.as_ref().and_then(|fit| repeats_um(session, fit));
     // the mistakes known here are those of lengths between balls
     let mut fault = if session.has_parts() { None } else { contradiction(session) };
-    if session.has_parts() && noisy.is_none() {
+    if session.has_parts() {
         fault = match (&misfit, &fit) {
             (None, Some(fit)) => instrument_moved(session, fit),
             _ => mistaken_columns(session),

@@ -8,6 +8,7 @@ use crate::identify::{Fit, Options, identify};
 use crate::machine::AxisKind;
 use crate::readings::Kind;
 use crate::session::{Session, sighted_misfit_mm};
+use crate::statistics::rms;
 
 /// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
 /// wrong sense by the size of the machine.
@@ -142,7 +143,10 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     });
     let (left, first, row) = moved.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let refitted = identify(&with_second_frame(session, first, row), &Options::default()).ok()?;
-    let refitted_left = (refitted.rms_mm / fit.rms_mm).powi(2);
+    // rows after the move may have been left out as outliers
+    let all_mm =
+        |fit: &Fit| rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|v| v.is_finite()));
+    let refitted_left = (all_mm(&refitted) / all_mm(fit)).powi(2);
     if refitted_left > MOST_LEFT_REFITTED {
         return None;
     }
@@ -154,7 +158,7 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
         row + 1,
         test.pivot.link
     );
-    let before_um = 1e3 * fit.rms_mm;
+    let before_um = 1e3 * all_mm(fit);
     Some(DataFault {
         before_um,
         after_um: before_um * left.sqrt(),
@@ -185,10 +189,11 @@ fn change(session: &Session, fit: &Fit, first: usize) -> Option<(usize, f64)> {
     let mut total = Sums::default();
     let all: Vec<(usize, Vector3<f64>, Vector3<f64>)> = (0..rows)
         .filter_map(|row| {
-            let kept = (0..3).all(|k| fit.tests[first + k].kept.get(row).copied().unwrap_or(false));
             let number = |k: usize| session.tests[first + k].recording.as_ref().map_or(f64::NAN, |r| r.length_mm[row]);
             let left = |k: usize| fit.tests[first + k].residual_mm[row];
-            kept.then(|| (row, Vector3::new(number(0), number(1), number(2)), Vector3::new(left(0), left(1), left(2))))
+            left(0)
+                .is_finite()
+                .then(|| (row, Vector3::new(number(0), number(1), number(2)), Vector3::new(left(0), left(1), left(2))))
         })
         .collect();
     if all.len() < 2 * LEAST_ROWS {
