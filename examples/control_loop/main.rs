@@ -5,8 +5,7 @@
 //! (`FIVEAXIS_SHARED` names the reference data). The plan is that of `examples/captures`. Files stay in FOLDER if it is named;
 //! traces that lie there are not run again.
 //!
-//! The hidden machine's kinematics are those of `tests/plain_machine`, which share nothing with the library; balls are mounted
-//! anew before the second look.
+//! The hidden machine's kinematics are those of `tests/plain_machine`, which share nothing with the library.
 
 #[path = "../../tests/plain_machine/mod.rs"]
 mod plain_machine;
@@ -44,23 +43,45 @@ fn main() {
     let plan = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/captures");
     let session = load_session(&plan.join("session.yaml")).expect("the shipped plan");
     let truth = truth(&session.machine, seed);
-    let before = look(&control, &session, &truth, &plan.join("programs"), &folder.join("before"), &plan, seed);
-    let corrected = folder.join("corrected");
-    std::fs::create_dir_all(&corrected).expect("folder");
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut balls = BTreeMap::new();
+    let first = folder.join("before");
+    std::fs::create_dir_all(&first).expect("folder");
+    let mut import = Command::new(fiveaxis());
+    import.arg("import");
+    let mut seen = Vec::new();
     for program in programs(&plan.join("programs")) {
-        let out = corrected.join(program.file_name().expect("name"));
-        let fitted = folder.join("before/fitted/machine.yaml");
+        let trace = traced(&control, &program, &first);
+        let test = test_of(&session, &program);
+        let offs = readings(&truth, true, test, &trace, &mut balls, &mut random);
+        let ideal = readings(&truth, false, test, &trace, &mut balls, &mut random);
+        let capture = trace.with_file_name(format!("{}.csv", name_of(&program)));
+        std::fs::write(&capture, capture_text(&offs)).expect("written");
+        import.arg(capture);
+        seen.push((name_of(&program), spread_um(&offs), spread_um(&ideal)));
+    }
+    let imported = first.join("imported");
+    run(import.arg("--session").arg(plan.join("session.yaml")).args(["--force", "--out"]).arg(&imported));
+    let found = identified(&imported.join("session.yaml"), &first.join("fitted"));
+    table(&session.machine, &truth, &found);
+    let (corrected, second) = (folder.join("corrected"), folder.join("after"));
+    [&corrected, &second].iter().for_each(|folder| std::fs::create_dir_all(folder).expect("folder"));
+    println!("{:<16} {:>8} {:>8} {:>24}", "readings, µm rms", "before", "after", "machine without errors");
+    for (program, (name, before, ideal)) in programs(&plan.join("programs")).iter().zip(&seen) {
+        let out = corrected.join(format!("{name}.ngc"));
         run(Command::new(fiveaxis())
             .arg("compensate")
-            .arg(&program)
+            .arg(program)
             .arg(plan.join("machine.yaml"))
             .arg("--errors")
-            .arg(&fitted)
+            .arg(first.join("fitted/machine.yaml"))
             .args(["--initial", "G54", "--offset", "G54:", "--force", "--out"])
             .arg(&out));
+        let trace = traced(&control, &out, &second);
+        let after = readings(&truth, true, test_of(&session, program), &trace, &mut balls, &mut random);
+        std::fs::write(trace.with_file_name(format!("{name}.csv")), capture_text(&after)).expect("written");
+        println!("{name:<16} {before:>8.2} {:>8.2} {ideal:>24.2}", spread_um(&after));
     }
-    let after = look(&control, &session, &truth, &corrected, &folder.join("after"), &plan, seed + 1000);
-    table(&session.machine, &truth, &before, &after);
 }
 
 /// The reference data's script and LinuxCNC, if both are there.
@@ -111,43 +132,30 @@ fn truth(machine: &Machine, seed: u64) -> Machine {
     truth
 }
 
-/// Runs programs, records and identifies: values and standard deviations by name.
-fn look(
-    control: &Path,
-    session: &Session,
-    truth: &Machine,
-    programs_in: &Path,
-    folder: &Path,
-    plan: &Path,
-    seed: u64,
-) -> BTreeMap<String, (f64, f64)> {
-    std::fs::create_dir_all(folder).expect("folder");
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut balls: BTreeMap<String, [f64; 3]> = BTreeMap::new();
-    let mut import = Command::new(fiveaxis());
-    import.arg("import");
-    for program in programs(programs_in) {
-        let name = program.file_stem().expect("name").to_string_lossy().into_owned();
-        let trace = folder.join(format!("{name}-trace.csv"));
-        if !trace.is_file() {
-            run(Command::new(control).arg(&program).arg(&trace).env("ROTARY", "AC").env("MOST_SECONDS", "400"));
-        }
-        let test = session.tests.iter().find(|test| test.name == format!("{name}-ccw")).expect("the program's test");
-        let capture = folder.join(format!("{name}.csv"));
-        std::fs::write(&capture, recorded(truth, test, &trace, &mut balls, &mut random)).expect("written");
-        import.arg(capture);
+fn name_of(program: &Path) -> String {
+    program.file_stem().expect("name").to_string_lossy().into_owned()
+}
+
+fn test_of<'s>(session: &'s Session, program: &Path) -> &'s Test {
+    let name = format!("{}-ccw", name_of(program));
+    session.tests.iter().find(|test| test.name == name).expect("the program's test")
+}
+
+/// Runs a program on the control, once.
+fn traced(control: &Path, program: &Path, folder: &Path) -> PathBuf {
+    let trace = folder.join(format!("{}-trace.csv", name_of(program)));
+    if !trace.is_file() {
+        run(Command::new(control).arg(program).arg(&trace).env("ROTARY", "AC").env("MOST_SECONDS", "400"));
     }
-    let imported = folder.join("imported");
-    run(import.arg("--session").arg(plan.join("session.yaml")).args(["--force", "--out"]).arg(&imported));
-    let fitted = folder.join("fitted");
-    let text = run(Command::new(fiveaxis())
-        .arg("identify")
-        .arg(imported.join("session.yaml"))
-        .arg("--json")
-        .args(["--force", "--save"])
-        .arg(&fitted));
+    trace
+}
+
+/// Fits a session: values and standard deviations by name; the fitted machine goes into a folder.
+fn identified(session: &Path, folder: &Path) -> BTreeMap<String, (f64, f64)> {
+    let text =
+        run(Command::new(fiveaxis()).arg("identify").arg(session).args(["--json", "--force", "--save"]).arg(folder));
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    println!("{}: residual {} µm rms", folder.display(), value["rms_um"]);
+    println!("residual {:.3} µm rms", value["rms_um"].as_f64().unwrap_or(f64::NAN));
     let errors = value["location_errors"].as_object().expect("errors");
     errors
         .iter()
@@ -158,15 +166,32 @@ fn look(
         .collect()
 }
 
-/// What the gauge writes from when the bar is mounted until it is taken off.
-fn recorded(
+/// Root mean square of readings about their mean, µm.
+fn spread_um(offs: &[(f64, f64)]) -> f64 {
+    let count = offs.len() as f64;
+    let mean = offs.iter().map(|(_, off)| off).sum::<f64>() / count;
+    1e3 * (offs.iter().map(|(_, off)| (off - mean).powi(2)).sum::<f64>() / count).sqrt()
+}
+
+/// As a gauge writes it.
+fn capture_text(offs: &[(f64, f64)]) -> String {
+    let mut text = format!("Ball bar recorder\nSample rate: {RATE} Hz\ntime_s;deviation_um\n");
+    for (time, off) in offs {
+        let _ = writeln!(text, "{time:.3};{:.2}", 1e3 * off);
+    }
+    text
+}
+
+/// Times and deviations from when the bar is mounted until it is taken off, s and mm.
+fn readings(
     truth: &Machine,
+    errs: bool,
     test: &Test,
     trace: &Path,
     balls: &mut BTreeMap<String, [f64; 3]>,
     random: &mut ChaCha8Rng,
-) -> String {
-    let plain = Plain { machine: truth, errs: true, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
+) -> Vec<(f64, f64)> {
+    let plain = Plain { machine: truth, errs, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
     let mut placed = |ball: &fiveaxis::session::Ball, spread: f64| -> [f64; 3] {
         let normal = Normal::new(0.0, spread).expect("normal");
         let off = balls
@@ -205,27 +230,18 @@ fn recorded(
     let last = (0..fits.len() - RATE).rev().find(stands).expect("a standstill") + RATE;
     let on = &fits[first..=last];
     let noise = Normal::new(0.0, NOISE_MM).expect("normal");
-    let mut capture = format!("Ball bar recorder\nSample rate: {RATE} Hz\ntime_s;deviation_um\n");
     let begin = on.first().map_or(0.0, |(time, ..)| *time);
-    for (time, off, _) in on {
-        let _ = writeln!(capture, "{:.3};{:.2}", time - begin, 1e3 * (off + noise.sample(random)));
-    }
-    capture
+    on.iter().map(|(time, off, _)| (time - begin, off + noise.sample(random))).collect()
 }
 
 /// The truth beside what was found.
-fn table(
-    machine: &Machine,
-    truth: &Machine,
-    before: &BTreeMap<String, (f64, f64)>,
-    after: &BTreeMap<String, (f64, f64)>,
-) {
-    println!("{:<6} {:>9} {:>9} {:>7}   {:>15} {:>7}", "error", "true", "found", "sigma", "after correction", "sigma");
+fn table(machine: &Machine, truth: &Machine, found: &BTreeMap<String, (f64, f64)>) {
+    println!("{:<6} {:>9} {:>9} {:>7}", "error", "true", "found", "sigma");
     for slot in machine.slots() {
         let name = slot.to_string();
         let axis = machine.axis_index(&slot.axis).expect("axis");
         let real = slot.component.measure().to_output(truth.axes[axis].location_errors[slot.component.index()]);
-        let (Some(one), Some(other)) = (before.get(&name), after.get(&name)) else { continue };
-        println!("{name:<6} {real:>9.2} {:>9.2} {:>7.2}   {:>15.2} {:>7.2}", one.0, one.1, other.0, other.1);
+        let Some((value, sigma)) = found.get(&name) else { continue };
+        println!("{name:<6} {real:>9.2} {value:>9.2} {sigma:>7.2}");
     }
 }

@@ -41,7 +41,7 @@ pub fn parameters(
     module: Option<(&Module, &Module)>,
 ) -> Vec<Parameter> {
     match (control, module) {
-        (Control::LinuxCnc, Some((fitted, nominal))) => pins(machine, numbers, fitted, nominal),
+        (Control::LinuxCnc, Some((fitted, nominal))) => pins(numbers, fitted, nominal),
         (Control::LinuxCnc, None) => Vec::new(),
         _ => numbers
             .iter()
@@ -133,13 +133,15 @@ fn named(control: Control, machine: &Machine, number: &Number) -> Vec<Parameter>
 }
 
 /// Pins of a LinuxCNC module; a pin stays when a number that it needs is not determined.
-fn pins(machine: &Machine, numbers: &[Number], fitted: &Module, nominal: &Module) -> Vec<Parameter> {
+fn pins(numbers: &[Number], fitted: &Module, nominal: &Module) -> Vec<Parameter> {
     let shifts = |component: usize| numbers.iter().filter(move |number| number.component == component);
     let list = fitted.pins.iter().zip(&nominal.pins).filter_map(|((pin, value), (_, before))| {
         // which numbers a pin is made of
         let of: Vec<&Number> = match *pin {
-            "x-rot-point" | "x-offset" => shifts(0).filter(|number| number.what != What::Direction).collect(),
-            "y-rot-point" | "y-offset" => shifts(1).filter(|number| number.what != What::Direction).collect(),
+            "x-rot-point" => shifts(0).filter(|number| number.what != What::Direction).collect(),
+            "y-rot-point" => shifts(1).filter(|number| number.what != What::Direction).collect(),
+            "x-offset" => shifts(0).filter(|number| matches!(number.what, What::Vector { .. })).collect(),
+            "y-offset" => shifts(1).filter(|number| matches!(number.what, What::Vector { .. })).collect(),
             "z-rot-point" => shifts(2).filter(|number| number.what == What::TableCentre).collect(),
             "pivot-length" => shifts(2).filter(|number| number.what == What::Pivot).collect(),
             _ => return None,
@@ -154,7 +156,7 @@ fn pins(machine: &Machine, numbers: &[Number], fitted: &Module, nominal: &Module
         let value = (*pin != "pivot-length").then_some(*value);
         let meaning = match *pin {
             "pivot-length" => "from the tilting axis to the spindle ball".to_string(),
-            "x-offset" | "y-offset" => format!("from C to {}", machine.axes[of[0].axis].name),
+            "x-offset" | "y-offset" => "from C's line to the tilting axis's line".to_string(),
             _ => "line in machine coordinates".to_string(),
         };
         Some(Parameter { name: format!("{}.{pin}", fitted.name), meaning, change, sigma, value, is_angle: false })
