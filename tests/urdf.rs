@@ -102,3 +102,67 @@ fn points_move_as_the_tree_says() {
     // 50 mm along x from the A line, a quarter turn about -y brings it up, X carries all by 10 mm
     assert!((moved - Vector3::new(10.0, -100.0, 600.0)).norm() < 1e-12 * 600.0, "{moved}");
 }
+
+#[path = "shipped/mod.rs"]
+mod shipped;
+
+/// Every location error of a machine drawn: up to 50 µm and 100 arcsec.
+fn with_errors(mut machine: Machine, random: &mut rand_chacha::ChaCha8Rng) -> Machine {
+    use rand::RngExt;
+    for axis in &mut machine.axes {
+        // the position error of a slide is its zero
+        let is_linear = axis.kind == AxisKind::Linear;
+        for (k, error) in axis.location_errors.iter_mut().enumerate() {
+            let largest = if k < 3 { 50e-3 } else { 100.0 / 206_265.0 };
+            *error = if is_linear && k < 3 { 0.0 } else { random.random_range(-largest..largest) };
+        }
+    }
+    machine
+}
+
+#[test]
+fn a_machine_with_errors_written_as_a_robot_description_moves_alike() {
+    use fiveaxis::chain::{Branch, Composition};
+    use fiveaxis::report::urdf::machine_urdf;
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(20_261_123);
+    let mut worst = 0.0f64;
+    for file in shipped::machine_files() {
+        let plain = load_machine(&file).unwrap();
+        // degrees and directions of any sense, and every error
+        let machine = with_errors(plain, &mut random);
+        let text = machine_urdf(&machine);
+        let choice =
+            LinkChoice { root: Some("bed".into()), workpiece: Some("workpiece".into()), tool: Some("tool".into()) };
+        let again =
+            machine_from_urdf(Path::new("machine.urdf"), &text, &choice).unwrap_or_else(|why| panic!("{text}\n{why}"));
+        let (chain, chain_again) = (Chain::of(&machine), Chain::of(&again));
+        let geometry = Geometry::new(&chain, &machine.location_errors(), Composition::Exact);
+        let nominal = Geometry::nominal(&chain_again);
+        for _ in 0..50 {
+            let at: Vec<f64> = machine
+                .axes
+                .iter()
+                .map(|axis| {
+                    let (low, high) = axis.range.unwrap_or((-3.0, 3.0));
+                    random.random_range(low..high)
+                })
+                .collect();
+            let named = |name: &String| at[machine.axis_index(name).unwrap()];
+            let at_again: Vec<f64> = again.axes.iter().map(|axis| named(&axis.name)).collect();
+            for branch in [Branch::Workpiece, Branch::Tool] {
+                let zero = geometry.pose(chain.end(branch), &vec![0.0; at.len()], None);
+                let there = geometry.pose(chain.end(branch), &at, None);
+                // links of the second machine coincide with R at zero: its points are where the errors put them
+                let back = nominal.pose(chain_again.end(branch), &at_again, None);
+                for point in [Vector3::zeros(), Vector3::new(150.0, -200.0, 300.0)] {
+                    let apart = there.point(&point) - back.point(&zero.point(&point));
+                    worst = worst.max(apart.norm());
+                }
+            }
+        }
+    }
+    println!("farthest apart {worst:.1e} mm");
+    // origins are read to 1e-9 mm, up to five joints stand one on the other, and turns carry that on
+    assert!(worst < 5e-9, "{worst}");
+}

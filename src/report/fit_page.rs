@@ -252,17 +252,22 @@ fn tests(page: &mut String, json: &FitJson, plots: &[PassPlots]) {
          the axis. Grey readings and crosses were left out.</p>\n<div class=\"tests\">\n",
     );
     for (index, plot) in plots.iter().enumerate() {
-        let id = plot.tests.first().map(|name| identifier(name)).unwrap_or_default();
-        let _ = writeln!(page, "<figure id=\"test-{id}\">");
+        page.push_str("<div class=\"pass\">\n");
         if let Some(round) = &plot.round {
+            page.push_str("<figure>\n");
             round_plots(page, index, round);
+            page.push_str("</figure>\n");
         }
         for (name, residual) in plot.tests.iter().zip(&plot.residuals) {
-            page.push_str(residual);
             let rms = json.tests.iter().find(|test| test.name == *name).map_or(f64::NAN, |test| test.rms_um);
-            let _ = writeln!(page, "<figcaption>{} · residual {rms:.2} µm rms</figcaption>", escape(name));
+            let _ = writeln!(
+                page,
+                "<figure id=\"test-{}\">{residual}<figcaption>{} · residual {rms:.2} µm rms</figcaption>\n</figure>",
+                identifier(name),
+                escape(name)
+            );
         }
-        page.push_str("</figure>\n");
+        page.push_str("</div>\n");
     }
     page.push_str("</div>\n</section>\n");
 }

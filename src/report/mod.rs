@@ -36,6 +36,7 @@ pub mod table;
 pub mod thesis;
 pub mod trace_plots;
 pub mod unseen;
+pub mod urdf;
 pub mod volume;
 pub mod words;
 mod yaml;

@@ -6,24 +6,26 @@ use std::path::{Path, PathBuf};
 use fiveaxis::chain::Chain;
 use fiveaxis::readings::Part;
 use fiveaxis::report::recording::path_csv;
+use fiveaxis::report::urdf::machine_urdf;
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{Clock, Follow, Motion, Path as TestPath, Session, Test};
 
 use super::Refusal;
 use super::output::OutputFolder;
 
-/// machine.yaml, session.yaml and the recordings. `fitted` is `session` with its errors, effects and balls as a fit found
+/// machine.yaml, the same as machine.urdf, session.yaml and the recordings. `fitted` is `session` with its errors, effects and balls as a fit found
 /// them.
 pub fn saved(file: &Path, session: &Session, mut fitted: Session) -> Result<OutputFolder, Refusal> {
     let mut output = OutputFolder::default();
     fitted.machine_file = "machine.yaml".into();
     output.add("machine.yaml", machine_yaml(&fitted.machine));
+    output.add("machine.urdf", machine_urdf(&fitted.machine));
     output.add("session.yaml", session_yaml(&fitted));
     let beside = file.parent().map(PathBuf::from).unwrap_or_default();
     let chain = Chain::of(&session.machine);
     for test in session.tests.iter().filter(|test| test.reading.part().is_none_or(Part::leads)) {
         let (Some(name), Some(recording)) = (&test.recording_file, &test.recording) else { continue };
-        if ["machine.yaml", "session.yaml"].contains(&name.as_str()) {
+        if ["machine.yaml", "machine.urdf", "session.yaml"].contains(&name.as_str()) {
             return Err(format!(
                 "test '{}': a recording called {name} cannot be saved beside the fit; rename it",
                 test.name

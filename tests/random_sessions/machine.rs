@@ -97,7 +97,9 @@ fn axis(draws: &mut Draws, name: &str) -> String {
 /// A table, a housing, a mounting surface and a spindle somewhere.
 fn solids(draws: &mut Draws, names: &[String]) -> String {
     let link = draws.one(names).clone();
-    let nose = draws.vector(300.0);
+    let mut nose = draws.vector(300.0);
+    // the spindle ball, at the origin, hangs below the nose
+    nose[2] = nose[2].abs() + 1.0;
     let height = draws.between(-300.0, 0.0);
     format!(
         "bodies:\n  - {{name: table, link: w, cylinder: {{from: [0, 0, {}], to: [0, 0, {height}], radius: 140}}}}\n  - {{name: housing, link: {link}, box: {{at: {:?}, size: [80, 60, 40]}}}}\nmounts:\n  - {{name: top, link: w, at: [0, 0, {height}], normal: [0, 0, 1], disc: [20, 140]}}\nspindle: {{nose: {nose:?}}}\n",
