@@ -101,7 +101,7 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
             preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain).or_else(|| further_contradiction(session))
         }
     };
-    let is_certain = fault.as_ref().is_some_and(|fault| !fault.is_shift_of_single_tests());
+    let is_certain = fault.as_ref().is_some_and(|fault| !fault.may_be_physics());
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
     let search = match is_certain {
         true => Ok(nothing(&fine, &floors[0])),

@@ -239,6 +239,12 @@ impl DataFault {
         self.effect == TIME_SHIFT && !self.tests.is_empty()
     }
 
+    /// Whether an effect may say of some tests what this mistake does: a clock that is late in them, or balls of one test that stand
+    /// elsewhere, as lost motion looks in the one sweep that shows it.
+    pub fn may_be_physics(&self) -> bool {
+        self.is_shift_of_single_tests() || self.effect == FOREIGN && self.tests.len() == 1
+    }
+
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
     pub fn time_shift(seconds: f64, tests: Vec<String>, before_um: f64, after_um: f64) -> DataFault {
         let says = shift_in_words(seconds, &tests);

@@ -17,7 +17,9 @@ fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &
         return false;
     }
     let chosen = &search.found[0].chosen;
-    !chosen.is_shift_of_one_test() && left_um(fine, search) < STILL_THERE * noise_um
+    // near the noise, or as near as the mistake, which has balls or a clock of its own for that test
+    let enough_um = (STILL_THERE * noise_um).max(AS_NEAR * fault.after_um);
+    !chosen.is_shift_of_one_test() && left_um(fine, search) < enough_um
 }
 
 /// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where an effect explains
