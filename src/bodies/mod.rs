@@ -26,6 +26,19 @@ pub struct Body {
     pub at: Pose,
 }
 
+impl Body {
+    /// A cylinder about R's z between two heights, mm.
+    pub fn upright(name: &str, link: &str, low: f64, high: f64, radius_mm: f64) -> Body {
+        let up = Vector3::z();
+        Body {
+            name: name.to_string(),
+            link: link.to_string(),
+            solids: vec![Solid::Cylinder { radius_mm, half_mm: 0.5 * (high - low) }],
+            at: Pose { rotation: frame_along(&up), translation_mm: up * (0.5 * (low + high)) },
+        }
+    }
+}
+
 /// Outline of a mounting surface about its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outline {

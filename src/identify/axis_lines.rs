@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::{Fit, Quantity};
+use super::Fit;
 use crate::chain::{Branch, Chain, Composition, Geometry};
 use crate::machine::AxisKind;
 use crate::session::Session;
@@ -63,19 +63,10 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
     let machine = &session.machine;
     let chain = Chain::of(machine);
     let mut errors = machine.location_errors();
-    let free: Vec<(usize, usize, usize)> = fit
-        .unknowns
-        .iter()
-        .enumerate()
-        .filter_map(|(k, unknown)| match unknown.quantity {
-            Quantity::Location { axis, component } => Some((k, axis, component.index())),
-            _ => None,
-        })
-        .collect();
+    let (free, covariance) = fit.location_covariance();
     for &(k, axis, component) in &free {
         errors[axis][component] = fit.estimates[k].value;
     }
-    let covariance = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i].0, free[j].0)]);
     let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
     rotary
         .map(|axis| {

@@ -98,6 +98,17 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Location errors among the unknowns, as place in the list, axis and component, with their covariance, mm and rad.
+    pub fn location_covariance(&self) -> (Vec<(usize, usize, usize)>, DMatrix<f64>) {
+        let location = |(k, unknown): (usize, &Unknown)| match unknown.quantity {
+            Quantity::Location { axis, component } => Some((k, axis, component.index())),
+            _ => None,
+        };
+        let free: Vec<(usize, usize, usize)> = self.unknowns.iter().enumerate().filter_map(location).collect();
+        let covariance = DMatrix::from_fn(free.len(), free.len(), |i, j| self.covariance[(free[i].0, free[j].0)]);
+        (free, covariance)
+    }
+
     /// Values of the unknowns, mm or rad.
     pub fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()

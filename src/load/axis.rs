@@ -9,7 +9,7 @@ use super::component_form::{FormFile, component_form};
 use super::document::{Document, Step};
 use super::message::LoadError;
 use super::quantity::{finite, quantity, unit_vector};
-use crate::machine::{Axis, AxisKind, Component, ComponentError, ErrorName};
+use crate::machine::{Axis, AxisKind, Component, ComponentError, ErrorName, letter_axis};
 use crate::units::shown;
 
 #[derive(Deserialize, Default)]
@@ -110,21 +110,6 @@ pub(super) fn axis(document: &Document, file: &AxisFile, name: &str, names: &[&s
     }
     axis.component_errors.sort_by_key(|error| error.component);
     Ok(axis)
-}
-
-/// Kind and direction that a letter implies.
-fn letter_axis(name: &str) -> Option<(AxisKind, Vector3<f64>)> {
-    let kind = match name {
-        "X" | "Y" | "Z" | "U" | "V" | "W" => AxisKind::Linear,
-        "A" | "B" | "C" => AxisKind::Rotary,
-        _ => return None,
-    };
-    let direction = match name {
-        "X" | "U" | "A" => Vector3::x(),
-        "Y" | "V" | "B" => Vector3::y(),
-        _ => Vector3::z(),
-    };
-    Some((kind, direction))
 }
 
 fn own_error(

@@ -40,6 +40,21 @@ impl AxisKind {
     }
 }
 
+/// Kind and direction that a letter implies: X, Y, Z and U, V, W slide, A, B, C turn about them.
+pub fn letter_axis(name: &str) -> Option<(AxisKind, Vector3<f64>)> {
+    let kind = match name {
+        "X" | "Y" | "Z" | "U" | "V" | "W" => AxisKind::Linear,
+        "A" | "B" | "C" => AxisKind::Rotary,
+        _ => return None,
+    };
+    let direction = match name {
+        "X" | "U" | "A" => Vector3::x(),
+        "Y" | "V" | "B" => Vector3::y(),
+        _ => Vector3::z(),
+    };
+    Some((kind, direction))
+}
+
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {

@@ -8,7 +8,7 @@ mod effect;
 mod error_name;
 mod linear_axes;
 
-pub use axis::{Axis, AxisKind};
+pub use axis::{Axis, AxisKind, letter_axis};
 pub use code::{CodeError, StructuralCode, refuse_axis_name};
 pub use component::{ComponentError, ComponentForm, Harmonic};
 pub use directions::{Directions, DirectionsDiffer, DirectionsUnstated};
@@ -46,6 +46,23 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// A machine of these axes and nothing else: no effects, gravity along R's −z.
+    pub fn plain(name: String, code: StructuralCode, directions: Directions, axes: Vec<Axis>) -> Machine {
+        Machine {
+            name,
+            code,
+            directions: Some(directions),
+            gravity: -Vector3::z(),
+            machine_zero: vec![None; axes.len()],
+            gauge_length_mm: None,
+            link_names: Vec::new(),
+            effects: Vec::new(),
+            linear_axes: Default::default(),
+            caveats: Vec::new(),
+            axes,
+        }
+    }
+
     /// Index of the axis with this name.
     pub fn axis_index(&self, name: &str) -> Option<usize> {
         self.axes.iter().position(|axis| axis.name == name)

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::cards::{Card, cards};
+use super::polar::escape;
 use super::table::Table;
 use crate::history::{Course, Point, Trend};
 
@@ -126,7 +127,7 @@ pub fn history_json(report: &HistoryReport) -> Value {
 
 /// The page.
 pub fn history_page(report: &HistoryReport) -> String {
-    let name = escaped(&report.machine);
+    let name = escape(&report.machine);
     let mut page = format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>History of {name}</title><style>{}</style></head><body><main><header><p class=\"kind\">History</p><h1>{name}</h1><p class=\"machine\">{} sessions</p></header>\n",
         include_str!("page.css"),
@@ -146,8 +147,8 @@ pub fn history_page(report: &HistoryReport) -> String {
         },
         Card {
             label: "Clearest",
-            figure: largest.map_or("none".into(), |error| escaped(&error.name)),
-            note: largest.map_or("all values within their scatter".into(), |error| escaped(&course(error, report))),
+            figure: largest.map_or("none".into(), |error| escape(&error.name)),
+            note: largest.map_or("all values within their scatter".into(), |error| escape(&course(error, report))),
         },
     ];
     cards(&mut page, &head);
@@ -157,8 +158,8 @@ pub fn history_page(report: &HistoryReport) -> String {
             page,
             "<figure>{}<figcaption>{}: {}</figcaption></figure>",
             plot(error, report),
-            escaped(&error.name),
-            escaped(&course(error, report))
+            escape(&error.name),
+            escape(&course(error, report))
         );
     }
     page.push_str("</div>\n<footer>fiveaxis history; bars are one standard deviation with all that a session says of itself</footer></main></body></html>\n");
@@ -180,7 +181,7 @@ fn plot(error: &ErrorHistory, report: &HistoryReport) -> String {
     let x = |day: f64| left + width * day / last;
     let y = |value: f64| top + height * (high - value) / (high - low);
     let mut svg =
-        format!("<svg viewBox=\"0 0 500 230\" role=\"img\" aria-label=\"{} over time\">", escaped(&error.name));
+        format!("<svg viewBox=\"0 0 500 230\" role=\"img\" aria-label=\"{} over time\">", escape(&error.name));
     let mut path = String::new();
     for (k, point) in error.points.iter().enumerate() {
         let _ =
@@ -227,8 +228,4 @@ fn modelled(error: &ErrorHistory, day: f64) -> f64 {
             values.iter().sum::<f64>() / values.len().max(1) as f64
         }
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

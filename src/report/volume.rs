@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::cards::{Card, cards};
+use super::polar::escape;
 use super::table::Table;
 use crate::machine::{AxisKind, Machine};
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
@@ -274,7 +275,7 @@ fn map_svg(map: &Map, largest: f64) -> String {
 
 /// The page.
 pub fn volume_page(report: &VolumeReport) -> String {
-    let name = escaped(&report.machine.name);
+    let name = escape(&report.machine.name);
     let mut page = format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Volume of {name}</title><style>{}</style></head><body><main><header><p class=\"kind\">Work volume</p><h1>{name}</h1><p class=\"machine\">Tool tip in the workpiece, {} poses</p></header>\n",
         include_str!("page.css"),
@@ -311,7 +312,7 @@ pub fn volume_page(report: &VolumeReport) -> String {
         let _ = writeln!(
             page,
             "<tr><th>{}</th><td class=\"n\">{value}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td></tr>",
-            escaped(&cause.name),
+            escape(&cause.name),
             position.mean * UM_PER_MM,
             position.p95 * UM_PER_MM,
             position.largest * UM_PER_MM,
@@ -329,8 +330,4 @@ pub fn volume_page(report: &VolumeReport) -> String {
     }
     page.push_str("<footer>fiveaxis volume</footer></main></body></html>\n");
     page
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
+use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide};
 use crate::chain::Pose;
-use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode};
+use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode, letter_axis};
 
 /// The envelope in words, for the report.
 pub const ENVELOPE: &str = "X, Y and Z travel ±400 mm, A and B ±110°, C ±360°. Axes of the table meet in the spindle's \
@@ -39,32 +39,13 @@ const PLATE_Z_MM: [f64; 2] = [-200.0, 340.0];
 pub fn envelope(code: &StructuralCode) -> (Machine, Bodies) {
     let on_table = code.workpiece_side.len();
     let axes: Vec<Axis> = code.axis_names().enumerate().map(|(place, name)| axis(name, place >= on_table)).collect();
-    let count = axes.len();
-    let machine = Machine {
-        name: format!("Survey envelope {code}"),
-        code: code.clone(),
-        directions: Some(Directions::Iso841),
-        axes,
-        gravity: -Vector3::z(),
-        machine_zero: vec![None; count],
-        gauge_length_mm: None,
-        link_names: Vec::new(),
-        effects: Vec::new(),
-        linear_axes: Default::default(),
-        caveats: Vec::new(),
-    };
+    let machine = Machine::plain(format!("Survey envelope {code}"), code.clone(), Directions::Iso841, axes);
     (machine, bodies(code))
 }
 
 fn axis(name: &str, on_tool_side: bool) -> Axis {
-    let (kind, direction) = match name {
-        "X" => (AxisKind::Linear, Vector3::x()),
-        "Y" => (AxisKind::Linear, Vector3::y()),
-        "Z" => (AxisKind::Linear, Vector3::z()),
-        "A" => (AxisKind::Rotary, Vector3::x()),
-        "B" => (AxisKind::Rotary, Vector3::y()),
-        _ => (AxisKind::Rotary, Vector3::z()),
-    };
+    // codes of these machines have letters alone
+    let (kind, direction) = letter_axis(name).unwrap_or((AxisKind::Rotary, Vector3::z()));
     let reach = match (kind, name) {
         (AxisKind::Linear, _) => TRAVEL_MM,
         (AxisKind::Rotary, "C") => TURN_DEG.to_radians(),
@@ -86,16 +67,10 @@ fn axis(name: &str, on_tool_side: bool) -> Axis {
 
 fn bodies(code: &StructuralCode) -> Bodies {
     let up = Vector3::z();
-    let upright = |name: &str, link: &str, low: f64, high: f64, radius_mm: f64| Body {
-        name: name.to_string(),
-        link: link.to_string(),
-        solids: vec![Solid::Cylinder { radius_mm, half_mm: 0.5 * (high - low) }],
-        at: Pose { rotation: frame_along(&up), translation_mm: up * (0.5 * (low + high)) },
-    };
     let mut all = Bodies {
         bodies: vec![
-            upright("table", "w", TABLE_TOP_MM - TABLE_THICK_MM, TABLE_TOP_MM, TABLE_RADIUS_MM),
-            upright("spindle housing", "t", NOSE_MM, NOSE_MM + HOUSING_MM, HOUSING_RADIUS_MM),
+            Body::upright("table", "w", TABLE_TOP_MM - TABLE_THICK_MM, TABLE_TOP_MM, TABLE_RADIUS_MM),
+            Body::upright("spindle housing", "t", NOSE_MM, NOSE_MM + HOUSING_MM, HOUSING_RADIUS_MM),
         ],
         mounts: vec![Mount {
             name: "table top".into(),

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::sizes::{Frame, Sizes};
-use crate::machine::{Axis, AxisKind, Machine};
+use crate::machine::{Axis, AxisKind, Machine, letter_axis};
 
 /// What a file from a template must say of itself.
 const CAVEATS: [&str; 2] = [
@@ -15,32 +15,13 @@ const CAVEATS: [&str; 2] = [
 pub fn machine(sizes: &Sizes, frame: &Frame) -> Machine {
     let on_table = sizes.code.workpiece_side.len();
     let axes = sizes.code.axis_names().enumerate().map(|(place, name)| axis(sizes, frame, name, place >= on_table));
-    let axes: Vec<Axis> = axes.collect();
-    let count = axes.len();
-    Machine {
-        name: sizes.name.clone(),
-        code: sizes.code.clone(),
-        directions: Some(sizes.directions),
-        axes,
-        gravity: -Vector3::z(),
-        machine_zero: vec![None; count],
-        gauge_length_mm: None,
-        link_names: Vec::new(),
-        effects: Vec::new(),
-        linear_axes: Default::default(),
-        caveats: CAVEATS.map(str::to_string).to_vec(),
-    }
+    let plain = Machine::plain(sizes.name.clone(), sizes.code.clone(), sizes.directions, axes.collect());
+    Machine { caveats: CAVEATS.map(str::to_string).to_vec(), ..plain }
 }
 
 fn axis(sizes: &Sizes, frame: &Frame, name: &str, is_on_tool_side: bool) -> Axis {
-    let (kind, direction) = match name {
-        "X" => (AxisKind::Linear, Vector3::x()),
-        "Y" => (AxisKind::Linear, Vector3::y()),
-        "Z" => (AxisKind::Linear, Vector3::z()),
-        "A" => (AxisKind::Rotary, Vector3::x()),
-        "B" => (AxisKind::Rotary, Vector3::y()),
-        _ => (AxisKind::Rotary, Vector3::z()),
-    };
+    // codes of these machines have letters alone
+    let (kind, direction) = letter_axis(name).unwrap_or((AxisKind::Rotary, Vector3::z()));
     let half = |travel: f64| (-0.5 * travel, 0.5 * travel);
     let range = match name {
         "X" => half(sizes.travels[0]),

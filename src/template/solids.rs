@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::sizes::{Frame, GAUGE_MM, Sizes, TableSize};
-use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
+use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide};
 use crate::chain::Pose;
 
 /// Thickness of a table, of a cradle's plate and arms, of a slide, mm.
@@ -55,7 +55,9 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
     let under = top - TABLE_MM;
     let half = sizes.table.half();
     match sizes.table {
-        TableSize::Disc { diameter } => all.bodies.push(upright("work table", &table_link, under, top, 0.5 * diameter)),
+        TableSize::Disc { diameter } => {
+            all.bodies.push(Body::upright("work table", &table_link, under, top, 0.5 * diameter))
+        }
         TableSize::Rectangle { width, depth } => {
             all.bodies.push(brick(
                 "work table",
@@ -183,7 +185,7 @@ fn tool_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) {
         // the spindle tilts between the arms of a fork
         Some((letter, along)) if last == letter => {
             let axis = frame.head_tilt;
-            all.bodies.push(upright("spindle housing", &last, nose, axis + radius, radius));
+            all.bodies.push(Body::upright("spindle housing", &last, nose, axis + radius, radius));
             let crown = axis + (2.0 * radius).max(radius + 80.0);
             let aside = radius + GAP_MM + 25.0;
             let across = Vector3::z().cross(&along).abs();
@@ -210,7 +212,7 @@ fn tool_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) {
         }
         _ => {
             let high = nose + 2.4 * radius;
-            all.bodies.push(upright("spindle housing", &last, nose, high, radius));
+            all.bodies.push(Body::upright("spindle housing", &last, nose, high, radius));
             let wide = 3.0 * radius;
             if turning.is_empty() {
                 add(all, "head", &last, Vector3::z() * (high + 200.0), Vector3::new(wide, wide, 400.0));
@@ -271,15 +273,5 @@ fn brick(name: &str, link: &str, middle: [f64; 3], size: [f64; 3]) -> Body {
         link: link.to_string(),
         solids: vec![Solid::Box { half_mm: Vector3::from(size) * 0.5 }],
         at: Pose { rotation: Matrix3::identity(), translation_mm: Vector3::from(middle) },
-    }
-}
-
-fn upright(name: &str, link: &str, low: f64, high: f64, radius_mm: f64) -> Body {
-    let up = Vector3::z();
-    Body {
-        name: name.to_string(),
-        link: link.to_string(),
-        solids: vec![Solid::Cylinder { radius_mm, half_mm: 0.5 * (high - low) }],
-        at: Pose { rotation: frame_along(&up), translation_mm: up * (0.5 * (low + high)) },
     }
 }

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::figures::{Figures, Share, pose_errors};
 use crate::chain::Chain;
-use crate::identify::{Fit, Quantity};
+use crate::identify::Fit;
 use crate::inverse::Tool;
 use crate::machine::Machine;
 
@@ -27,16 +27,7 @@ const POSES: usize = 1000;
 
 /// Draws machines about the fitted one, whose errors `machine` has.
 pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> Spread {
-    let free: Vec<(usize, usize, usize)> = fit
-        .unknowns
-        .iter()
-        .enumerate()
-        .filter_map(|(k, unknown)| match unknown.quantity {
-            Quantity::Location { axis, component } => Some((k, axis, component.index())),
-            _ => None,
-        })
-        .collect();
-    let covariance = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i].0, free[j].0)]);
+    let (free, covariance) = fit.location_covariance();
     let own = covariance.symmetric_eigen();
     let root = &own.eigenvectors * DMatrix::from_diagonal(&own.eigenvalues.map(|value| value.max(0.0).sqrt()));
     let step = poses.len().div_ceil(POSES).max(1);
