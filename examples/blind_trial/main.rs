@@ -15,18 +15,17 @@ mod noise;
 mod nuisance;
 mod plan;
 mod recordings;
+mod run;
 mod score;
 mod tally;
 mod visibility;
 
 use case::{Case, Wishes, make};
 use clap::Parser;
-use score::{Answer, Score};
+use run::{diagnose, each, own_binary};
+use score::Score;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::process::ExitCode;
 
 /// Conceals causes in simulated sessions, runs `fiveaxis diagnose` on each and scores the answers.
 #[derive(Parser)]
@@ -90,43 +89,20 @@ fn trial(options: &Options) -> Result<(), String> {
     check(options)?;
     let scratch = std::env::temp_dir().join(format!("blind-trial-{}", std::process::id()));
     let folder = options.keep.clone().unwrap_or_else(|| scratch.clone());
-    let binary = if options.generate_only { PathBuf::new() } else { binary(options)? };
+    let binary = if options.generate_only { PathBuf::new() } else { own_binary(options.binary.as_deref())? };
     let there = options.folder.as_deref().map(sessions_in).transpose()?;
-    let next = AtomicU64::new(options.first - 1);
-    let end = there.as_ref().map_or(options.first - 1 + options.trials, |t| t.len() as u64);
-    let scores: Mutex<Vec<Score>> = Mutex::new(vec![]);
-    let trouble: Mutex<Option<String>> = Mutex::new(None);
-    std::thread::scope(|scope| {
-        for _ in 0..options.threads.max(1) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= end {
-                        return;
-                    }
-                    let outcome = match &there {
-                        Some(there) => existing(options, &there[index as usize], &binary).map(Some),
-                        None => session(options, &folder, &binary, index),
-                    };
-                    match outcome {
-                        Ok(score) => scores.lock().unwrap_or_else(|e| e.into_inner()).extend(score),
-                        Err(e) => {
-                            *trouble.lock().unwrap_or_else(|e| e.into_inner()) = Some(e);
-                            next.store(end, Ordering::Relaxed);
-                            return;
-                        }
-                    }
-                }
-            });
-        }
+    let indices: Vec<u64> = match &there {
+        Some(there) => (0..there.len() as u64).collect(),
+        None => (options.first - 1..options.first - 1 + options.trials).collect(),
+    };
+    let scores = each(options.threads, &indices, |&index| match &there {
+        Some(there) => existing(options, &there[index as usize], &binary).map(Some),
+        None => session(options, &folder, &binary, index),
     });
     if options.keep.is_none() {
         let _ = std::fs::remove_dir_all(&scratch);
     }
-    if let Some(message) = trouble.into_inner().unwrap_or_else(|e| e.into_inner()) {
-        return Err(message);
-    }
-    let mut scores = scores.into_inner().unwrap_or_else(|e| e.into_inner());
+    let mut scores: Vec<Score> = scores?.into_iter().flatten().collect();
     scores.sort_by(|a, b| a.case.cmp(&b.case));
     if options.generate_only {
         println!("{} sessions in {}", options.trials, folder.display());
@@ -165,24 +141,6 @@ fn check(options: &Options) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// The crate's own binary, built as the user would.
-fn binary(options: &Options) -> Result<PathBuf, String> {
-    if let Some(path) = &options.binary {
-        return if path.is_file() { Ok(path.clone()) } else { Err(format!("no binary at {}", path.display())) };
-    }
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-    let built = Command::new(cargo)
-        .args(["build", "--release", "--quiet", "--bin", "fiveaxis", "--manifest-path"])
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
-        .status();
-    if !built.is_ok_and(|s| s.success()) {
-        return Err("could not build the binary; build it and pass --binary PATH".into());
-    }
-    let own = std::env::current_exe().map_err(|e| e.to_string())?;
-    let folder = own.parent().and_then(Path::parent).ok_or("no folder above this example")?;
-    Ok(folder.join(format!("fiveaxis{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// Makes one session, has it diagnosed and scores the answer; the truth is written only afterwards.
@@ -277,46 +235,4 @@ fn open_truth(folder: &Path, case: &Case) -> Result<(), String> {
     std::fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
     let path = place.join(format!("{}.json", case.name));
     std::fs::write(&path, format!("{:#}\n", case.truth)).map_err(|e| format!("cannot write {}: {e}", path.display()))
-}
-
-/// Runs the binary on a folder alone, on one thread.
-fn diagnose(binary: &Path, place: &Path, patience_s: u64) -> Answer {
-    let start = Instant::now();
-    let name = place.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
-    let out = std::env::temp_dir().join(format!("blind-answer-{}-{name}.json", std::process::id()));
-    let answer = |failed: String| Answer { json: None, failed: Some(failed), seconds: start.elapsed().as_secs_f64() };
-    let Ok(file) = std::fs::File::create(&out) else {
-        return answer(format!("cannot write {}", out.display()));
-    };
-    let child = Command::new(binary)
-        .arg("diagnose")
-        .arg(place.join("session.yaml"))
-        .arg("--json")
-        .env("RAYON_NUM_THREADS", "1")
-        .stdout(file)
-        .stderr(Stdio::null())
-        .spawn();
-    let mut child = match child {
-        Ok(child) => child,
-        Err(e) => return answer(format!("cannot start: {e}")),
-    };
-    let status = loop {
-        match child.try_wait() {
-            Ok(Some(status)) => break status,
-            Ok(None) if start.elapsed() > Duration::from_secs(patience_s) => {
-                let _ = child.kill();
-                let _ = child.wait();
-                return answer(format!("no answer in {patience_s} s"));
-            }
-            Ok(None) => std::thread::sleep(Duration::from_millis(5)),
-            Err(e) => return answer(e.to_string()),
-        }
-    };
-    let seconds = start.elapsed().as_secs_f64();
-    let text = std::fs::read_to_string(&out).unwrap_or_default();
-    let _ = std::fs::remove_file(&out);
-    match serde_json::from_str::<serde_json::Value>(&text) {
-        Ok(json) if json["findings"].is_array() => Answer { json: Some(json), failed: None, seconds },
-        _ => Answer { json: None, failed: Some(format!("no findings on stdout, {status}")), seconds },
-    }
 }

@@ -10,6 +10,7 @@ mod model;
 mod noise;
 mod preflight;
 mod selection;
+mod thresholds;
 mod validation;
 mod verdict;
 
@@ -28,6 +29,7 @@ pub use selection::candidates::{CandidateFamily, families, terms};
 pub use selection::screening_grid::ScreeningGrid;
 pub use selection::search::{search, search_unless};
 pub use selection::selected::{Candidate, Resolutions, Search, SelectedEffect};
+pub use thresholds::{Threshold, Thresholds};
 pub use validation::cross_validation::{CHUNK_S, CrossValidation, fold_rows};
 pub use validation::detection_limits::{AXIS_SENSE, Unseen};
 pub use validation::leave_setup_out::LeftOutSetup;
@@ -60,6 +62,11 @@ const WIDER_SETUPS: f64 = 2.5;
 
 /// Diagnoses a session.
 pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, DiagnoseError> {
+    diagnose_with(session, options, Thresholds::default())
+}
+
+/// The same with other numbers that decide: to see what each of them earns.
+pub fn diagnose_with(session: &Session, options: &Options, thresholds: Thresholds) -> Result<Diagnosis, DiagnoseError> {
     let examination = examined(session, options)?;
     if !examination.is_sound() {
         return Ok(Diagnosis::of_examination(examination));
@@ -73,7 +80,8 @@ pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, Diagn
     let problem = Problem::new(session, &chain, &setups, unknowns)?;
     let fit = identify::fit(&problem)?;
     let context = Context::of(session, &chain)?;
-    let fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
+    let mut fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
+    fine.thresholds = thresholds;
     let diagnosis = diagnosed(fine, &setups, fit, true)?;
     Ok(Diagnosis { warnings: examination.warnings, ..diagnosis })
 }
@@ -122,6 +130,6 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     let mut blind_to = unseen_senses(session, &fit)?;
     blind_to.extend(unseen_causes(&coarse, &families, &Regression::new(&coarse, &floors[1], &[], &coarse.kept)));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
-    let diagnosis = Diagnosis::of(&fine, setups, &fit, &search, explanation, fault, blind_to);
+    let diagnosis = Diagnosis::of((&fine, &families), setups, &fit, &search, explanation, fault, blind_to);
     Ok(Diagnosis { uncovered_by, ..diagnosis })
 }

@@ -2,8 +2,9 @@
 
 use super::finding::{Finding, RangeFound};
 use super::grouping::groups;
+use super::standing::Standing;
 use super::{size, vibration_size};
-use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
+use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term, display};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::spectrum::rates_of_tests;
@@ -12,19 +13,9 @@ use crate::diagnose::selection::naming::{cause, component_name, components};
 use crate::diagnose::selection::ranking::directions;
 use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::selection::shape_average::over_shapes;
-use crate::diagnose::selection::trajectory::{growing_outlets, growth, has_first_order};
+use crate::diagnose::selection::trajectory::{growing_outlets, growth};
 use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
-use crate::machine::{Effect, Machine, Outlet, ParameterValue, Size};
-
-/// Log odds per log odds of the chosen cause by which a rival's lag is softened: forms of the catalogue are never exact.
-const SOFTENING: f64 = 0.01;
-
-/// The same between sag and error motion of a joint over part of a turn: both are smooth curves over the same arc, and
-/// neither parts under load nor bearings keep to a form.
-const SOFTENING_OF_ARCS: f64 = 0.05;
-
-/// Free curves at a place that explain this share beside a named form show that the form is not the right one.
-const FORM_UNKNOWN: f64 = 0.4;
+use crate::machine::{Effect, Outlet, ParameterValue, Size};
 
 /// Groups what a search accepted and words each group as one finding, strongest first.
 pub fn findings(
@@ -34,7 +25,7 @@ pub fn findings(
     regression: &Regression,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search, &rates_of_tests(model));
+    let groups = groups(search, &rates_of_tests(model), model.thresholds.rest_of_form);
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -86,7 +77,7 @@ fn finding(
         .filter(|&&index| search.found[index].chosen.is_free())
         .map(|&index| search.found[index].gain)
         .sum();
-    let is_unknown = lead.chosen.is_free() || free_gain > FORM_UNKNOWN * gain;
+    let is_unknown = lead.chosen.is_free() || free_gain > model.thresholds.form_unknown * gain;
     let mut cause = cause(machine, &lead.chosen, &effects);
     let growing = match is_a(&lead.chosen.effect.kind, Signature::Growth) {
         true => with_sizes(search, group, first_column, regression, Signature::Growth),
@@ -108,11 +99,14 @@ fn finding(
     }
     // the part that is surest of its cause speaks for the whole
     let parts = group.iter().map(|&index| &search.found[index]);
-    let (mut probability, mut rivals) = parts
+    let (mut probability, mut rivals): (f64, Vec<(Cause, f64)>) = parts
         .filter(|part| {
             (&part.chosen.effect.kind, part.chosen.effect.place) == (&lead.chosen.effect.kind, lead.chosen.effect.place)
         })
-        .map(|part| standing(machine, part))
+        .map(|part| {
+            let standing = Standing::of(model, families, part);
+            (standing.probability, standing.rivals)
+        })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .unwrap_or((1.0, Vec::new()));
     // a rival in more motions, of which one is too small to be told, is the same cause
@@ -145,7 +139,7 @@ fn finding(
     };
     let family = &families[lead.chosen.family];
     let as_judged = |shape: &Candidate| size::size_as_judged(model, shape, &cause);
-    if let Some((mean, sigma)) = over_shapes(without_own, &lead.chosen, family, as_judged) {
+    if let Some((mean, sigma)) = over_shapes(without_own, (&lead.chosen, gain), family, as_judged) {
         size.value = mean;
         size.sigma = size.sigma.hypot(sigma);
     }
@@ -262,39 +256,6 @@ fn sized(candidate: &Candidate, sizes: &[f64], model: &LinearModel) -> Vec<Effec
         }
     }
     list
-}
-
-/// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
-fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
-    let is_arc =
-        |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::ErrorMotion) && !has_first_order(candidate);
-    let is_sag = |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::Sag);
-    one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))
-}
-
-/// Probability of the lead among its rivals, and the rivals worth naming.
-fn standing(machine: &Machine, lead: &SelectedEffect) -> (f64, Vec<(Cause, f64)>) {
-    let own = cause(machine, &lead.chosen, &[]);
-    let mut named: Vec<(Cause, f64)> = Vec::new();
-    let mut total = 1.0;
-    for (rival, odds) in &lead.rivals {
-        if rival.is_free() {
-            continue;
-        }
-        let cause = cause(machine, rival, &[]);
-        let same = cause.effect == own.effect && cause.place == own.place && cause.components == own.components;
-        if same || named.iter().any(|(other, _)| *other == cause) {
-            continue;
-        }
-        let share = if is_load_or_bearing(&lead.chosen, rival) { SOFTENING_OF_ARCS } else { SOFTENING };
-        let weight = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
-        total += weight;
-        named.push((cause, weight));
-    }
-    let mut rivals: Vec<(Cause, f64)> = named.into_iter().map(|(cause, weight)| (cause, weight / total)).collect();
-    rivals.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
-    rivals.truncate(MOST_RIVALS);
-    (1.0 / total, rivals)
 }
 
 /// Tests in which the columns show, most visible first, and their rms there, µm.

@@ -8,10 +8,10 @@ use crate::effects::{Driver, Signature, is_a};
 /// Accepted effects by finding: those of one place and like drivers, and the rest of a form with the form.
 ///
 /// `rates_hz` are those of the tests: what one frequency shows at each of them is one vibration.
-pub(crate) fn groups(search: &Search, rates_hz: &[f64]) -> Vec<Vec<usize>> {
+pub(crate) fn groups(search: &Search, rates_hz: &[f64], rest_of_form: f64) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, found) in search.found.iter().enumerate() {
-        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found, rates_hz);
+        let joins = |group: &Vec<usize>| belongs(&search.found[group[0]], found, rates_hz, rest_of_form);
         match groups.iter_mut().find(|group| joins(group)) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
@@ -19,12 +19,12 @@ pub(crate) fn groups(search: &Search, rates_hz: &[f64]) -> Vec<Vec<usize>> {
     }
     groups.iter_mut().for_each(|group| strongest_leads(search, group));
     groups.iter_mut().for_each(|group| every_direction_leads(search, group));
-    join_rests(search, &mut groups);
+    join_rests(search, &mut groups, rest_of_form);
     groups
 }
 
 /// Whether an effect belongs to what an effect taken before it tells.
-fn belongs(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64]) -> bool {
+fn belongs(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64], rest_of_form: f64) -> bool {
     let same_place = lead.chosen.effect.place == found.chosen.effect.place
         && lead.chosen.effect.parameter("of") == found.chosen.effect.parameter("of");
     let same_kind = lead.chosen.effect.kind == found.chosen.effect.kind;
@@ -34,8 +34,8 @@ fn belongs(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64]) -> b
     let moves =
         |found: &SelectedEffect| matches!(candidate_driver(&found.chosen), Driver::Position | Driver::Direction);
     let is_drawn_on = lead.chosen.is_free() && moves(lead) && moves(found);
-    let rest_of_form = found.chosen.is_free() || (alike && found.gain < REST_OF_FORM * lead.gain) || is_drawn_on;
-    same_place && !are_two_jumps(lead, found) && (same_cause || rest_of_form) || is_same_line(lead, found, rates_hz)
+    let is_rest = found.chosen.is_free() || (alike && found.gain < rest_of_form * lead.gain) || is_drawn_on;
+    same_place && !are_two_jumps(lead, found) && (same_cause || is_rest) || is_same_line(lead, found, rates_hz)
 }
 
 /// Jumps further apart in time are two, s; a jump that creeps may be told in two steps.
@@ -47,9 +47,6 @@ fn are_two_jumps(one: &SelectedEffect, other: &SelectedEffect) -> bool {
         _ => false,
     }
 }
-
-/// A later effect at the same place and driver with less than this share of the first one's gain is the rest of its form.
-const REST_OF_FORM: f64 = 0.6;
 
 /// A named part that adds so many times what the first one does, beside all others, speaks for the whole.
 const SPEAKS_FOR_ALL: f64 = 2.0;
@@ -86,13 +83,13 @@ fn every_direction_leads(search: &Search, group: &mut [usize]) {
 
 /// Share of the stronger one's gain below which a named effect is the rest of its form: weight and position of one
 /// joint say the same in other forms.
-fn rest_share(own: &SelectedEffect, stronger: &SelectedEffect) -> f64 {
+fn rest_share(own: &SelectedEffect, stronger: &SelectedEffect, rest_of_form: f64) -> f64 {
     let weighs = |found: &SelectedEffect| candidate_driver(&found.chosen) == Driver::Gravity;
-    if weighs(own) != weighs(stronger) { 1.0 } else { REST_OF_FORM }
+    if weighs(own) != weighs(stronger) { 1.0 } else { rest_of_form }
 }
 
 /// Joins named effects of one place and kind of driver where one adds little beside the other, whichever was taken first.
-fn join_rests(search: &Search, groups: &mut Vec<Vec<usize>>) {
+fn join_rests(search: &Search, groups: &mut Vec<Vec<usize>>, rest_of_form: f64) {
     let lead = |group: &[usize]| &search.found[group[0]];
     groups.sort_by(|a, b| lead(b).beside_gain.total_cmp(&lead(a).beside_gain));
     let mut kept: Vec<Vec<usize>> = Vec::new();
@@ -105,7 +102,7 @@ fn join_rests(search: &Search, groups: &mut Vec<Vec<usize>>) {
                 && !stronger.chosen.is_free()
                 && driver_class(candidate_driver(&own.chosen)) == driver_class(candidate_driver(&stronger.chosen))
                 && !own.chosen.is_event()
-                && own.beside_gain < rest_share(own, stronger) * stronger.beside_gain
+                && own.beside_gain < rest_share(own, stronger, rest_of_form) * stronger.beside_gain
         };
         match kept.iter_mut().find(is_rest) {
             Some(stronger) => stronger.extend(group),

@@ -7,4 +7,5 @@ pub(crate) mod next_test;
 pub(crate) mod proposals;
 pub(crate) mod recurring;
 pub(crate) mod size;
+pub(crate) mod standing;
 pub(crate) mod vibration_size;

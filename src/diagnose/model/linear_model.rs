@@ -8,6 +8,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::shapes::Shapes;
+use crate::diagnose::thresholds::Thresholds;
 
 use crate::chain::Sensitivity;
 use crate::effects::{Context, EffectError, Profile, gain};
@@ -34,6 +35,8 @@ pub struct LinearModel<'a> {
     gains: HashMap<Outlet, Vec<Vec<f64>>>,
     /// Functions of effects over the rows of the context, whichever of them take part.
     shapes: Arc<Shapes>,
+    /// What decides in a search of it.
+    pub thresholds: Thresholds,
 }
 
 impl<'a> LinearModel<'a> {
@@ -64,10 +67,10 @@ impl<'a> LinearModel<'a> {
             nuisance.push(columns);
             sensitivities.push(all);
         }
-        let (gains, shapes) = (HashMap::new(), Arc::default());
+        let (gains, shapes, thresholds) = (HashMap::new(), Arc::default(), Thresholds::default());
         let unknowns = problem.unknowns.iter().zip(values);
         let beyond = unknowns.map(|(unknown, value)| (value - unknown.prior_mean) / unknown.prior_sigma).collect();
-        LinearModel { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes }
+        LinearModel { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes, thresholds }
     }
 
     /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
@@ -84,6 +87,7 @@ impl<'a> LinearModel<'a> {
             sensitivities: Vec::new(),
             gains: HashMap::new(),
             shapes: Arc::default(),
+            thresholds: self.thresholds,
         };
         for (test, groups) in groups.iter().enumerate() {
             let kept = &self.kept[test];
@@ -127,6 +131,7 @@ impl<'a> LinearModel<'a> {
             sensitivities: self.sensitivities.clone(),
             gains: self.gains.clone(),
             shapes: self.shapes.clone(),
+            thresholds: self.thresholds,
         }
     }
 

@@ -3,3 +3,4 @@
 pub(crate) mod noise_floor;
 pub(crate) mod pose_noise;
 pub(crate) mod spectrum;
+pub(crate) mod zero_walk;

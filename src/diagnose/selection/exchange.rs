@@ -11,30 +11,11 @@ use super::shape_average::cancels;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
 
-/// Residual over noise floor from which other first steps are tried as well.
-const POORLY_EXPLAINED: f64 = 1.3;
-
 /// Other first steps that are tried.
 const OTHER_STARTS: usize = 4;
 
-/// Log odds, and at most the share of its gain, by which a ball out of round must stand better than a few of the machine's own
-/// effects.
-const BALLS_MUST_BE_BETTER: f64 = 60.0;
-const BALLS_SHARE: f64 = 0.15;
-/// The same beside effects that were taken instead.
-const BALLS_ARE_GAUGES: f64 = 2.0;
+/// Effects of the machine that may stand for a ball out of round.
 const MOST_FOR_A_BALL: usize = 3;
-
-/// Log odds by which another set of effects must be better.
-const BETTER_SET: f64 = 5.0;
-
-/// The same for a set that begins with a free curve where the present one begins with a named form, at least and as a share
-/// of what that one gains: between two orders of a turn lies more than neither.
-const BETTER_FREE_SET: f64 = 60.0;
-const FREE_SHARE: f64 = 0.03;
-
-/// Log odds by which a form in one set of motions may stand worse than in another with a free curve beside it in the first.
-const ONE_CAUSE: f64 = 20.0;
 
 /// Whether an effect is growth of two nodes that nearly cancel: large ones follow whatever changes from test to test.
 fn bends_to_anything(found: &SelectedEffect) -> bool {
@@ -48,8 +29,9 @@ impl SelectionContext<'_, '_, '_> {
     pub(crate) fn exchange(&self, joint: &mut JointFit) {
         let floor_mm2 = mean_noise_mm2(&self.floors[0]);
         let left_mm2 = mean_square(self.resolutions.fine, &joint.residual_mm);
-        let is_doubtful =
-            |first: &SelectedEffect| left_mm2 > POORLY_EXPLAINED.powi(2) * floor_mm2 || bends_to_anything(first);
+        let is_doubtful = |first: &SelectedEffect| {
+            left_mm2 > self.limits.thresholds.poorly_explained.powi(2) * floor_mm2 || bends_to_anything(first)
+        };
         if joint.found.first().is_some_and(is_doubtful) {
             self.start_otherwise(joint);
         }
@@ -75,17 +57,14 @@ impl SelectionContext<'_, '_, '_> {
             let mut rivals = step.found.rivals.clone();
             let ranked_odds = step.found.ranked_odds;
             // beside the same motion in fewer directions, one in more is a rival and no other set
-            let is_simpler = simpler(
-                self.resolutions.fine.context.machine(),
-                &[step.found.chosen.clone(), joint.found[index].chosen.clone()],
-                0,
-            )
-            .is_some();
+            let is_simpler =
+                simpler(self.resolutions.fine, &[step.found.chosen.clone(), joint.found[index].chosen.clone()], 0)
+                    .is_some();
             if step.found.chosen.family != old && !is_simpler {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);
                 self.grow(&mut trial, None);
-                if self.replace(joint, trial, BETTER_SET) {
+                if self.replace(joint, trial, self.limits.thresholds.better_set) {
                     continue;
                 }
             }
@@ -120,7 +99,7 @@ impl SelectionContext<'_, '_, '_> {
             trial.add(self, step);
             self.grow(&mut trial, None);
             let trial = self.pruned(trial);
-            self.replace(joint, trial, -ONE_CAUSE);
+            self.replace(joint, trial, -self.limits.thresholds.one_cause);
         }
     }
 
@@ -136,7 +115,7 @@ impl SelectionContext<'_, '_, '_> {
             tried.push(kind.clone());
             let mut trial = JointFit::empty(self);
             self.grow(&mut trial, Some(rival));
-            self.replace(joint, trial, BETTER_SET);
+            self.replace(joint, trial, self.limits.thresholds.better_set);
         }
     }
 
@@ -149,7 +128,7 @@ impl SelectionContext<'_, '_, '_> {
         let of_machine = |rival: &&Candidate| !is_a(&rival.effect.kind, Signature::BallForm) && !rival.is_event();
         let rivals: Vec<Candidate> = first.rivals.iter().map(|(rival, _)| rival).filter(of_machine).cloned().collect();
         let (ball, stands) = (first.chosen.clone(), joint.standing(self));
-        let better = BALLS_MUST_BE_BETTER.min(BALLS_SHARE * first.gain);
+        let better = self.limits.thresholds.ball_odds.min(self.limits.thresholds.ball_share * first.gain);
         let mut tried: Vec<String> = Vec::new();
         self.balls_are_round.set(true);
         for rival in rivals {
@@ -159,7 +138,7 @@ impl SelectionContext<'_, '_, '_> {
                 self.grow(&mut trial, Some(rival));
                 let are_few = (1..=MOST_FOR_A_BALL).contains(&trial.found.len());
                 if are_few && self.replace(joint, trial, -better) {
-                    return Some((ball, (stands - joint.standing(self)).min(0.0) - BALLS_ARE_GAUGES));
+                    return Some((ball, (stands - joint.standing(self)).min(0.0) - self.limits.thresholds.ball_beside));
                 }
             }
         }
@@ -201,8 +180,14 @@ impl SelectionContext<'_, '_, '_> {
                     }
                     let beside = (0..falls.len()).any(|k| k != index && joint.found[k].chosen.effect.place == place);
                     let (fall_mm2, explained_mm2, relief) = falls[index];
-                    !relieves(&joint.found[index].chosen, relief)
-                        && !adds_enough(&self.limits, beside, fall_mm2, explained_mm2, mean_noise_mm2(&self.floors[0]))
+                    !relieves(&self.limits.thresholds, &joint.found[index].chosen, relief)
+                        && !adds_enough(
+                            &self.limits.thresholds,
+                            beside,
+                            fall_mm2,
+                            explained_mm2,
+                            mean_noise_mm2(&self.floors[0]),
+                        )
                 })
                 .min_by(|&a, &b| falls[a].0.total_cmp(&falls[b].0));
             let Some(index) = adds_little else { break };
@@ -218,7 +203,10 @@ impl SelectionContext<'_, '_, '_> {
         let starts_free = |joint: &JointFit| joint.found.first().is_some_and(|first| first.chosen.is_free());
         // a free curve before a named form must stand far better, as where one effect is chosen
         let margin = if starts_free(&trial) && !starts_free(joint) {
-            BETTER_FREE_SET.max(joint.found.first().map_or(0.0, |first| FREE_SHARE * first.gain))
+            self.limits
+                .thresholds
+                .free_set
+                .max(joint.found.first().map_or(0.0, |first| self.limits.thresholds.free_set_share * first.gain))
         } else {
             margin
         };

@@ -1,23 +1,18 @@
 //! Grows a set of effects: screens every family, refines the best, compares, accepts, and repeats. It takes nothing back.
 
-use super::acceptance::{is_below_the_bar, is_demanded};
+use super::acceptance::is_demanded;
 use super::joint_fit::{JointFit, joined, mean_square, pooled_misfit, without_trends};
+use super::limits::MOST_EFFECTS;
 use super::ranking::{choose, compare, is_sensible, keep_diverse};
 use super::screening::screen;
 use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shape_fit::refine_all;
 use crate::diagnose::findings::size::grows;
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::noise::noise_floor::{likely_noise, wandering};
+use crate::diagnose::noise::noise_floor::{likely_noise, mean_noise_mm2, wandering};
+use crate::diagnose::noise::zero_walk::walk_of_the_zero;
 use crate::effects::{Signature, is_a};
 use crate::statistics::NoiseModel;
-
-/// Offsets from test to test, as shares of the rest of the noise, beside which growth must be worth telling; the larger one
-/// where all of it is less than what is not known of the bar. Log odds from which it is, and beyond which there is no question.
-const WANDERS: f64 = 0.7;
-const WANDERS_FAR: f64 = 1.0;
-const WORTH_TELLING: f64 = 6.0;
-const BEYOND_A_ZERO: f64 = 300.0;
 
 impl SelectionContext<'_, '_, '_> {
     /// Whether other sets of effects may still be tried.
@@ -28,7 +23,7 @@ impl SelectionContext<'_, '_, '_> {
     /// Adds effects as long as the evidence demands one; the first one may be given.
     pub(crate) fn grow(&self, joint: &mut JointFit, mut first: Option<Candidate>) {
         let fine = self.resolutions.fine;
-        while joint.found.len() < self.limits.effects {
+        while joint.found.len() < MOST_EFFECTS {
             let Some(step) = self.next(joint, first.take()) else { break };
             let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
             let fall_within_mm2 = || within_mm2(&joint.residual_mm) - within_mm2(&step.residual_mm);
@@ -43,21 +38,22 @@ impl SelectionContext<'_, '_, '_> {
         }
     }
 
-    /// Whether a growth is not worth telling, the gauge's zero wandering from test to test more than the floor has it.
+    /// Whether a growth is not worth telling, the gauge's zero wandering from test to test, and walking over the session, more
+    /// than the floor has it.
     fn is_wander_of_the_zero(&self, joint: &JointFit, step: &Step) -> bool {
         let chosen = &step.found.chosen;
-        if !grows(&chosen.effect) || step.found.log_odds > BEYOND_A_ZERO {
+        if !grows(&chosen.effect) {
             return false;
         }
+        let thresholds = &self.limits.thresholds;
         let fine = self.resolutions.fine;
         let cost = chosen.judgement.log_evidence - chosen.log_odds;
-        let log_odds_beside = |share: f64| {
-            let noise: Vec<NoiseModel> = step.noise.iter().map(|noise| wandering(noise, share)).collect();
-            let regression = Regression::new(fine, &noise, &joint.columns[0], &fine.kept);
-            regression.judge(&chosen.columns, self.families[chosen.family].plausible).log_evidence - cost
-        };
-        log_odds_beside(WANDERS) < WORTH_TELLING
-            || is_below_the_bar(fine, chosen) && log_odds_beside(WANDERS_FAR) < WORTH_TELLING
+        let noise: Vec<NoiseModel> = step.noise.iter().map(|noise| wandering(noise, thresholds.zero_wanders)).collect();
+        let walk = walk_of_the_zero(fine, thresholds.zero_walks * mean_noise_mm2(&self.floors[0]).sqrt());
+        let beside = [joint.columns[0].as_slice(), walk.as_slice()].concat();
+        let regression = Regression::new(fine, &noise, &beside, &fine.kept);
+        let judgement = regression.judge(&chosen.columns, self.families[chosen.family].plausible);
+        judgement.log_evidence - cost < thresholds.growth_worth
     }
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.
@@ -74,7 +70,7 @@ impl SelectionContext<'_, '_, '_> {
                     Regression::on(coarse.clone(), &joint.columns[1]),
                 ];
                 let mut candidates = screen(&regressions, families, self.resolutions.cells);
-                candidates.retain(|candidate| is_sensible(candidate, regressions[0].misfit));
+                candidates.retain(|candidate| is_sensible(&self.limits.thresholds, candidate, regressions[0].misfit));
                 candidates.retain(|candidate| {
                     !self.balls_are_round.get() || !is_a(&candidate.effect.kind, Signature::BallForm)
                 });

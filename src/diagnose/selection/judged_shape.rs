@@ -9,9 +9,6 @@ use crate::machine::Effect;
 /// Log evidence that a refined parameter costs.
 pub(crate) const PARAMETER_COST: f64 = 1.5;
 
-/// Log odds that each of them must add.
-pub(crate) const OVERTONE_GAIN: f64 = 5.0;
-
 /// Terms of a vibration with knots beyond which they are too many: one direction in some fifty tests of half a minute, every
 /// five seconds, has half as many, and their covariance is that many squared.
 const MOST_TERMS: usize = 2400;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::candidates::CandidateFamily;
 use super::joint_fit::{joined, mean_square};
+use super::judged_shape::PARAMETER_COST;
 use super::ranking::{choose, compare, keep_diverse};
 use super::screening::screen;
 use super::screening_grid::ScreeningGrid;
@@ -23,11 +24,6 @@ use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};
 
 /// Effects at most: a bound on time, far beyond what recordings of an arm have shown.
 const MOST_EFFECTS: usize = 40;
-/// Log odds that the first effect needs, as in sweeps, and further ones.
-const ACCEPT_FIRST: f64 = 14.0;
-const ACCEPT_FURTHER: f64 = 8.0;
-/// The same in the first search, from which only relative speeds are learnt.
-const STRONG: f64 = 20.0;
 /// Share of a rival's log odds that is left once the chosen one is in the model, up to which it was a rival at all.
 const STILL_THERE: f64 = 0.5;
 /// Share of the best log odds of a look that a further one must keep to be accepted without another look.
@@ -35,8 +31,6 @@ const NEARLY_AS_STRONG: f64 = 0.3;
 /// Steps by which relative top speeds are refined, as ratios, coarse to fine; each is tried so many times on every axis.
 const RATE_STEPS: [f64; 3] = [1.25, 1.1, 1.04];
 const RATE_ROUNDS: usize = 2;
-/// Log likelihood that the relative speed of an axis costs.
-const RATE_COST: f64 = 1.5;
 
 /// Searches a session of static poses.
 pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search {
@@ -46,8 +40,8 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
     // a load that was measured is asked before anything else that could imitate it
     let loads = only_loads(families);
-    state.rounds(&loads, &poses, STRONG);
-    state.rounds(&without_free_curves(families), &poses, STRONG);
+    state.rounds(&loads, &poses, model.thresholds.pose_strong);
+    state.rounds(&without_free_curves(families), &poses, model.thresholds.pose_strong);
     let mut families = families.to_vec();
     if let Some(rates) = state.refined_rates() {
         let arrivals = families.iter_mut().filter(|family| is_a(family.kind, Signature::Arrival));
@@ -57,10 +51,10 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         state = State::start(model, &poses);
     }
     if !state.found.iter().any(|found| is_a(&found.chosen.effect.kind, Signature::Load)) {
-        state.rounds(&loads, &poses, ACCEPT_FURTHER);
+        state.rounds(&loads, &poses, model.thresholds.pose_further);
     }
-    state.rounds(&without_free_curves(&families), &poses, ACCEPT_FURTHER);
-    let best_left = state.rounds(&families, &poses, ACCEPT_FURTHER);
+    state.rounds(&without_free_curves(&families), &poses, model.thresholds.pose_further);
+    let best_left = state.rounds(&families, &poses, model.thresholds.pose_further);
     Search {
         residual_before_mm2,
         floor: noise_before.clone(),
@@ -125,7 +119,7 @@ impl<'g, 'a> State<'g, 'a> {
             keep_diverse(&mut candidates, families);
             let candidates = refine_all(&regressions, families, candidates);
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
-            let least = if self.found.is_empty() { ACCEPT_FIRST } else { least_log_odds };
+            let least = if self.found.is_empty() { self.model.thresholds.pose_first } else { least_log_odds };
             if best < least {
                 return best;
             }
@@ -263,7 +257,7 @@ impl<'g, 'a> State<'g, 'a> {
         // only ratios matter
         let largest = rates.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let rounded = rates.iter().map(|rate| (1e3 * rate / largest).round() / 1e3).collect();
-        (best - equal > RATE_COST * axes as f64).then_some(rounded)
+        (best - equal > PARAMETER_COST * axes as f64).then_some(rounded)
     }
 }
 

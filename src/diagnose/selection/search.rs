@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::candidates::CandidateFamily;
 use super::joint_fit::{JointFit, Start, mean_square, rest_of};
-use super::limits::{HALF, Limits, SWEEPS};
+use super::limits::Limits;
 use super::pose_search::search_poses;
 use super::selected::{Floors, Resolutions, Search, SelectedEffect, SelectionContext};
 use crate::diagnose::model::linear_model::LinearModel;
@@ -46,7 +46,7 @@ pub fn search_unless(
     families: &[CandidateFamily],
     otherwise: impl FnOnce(&[Vec<f64>]) -> bool,
 ) -> Search {
-    search_then(resolutions, floors, families, SWEEPS, |selection, joint| {
+    search_then(resolutions, floors, families, Limits::of_all(resolutions.fine.thresholds), |selection, joint| {
         if otherwise(&joint.residual_mm) {
             return;
         }
@@ -68,7 +68,7 @@ pub fn search_part(
     families: &[CandidateFamily],
     leads: &[SelectedEffect],
 ) -> Search {
-    search_then(resolutions, floors, families, HALF, |selection, joint| {
+    search_then(resolutions, floors, families, Limits::of_half(resolutions.fine.thresholds), |selection, joint| {
         let leads = (0..leads.len()).filter(|&index| rest_of(leads, index).is_none()).map(|index| &leads[index].chosen);
         for lead in leads.take(LEADS) {
             if !selection.goes_on() || joint.found.first().is_some_and(|first| first.chosen.family == lead.family) {

@@ -9,7 +9,7 @@ use super::trajectory::settles;
 use crate::diagnose::model::linear_model::Term;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
-use crate::effects::{COLD, Signature, WARM, is_a};
+use crate::effects::{COLD, Signature, WARM, is_a, kind};
 use crate::machine::{Effect, ParameterValue};
 
 /// Time constants of growth that are tried, as shares of the session.
@@ -21,6 +21,8 @@ const NEAR: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 /// Shifts of a bump's centre, as shares of its width, and factors of its width.
 const SHIFTS: [f64; 5] = [-0.2, -0.08, 0.0, 0.08, 0.2];
 const WIDTHS: [f64; 9] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.45, 2.0, 3.0, 5.0];
+/// Skews of a bump.
+const SKEWS: [f64; 5] = [-0.6, -0.3, 0.0, 0.3, 0.6];
 
 /// Warmth of a part as the session begins, in units of long work at a steady speed.
 const WARMTHS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
@@ -31,10 +33,12 @@ const STATES_FAR_OFF: f64 = 16.0;
 
 /// Mean and standard deviation of a size over the shapes near a candidate's; `None` where its shape has no such freedom.
 ///
-/// `stage` lays out all other effects; `size` tells the size of a shape with its amplitudes.
+/// `regression` lays out all other effects; `size` tells the size of a shape with its amplitudes. No idealised form is exactly
+/// right: one that is wrong by a share ρ of its size misses about `2 ρ² gain` of χ², and shapes whose log odds differ by
+/// less than that are as good as each other. So log odds are divided by `1 + 2 ρ² gain` before they weigh.
 pub fn over_shapes<'s>(
     regression: impl FnOnce() -> Regression<'s, 's>,
-    lead: &Candidate,
+    (lead, gain): (&Candidate, f64),
     family: &CandidateFamily,
     size: impl Fn(&Candidate) -> f64 + Sync,
 ) -> Option<(f64, f64)> {
@@ -42,6 +46,8 @@ pub fn over_shapes<'s>(
         return None;
     }
     let regression = regression();
+    let form_error = kind(&lead.effect.kind).map_or(0.0, |kind| kind.form_error);
+    let softened = 1.0 + 2.0 * form_error * form_error * gain.max(0.0);
     let tests = 0..regression.model.tests();
     let length_s = tests.map(|test| regression.model.context.ends_at_s(test)).fold(0.0, f64::max);
     let judged = |effect: Effect| judged(&regression, family, lead.family, effect, 0.0, &mut LastShape::default());
@@ -52,16 +58,17 @@ pub fn over_shapes<'s>(
     let mut shapes = counting(near_shapes(&lead.effect, length_s));
     let best = shapes.iter().map(|shape| shape.log_odds).max_by(f64::total_cmp)?;
     if has_states(&lead.effect) {
-        shapes.retain(|shape| shape.log_odds > best - STATES_FAR_OFF);
+        shapes.retain(|shape| shape.log_odds > best - STATES_FAR_OFF * softened);
         shapes = counting(shapes.iter().flat_map(|shape| states(&shape.effect, family)).collect());
     }
     let sizes: Vec<(f64, f64)> = shapes.par_iter().map(|shape| (shape.log_odds, size(shape))).collect();
     let chosen = judged(lead.effect.clone())?;
     let best = sizes.iter().map(|(odds, _)| *odds).max_by(f64::total_cmp)?;
-    let weights: f64 = sizes.iter().map(|(odds, _)| (odds - best).exp()).sum();
-    let mean = sizes.iter().map(|(odds, size)| (odds - best).exp() * size).sum::<f64>() / weights;
-    let variance = sizes.iter().map(|(odds, size)| (odds - best).exp() * (size - mean).powi(2)).sum::<f64>() / weights;
-    let are_near = best > chosen.log_odds - FAR_OFF;
+    let weight = |odds: &f64| ((odds - best) / softened).exp();
+    let weights: f64 = sizes.iter().map(|(odds, _)| weight(odds)).sum();
+    let mean = sizes.iter().map(|(odds, size)| weight(odds) * size).sum::<f64>() / weights;
+    let variance = sizes.iter().map(|(odds, size)| weight(odds) * (size - mean).powi(2)).sum::<f64>() / weights;
+    let are_near = best > chosen.log_odds - FAR_OFF * softened;
     (are_near && mean.is_finite()).then(|| (mean, variance.sqrt()))
 }
 
@@ -137,12 +144,15 @@ fn near_shapes(effect: &Effect, length_s: f64) -> Vec<Effect> {
     }
     if let (Some(centre), Some(width)) = (effect.number("centre"), effect.number("width")) {
         let shapes = SHIFTS.iter().flat_map(|shift| WIDTHS.iter().map(move |factor| (shift, factor)));
-        return shapes
-            .map(|(shift, factor)| {
-                let moved = effect.clone().with("centre", ParameterValue::Number(centre + shift * width));
-                moved.with("width", ParameterValue::Number(factor * width))
-            })
-            .collect();
+        let moved = shapes.map(|(shift, factor)| {
+            let moved = effect.clone().with("centre", ParameterValue::Number(centre + shift * width));
+            moved.with("width", ParameterValue::Number(factor * width))
+        });
+        let skewed = |shape: Effect| SKEWS.map(|skew| shape.clone().with("skew", ParameterValue::Number(skew)));
+        return match effect.number("skew") {
+            Some(_) => moved.flat_map(skewed).chain([effect.clone()]).collect(),
+            None => moved.collect(),
+        };
     }
     Vec::new()
 }

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::candidates::{ALONG, CandidateFamily};
-use super::judged_shape::{OVERTONE_GAIN, PARAMETER_COST, judged};
+use super::judged_shape::{PARAMETER_COST, judged};
 use super::selected::Candidate;
 use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::Regression;
@@ -53,7 +53,7 @@ fn of_all_rates(regression: &Regression, family: &CandidateFamily, plain: Candid
         varied(regression, family, &plain, plain.effect.clone().with("frequency", ParameterValue::Number(alias)))
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
-        Some(other) if other.log_odds > plain.log_odds + OVERTONE_GAIN => other,
+        Some(other) if other.log_odds > plain.log_odds + regression.model.thresholds.overtone_gain => other,
         _ => plain,
     }
 }
@@ -74,7 +74,7 @@ fn with_polynomials(regression: &Regression, family: &CandidateFamily, plain: Ca
             &best,
             effect.clone().with("wander", ParameterValue::Number(f64::from(degree))),
         ) {
-            Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
+            Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => best = trial,
             // a phase that turns shows in the second degree, not always in the first
             _ if degree == 1 => {}
             _ => break,
@@ -99,7 +99,7 @@ fn with_splines(regression: &Regression, family: &CandidateFamily, mut best: Can
         }
         let effect = best.effect.clone().with("wander", ParameterValue::Number(knots.max(3.0)));
         match varied(regression, family, &best, effect.with("every", ParameterValue::Number(every))) {
-            Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
+            Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => best = trial,
             _ => {}
         }
     }
@@ -125,7 +125,9 @@ fn in_the_middle(regression: &Regression, family: &CandidateFamily, mut best: Ca
             {
                 let moved = best.effect.clone().with("frequency", ParameterValue::Number(hz + sign * step));
                 match varied(regression, family, &best, moved) {
-                    Some(trial) if trial.log_odds > best.log_odds + OVERTONE_GAIN => best = trial,
+                    Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => {
+                        best = trial
+                    }
                     _ => break,
                 }
             }

@@ -7,6 +7,7 @@ use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::search::search_part;
 use crate::diagnose::selection::selected::{Floors, Resolutions, SelectedEffect};
+use crate::diagnose::thresholds::Thresholds;
 use crate::effects::{Signature, is_a};
 use crate::machine::Effect;
 use crate::statistics::{NoiseModel, rms};
@@ -22,14 +23,11 @@ pub struct CrossValidation {
     pub passed: Vec<bool>,
 }
 
-/// Share of what is more than noise that held-out readings may keep where they are predicted.
-const KEPT: f64 = 0.5;
-
 impl CrossValidation {
     /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
-    pub fn predicts(&self, noise_um: f64) -> bool {
+    pub fn predicts(&self, noise_um: f64, thresholds: &Thresholds) -> bool {
         let beyond = |um: f64| um.powi(2) - noise_um.powi(2);
-        beyond(self.before_um) > 0.0 && beyond(self.after_um) < KEPT * beyond(self.before_um)
+        beyond(self.before_um) > 0.0 && beyond(self.after_um) < thresholds.kept_held_out * beyond(self.before_um)
     }
 }
 
@@ -103,10 +101,11 @@ pub fn prove(
             }
         }
     }
+    let thresholds = &resolutions.fine.thresholds;
     let passed = findings.iter().zip(again.iter().zip(&gains)).map(|(finding, (&again, gains))| match again {
-        FOLDS => gains.iter().sum::<f64>() > LEAST_GAIN,
+        FOLDS => gains.iter().sum::<f64>() > thresholds.least_gain,
         0 => false,
-        _ => finding.gain > BEYOND_ONE_FOLD && gains.iter().all(|gain| *gain > LEAST_GAIN),
+        _ => finding.gain > thresholds.beyond_one_fold && gains.iter().all(|gain| *gain > thresholds.least_gain),
     });
     let passed = passed.collect();
     Some(CrossValidation { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })
@@ -114,13 +113,6 @@ pub fn prove(
 
 /// Share of a finding's probability from which a rival of another kind stands for the same class.
 const NEAR: f64 = 0.5;
-
-/// Gain in log likelihood of all readings with which a finding may be missed by one fold, if the rows left out gain from it there
-/// too: by chance half of the readings may show far less than half of a weak effect.
-const BEYOND_ONE_FOLD: f64 = 40.0;
-
-/// Share of their mean square that rows left out must gain at least: less is chance.
-const LEAST_GAIN: f64 = 0.002;
 
 /// Whether a fold found what a finding says, or a stated rival where the fewer readings of a fold may favour it: of static
 /// poses any, of sweeps one of the same kind or nearly as likely.

@@ -1,6 +1,7 @@
 //! What the readings as a whole say, and how much may be claimed of each cause then. It finds nothing.
 
 use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::thresholds::Thresholds;
 use crate::diagnose::validation::cross_validation::CrossValidation;
 use crate::effects::{Signature, is_a};
 
@@ -29,33 +30,19 @@ impl Verdict {
     }
 }
 
-/// Residual over noise floor up to which a session counts as explained.
-const EXPLAINED: f64 = 1.25;
-
-/// Held-out residual over the residual up to which it does.
-const PREDICTED: f64 = 1.5;
-
-/// Residual over noise floor from which something is there although no candidate says what.
-pub(crate) const SURELY_MORE: f64 = 1.6;
-
-/// Gain in log likelihood below which readings show that something is there, but not surely which form it has.
-pub(crate) const SURE_OF_FORM: f64 = 30.0;
-
 /// Jumps of one session beyond which they may be something that comes and goes.
 const MOST_JUMPS: usize = 2;
 
-/// Most that is claimed of a cause whose proof failed or beside which something stays unexplained.
-const UNPROVEN: f64 = 0.97;
-
 /// The verdict on a session whose files are sound.
 pub(crate) fn verdict(
+    thresholds: &Thresholds,
     findings: &[Finding],
     rms_after_um: f64,
     noise_um: Option<f64>,
     proof: Option<&CrossValidation>,
 ) -> Verdict {
     if findings.is_empty() {
-        return if noise_um.is_some_and(|noise_um| rms_after_um > SURELY_MORE * noise_um) {
+        return if noise_um.is_some_and(|noise_um| rms_after_um > thresholds.surely_more * noise_um) {
             Verdict::Unexplained
         } else {
             Verdict::Clean
@@ -65,11 +52,11 @@ pub(crate) fn verdict(
         return Verdict::Unexplained;
     }
     // where no noise is known nothing shows that all is explained
-    let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= EXPLAINED * noise_um);
+    let is_noise = noise_um.is_some_and(|noise_um| rms_after_um <= thresholds.explained * noise_um);
     // forms that bend to the readings predict others badly; neither the phase of a vibration nor the moment of an event is
     // to be predicted
     let escapes = findings.iter().any(|finding| is_a(&finding.cause.effect, Signature::Oscillation) || finding.single);
-    let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= PREDICTED * rms_after_um);
+    let predicts = escapes || proof.is_none_or(|proof| proof.after_um <= thresholds.predicted * rms_after_um);
     match is_noise && predicts {
         true => Verdict::Explained,
         false => Verdict::PartlyExplained,
@@ -78,6 +65,7 @@ pub(crate) fn verdict(
 
 /// Claims no more of each cause than is proven; `carries` says of each whether it holds in the tests it was not learnt from.
 pub(crate) fn temper(
+    thresholds: &Thresholds,
     findings: &mut [Finding],
     verdict: Verdict,
     has_sweeps: bool,
@@ -89,11 +77,11 @@ pub(crate) fn temper(
     let jumps = findings.iter().filter(|finding| finding.single).count();
     for (index, finding) in findings.iter_mut().enumerate() {
         let has_failed = proof.is_some_and(|proof| proof.passed.get(index) == Some(&false));
-        let is_weak = has_sweeps && finding.gain < SURE_OF_FORM;
+        let is_weak = has_sweeps && finding.gain < thresholds.sure_of_form;
         let may_be_no_jump = goes_back[index] || finding.single && jumps > MOST_JUMPS;
         let is_open = verdict != Verdict::Explained || is_weak || may_be_no_jump || has_failed || !carries[index];
         if is_open {
-            finding.probability = finding.probability.min(UNPROVEN);
+            finding.probability = finding.probability.min(thresholds.unproven);
         }
     }
 }

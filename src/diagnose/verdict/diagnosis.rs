@@ -2,15 +2,16 @@
 
 use super::claims::{Verdict, temper, verdict};
 use super::explanation::Explanation;
+use super::location_errors::moved;
 use super::shares::{ShareOfReadings, shares_of_readings};
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::model::linear_model::LinearModel;
-use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_left_mm};
 use crate::diagnose::noise::pose_noise::{Left, Poses};
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::diagnose::preflight::examine::Examination;
 use crate::diagnose::preflight::small_misfit::implausible;
+use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::selected::Search;
 use crate::diagnose::validation::cross_validation::CrossValidation;
 use crate::diagnose::validation::detection_limits::Unseen;
@@ -20,7 +21,7 @@ use crate::diagnose::validation::sign_randomisation::SignRandomisation;
 use crate::diagnose::validation::sign_randomisation::placebos;
 use crate::diagnose::validation::uncovering::UncoveringTest;
 use crate::effects::EffectError;
-use crate::identify::{Fit, FitError, Problem, Quantity, TestFit, Unknown};
+use crate::identify::{Fit, FitError, TestFit, Unknown};
 use crate::machine::Effect;
 use crate::session::{MotionError, Session, Setups};
 use crate::statistics::rms;
@@ -112,7 +113,7 @@ impl Diagnosis {
 
     /// Diagnosis by what was told of a search, or by the mistake in the files.
     pub(crate) fn of(
-        fine: &LinearModel,
+        (fine, families): (&LinearModel, &[CandidateFamily]),
         setups: &Setups,
         fit: &Fit,
         search: &Search,
@@ -128,6 +129,7 @@ impl Diagnosis {
         };
         let shares = shares_of_readings(fine, setups, &told);
         let Explanation { columns, regression, left_mm, mut findings } = told;
+        let location_errors = moved(fine, families, fit, search, &regression);
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();
@@ -143,10 +145,10 @@ impl Diagnosis {
         };
         let verdict = match fault {
             Some(_) => Verdict::DataFault,
-            None => verdict(&findings, rms_after_um, noise_um, proof.as_ref()),
+            None => verdict(&fine.thresholds, &findings, rms_after_um, noise_um, proof.as_ref()),
         };
         let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
-        temper(&mut findings, verdict, !is_static, proof.as_ref(), &carries);
+        temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries);
         Diagnosis {
             verdict,
             findings,
@@ -164,7 +166,7 @@ impl Diagnosis {
             rms_after_um,
             noise_um,
             left,
-            location_errors: moved(fine.problem, fit, &regression),
+            location_errors,
             tests,
             unknowns: fine.problem.unknowns.clone(),
         }
@@ -230,23 +232,4 @@ fn before_and_after(fit: &Fit, left_mm: Vec<Vec<f64>>) -> Vec<TestBeforeAfter> {
         kept: test.kept.clone(),
     };
     fit.tests.iter().zip(left_mm).map(told).collect()
-}
-
-/// Location errors of the fit with and without the effects.
-fn moved(problem: &Problem, fit: &Fit, regression: &Regression) -> Vec<Moved> {
-    let covariance = regression.covariance();
-    problem
-        .unknowns
-        .iter()
-        .enumerate()
-        .filter(|(_, unknown)| matches!(unknown.quantity, Quantity::Location { .. }))
-        .map(|(k, unknown)| Moved {
-            name: unknown.label.clone(),
-            measure: unknown.measure,
-            before: fit.estimates[k].value,
-            after: fit.estimates[k].value + regression.nuisance(k) * unknown.prior_sigma,
-            sigma: covariance[(k, k)].sqrt() * unknown.prior_sigma,
-            determined: fit.estimates[k].determined,
-        })
-        .collect()
 }

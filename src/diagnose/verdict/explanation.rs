@@ -1,6 +1,5 @@
 //! What a search found as it is told: fitted on all rows, worded, confirmed by readings held out. It searches nothing.
 
-use super::claims::{SURE_OF_FORM, SURELY_MORE};
 use super::irregular_motion;
 use crate::diagnose::cause::Cause;
 use crate::diagnose::findings::finding::Finding;
@@ -18,9 +17,6 @@ use crate::diagnose::selection::search;
 use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Search};
 use crate::diagnose::validation::cross_validation::{CrossValidation, prove};
 use crate::effects::{Signature, UNKNOWN, is_a};
-
-/// Residual over noise floor from which it is asked whether restless readings come from the place of the first finding.
-const RESTLESS: f64 = 1.2;
 
 /// What a search found, fitted on all rows and worded.
 pub(crate) struct Explanation<'g, 'a> {
@@ -112,13 +108,13 @@ fn confirm<'g, 'a>(
     mut proof: CrossValidation,
     noise_um: f64,
 ) -> CrossValidation {
-    let most_mm = STILL_THERE * told.rms_mm(fine);
+    let most_mm = fine.thresholds.still_there * told.rms_mm(fine);
     let mut dropped: Vec<usize> = Vec::new();
     for (index, finding) in told.findings.iter().enumerate().rev() {
         // what the folds found under other names predicts as well
         if finding.single
             || proof.passed[index]
-            || index == 0 && finding.gain > SURE_OF_FORM && proof.predicts(noise_um)
+            || index == 0 && finding.gain > fine.thresholds.sure_of_form && proof.predicts(noise_um, &fine.thresholds)
         {
             continue;
         }
@@ -193,9 +189,6 @@ fn drop_columns<'g, 'a>(
     proof.passed = told.findings.iter().map(passed).collect();
 }
 
-/// Rise of the residual without unproven findings from which they stay, marked as failed.
-pub(crate) const STILL_THERE: f64 = 1.25;
-
 /// Tells an irregular motion where readings stay louder than their noise: in place of a form that only follows it, or alone
 /// where nothing was found. A first finding at whose place readings stay restless has not the right form.
 fn listen<'g, 'a>(
@@ -208,15 +201,15 @@ fn listen<'g, 'a>(
 ) {
     let floor = search.floor.clone();
     let is_louder = |told: &Explanation, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
-    let first = told.findings.first().filter(|_| is_louder(told, RESTLESS));
+    let first = told.findings.first().filter(|_| is_louder(told, fine.thresholds.restless));
     let restless = first.and_then(|first| irregular_motion::restlessness(fine, &told.left_mm, &floor, first));
     let is_there = |most: f64| restless.as_ref().is_some_and(|restless| restless.share > most);
-    let outshouts = is_there(1.0) && is_louder(told, SURELY_MORE);
+    let outshouts = is_there(1.0) && is_louder(told, fine.thresholds.surely_more);
     // a joint that seems to tip as a slide reverses, and that slide is the restless one
     let is_driven =
-        is_there(irregular_motion::NOT_THE_FORM) && restless.as_ref().is_some_and(|restless| restless.is_driving);
+        is_there(fine.thresholds.not_the_form) && restless.as_ref().is_some_and(|restless| restless.is_driving);
     let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
-    let stands_for = match is_there(irregular_motion::NOT_THE_FORM) {
+    let stands_for = match is_there(fine.thresholds.not_the_form) {
         true => stood_for(fine, search, told),
         false => vec![false; told.findings.len()],
     };
@@ -226,7 +219,7 @@ fn listen<'g, 'a>(
     // many jumps that leave much are none, with one other finding at most beside them
     let jumps = told.findings.iter().filter(|finding| finding.single).count();
     let almost_all_jump = jumps > 1 && jumps + 1 >= told.findings.len();
-    let are_no_jumps = almost_all_jump && is_louder(told, SURELY_MORE);
+    let are_no_jumps = almost_all_jump && is_louder(told, fine.thresholds.surely_more);
     if (outshouts || is_driven) && alone || are_no_jumps {
         // a form that follows an irregular motion here and there
         let bare = Explanation::of(fine, families, &search::nothing(fine, &floor));
@@ -242,8 +235,8 @@ fn listen<'g, 'a>(
         && told.findings.len() == 1
         && !escapes(&told.findings[0])
         && proof.as_ref().is_some_and(|proof| proof.after_um > proof.before_um);
-    if is_there(irregular_motion::NOT_THE_FORM) || are_no_jumps || misleads {
-        let loud = is_louder(told, SURELY_MORE);
+    if is_there(fine.thresholds.not_the_form) || are_no_jumps || misleads {
+        let loud = is_louder(told, fine.thresholds.surely_more);
         let is_its_own = |k: usize, finding: &Finding| match finding.single {
             true => loud || shows_with(fine, finding, &told.findings[0]),
             false => has_failed(k) || stands_for[k],
@@ -254,20 +247,14 @@ fn listen<'g, 'a>(
         if let Some(proof) = proof {
             drop_columns(fine, families, search, told, proof, &others);
         }
-    } else if told.findings.is_empty() && is_louder(told, SURELY_MORE) {
+    } else if told.findings.is_empty() && is_louder(told, fine.thresholds.surely_more) {
         // what changes from test to test alone is no irregular motion
         let within_mm2 = mean_square(fine, &without_trends(fine, &told.left_mm));
-        if 1e3 * within_mm2.sqrt() > SURELY_MORE * noise_um {
+        if 1e3 * within_mm2.sqrt() > fine.thresholds.surely_more * noise_um {
             told.findings.extend(irregular_motion::irregular(fine, &told.left_mm, &floor));
         }
     }
 }
-
-/// Share of its gain that a finding must keep beside an axis that stands elsewhere in each test.
-const KEEPS: f64 = 0.2;
-
-/// Fall of the misfit that each such place costs.
-const COST_OF_A_PLACE: f64 = 10.0;
 
 /// By finding, whether the axis of the first one, were it to stand elsewhere in each test, explains more in its place, what so
 /// many places cost taken off, and leaves it next to nothing.
@@ -282,7 +269,8 @@ fn stood_for(fine: &LinearModel, search: &Search, told: &Explanation) -> Vec<boo
     let is_stood_for = |finding: &Finding| {
         let instead = misfit(&finding.columns, &standing);
         let own = misfit(&finding.columns, &[]) - whole;
-        instead + COST_OF_A_PLACE * (standing.len() as f64) < whole && instead - beside < KEEPS * own
+        instead + fine.thresholds.stands_cost * (standing.len() as f64) < whole
+            && instead - beside < fine.thresholds.stands_keeps * own
     };
     let is_its_place = |finding: &Finding| finding.cause.place == told.findings[0].cause.place;
     let stands_for = |(k, finding): (usize, &Finding)| k > 0 && (is_its_place(finding) || is_stood_for(finding));

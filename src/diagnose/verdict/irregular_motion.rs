@@ -90,9 +90,6 @@ fn acts(model: &LinearModel, place: Place, test: usize) -> bool {
     place.axis().is_none_or(|axis| model.context.motion(test).moving.contains(&axis))
 }
 
-/// Restlessness at the place of a finding from which its form is not the right one.
-pub const NOT_THE_FORM: f64 = 0.4;
-
 /// Restless readings at the place of a finding.
 pub struct Restless {
     /// Their rms beyond noise over the finding's own.

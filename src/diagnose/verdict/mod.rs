@@ -5,5 +5,6 @@ pub(crate) mod diagnosed_session;
 pub(crate) mod diagnosis;
 pub(crate) mod explanation;
 pub(crate) mod irregular_motion;
+pub(crate) mod location_errors;
 pub(crate) mod shares;
 pub(crate) mod shift_or_effect;

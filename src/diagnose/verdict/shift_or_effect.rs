@@ -1,6 +1,5 @@
 //! Whether what looks like the shift of single tests is a mistake of the recorder or an effect. It looks for neither.
 
-use super::explanation::STILL_THERE;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::diagnose::selection::joint_fit::mean_square;
@@ -18,7 +17,7 @@ fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &
     }
     let chosen = &search.found[0].chosen;
     // near the noise, or as near as the mistake, which has balls or a clock of its own for that test
-    let enough_um = (STILL_THERE * noise_um).max(AS_NEAR * fault.after_um);
+    let enough_um = (fine.thresholds.still_there * noise_um).max(AS_NEAR * fault.after_um);
     !chosen.is_shift_of_one_test() && left_um(fine, search) < enough_um
 }
 

@@ -1,0 +1,101 @@
+//! How probable the cause of an accepted effect is among its rivals. It fits nothing.
+
+use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
+use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::selection::candidates::CandidateFamily;
+use crate::diagnose::selection::naming::cause;
+use crate::diagnose::selection::selected::{Candidate, SelectedEffect};
+use crate::diagnose::selection::trajectory::has_first_order;
+use crate::effects::{Signature, is_a};
+
+/// A cause among those that the readings allow in its place.
+pub(crate) struct Standing<'s> {
+    pub(crate) probability: f64,
+    /// Rivals worth naming with their probabilities, likeliest first.
+    pub(crate) rivals: Vec<(Cause, f64)>,
+    /// Other forms worth a look, those of the same cause among them, with their probabilities.
+    pub(crate) forms: Vec<(&'s Candidate, f64)>,
+}
+
+/// A cause with the forms of it that were judged and their weights, the largest first.
+struct Judged<'s> {
+    cause: Cause,
+    forms: Vec<(&'s Candidate, f64)>,
+}
+
+/// Forms that are looked at beside the chosen one, at most.
+const MOST_FORMS: usize = 8;
+
+impl<'s> Standing<'s> {
+    /// Of the cause that an effect was accepted for: rivals by their log odds, softened by what forms of the catalogue lack.
+    ///
+    /// A cause that can be written in many forms (in more or fewer components) is no likelier for it: each has the weight of its
+    /// best form, shared by its forms.
+    pub(crate) fn of(model: &LinearModel, families: &[CandidateFamily], lead: &'s SelectedEffect) -> Standing<'s> {
+        let (machine, thresholds) = (model.context.machine(), &model.thresholds);
+        let rank = |candidate: &Candidate| families[candidate.family].customary_rank(model);
+        let own_rank = rank(&lead.chosen);
+        let own = Judged { cause: cause(machine, &lead.chosen, &[]), forms: vec![(&lead.chosen, 1.0)] };
+        let mut causes = vec![own];
+        for (rival, odds) in lead.rivals.iter().filter(|(rival, _)| !rival.is_free()) {
+            let cause = cause(machine, rival, &[]);
+            let share = match is_load_or_bearing(&lead.chosen, rival) {
+                true => thresholds.softening_of_arcs,
+                false => thresholds.softening,
+            };
+            let seen = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
+            let is_known =
+                |known: &&mut Judged| is_same(&known.cause, &cause) && is_driven_alike(known.forms[0].0, rival);
+            match causes.iter_mut().find(is_known) {
+                Some(known) => known.forms.push((rival, seen)),
+                None => {
+                    let custom = if rank(rival) > own_rank { thresholds.customary } else { 1.0 };
+                    causes.push(Judged { cause, forms: vec![(rival, custom * seen)] });
+                }
+            }
+        }
+        let best = |judged: &Judged| judged.forms.iter().map(|(_, weight)| *weight).fold(0.0, f64::max);
+        let total: f64 = causes.iter().map(best).sum();
+        let mut forms = Vec::new();
+        for judged in &causes {
+            let all: f64 = judged.forms.iter().map(|(_, weight)| weight).sum();
+            let share = best(judged) / total / all.max(f64::MIN_POSITIVE);
+            forms.extend(judged.forms.iter().map(|(form, weight)| (*form, share * weight)));
+        }
+        // the chosen form stands first
+        let mut forms = forms.split_off(1);
+        forms.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
+        forms.sort_by(|a, b| b.1.total_cmp(&a.1));
+        forms.truncate(MOST_FORMS);
+        let probability = best(&causes[0]) / total;
+        let mut rivals: Vec<(Cause, f64)> = causes
+            .into_iter()
+            .skip(1)
+            .map(|judged| (best(&judged) / total, judged.cause))
+            .map(|(p, c)| (c, p))
+            .collect();
+        rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
+        rivals.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
+        rivals.truncate(MOST_RIVALS);
+        Standing { probability, rivals, forms }
+    }
+}
+
+/// Whether two names mean one cause: the same effect at the same place, in some of the same components.
+fn is_same(one: &Cause, other: &Cause) -> bool {
+    let shares = one.components.iter().any(|component| other.components.contains(component));
+    one.effect == other.effect && one.place == other.place && (shares || one.components == other.components)
+}
+
+/// Whether the same axis drives both: play as one axis reverses is no play as another one does.
+fn is_driven_alike(one: &Candidate, other: &Candidate) -> bool {
+    one.effect.parameter("of") == other.effect.parameter("of")
+}
+
+/// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
+fn is_load_or_bearing(one: &Candidate, other: &Candidate) -> bool {
+    let is_arc =
+        |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::ErrorMotion) && !has_first_order(candidate);
+    let is_sag = |candidate: &Candidate| is_a(&candidate.effect.kind, Signature::Sag);
+    one.effect.place == other.effect.place && (is_arc(one) && is_sag(other) || is_sag(one) && is_arc(other))
+}

@@ -1,0 +1,69 @@
+//! Location errors beside what was found, with what other explanations would make of them. It searches nothing.
+
+use super::diagnosis::Moved;
+use crate::diagnose::findings::standing::Standing;
+use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::regression::{Accepted, Regression};
+use crate::diagnose::model::whitened::WhitenedData;
+use crate::diagnose::selection::candidates::CandidateFamily;
+use crate::diagnose::selection::selected::{Search, SelectedEffect};
+use crate::identify::{Fit, Quantity};
+use std::sync::Arc;
+
+/// Location errors of the fit with and without the effects that were found.
+///
+/// Their variance is that of the fit with these effects and what rivals of each add: `Σ w (σ² + (β − β₀)²)` over the causes that
+/// the readings allow in its place, `w` their probabilities, `β₀` the value beside the chosen ones.
+pub(crate) fn moved(
+    fine: &LinearModel,
+    families: &[CandidateFamily],
+    fit: &Fit,
+    search: &Search,
+    regression: &Regression,
+) -> Vec<Moved> {
+    let unknowns = &fine.problem.unknowns;
+    let covariance = regression.covariance();
+    let mut variance: Vec<f64> = (0..unknowns.len()).map(|k| covariance[(k, k)]).collect();
+    add_rivals(fine, families, search, regression, &mut variance);
+    let located = unknowns.iter().enumerate();
+    located
+        .filter(|(_, unknown)| matches!(unknown.quantity, Quantity::Location { .. }))
+        .map(|(k, unknown)| Moved {
+            name: unknown.label.clone(),
+            measure: unknown.measure,
+            before: fit.estimates[k].value,
+            after: fit.estimates[k].value + regression.nuisance(k) * unknown.prior_sigma,
+            sigma: variance[k].max(0.0).sqrt() * unknown.prior_sigma,
+            determined: fit.estimates[k].determined,
+        })
+        .collect()
+}
+
+/// Adds to the variances of the unknowns, in units of their priors, what the rivals of each effect would change.
+fn add_rivals(
+    fine: &LinearModel,
+    families: &[CandidateFamily],
+    search: &Search,
+    chosen: &Regression,
+    variance: &mut [f64],
+) {
+    let own = variance.to_vec();
+    let mut whitened: Option<Arc<WhitenedData>> = None;
+    for (index, found) in search.found.iter().enumerate() {
+        for (rival, probability) in Standing::of(fine, families, found).forms {
+            let of = |(k, other): (usize, &SelectedEffect)| -> Vec<Accepted> {
+                if k == index { rival.accepted().collect() } else { other.chosen.accepted().collect() }
+            };
+            let columns: Vec<Accepted> = search.found.iter().enumerate().flat_map(of).collect();
+            let whitened = whitened
+                .get_or_insert_with(|| Arc::new(WhitenedData::new(fine, &search.noise_after, &fine.kept)))
+                .clone();
+            let other = Regression::on(whitened, &columns);
+            let covariance = other.covariance();
+            for (k, variance) in variance.iter_mut().enumerate() {
+                let shift = other.nuisance(k) - chosen.nuisance(k);
+                *variance += probability * (covariance[(k, k)] - own[k] + shift * shift);
+            }
+        }
+    }
+}
