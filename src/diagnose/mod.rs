@@ -25,7 +25,7 @@ pub use noise::noise_floor::noise_floor;
 pub use noise::pose_noise::Left;
 pub use preflight::data_fault::{DataFault, Rival};
 pub use preflight::examine::{Examination, examine};
-pub use selection::candidates::{CandidateFamily, families, terms};
+pub use selection::candidates::{families, terms};
 pub use selection::screening_grid::ScreeningGrid;
 pub use selection::search::{search, search_unless};
 pub use selection::selected::{Candidate, Resolutions, Search, SelectedEffect};

@@ -5,12 +5,14 @@
 //! joint that moved: what is braked farther out pulls more. With `about` it is taken from the line of another axis: an arm
 //! stretched out there makes the whole move slower or softer.
 
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{Effect, Machine, Place};
+use crate::chain::Chain;
+use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 
 /// Error left by the speed of arrival.
 pub static ARRIVAL_LAG: Kind = Kind {
@@ -29,6 +31,8 @@ pub static ARRIVAL_LAG: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Arrival,
+    candidates: none,
+    candidates_of_poses: arrivals,
     parameters: &[
         Parameter::word("of", &[], DefaultValue::Absent, "axis whose arrival drives; the place when not stated"),
         Parameter::word(
@@ -113,4 +117,42 @@ fn arrival(context: &Context, axis: usize, rates: &[f64]) -> Profile {
         }
     }
     profile
+}
+
+/// What the speed of arrival leaves: at the joint itself, and in the bearings of others that its braking bends.
+fn arrivals(seen: &Observations) -> Vec<CandidateFamily> {
+    let (machine, chain) = (seen.machine(), seen.context.chain());
+    let moving: Vec<usize> = (0..machine.axes.len()).filter(|&axis| seen.context.travelled(axis).is_some()).collect();
+    let mut list = Vec::new();
+    for &axis in &moving {
+        let place = Place::Axis(axis);
+        let new = |outlets| CandidateFamily::new(ARRIVAL_LAG.name, place, outlets, PLAUSIBLE_OF_ARMS);
+        let own = new(vec![Outlet::own(machine, axis)]);
+        list.push(CandidateFamily { functions: &["speed"], ..own.clone() });
+        list.push(own.clone());
+        // an arm stretched out from another joint's line makes the whole move slower or softer
+        for &about in moving.iter().filter(|&&about| about != axis && machine.axes[about].kind == AxisKind::Rotary) {
+            let stretched = with_word(ARRIVAL_LAG.name, place, "about", &machine.axes[about].name);
+            list.push(CandidateFamily { functions: &["inertia"], ..own.clone() }.over(vec![stretched]));
+        }
+        for &of in moving.iter().filter(|&&of| of != axis && chain.carries(of, chain.carried_by(axis))) {
+            let braked = with_word(ARRIVAL_LAG.name, place, "of", &machine.axes[of].name);
+            // a tilt about the line of the joint before is that joint's own error
+            let mut tilts = motion(axis, &directions(machine, axis).tilts);
+            tilts.retain(|outlet| !is_own_of(chain, of, axis, outlet));
+            list.push(new(tilts).over(vec![braked]));
+        }
+    }
+    list
+}
+
+/// Cosine of the angle between two lines from which they count as one direction.
+const SAME_DIRECTION: f64 = 0.9;
+
+/// Whether a tilt of an axis turns about the direction of another axis that carries it, at zero and nearly always.
+fn is_own_of(chain: &Chain, of: usize, axis: usize, outlet: &Outlet) -> bool {
+    let Outlet::Motion { component, .. } = outlet else { return false };
+    let (before, after) = (chain.carried_by(of), chain.carried_by(axis));
+    let follows = before.branch == after.branch && after.depth == before.depth + 1;
+    follows && chain.joint(of).direction[component.direction_index()].abs() > SAME_DIRECTION
 }

@@ -4,12 +4,13 @@
 //! over the free gap; ε the elastic wind-up, which relaxes towards the direction of motion as `e^(−travel/take_up)`.
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
+use super::candidates::{CandidateFamily, Observations, Refined, beside_own, directions, motion, none, with_number};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, Place};
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 
 const PARAMETERS: &[Parameter] = &[
     Parameter::number(
@@ -77,6 +78,8 @@ pub static ROTARY_BACKLASH: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Reversal,
+    candidates: about_its_line,
+    candidates_of_poses: none,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Rotary),
@@ -102,6 +105,8 @@ pub static LINEAR_BACKLASH: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Reversal,
+    candidates: along_its_way,
+    candidates_of_poses: none,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Linear),
@@ -131,6 +136,8 @@ pub static LATERAL_PLAY: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Play,
+    candidates: plays,
+    candidates_of_poses: none,
     parameters: ACROSS_PARAMETERS,
     check: driving_axis_exists,
     outlets: |machine, place| across(machine, place),
@@ -198,3 +205,122 @@ fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Pr
 
 /// Commanded moves below this are rounding of the file, mm or rad.
 pub(super) const STANDSTILL: f64 = 1e-7;
+
+/// Lost motion: all at once, half or all by wind-up; an axis that stands at first may stand on either flank.
+fn windups(seen: &Observations, kind: &str, axis: usize, take_up: f64) -> Vec<Effect> {
+    let base = |share: f64, start: f64| {
+        with_number(kind, Place::Axis(axis), "take_up", take_up)
+            .with("windup_share", ParameterValue::Number(share))
+            .with("gap", ParameterValue::Number(0.0))
+            .with("start", ParameterValue::Number(start))
+    };
+    let first = seen.context.order().first();
+    let stands = first.is_some_and(|&test| !seen.context.motion(test).moving.contains(&axis));
+    let starts: &[f64] = if stands { &[0.0, 1.0, -1.0] } else { &[0.0] };
+    starts.iter().flat_map(|&start| [0.0, 0.5, 1.0].map(|share| base(share, start))).collect()
+}
+
+/// Wind-up and gap, refined up to a longest travel, mm or rad.
+fn windup_refined(longest: f64) -> Vec<Refined> {
+    vec![
+        Refined::number("windup_share", (0.0, 1.0), 0.25),
+        Refined::number("take_up", (1e-3 * longest, longest), 0.1 * longest),
+        Refined::number("gap", (0.0, longest), 0.02 * longest),
+    ]
+}
+
+/// Travels over which wind-up turns round that are tried first, and longest ones, rad and mm.
+const TAKE_UP_RAD: (f64, f64) = (3f64.to_radians(), 20f64.to_radians());
+const TAKE_UP_MM: (f64, f64) = (2.0, 40.0);
+
+fn about_its_line(seen: &Observations) -> Vec<CandidateFamily> {
+    let (first, longest) = TAKE_UP_RAD;
+    let about = |(axis, _)| {
+        let own = vec![Outlet::own(seen.machine(), axis)];
+        CandidateFamily::new(ROTARY_BACKLASH.name, Place::Axis(axis), own, 60.0)
+            .over(windups(seen, ROTARY_BACKLASH.name, axis, first))
+            .refine(windup_refined(longest))
+    };
+    seen.moving(AxisKind::Rotary).map(about).collect()
+}
+
+/// Way of a slide over a session below which it has stood, mm.
+const LEAST_WAY_MM: f64 = 1.0;
+
+/// Also of slides that only move from test to test: they stand on one or the other flank.
+fn along_its_way(seen: &Observations) -> Vec<CandidateFamily> {
+    let (first, longest) = TAKE_UP_MM;
+    let has_moved = |axis: &usize| {
+        let (least, most) = seen.context.visited(*axis);
+        most - least > LEAST_WAY_MM
+    };
+    let along = |axis| {
+        let own = vec![Outlet::own(seen.machine(), axis)];
+        CandidateFamily::new(LINEAR_BACKLASH.name, Place::Axis(axis), own, 30.0)
+            .over(windups(seen, LINEAR_BACKLASH.name, axis, first))
+            .refine(windup_refined(longest))
+    };
+    seen.axes(AxisKind::Linear).filter(has_moved).map(along).collect()
+}
+
+fn plays(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    let play = |axis: usize, outlets: Vec<Outlet>, plausible: f64, (first, longest): (f64, f64)| {
+        CandidateFamily::new(LATERAL_PLAY.name, Place::Axis(axis), outlets, plausible)
+            .over(windups(seen, LATERAL_PLAY.name, axis, first))
+            .refine(windup_refined(longest))
+    };
+    let mut list = Vec::new();
+    for (axis, _) in seen.moving(AxisKind::Rotary) {
+        let d = directions(machine, axis);
+        let outlets = [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)];
+        list.extend(outlets.map(|outlets| play(axis, outlets, 30.0, TAKE_UP_RAD)));
+    }
+    for (axis, _) in seen.moving(AxisKind::Linear) {
+        list.extend(beside_own(machine, axis).map(|one| play(axis, motion(axis, &[one]), 20.0, TAKE_UP_MM)));
+    }
+    if seen.context.has_sweeps() {
+        list.extend(tipping(seen));
+    }
+    list
+}
+
+/// Log odds against a joint that tips as another axis reverses, and against one that tips as an axis is only positioned:
+/// it shows from test to test alone, as much else does.
+const TIPS: f64 = 6.0;
+const TIPS_BETWEEN: f64 = 8.0;
+
+/// Travels of another axis over which a joint tips from side to side, mm or deg.
+const TIPPING: [f64; 3] = [0.0, 0.6, 2.5];
+/// Longest such travel, and the first step in which it is refined.
+const LONGEST_TIPPING: f64 = 10.0;
+const TIPPING_STEP: f64 = 0.6;
+
+/// Way between tests below which an axis stands, mm or deg.
+const LEAST_WAY: f64 = 0.1;
+
+/// Joints that tip to one or the other side as another axis goes one or the other way, within tests or between them.
+fn tipping(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    let axes = 0..machine.axes.len();
+    let mut list = Vec::new();
+    for (driving, tipped) in axes.clone().flat_map(|driving| axes.clone().map(move |tipped| (driving, tipped))) {
+        let (from, to) = seen.context.visited(driving);
+        if driving == tipped || to - from < machine.axes[driving].kind.from_file_unit(LEAST_WAY) {
+            continue;
+        }
+        let rarity = if seen.context.travelled(driving).is_some() { TIPS } else { TIPS_BETWEEN };
+        let place = Place::Axis(tipped);
+        // travels of the driving axis are written in the unit of the place
+        let travel = |of: f64| machine.axes[tipped].kind.from_file_unit(of);
+        let over = |gap: f64| {
+            with_number(LATERAL_PLAY.name, place, "gap", travel(gap))
+                .with("of", ParameterValue::Word(machine.axes[driving].name.clone()))
+        };
+        let gap = Refined::number("gap", (0.0, travel(LONGEST_TIPPING)), travel(TIPPING_STEP));
+        let outlets = motion(tipped, &directions(machine, tipped).tilts);
+        let family = CandidateFamily::new(LATERAL_PLAY.name, place, outlets, 30.0);
+        list.push(family.over(TIPPING.map(over).to_vec()).refine(vec![gap]).rare(rarity));
+    }
+    list
+}

@@ -5,6 +5,7 @@
 //! most one: degree 0 is the bar's length and degree 1 the place of the cup. `cup-stiction`: `s e^(−φ/d)`, φ the angle by
 //! which the bar has turned in its cup since the run began.
 
+use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     no_check, plain_measure, single_function,
@@ -34,6 +35,8 @@ pub static BALL_FORM: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::BallForm,
+    candidates: forms,
+    candidates_of_poses: none,
     parameters: &[Parameter::number(
         "degree",
         ParameterUnit::Plain,
@@ -78,6 +81,8 @@ pub static CUP_STICTION: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Stiction,
+    candidates: sticking,
+    candidates_of_poses: none,
     parameters: &[Parameter::number(
         "turned",
         ParameterUnit::Plain,
@@ -190,4 +195,31 @@ fn stiction(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         rows.into_iter().map(row).collect()
     };
     Ok(vec![directions(context, effect.place).into_iter().map(of_test).collect()])
+}
+
+/// Log odds against balls that are out of round or stick: they are gauges.
+const GOOD_BALLS: f64 = 4.0;
+/// Amplitudes of form, and of sticking, that are plausible, µm.
+const PLAUSIBLE_FORM: f64 = 0.6;
+const PLAUSIBLE_STICKING: f64 = 2.0;
+/// Angles of the bar that are tried, deg.
+const TURNED_DEG: [f64; 3] = [2.0, 5.0, 12.0];
+
+fn forms(_seen: &Observations) -> Vec<CandidateFamily> {
+    let of_ball = |place| {
+        let up_to = |degree: f64| with_number(BALL_FORM.name, place, "degree", degree);
+        let family = CandidateFamily::new(BALL_FORM.name, place, vec![Outlet::Reading], PLAUSIBLE_FORM);
+        family.over([2.0, 3.0, 4.0].map(up_to).to_vec()).rare(GOOD_BALLS)
+    };
+    [Place::Pivot, Place::SpindleBall].map(of_ball).to_vec()
+}
+
+fn sticking(_seen: &Observations) -> Vec<CandidateFamily> {
+    let of_ball = |place| {
+        let sticks = |turned: f64| with_number(CUP_STICTION.name, place, "turned", turned);
+        let family = CandidateFamily::new(CUP_STICTION.name, place, vec![Outlet::Reading], PLAUSIBLE_STICKING);
+        let turned = Refined::number("turned", (0.3, 60.0), 0.4);
+        family.over(TURNED_DEG.map(sticks).to_vec()).refine(vec![turned]).rare(GOOD_BALLS).fast()
+    };
+    [Place::Pivot, Place::SpindleBall].map(of_ball).to_vec()
 }

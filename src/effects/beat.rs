@@ -4,12 +4,13 @@
 //! `E = Σ± a± cos(n q ± 2πft) + b± sin(n q ± 2πft)` while the axis moves, t from the session's beginning, n the order per
 //! turn, or `n q = 2π q / period` on a slide.
 
+use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     every_component, plain_measure,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Machine, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;
 
 /// Ripple of a moving axis that beats with time.
@@ -29,6 +30,8 @@ pub static BEAT: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Beat,
+    candidates: beats,
+    candidates_of_poses: none,
     parameters: &[
         Parameter::number(
             "order",
@@ -91,4 +94,38 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         (0..context.tests()).map(rows).collect()
     };
     Ok(vec![wave(1.0, f64::cos), wave(1.0, f64::sin), wave(-1.0, f64::cos), wave(-1.0, f64::sin)])
+}
+
+/// Log odds against one of the many ripples that were looked at, and amplitudes that are plausible, µm or arcsec.
+const RARE: f64 = 15.0;
+const PLAUSIBLE: f64 = 10.0;
+/// First step of a frequency, in beats over the session, and of a period or order, as a share of one over the travel.
+const PHASE: f64 = 0.1;
+const ALONG: f64 = 0.05;
+
+/// The loudest ripples of each moving axis that wander with time.
+fn beats(seen: &Observations) -> Vec<CandidateFamily> {
+    let tests = seen.context.session().tests.iter();
+    let begins_s = tests.map(|test| test.started_at_s).fold(f64::MAX, f64::min);
+    let session_s = (seen.latest_s() - begins_s).max(1.0);
+    let axes = &seen.machine().axes;
+    let mut list = Vec::new();
+    for (axis, (from, to)) in (0..axes.len()).filter_map(|axis| Some((axis, seen.context.travelled(axis)?))) {
+        let (place, own) = (Place::Axis(axis), Outlet::own(seen.machine(), axis));
+        for ripple in &seen.ripples[axis] {
+            let (name, along) = match axes[axis].kind {
+                AxisKind::Linear => ("period", TAU / ripple.per_unit),
+                AxisKind::Rotary => ("order", ripple.per_unit),
+            };
+            let beat = with_number(BEAT.name, place, "frequency", ripple.hz).with(name, ParameterValue::Number(along));
+            let ripples = ripple.per_unit * (to - from) / TAU;
+            let shape = vec![
+                Refined::number("frequency", (ripple.least_hz, 1e3), PHASE / (session_s * ripple.hz)),
+                Refined::number(name, (0.9 * along, 1.1 * along), ALONG / ripples * along),
+            ];
+            let family = CandidateFamily::new(BEAT.name, place, vec![own], PLAUSIBLE);
+            list.push(family.over(vec![beat]).refine(shape).fast().rare(RARE));
+        }
+    }
+    list
 }

@@ -5,13 +5,14 @@
 //! it settles in the time s: `E′ = (1 − E)/s` within, `E′ = −E/s` outside. Between tests it comes to rest.
 
 use super::backlash::across;
+use super::candidates::{CandidateFamily, Observations, Refined, directions, motion, none};
 use super::context::Travel;
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     plain_measure, single_function,
 };
 use super::{Context, EffectError};
-use crate::machine::{Effect, Machine, Place};
+use crate::machine::{AxisKind, Effect, Machine, ParameterValue, Place};
 
 /// Lift of a part over a stretch of its travel.
 pub static CLAMP_LIFT: Kind = Kind {
@@ -30,6 +31,8 @@ pub static CLAMP_LIFT: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Lift,
+    candidates: lifts,
+    candidates_of_poses: none,
     parameters: &[
         Parameter::number(
             "from",
@@ -132,4 +135,46 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     };
     let advance = |seat: &mut Seat, travel: Travel| stretch.advance(seat, travel.at, travel.seconds);
     Ok(vec![context.along(axis, Seat::default(), advance, |seat| seat.lifted)])
+}
+
+/// Places at which a stretch may begin or end, the ends of the travel among them.
+const EDGES: usize = 13;
+
+/// First steps of the hysteresis, rad, and of the time in which the part settles, s; longest such time, s.
+const LATE_RAD: f64 = 6f64.to_radians();
+const SETTLING_S: (f64, f64) = (0.4, 10.0);
+
+fn lifts(seen: &Observations) -> Vec<CandidateFamily> {
+    let of_axis = |(axis, ends): (usize, (f64, f64))| {
+        let d = directions(seen.machine(), axis);
+        let (stretches, shape) = stretches(Place::Axis(axis), ends);
+        let lifted = vec![d.along, d.tilts[0], d.tilts[1]];
+        let tipped = [&d.across[..], &d.tilts].concat();
+        [lifted, tipped, vec![d.along]].map(|components| {
+            let outlets = motion(axis, &components);
+            let family = CandidateFamily::new(CLAMP_LIFT.name, Place::Axis(axis), outlets, 30.0);
+            family.over(stretches.clone()).refine(shape.clone())
+        })
+    };
+    seen.moving(AxisKind::Rotary).flat_map(of_axis).collect()
+}
+
+/// Stretches of a travel over which a part may be lifted, and how they are refined.
+fn stretches(place: Place, (from, to): (f64, f64)) -> (Vec<Effect>, Vec<Refined>) {
+    let step = (to - from) / (EDGES - 1) as f64;
+    let edge = |k: usize| ParameterValue::Number(from + step * k as f64);
+    let stretch = |begins, ends| {
+        let lift = Effect::new(CLAMP_LIFT.name, place).with("from", edge(begins)).with("to", edge(ends));
+        lift.with("hysteresis", ParameterValue::Number(0.0)).with("rise", ParameterValue::Number(0.0))
+    };
+    let pairs = (0..EDGES).flat_map(|begins| (begins + 1..EDGES).map(move |ends| (begins, ends)));
+    let whole = (0, EDGES - 1);
+    let grid = pairs.filter(|pair| *pair != whole).map(|(begins, ends)| stretch(begins, ends)).collect();
+    let shape = vec![
+        Refined::number("from", (from - step, to), 0.5 * step),
+        Refined::number("to", (from, to + step), 0.5 * step),
+        Refined::number("hysteresis", (0.0, to - from), LATE_RAD),
+        Refined::number("rise", (0.0, SETTLING_S.1), SETTLING_S.0),
+    ];
+    (grid, shape)
 }

@@ -1,5 +1,6 @@
 //! The control's own table of location errors applied twice, with the wrong sign or not at all. What the table should hold is not known here.
 
+use super::candidates::none;
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen, no_check,
     plain_measure, single_function,
@@ -23,6 +24,8 @@ pub static COMPENSATION: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Given,
+    candidates: none,
+    candidates_of_poses: none,
     parameters: &[Parameter::number(
         "factor",
         ParameterUnit::Plain,

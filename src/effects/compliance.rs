@@ -3,6 +3,7 @@
 //! `E = c·τ`, τ the channel at the row, c the compliance: angle or shift per unit of the channel. What a constant load does is part of the
 //! location errors.
 
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
     no_check, single_function, word,
@@ -28,6 +29,8 @@ pub static LOAD_COMPLIANCE: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Load,
+    candidates: none,
+    candidates_of_poses: yields,
     parameters: &[Parameter::word(
         "channel",
         &[],
@@ -77,4 +80,48 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         values.iter_mut().zip(column).for_each(|(value, load)| *value = *load);
     }
     Ok(vec![profile])
+}
+
+/// Columns of loads, in Nm or N, that every recording has, with a load at every row.
+fn loads(seen: &Observations) -> Vec<String> {
+    let is_full = |name: &String| {
+        let tests = seen.context.session().tests.iter();
+        let mut columns = tests.filter_map(|test| {
+            let recording = test.recording.as_ref()?;
+            recording.channels.iter().find(|(own, _)| own == name).map(|(_, column)| column)
+        });
+        columns.all(|column| column.iter().all(|value| value.is_finite()))
+    };
+    let mut names = seen.context.common_channels(|name| name.ends_with("_Nm") || name.ends_with("_N"));
+    names.retain(is_full);
+    names
+}
+
+/// The number in a name: 2 of `J2` and of `tau2_Nm`.
+fn number_in(name: &str) -> Option<usize> {
+    let digits: String = name.chars().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+    digits.parse().ok()
+}
+
+/// What a joint yields to loads that were measured: about its own line, and across.
+fn yields(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    // a joint yields to its own torque; a channel that no joint's number claims may act anywhere
+    let is_of = |channel: &str, axis: usize| {
+        number_in(channel).is_some_and(|own| number_in(&machine.axes[axis].name) == Some(own))
+    };
+    let is_free = |channel: &str| !(0..machine.axes.len()).any(|axis| is_of(channel, axis));
+    let loads = loads(seen);
+    let mut list = Vec::new();
+    for (axis, _) in seen.moving(AxisKind::Rotary) {
+        let place = Place::Axis(axis);
+        let channels = loads.iter().filter(|channel| is_of(channel, axis) || is_free(channel));
+        let grid: Vec<Effect> =
+            channels.map(|channel| with_word(LOAD_COMPLIANCE.name, place, "channel", channel)).collect();
+        for outlets in [vec![Outlet::own(machine, axis)], motion(axis, &directions(machine, axis).tilts)] {
+            let family = CandidateFamily::new(LOAD_COMPLIANCE.name, place, outlets, PLAUSIBLE_OF_ARMS);
+            list.push(family.over(grid.clone()));
+        }
+    }
+    list
 }

@@ -1,6 +1,7 @@
 //! The contract of an effect: names, words, parameters and functions. It holds no values; those are in `machine::Effect`.
 
 use super::Context;
+use super::candidates::{CandidateFamily, Observations};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
@@ -157,6 +158,8 @@ pub enum ShowingTest {
     NoRunUp,
     TwoFeeds,
     BothWays,
+    /// Said by the effect itself.
+    Said(&'static str),
 }
 
 /// The test that shows an effect: at a joint of an arm, at a rotary axis of a machine, anywhere else.
@@ -210,6 +213,7 @@ impl ShowingTest {
                 "a sweep in which the bar turns in that cup, read from the start without run-up".into()
             }
             (ShowingTest::TwoFeeds, _) => "a sweep with an off-centre ball at two feeds in both directions".into(),
+            (ShowingTest::Said(words), _) => words.into(),
             _ => "the first test again in both directions".into(),
         }
     }
@@ -260,6 +264,8 @@ pub enum Signature {
     Stiction,
     /// A line in the spectrum over time.
     Oscillation,
+    /// A fixed course, with nothing to refine or to size but its largest value over the readings.
+    Course,
     /// Any smooth curve.
     FreeCurve,
     /// Stated in the machine file, not looked for.
@@ -298,6 +304,10 @@ pub struct Kind {
     pub needs_runs: bool,
     /// What kind of trace it leaves.
     pub signature: Signature,
+    /// What of it a search tries in a session: places, outlets, grids of shapes, what is refined, prior odds.
+    pub candidates: fn(&Observations) -> Vec<CandidateFamily>,
+    /// What it tries of it beside that in static poses.
+    pub candidates_of_poses: fn(&Observations) -> Vec<CandidateFamily>,
     pub parameters: &'static [Parameter],
     /// What is wrong with its parameters taken together, if anything.
     pub check: fn(&Machine, &Effect) -> Result<(), String>,

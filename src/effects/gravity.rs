@@ -4,13 +4,14 @@
 //! index 0 with all axes at zero: the sag there is part of the location errors. Wind-up by an eccentric mass and bearing
 //! shift are linear in g; a body that bends in its own frame is seen turned in the carrier's, which gives the products.
 
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, with_word};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
     no_check, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::chain::Geometry;
-use crate::machine::{AxisKind, Effect, Place};
+use crate::machine::{AxisKind, Effect, Outlet, Place};
 use nalgebra::Vector3;
 
 /// Functions with the components of gravity that they multiply.
@@ -43,6 +44,8 @@ pub static GRAVITY_SAG: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Sag,
+    candidates: sags,
+    candidates_of_poses: sags_of_arms,
     parameters: &[Parameter::word(
         "load",
         &[],
@@ -87,4 +90,52 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
             context.profile(|test, row| product(&direction[test][row]) - at_zero)
         })
         .collect())
+}
+
+/// Rows of a session looked at to see whether gravity turns in a link of an arm.
+const LOOKED_AT: usize = 50;
+
+fn sags(seen: &Observations) -> Vec<CandidateFamily> {
+    let first_middle_last = |rows: usize| {
+        let looked_at = [0, rows / 2, rows.saturating_sub(1)];
+        looked_at.into_iter().filter(|&row| row < rows).collect()
+    };
+    let turning = seen.axes(AxisKind::Rotary).filter(|&axis| seen.context.gravity_turns_in(axis, first_middle_last));
+    let of_axis = |axis| {
+        let d = directions(seen.machine(), axis);
+        let mut outlets = motion(axis, &[d.across[0], d.across[1], d.tilts[0], d.tilts[1]]);
+        outlets.push(Outlet::own(seen.machine(), axis));
+        let whole = CandidateFamily::new(GRAVITY_SAG.name, Place::Axis(axis), outlets, 30.0);
+        // a body that bends in its own frame adds products of gravity's components
+        [CandidateFamily { functions: LINEAR, ..whole.clone() }, whole]
+    };
+    turning.flat_map(of_axis).collect()
+}
+
+/// Functions that are linear in gravity.
+const LINEAR: &[&str] = &["x", "y", "z"];
+
+/// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
+fn sags_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
+    let (machine, chain) = (seen.machine(), seen.context.chain());
+    let mut list = Vec::new();
+    for (axis, _) in seen.moving(AxisKind::Rotary) {
+        let (d, place) = (directions(machine, axis), Place::Axis(axis));
+        for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
+            let looked_at = |rows: usize| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect();
+            if !seen.context.gravity_turns_in(beyond, looked_at) {
+                continue;
+            }
+            let load = with_word(GRAVITY_SAG.name, place, "load", &machine.axes[beyond].name);
+            for outlets in [
+                vec![Outlet::own(machine, axis)],
+                motion(axis, &d.tilts),
+                motion(axis, &[d.across[0], d.across[1], d.along]),
+            ] {
+                let family = CandidateFamily::new(GRAVITY_SAG.name, place, outlets, PLAUSIBLE_OF_ARMS);
+                list.push(CandidateFamily { functions: LINEAR, ..family.over(vec![load.clone()]) });
+            }
+        }
+    }
+    list
 }

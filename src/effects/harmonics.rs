@@ -4,6 +4,7 @@
 //! `n q = 2π q / period` on a slide: zero at position 0. Sidebands of an order are orders of their own.
 
 use super::backlash::across;
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, directions, motion, with_list};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     list, plain_measure,
@@ -44,6 +45,8 @@ pub static ROTARY_ERROR_MOTION: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::ErrorMotion,
+    candidates: error_motions,
+    candidates_of_poses: lines_of_arms,
     parameters: PARAMETERS,
     check: periods_of_its_axis,
     outlets: |machine, place| match place {
@@ -76,6 +79,8 @@ pub static CYCLIC_ERROR: Kind = Kind {
     form_error: 0.07,
     needs_runs: false,
     signature: Signature::Period,
+    candidates: periods,
+    candidates_of_poses: angles_of_arms,
     parameters: PARAMETERS,
     check: periods_of_its_axis,
     outlets: |machine, place| match place {
@@ -117,4 +122,124 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
             [context.position_profile(axis, |q| (n * q).cos() - 1.0), context.position_profile(axis, |q| (n * q).sin())]
         })
         .collect())
+}
+
+/// Orders of a bearing's error motion that take part: the lowest ones, more, all.
+const ERROR_MOTION_ORDERS: [usize; 3] = [2, 4, 8];
+
+/// Part of a turn from which the orders of a bearing can be told apart, rad.
+const NEARLY_A_TURN: f64 = 0.9 * TAU;
+
+fn error_motions(seen: &Observations) -> Vec<CandidateFamily> {
+    let of_axis = |(axis, (from, to)): (usize, (f64, f64))| {
+        let (d, place) = (directions(seen.machine(), axis), Place::Axis(axis));
+        let arc = to - from;
+        let orders: Vec<f64> = if arc > NEARLY_A_TURN {
+            (1..=8).map(f64::from).collect()
+        } else {
+            // half waves of the arc: a bearing's orders cannot be told apart over part of a turn
+            (1..=8).map(|k| f64::from(k) * TAU / (2.0 * arc)).filter(|order| *order > 1.5).collect()
+        };
+        // the low orders alone stand out of the noise where the error is small
+        let up_to = |count: usize| {
+            with_list(ROTARY_ERROR_MOTION.name, place, "orders", orders[..count.min(orders.len())].to_vec())
+        };
+        let grid = ERROR_MOTION_ORDERS.map(up_to).to_vec();
+        [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)]
+            .map(|outlets| CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, 10.0).over(grid.clone()))
+    };
+    seen.moving(AxisKind::Rotary).flat_map(of_axis).collect()
+}
+
+/// Low orders of an arm's joint line: a bearing race or a flange out of true.
+const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
+
+fn lines_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
+    let mut list = Vec::new();
+    for (axis, _) in seen.moving(AxisKind::Rotary) {
+        let (d, place) = (directions(seen.machine(), axis), Place::Axis(axis));
+        for orders in LINE_ORDERS {
+            let grid = vec![with_list(ROTARY_ERROR_MOTION.name, place, "orders", orders.to_vec())];
+            for outlets in [motion(axis, &[d.across[0], d.across[1], d.along]), motion(axis, &d.tilts)] {
+                let line = CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, PLAUSIBLE_OF_ARMS);
+                list.push(line.over(grid.clone()));
+            }
+        }
+    }
+    list
+}
+
+/// Customary leads of ball screws, mm (ISO 3408-2).
+const SCREW_LEADS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
+
+/// Places, so far apart, mm, at which a slide must have stood before a period can be told.
+const LEAST_PLACES: usize = 5;
+const APART_MM: f64 = 0.1;
+
+/// Orders beyond this are no drive's or encoder's that readings could follow; periods of a slide tried at most.
+const HIGHEST_ORDER: f64 = 400.0;
+const MOST_PERIODS: usize = 400;
+
+fn periods(seen: &Observations) -> Vec<CandidateFamily> {
+    // in an arm the weight of its links is the likelier cause of what turns once with a joint
+    let rank = usize::from(!seen.context.has_sweeps());
+    let rotary = seen.moving(AxisKind::Rotary).map(|(axis, ends)| orders_of_turn(seen, axis, ends));
+    let moving = seen.moving(AxisKind::Linear).map(|(axis, ends)| periods_of_way(seen, axis, ends));
+    let standing = seen.axes(AxisKind::Linear).filter(|&axis| seen.context.travelled(axis).is_none());
+    // a screw's error shows between the places where a slide stands, but not its period: the customary leads are tried
+    let shown = standing.filter(|&axis| seen.context.standing_places(axis, APART_MM) >= LEAST_PLACES).map(|axis| {
+        let lead = |mm: f64| with_list(CYCLIC_ERROR.name, Place::Axis(axis), "periods", vec![mm]);
+        let own = vec![Outlet::own(seen.machine(), axis)];
+        CandidateFamily::new(CYCLIC_ERROR.name, Place::Axis(axis), own, 20.0).over(SCREW_LEADS_MM.map(lead).to_vec())
+    });
+    rotary.chain(moving).chain(shown).map(|family| family.ranked(rank)).collect()
+}
+
+/// Orders per turn of a rotary axis, as fine as the arc tells them apart and as high as the readings follow.
+fn orders_of_turn(seen: &Observations, axis: usize, (from, to): (f64, f64)) -> CandidateFamily {
+    let (place, arc) = (Place::Axis(axis), to - from);
+    let lowest = if arc > NEARLY_A_TURN { 1.0 } else { (TAU / arc).max(1.0) };
+    let highest = (0.4 * TAU / seen.context.finest_step(axis)).min(HIGHEST_ORDER);
+    let step = (TAU / (2.0 * arc)).max(0.5);
+    let mut grid = Vec::new();
+    let mut order = lowest;
+    while order < highest {
+        grid.push(with_list(CYCLIC_ERROR.name, place, "orders", vec![order]));
+        order += step;
+    }
+    CandidateFamily::new(CYCLIC_ERROR.name, place, vec![Outlet::own(seen.machine(), axis)], 30.0)
+        .over(grid)
+        .refine(vec![Refined::element("orders", 0, (0.5, 500.0), 0.5 * step)])
+        .fast()
+}
+
+/// Periods of a slide, from half its way to what three readings show.
+fn periods_of_way(seen: &Observations, axis: usize, (from, to): (f64, f64)) -> CandidateFamily {
+    let place = Place::Axis(axis);
+    let shortest = 3.0 * seen.context.finest_step(axis);
+    let mut grid = Vec::new();
+    let mut frequency = 2.0 / (to - from);
+    while 1.0 / frequency > shortest && grid.len() < MOST_PERIODS {
+        grid.push(with_list(CYCLIC_ERROR.name, place, "periods", vec![1.0 / frequency]));
+        frequency += 0.5 / (to - from);
+    }
+    CandidateFamily::new(CYCLIC_ERROR.name, place, vec![Outlet::own(seen.machine(), axis)], 20.0)
+        .over(grid)
+        .refine(vec![Refined::element("periods", 0, (shortest, to - from), 0.02)])
+        .fast()
+}
+
+/// Orders per turn of an arm's joint about its own line: eccentric encoder or gear, and, below one, a scale error of the angle.
+const OWN_ORDERS: [&[f64]; 5] = [&[0.25], &[0.5], &[1.0], &[2.0], &[1.0, 2.0, 3.0]];
+
+fn angles_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
+    let of_axis = |(axis, _)| {
+        let place = Place::Axis(axis);
+        OWN_ORDERS.map(|orders| {
+            let own = vec![Outlet::own(seen.machine(), axis)];
+            let family = CandidateFamily::new(CYCLIC_ERROR.name, place, own, PLAUSIBLE_OF_ARMS).ranked(1);
+            family.over(vec![with_list(CYCLIC_ERROR.name, place, "orders", orders.to_vec())])
+        })
+    };
+    seen.moving(AxisKind::Rotary).flat_map(of_axis).collect()
 }

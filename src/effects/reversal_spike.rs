@@ -5,13 +5,14 @@
 //! the response of a loop with integral action to the change of friction, `y″ + 2ζω y' + ω² y = −w'`, scaled so
 //! that its largest value in the session is one.
 
+use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::context::Travel;
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     no_check, plain_measure, single_function,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;
 
 /// Spike after the reversal of an axis.
@@ -35,6 +36,8 @@ pub static REVERSAL_SPIKE: Kind = Kind {
     form_error: 0.12,
     needs_runs: true,
     signature: Signature::Spike,
+    candidates: spikes,
+    candidates_of_poses: none,
     parameters: &[
         Parameter::number(
             "travel",
@@ -142,4 +145,37 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         profile.iter_mut().flatten().for_each(|value| *value /= largest);
     }
     Ok(vec![profile])
+}
+
+/// Pre-sliding travels that are tried of a rotary axis, deg, and of a slide, mm; frequencies of the servo, Hz.
+const TRAVELS_DEG: [f64; 3] = [0.3, 1.0, 3.0];
+const TRAVELS_MM: [f64; 4] = [0.02, 0.1, 0.5, 2.0];
+const SERVOS_HZ: [f64; 3] = [1.0, 3.0, 8.0];
+
+fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
+    let own = |axis: usize| vec![Outlet::own(seen.machine(), axis)];
+    let rotary = seen.moving(AxisKind::Rotary).map(|(axis, _)| {
+        let place = Place::Axis(axis);
+        let by_travel = TRAVELS_DEG.map(|d| with_number(REVERSAL_SPIKE.name, place, "travel", d.to_radians()));
+        let travel = Refined::number("travel", (0.01f64.to_radians(), 20f64.to_radians()), 0.5);
+        let family = CandidateFamily::new(REVERSAL_SPIKE.name, place, own(axis), 60.0);
+        family.over(by_travel.to_vec()).refine(vec![travel]).fast()
+    });
+    let slides = seen.moving(AxisKind::Linear).map(|(axis, _)| {
+        let place = Place::Axis(axis);
+        let by_travel = TRAVELS_MM.map(|d| with_number(REVERSAL_SPIKE.name, place, "travel", d));
+        let ringing = SERVOS_HZ.map(|hz| {
+            let servo = with_number(REVERSAL_SPIKE.name, place, "servo_hz", hz);
+            let damped = servo.with("damping", ParameterValue::Number(0.5));
+            damped.with("travel", ParameterValue::Number(0.05))
+        });
+        let shape = vec![
+            Refined::number("travel", (0.02, 20.0), 0.7),
+            Refined::number("servo_hz", (0.2, 60.0), 0.4),
+            Refined::number("damping", (0.05, 3.0), 0.15),
+        ];
+        let family = CandidateFamily::new(REVERSAL_SPIKE.name, place, own(axis), 30.0);
+        family.over(by_travel.into_iter().chain(ringing).collect()).refine(shape).fast()
+    });
+    rotary.chain(slides).collect()
 }

@@ -1,5 +1,6 @@
 //! Errors that grow with a slide's position: squareness and scale. Periodic and local errors have files of their own.
 
+use super::candidates::{CandidateFamily, Observations, directions, none};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen, no_check,
     plain_measure, single_function,
@@ -24,6 +25,8 @@ pub static SQUARENESS: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Squareness,
+    candidates: tilts,
+    candidates_of_poses: none,
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
@@ -56,6 +59,8 @@ pub static LINEAR_SCALE: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Scale,
+    candidates: scales,
+    candidates_of_poses: none,
     parameters: &[
         Parameter::number(
             "curvature",
@@ -89,3 +94,37 @@ pub static LINEAR_SCALE: Kind = Kind {
         _ => Ok(Vec::new()),
     },
 };
+
+/// Way of a slide over a session below which its errors do not show, mm.
+const LEAST_WAY_MM: f64 = 1.0;
+
+/// Slides that were at different places.
+fn slides(seen: &Observations) -> Vec<usize> {
+    let has_moved = |axis: &usize| {
+        let (least, most) = seen.context.visited(*axis);
+        most - least > LEAST_WAY_MM
+    };
+    seen.axes(AxisKind::Linear).filter(has_moved).collect()
+}
+
+/// Squareness errors by which a machine's coordinates are customarily fixed: of Y, and of Z (directions of R: 0, 1, 2).
+const CUSTOMARY: [(Component, usize); 3] = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
+
+fn tilts(seen: &Observations) -> Vec<CandidateFamily> {
+    let axes = &seen.machine().axes;
+    let of_axis = |axis: usize| {
+        let along = axes[axis].coordinate_direction();
+        directions(seen.machine(), axis).tilts.map(|component| {
+            let is_customary = CUSTOMARY.iter().any(|(c, k)| *c == component && along == Some(*k));
+            let outlets = vec![Outlet::Location { axis, component }];
+            CandidateFamily::new(SQUARENESS.name, Place::Axis(axis), outlets, 120.0).ranked(usize::from(!is_customary))
+        })
+    };
+    slides(seen).into_iter().flat_map(of_axis).collect()
+}
+
+fn scales(seen: &Observations) -> Vec<CandidateFamily> {
+    let own = |axis: usize| vec![Outlet::own(seen.machine(), axis)];
+    let scale = |axis| CandidateFamily::new(LINEAR_SCALE.name, Place::Axis(axis), own(axis), 300.0);
+    slides(seen).into_iter().map(scale).collect()
+}

@@ -2,13 +2,14 @@
 //!
 //! `displacement = s [1 − c e^(−(t − t0)/τ)]` from t0 on, zero before: the share 1 − c at once, c creeping after it.
 
+use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     list, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{Effect, Outlet, Place};
-use crate::session::Ball;
+use crate::machine::{Effect, Outlet, ParameterValue, Place};
+use crate::session::{Ball, Test};
 use nalgebra::Vector3;
 
 const PARAMETERS: &[Parameter] = &[
@@ -55,6 +56,8 @@ pub static PIVOT_SLIP: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Jump,
+    candidates: pivot_slips,
+    candidates_of_poses: none,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |_, place| {
@@ -82,6 +85,8 @@ pub static BALL_SLIP: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Jump,
+    candidates: ball_slips,
+    candidates_of_poses: none,
     parameters: PARAMETERS,
     check: no_check,
     outlets: |_, place| {
@@ -128,4 +133,55 @@ fn slip<'a>(
 
 fn is_one(one: &Ball, other: &Ball) -> bool {
     one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
+}
+
+/// Moments of a test that are tried, as shares of it; in all but the first of a setup also just before it.
+const MOMENTS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+const JUST_BEFORE: f64 = -1e-6;
+
+fn pivot_slips(seen: &Observations) -> Vec<CandidateFamily> {
+    let setups = seen.setups;
+    let outlets = || (0..3).map(Outlet::Pivot).collect();
+    let of_setup = |setup| slips(seen, &PIVOT_SLIP, (&setups.pivot_of, setup), |test| &test.pivot, outlets());
+    (0..setups.pivots.len()).filter_map(of_setup).collect()
+}
+
+fn ball_slips(seen: &Observations) -> Vec<CandidateFamily> {
+    let setups = seen.setups;
+    let outlets = || (0..3).map(Outlet::SpindleBall).collect();
+    let of_setup =
+        |setup| slips(seen, &BALL_SLIP, (&setups.spindle_ball_of, setup), |test| &test.spindle_ball, outlets());
+    (0..setups.spindle_balls.len()).filter_map(of_setup).collect()
+}
+
+/// Slips of the ball of one setup, at moments of each of its tests and where the residual jumps; `None` where no test has it.
+fn slips(
+    seen: &Observations,
+    kind: &'static Kind,
+    (setup_of, setup): (&[usize], usize),
+    ball: fn(&Test) -> &Ball,
+    outlets: Vec<Outlet>,
+) -> Option<CandidateFamily> {
+    let place = if kind.name == PIVOT_SLIP.name { Place::Pivot } else { Place::SpindleBall };
+    let tests = seen.context.order().iter().filter(|&&test| setup_of[test] == setup);
+    let mut grid = Vec::new();
+    for (index, &test) in tests.enumerate() {
+        let own = &seen.context.session().tests[test];
+        let (from, to) = (own.started_at_s, seen.context.ends_at_s(test));
+        let before = (index > 0).then_some(JUST_BEFORE);
+        let moments = before.into_iter().chain(MOMENTS).map(|share| from + share * (to - from));
+        let ball = ball(own);
+        grid.extend(moments.chain(seen.jumps_s[test].iter().copied()).map(|time| {
+            with_number(kind.name, place, "time", time)
+                .with("link", ParameterValue::Word(ball.link.clone()))
+                .with("at", ParameterValue::List(vec![ball.at.x, ball.at.y, ball.at.z]))
+        }));
+    }
+    let shape = vec![
+        Refined::number("time", (0.0, seen.latest_s()), 3.0),
+        Refined::number("creep_share", (0.0, 1.0), 0.3),
+        Refined::number("creep_time", (0.5, 2000.0), 10.0),
+    ];
+    let family = CandidateFamily::new(kind.name, place, outlets, 30.0).fast().refine(shape);
+    (!grid.is_empty()).then(|| family.over(grid))
 }

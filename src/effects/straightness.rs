@@ -4,12 +4,13 @@
 //! centre c, zero outside (`slope`: its incline, 1 at the steepest place); with a skew k the rising half is `w (1 + k) / 2` wide and the falling one `w (1 − k) / 2`.
 
 use super::backlash::across;
+use super::candidates::{CandidateFamily, Observations, Refined, beside_own, motion, none, with_list, with_number};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     list, no_check, plain_measure, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Place};
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 use std::f64::consts::PI;
 
 /// Straightness, pitch, yaw and roll of a slide.
@@ -29,6 +30,8 @@ pub static STRAIGHTNESS: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Straightness,
+    candidates: bumps_and_bows,
+    candidates_of_poses: none,
     parameters: &[
         Parameter::number(
             "centre",
@@ -119,4 +122,61 @@ fn power(ratio: f64, degree: f64) -> f64 {
 fn raised_cosine(from_centre: f64, half_width: f64, skew: f64) -> f64 {
     let half = if from_centre < 0.0 { half_width * (1.0 + skew) } else { half_width * (1.0 - skew) };
     if from_centre.abs() < half { (1.0 + (PI * from_centre / half).cos()) / 2.0 } else { 0.0 }
+}
+
+/// Way of a slide over a session below which its straightness does not show, mm.
+const LEAST_WAY_MM: f64 = 1.0;
+
+/// Widths of bumps that are tried, as shares of the way.
+const WIDTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
+
+fn bumps_and_bows(seen: &Observations) -> Vec<CandidateFamily> {
+    let of_axis = |axis: usize| {
+        let (from, to) = seen.context.visited(axis);
+        if to - from > LEAST_WAY_MM { of_slide(seen.machine(), axis, (from, to)) } else { Vec::new() }
+    };
+    seen.axes(AxisKind::Linear).flat_map(of_axis).collect()
+}
+
+/// Bumps and bows of a slide in each component beside its own motion, over the way on which it was.
+fn of_slide(machine: &Machine, axis: usize, (from, to): (f64, f64)) -> Vec<CandidateFamily> {
+    let (place, span) = (Place::Axis(axis), to - from);
+    let mut grid = Vec::new();
+    for width in WIDTHS.map(|share| share * span) {
+        let mut centre = from;
+        while centre <= to + 1e-9 {
+            let bump = with_number(STRAIGHTNESS.name, place, "centre", centre);
+            grid.push(bump.with("width", ParameterValue::Number(width)));
+            centre += width / 4.0;
+        }
+    }
+    let with_slope: Vec<Effect> =
+        grid.iter().map(|bump| bump.clone().with(SLOPE, ParameterValue::Word("yes".into()))).collect();
+    let shape = vec![
+        Refined::number("centre", (from - 0.3 * span, to + 0.3 * span), 0.03 * span),
+        Refined::number("width", (0.05 * span, 2.0 * span), 0.05 * span),
+        Refined::number("skew", (-0.8, 0.8), 0.2),
+    ];
+    let bow = with_list(STRAIGHTNESS.name, place, "degrees", vec![2.0, 3.0])
+        .with("half_travel", ParameterValue::Number(span / 2.0));
+    let new = |outlets: Vec<Outlet>| CandidateFamily::new(STRAIGHTNESS.name, place, outlets, 60.0);
+    let mut list = Vec::new();
+    for component in beside_own(machine, axis) {
+        if let Some(tilt) = tilt_of(axis, component, machine) {
+            // a carriage that climbs a bump turns with its incline
+            let outlets = motion(axis, &[component, tilt]);
+            let pairs = outlets.iter().copied().zip(["bump", SLOPE]).collect();
+            list.push(CandidateFamily { pairs, ..new(outlets).over(with_slope.clone()).refine(shape.clone()) });
+        }
+        list.push(new(motion(axis, &[component])).over(grid.clone()).refine(shape.clone()));
+        list.push(new(motion(axis, &[component])).over(vec![bow.clone()]));
+    }
+    list
+}
+
+/// The tilt of a carriage that follows a straightness error: about what is square to its way and to the error.
+fn tilt_of(axis: usize, component: Component, machine: &Machine) -> Option<Component> {
+    let along = machine.axes[axis].own_component().index();
+    let across = component.index();
+    (across < 3).then(|| Component::ALL[3 + (3 - along - across)])
 }

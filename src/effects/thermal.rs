@@ -7,6 +7,9 @@
 //! Temperature: `E = s (T − T_first)` from a channel of the recordings, which the part follows with a `lag`; one that was
 //! out of balance with the channel as the session began also settles with that lag.
 
+use super::candidates::{
+    CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, directions, motion, none, with_list, with_word,
+};
 use super::channel::warming;
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
@@ -14,7 +17,7 @@ use super::contract::{
 };
 use super::friction_heat::{Source, friction_heat};
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
 /// Name of the function that is driven by a temperature channel.
@@ -107,6 +110,8 @@ pub static THERMAL_GROWTH: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Growth,
+    candidates: growths,
+    candidates_of_poses: warming_up,
     parameters: &[TAU, START, HEAT, BEGINS, WARMTH, CHANNEL, LAG, CLOCK],
     check: heat_stands_alone,
     outlets: |machine, place| match place {
@@ -135,6 +140,8 @@ pub static BAR_LENGTH: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::BarLength,
+    candidates: bars,
+    candidates_of_poses: none,
     parameters: &[
         TAU,
         START,
@@ -282,4 +289,134 @@ fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, Effe
         }
     }
     Ok(profiles)
+}
+
+/// Shortest session that growth is laid out for, s.
+const SHORTEST_S: f64 = 60.0;
+
+/// Temperature columns that every recording has.
+fn temperatures(seen: &Observations) -> Vec<String> {
+    seen.context.common_channels(|name| name.starts_with("temp"))
+}
+
+/// Motions that grow together: of joints across, along and as tilts, alone and together; of slides along and with tilts, of the
+/// one nearest to the spindle all at once, for a spindle that grows also bends.
+fn growths(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    let mut list = Vec::new();
+    for axis in seen.axes(AxisKind::Rotary) {
+        let d = directions(machine, axis);
+        let growing = [d.along, d.tilts[0], d.tilts[1]];
+        // a table that grows also shifts and tilts
+        let whole = [&growing[..], &d.across].concat();
+        for components in [&d.across[..], &[d.along], &d.tilts, &growing, &whole] {
+            list.push(over_time(seen, axis, motion(axis, components)));
+        }
+    }
+    for axis in seen.axes(AxisKind::Linear) {
+        let d = directions(machine, axis);
+        let own = vec![Outlet::own(machine, axis)];
+        let (across, tilts) = (motion(axis, &d.across), motion(axis, &d.tilts));
+        let tilting = [&own[..], &tilts].concat();
+        let whole = [&own[..], &across, &tilts].concat();
+        list.extend([own, across, tilts, tilting].map(|outlets| over_time(seen, axis, outlets)));
+        if seen.context.is_last_before_spindle(axis) {
+            list.push(over_time(seen, axis, whole));
+        }
+    }
+    list
+}
+
+/// Rank of growth elsewhere than at the spindle's slide, of which the fewest motions are the customary name.
+const ELSEWHERE: usize = 10;
+
+/// Growth over session time (fast and slow node), by friction, or with a temperature channel.
+fn over_time(seen: &Observations, axis: usize, outlets: Vec<Outlet>) -> CandidateFamily {
+    let (place, span) = (Place::Axis(axis), seen.latest_s().max(SHORTEST_S));
+    let nodes = |taus: Vec<f64>| with_list(THERMAL_GROWTH.name, place, "tau", taus);
+    let pair = |fast: f64, slow: f64| nodes(vec![fast * span, slow * span]);
+    // one node first: two of them may cancel far beyond what the readings see
+    let mut grid = [0.1, 0.3, 1.0].map(|share| nodes(vec![share * span])).to_vec();
+    grid.extend([pair(0.05, 0.3), pair(0.15, 1.0)]);
+    grid.extend(heat_sources(seen, axis).into_iter().flat_map(|source| {
+        [pair(0.03, 0.3), pair(0.08, 1.0)].map(|nodes| nodes.with("heat", ParameterValue::Word(source.into())))
+    }));
+    grid.extend(
+        temperatures(seen)
+            .into_iter()
+            .flat_map(|channel| lagging(&with_word(THERMAL_GROWTH.name, place, "channel", &channel), span)),
+    );
+    let rank = if seen.context.is_last_before_spindle(axis) { outlets.len() } else { ELSEWHERE };
+    let shape = vec![
+        Refined::element("tau", 0, (20.0, 5.0 * span), 0.05 * span),
+        Refined::element("tau", 1, (20.0, 5.0 * span), 0.2 * span),
+        lag_refined(span),
+    ];
+    CandidateFamily::new(THERMAL_GROWTH.name, place, outlets, 100.0).over(grid).refine(shape).ranked(rank)
+}
+
+/// Frictions that may heat a place: its own axis where it moves, and all axes of its kind where others move as well.
+fn heat_sources(seen: &Observations, axis: usize) -> Vec<&'static str> {
+    let axes = &seen.machine().axes;
+    let moves = |axis: usize| seen.context.moves(axis);
+    let others = (0..axes.len()).any(|other| other != axis && axes[other].kind == axes[axis].kind && moves(other));
+    let alike = match axes[axis].kind {
+        AxisKind::Linear => SLIDES,
+        AxisKind::Rotary => ROTARY,
+    };
+    [moves(axis).then_some(OWN), others.then_some(alike)].into_iter().flatten().collect()
+}
+
+/// Lags of a part behind a temperature channel, as shares of the session.
+const LAGS: [f64; 5] = [0.0, 0.02, 0.06, 0.2, 0.6];
+
+fn lagging(effect: &Effect, span: f64) -> Vec<Effect> {
+    LAGS.iter().map(|share| effect.clone().with("lag", ParameterValue::Number(share * span))).collect()
+}
+
+fn lag_refined(span: f64) -> Refined {
+    Refined::number("lag", (0.0, 2.0 * span), 0.03 * span)
+}
+
+/// Time constants of an arm's warming up that are tried, in poses.
+const WARMING_POSES: [f64; 4] = [15.0, 40.0, 100.0, 250.0];
+
+/// Joints that drift while an arm warms up, by the number of the pose.
+fn warming_up(seen: &Observations) -> Vec<CandidateFamily> {
+    let of_axis = |axis: usize| {
+        let place = Place::Axis(axis);
+        let clock = with_word(THERMAL_GROWTH.name, place, "clock", POSES);
+        let grid = WARMING_POSES.map(|tau| clock.clone().with("tau", ParameterValue::List(vec![tau])));
+        let own = vec![Outlet::own(seen.machine(), axis)];
+        let rank = if seen.context.is_last_before_spindle(axis) { own.len() } else { ELSEWHERE };
+        CandidateFamily::new(THERMAL_GROWTH.name, place, own, PLAUSIBLE_OF_ARMS).over(grid.to_vec()).ranked(rank)
+    };
+    let axes = 0..seen.machine().axes.len();
+    axes.filter(|&axis| seen.context.travelled(axis).is_some()).map(of_axis).collect()
+}
+
+/// Growth of bars over time or with a temperature, and the length of each that was calibrated.
+fn bars(seen: &Observations) -> Vec<CandidateFamily> {
+    let reading = || CandidateFamily::new(BAR_LENGTH.name, Place::Bar, vec![Outlet::Reading], 30.0);
+    let span = seen.latest_s().max(SHORTEST_S);
+    let growing: &[&str] = if seen.setups.bars.len() > 1 { &["by-length", "alike"] } else { &["alike"] };
+    let mut list = Vec::new();
+    for way in growing {
+        let growth = with_word(BAR_LENGTH.name, Place::Bar, "growing", way);
+        let over_time = |share: f64| growth.clone().with("tau", ParameterValue::List(vec![share * span]));
+        let tau = Refined::element("tau", 0, (10.0, 10.0 * span), 0.1 * span);
+        let family = reading().over([0.1, 0.3, 1.0].map(over_time).to_vec()).refine(vec![tau]);
+        list.push(CandidateFamily { functions: &["growth1"], ..family });
+        for channel in temperatures(seen) {
+            let effect = growth.clone().with("channel", ParameterValue::Word(channel));
+            let family = reading().over(lagging(&effect, span)).refine(vec![lag_refined(span)]);
+            list.push(CandidateFamily { functions: &[KELVIN], ..family });
+        }
+    }
+    let tests = &seen.context.session().tests;
+    let calibrated = seen.setups.bars.iter().filter_map(|bar| tests[bar.first_test].bar_length_mm);
+    list.extend(calibrated.map(|length| {
+        reading().over(vec![Effect::new(BAR_LENGTH.name, Place::Bar).with("bar", ParameterValue::Number(length))])
+    }));
+    list
 }

@@ -1,9 +1,10 @@
 //! Errors proportional to speed or acceleration: lag of an axis, radius loss, late pairing of positions with readings.
 
+use super::candidates::{CandidateFamily, Observations, none};
 use super::contract::{
     Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure, single_function,
 };
-use crate::machine::{AxisKind, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Outlet, Place};
 
 /// An axis that trails its command.
 pub static SERVO_LAG: Kind = Kind {
@@ -26,6 +27,8 @@ pub static SERVO_LAG: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Lag,
+    candidates: lags,
+    candidates_of_poses: none,
     parameters: &[],
     check: no_check,
     outlets: |_, place| match place.axis() {
@@ -57,6 +60,8 @@ pub static RADIUS_LOSS: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Radius,
+    candidates: losses,
+    candidates_of_poses: none,
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
@@ -90,6 +95,8 @@ pub static TRIGGER_LATENCY: Kind = Kind {
     form_error: 0.03,
     needs_runs: true,
     signature: Signature::Latency,
+    candidates: latencies,
+    candidates_of_poses: none,
     parameters: &[],
     check: no_check,
     outlets: |_, place| if place == Place::Recorder { vec![Outlet::Delay] } else { Vec::new() },
@@ -97,3 +104,42 @@ pub static TRIGGER_LATENCY: Kind = Kind {
     functions: single_function,
     profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
 };
+
+/// Lag of an axis beyond that of the others; where slides move, also with the radius that a lag of all takes.
+fn lags(seen: &Observations) -> Vec<CandidateFamily> {
+    let axes = (0..seen.machine().axes.len()).filter(|&axis| seen.context.travelled(axis).is_some());
+    let of_axis = |axis: usize| {
+        let place = Place::Axis(axis);
+        // without a second feed lost motion is the likelier one
+        let new = |outlets, plausible| CandidateFamily::new(SERVO_LAG.name, place, outlets, plausible).fast().ranked(1);
+        let beyond = new(vec![Outlet::Lag { axis }], 50.0);
+        let with_common = new(vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }], 1e4);
+        if seen.context.slides_move() { vec![beyond, with_common] } else { vec![beyond] }
+    };
+    axes.flat_map(of_axis).collect()
+}
+
+/// Log odds against a radius that all slides lose: circles of a control that was set up are round.
+const LOST_BY_ALL: f64 = 4.0;
+
+fn losses(seen: &Observations) -> Vec<CandidateFamily> {
+    let new = |place, outlet| CandidateFamily::new(RADIUS_LOSS.name, place, vec![outlet], 1e4).fast();
+    let of_slide = |(axis, _)| new(Place::Axis(axis), Outlet::Acceleration { axis });
+    let first = seen.axes(AxisKind::Linear).next().filter(|_| seen.context.slides_move());
+    let of_all = first.map(|axis| new(Place::Control, Outlet::SlidesAcceleration { axis }).rare(LOST_BY_ALL));
+    seen.moving(AxisKind::Linear).map(of_slide).chain(of_all).collect()
+}
+
+/// Of all tests, and of each alone: lengths and positions that were paired with a shift of some tenths of a second or more.
+fn latencies(seen: &Observations) -> Vec<CandidateFamily> {
+    let new =
+        |plausible| CandidateFamily::new(TRIGGER_LATENCY.name, Place::Recorder, vec![Outlet::Delay], plausible).fast();
+    let tests = seen.context.order();
+    let one_test = |test: &usize| {
+        let mut effect = Effect::new(TRIGGER_LATENCY.name, Place::Recorder);
+        effect.tests = Some(vec![seen.context.session().tests[*test].name.clone()]);
+        effect
+    };
+    let shifted = (tests.len() > 1).then(|| new(3000.0).over(tests.iter().map(one_test).collect()));
+    std::iter::once(new(200.0)).chain(shifted).collect()
+}

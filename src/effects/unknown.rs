@@ -5,13 +5,14 @@
 //! motion, session time (s), speed (mm/s, deg/s) or acceleration.
 
 use super::backlash::STANDSTILL;
+use super::candidates::{CandidateFamily, Observations, beside_own, directions, motion, none, with_word};
 use super::context::Travel;
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{Effect, Machine, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 
 const DRIVER: Parameter = Parameter::word(
     "driver",
@@ -47,6 +48,8 @@ pub static UNKNOWN: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::FreeCurve,
+    candidates: free_curves,
+    candidates_of_poses: none,
     parameters: &[
         DRIVER,
         OF,
@@ -94,6 +97,8 @@ pub static TABLE: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Given,
+    candidates: none,
+    candidates_of_poses: none,
     parameters: &[
         DRIVER,
         OF,
@@ -218,4 +223,88 @@ fn hat(knots: &[f64], k: usize, x: f64) -> f64 {
         None => 1.0,
         Some(other) => (1.0 - (x - here) / (knots[other] - here)).max(0.0),
     }
+}
+
+/// Splines of a free curve over an axis.
+const SPLINES: f64 = 14.0;
+
+/// Free curves over positions, for what has no form in the catalogue; of rotary axes also in single postures of the others.
+fn free_curves(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    let mut list = Vec::new();
+    for (axis, ends) in seen.moving(AxisKind::Rotary) {
+        let d = directions(machine, axis);
+        let own = vec![Outlet::own(machine, axis)];
+        let postures = postures(seen, axis);
+        for outlets in [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts), own] {
+            list.extend(["position", "direction"].map(|driver| curve(machine, axis, outlets.clone(), ends, driver)));
+            for tests in &postures {
+                let mut family = curve(machine, axis, outlets.clone(), ends, "position");
+                family.grid.iter_mut().for_each(|effect| effect.tests = Some(tests.clone()));
+                list.push(family);
+            }
+        }
+    }
+    for (axis, ends) in seen.moving(AxisKind::Linear) {
+        let beside = beside_own(machine, axis).map(|component| motion(axis, &[component]));
+        for outlets in beside.into_iter().chain([vec![Outlet::own(machine, axis)]]) {
+            // the axis under test is a rotary one as a rule, slides follow it
+            let slide = |driver| curve(machine, axis, outlets.clone(), ends, driver).ranked(1);
+            list.extend(["position", "direction"].map(slide));
+        }
+    }
+    list
+}
+
+/// Free curve over the positions of an axis.
+fn curve(
+    machine: &Machine,
+    axis: usize,
+    outlets: Vec<Outlet>,
+    (from, to): (f64, f64),
+    driver: &str,
+) -> CandidateFamily {
+    let (place, kind) = (Place::Axis(axis), machine.axes[axis].kind);
+    let effect = with_word(UNKNOWN.name, place, "driver", driver)
+        .with("from", ParameterValue::Number(kind.to_file_unit(from)))
+        .with("to", ParameterValue::Number(kind.to_file_unit(to)))
+        .with("count", ParameterValue::Number(SPLINES));
+    CandidateFamily::new(UNKNOWN.name, place, outlets, 30.0).over(vec![effect])
+}
+
+/// Positions of a standing rotary axis closer than this are one posture, rad.
+const SAME_POSTURE_RAD: f64 = 0.02;
+
+/// Tests that a posture needs: one alone has no repeat.
+const POSTURE_TESTS: usize = 2;
+
+/// Names of the tests of an axis in which another rotary axis stands where it stands in fewer than half of them: what a cable, a load or a
+/// table of the control does to an axis may hang on where another one stands.
+fn postures(seen: &Observations, axis: usize) -> Vec<Vec<String>> {
+    let (context, session) = (seen.context, seen.context.session());
+    let swept: Vec<usize> = (0..context.tests()).filter(|&test| context.motion(test).moving.contains(&axis)).collect();
+    let mut list = Vec::new();
+    for other in seen.axes(AxisKind::Rotary).filter(|&other| other != axis) {
+        let mut groups: Vec<(f64, Vec<usize>)> = Vec::new();
+        for &test in &swept {
+            let motion = context.motion(test);
+            if motion.moving.contains(&other) || motion.rows() == 0 {
+                continue;
+            }
+            let at = motion.row(0)[other];
+            match groups.iter_mut().find(|(place, _)| (place - at).abs() < SAME_POSTURE_RAD) {
+                Some((_, tests)) => tests.push(test),
+                None => groups.push((at, vec![test])),
+            }
+        }
+        let few = groups.into_iter().map(|(_, tests)| tests);
+        let few = few.filter(|tests| tests.len() >= POSTURE_TESTS && 2 * tests.len() < swept.len());
+        for tests in few {
+            let names = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+            if !list.contains(&names) {
+                list.push(names);
+            }
+        }
+    }
+    list
 }

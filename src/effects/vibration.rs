@@ -4,6 +4,7 @@
 //! a and b are polynomials over each recording: a source that breathes, or whose phase is not kept. With `every` as well they
 //! are cubic splines with knots every so many seconds: one that breathes many times in a recording.
 
+use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
     every_component, plain_measure, word,
@@ -30,6 +31,8 @@ pub static VIBRATION: Kind = Kind {
     form_error: 0.06,
     needs_runs: true,
     signature: Signature::Oscillation,
+    candidates: vibrations,
+    candidates_of_poses: none,
     parameters: &[
         Parameter::number("frequency", ParameterUnit::Plain, DefaultValue::Required, (1e-4, 1e5), "frequency, Hz"),
         Parameter::word(
@@ -146,4 +149,29 @@ fn splines(context: &Context, since: impl Fn(usize, usize) -> f64, every: f64, w
     let beyond = wander.saturating_sub(2) as f64;
     let at = context.profile(|test, row| (since(test, row) / every).min(beyond));
     (0..=wander).map(|k| context.profile(|test, row| cubic(at[test][row] + 1.0 - k as f64))).collect()
+}
+
+/// Vibrations of the spindle ball, along each direction and in all, and of every axis, at lines of the spectrum.
+fn vibrations(seen: &Observations) -> Vec<CandidateFamily> {
+    if seen.lines_hz.is_empty() {
+        return Vec::new();
+    }
+    let axes = 0..seen.machine().axes.len();
+    let ball = (0..3).map(|k| (Place::SpindleBall, vec![Outlet::SpindleBall(k)], 1));
+    // an axis that moves is the likelier source than a ball that moves just along it, or than an axis at rest
+    let joints = axes.map(|axis| {
+        let rank = if seen.context.moves(axis) { 0 } else { 2 };
+        (Place::Axis(axis), vec![Outlet::own(seen.machine(), axis)], rank)
+    });
+    let all = std::iter::once((Place::SpindleBall, (0..3).map(Outlet::SpindleBall).collect(), 1));
+    let vibrating = |(place, outlets, rank): (Place, Vec<Outlet>, usize)| {
+        let clocked = |hz: &f64| {
+            with_number(VIBRATION.name, place, "frequency", *hz).with("clock", ParameterValue::Word("test".into()))
+        };
+        let family = CandidateFamily::new(VIBRATION.name, place, outlets, 10.0).fast().ranked(rank);
+        let frequency = Refined::number("frequency", (0.02, 1e3), 0.004);
+        let family = family.over(seen.lines_hz.iter().map(clocked).collect()).refine(vec![frequency]);
+        CandidateFamily { by_test: true, ..family }
+    };
+    ball.chain(joints).chain(all).map(vibrating).collect()
 }

@@ -8,12 +8,13 @@ use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term, display};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::spectrum::rates_of_tests;
-use crate::diagnose::selection::candidates::{ALONG, CandidateFamily};
+use crate::diagnose::selection::candidates::ALONG;
 use crate::diagnose::selection::naming::{cause, component_name, components};
 use crate::diagnose::selection::ranking::directions;
 use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::selection::shape_average::over_shapes;
 use crate::diagnose::selection::trajectory::{growing_outlets, growth};
+use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
 use crate::machine::{Effect, Outlet, ParameterValue, Size};
 

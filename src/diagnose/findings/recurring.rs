@@ -4,7 +4,6 @@
 use super::finding::{Finding, RangeFound};
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::LinearModel;
-use crate::diagnose::selection::candidates::visited;
 use crate::diagnose::selection::naming::component_name;
 use crate::diagnose::validation::cross_validation::CrossValidation;
 use crate::effects::{Driver, UNKNOWN};
@@ -32,7 +31,7 @@ pub(crate) fn tell_as_one(model: &LinearModel, findings: &mut Vec<Finding>, proo
     let Some(passages) = passages else { return };
     let axis = passages[0].axis;
     let places = || passages.iter().map(|passage| passage.position);
-    let (low, high) = visited(model, axis);
+    let (low, high) = model.context.visited(axis);
     let reach = SAME_PLACE * (high - low);
     // sweeps begin and end at the same places
     let is_inside = |passage: &Passage| low + reach < passage.position && passage.position < high - reach;

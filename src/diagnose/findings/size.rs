@@ -209,7 +209,7 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Traj
     match signature(&cause.effect) {
         // a height of 1 at the centre, whether or not a test stood there
         Some(Straightness) if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),
-        Some(Straightness | FreeCurve | Growth | Spike | Play | ErrorMotion | Sag | Arrival | BallForm) => {
+        Some(Straightness | FreeCurve | Growth | Spike | Play | ErrorMotion | Sag | Arrival | BallForm | Course) => {
             courses.largest(cause, amplitudes)
         }
         // the first period is the effect, the others are its form

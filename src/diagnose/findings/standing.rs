@@ -2,10 +2,10 @@
 
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
 use crate::diagnose::model::linear_model::LinearModel;
-use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::selected::{Candidate, SelectedEffect};
 use crate::diagnose::selection::trajectory::has_first_order;
+use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 
 /// A cause among those that the readings allow in its place.
@@ -33,7 +33,7 @@ impl<'s> Standing<'s> {
     /// best form, shared by its forms.
     pub(crate) fn of(model: &LinearModel, families: &[CandidateFamily], lead: &'s SelectedEffect) -> Standing<'s> {
         let (machine, thresholds) = (model.context.machine(), &model.thresholds);
-        let rank = |candidate: &Candidate| families[candidate.family].customary_rank(model);
+        let rank = |candidate: &Candidate| families[candidate.family].rank;
         let own_rank = rank(&lead.chosen);
         let own = Judged { cause: cause(machine, &lead.chosen, &[]), forms: vec![(&lead.chosen, 1.0)] };
         let mut causes = vec![own];

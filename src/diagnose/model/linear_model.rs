@@ -147,7 +147,7 @@ impl<'a> LinearModel<'a> {
 
     /// Whether any test was recorded in time: static poses have no noise floor but the residual itself.
     pub fn has_sweeps(&self) -> bool {
-        (0..self.tests()).any(|test| self.context.motion(test).time_s.is_some())
+        self.context.has_sweeps()
     }
 
     /// Number of tests.

@@ -1,9 +1,10 @@
 //! A shape of a family judged at a stage, and what refined shapes must gain. It refines nothing.
 
-use super::candidates::{CandidateFamily, family_terms};
+use super::candidates::family_terms;
 use super::selected::Candidate;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
+use crate::effects::CandidateFamily;
 use crate::machine::Effect;
 
 /// Log evidence that a refined parameter costs.

@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use super::candidates::CandidateFamily;
 use super::joint_fit::{joined, mean_square};
 use super::judged_shape::PARAMETER_COST;
 use super::ranking::{choose, compare, keep_diverse};
@@ -18,6 +17,7 @@ use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class};
+use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 use crate::machine::ParameterValue;
 use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};

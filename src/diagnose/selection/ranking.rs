@@ -5,11 +5,11 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::candidates::CandidateFamily;
 use super::selected::Candidate;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::thresholds::Thresholds;
+use crate::effects::CandidateFamily;
 use crate::machine::ParameterValue;
 
 /// Families refined at each stage.
@@ -98,7 +98,7 @@ pub(crate) fn choose(candidates: &[Candidate], families: &[CandidateFamily], mod
     };
     (0..candidates.len())
         .filter(|&k| k == best || near(&candidates[k]))
-        .min_by_key(|&k| (families[candidates[k].family].customary_rank(model), k != best))
+        .min_by_key(|&k| (families[candidates[k].family].rank, k != best))
         .unwrap_or(best)
 }
 

@@ -1,18 +1,10 @@
 //! Ripples of residuals along an axis that wander with time. What makes them is for others to say.
 
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::effects::Ripple;
 use crate::machine::Outlet;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-
-/// A ripple: phase per mm or rad, and frequency with which it beats, Hz.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wave {
-    pub per_unit: f64,
-    pub hz: f64,
-    /// Lowest frequency that is no mere drift of a ripple, Hz.
-    pub least_hz: f64,
-}
 
 /// Readings of a test that are looked at.
 const ROWS: usize = 160;
@@ -43,7 +35,7 @@ struct Rows {
 }
 
 /// The loudest ripples of an axis through one of its outlets, with the beat that all tests have in common.
-pub fn waves(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Wave> {
+pub fn ripples(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Ripple> {
     let gains = model.gains(outlet);
     let moves = |test: &usize| model.context.motion(*test).moving.contains(&axis) && !gains[*test].is_empty();
     let tests: Vec<Rows> =
@@ -61,20 +53,20 @@ pub fn waves(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Wave> {
     let (along, in_time) = (ripple / FINER as f64, beat / FINER as f64);
     let beats: Vec<Vec<(f64, f64)>> = tests.iter().map(|rows| phasors(rows, in_time)).collect();
     let least_hz = LEAST_BEATS * beat;
-    let mut cells: Vec<(Wave, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
+    let mut cells: Vec<(Ripple, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
         .into_par_iter()
         .flat_map_iter(|k| {
             let per_unit = k as f64 * along;
             let loud = loudness_by_beat(&tests, &beats, per_unit);
             let waves =
-                (1..).zip(loud).map(move |(m, loud)| (Wave { per_unit, hz: f64::from(m) * in_time, least_hz }, loud));
+                (1..).zip(loud).map(move |(m, loud)| (Ripple { per_unit, hz: f64::from(m) * in_time, least_hz }, loud));
             waves.filter(|(wave, _)| wave.hz >= wave.least_hz)
         })
         .collect();
     cells.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut chosen: Vec<Wave> = Vec::new();
+    let mut chosen: Vec<Ripple> = Vec::new();
     for (wave, _) in cells {
-        let is_near = |other: &Wave| {
+        let is_near = |other: &Ripple| {
             (other.per_unit - wave.per_unit).abs() < 2.5 * ripple && (other.hz - wave.hz).abs() < 2.5 * beat
         };
         if !chosen.iter().any(is_near) {
@@ -85,7 +77,7 @@ pub fn waves(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Wave> {
         }
     }
     // what is loud in every test by itself need not have one phase
-    let mut waves: Vec<(Wave, f64)> =
+    let mut waves: Vec<(Ripple, f64)> =
         chosen.into_iter().map(|wave| in_phase(&tests, sharpened(&tests, wave, ripple, beat), beat)).collect();
     waves.sort_by(|a, b| b.1.total_cmp(&a.1));
     // neighbours may be sharpened to one
@@ -113,7 +105,7 @@ fn rows(model: &LinearModel, axis: usize, gain: &[f64], test: usize) -> Option<R
 }
 
 /// Amplitude of a wave that runs with (+) or against (−) the position in one test.
-fn amplitude(rows: &Rows, wave: Wave, sign: f64) -> (f64, f64) {
+fn amplitude(rows: &Rows, wave: Ripple, sign: f64) -> (f64, f64) {
     let phase = |(q, t): (&f64, &f64)| wave.per_unit * q + sign * TAU * wave.hz * t;
     let phases = rows.q.iter().zip(&rows.t).map(phase);
     phases.zip(&rows.score).fold((0.0, 0.0), |(re, im), (phase, score)| {
@@ -153,7 +145,7 @@ fn loudness_by_beat(tests: &[Rows], beats: &[Vec<(f64, f64)>], per_unit: f64) ->
 }
 
 /// Squares of the amplitudes of both directions, each test with a phase of its own.
-fn loudness(tests: &[Rows], wave: Wave) -> f64 {
+fn loudness(tests: &[Rows], wave: Ripple) -> f64 {
     let of_test = |rows: &Rows| {
         let both = [1.0, -1.0].map(|sign| amplitude(rows, wave, sign));
         both.iter().map(|(re, im)| re * re + im * im).sum::<f64>() / rows.weight
@@ -162,7 +154,7 @@ fn loudness(tests: &[Rows], wave: Wave) -> f64 {
 }
 
 /// The loudest wave near one.
-fn sharpened(tests: &[Rows], wave: Wave, ripple: f64, beat: f64) -> Wave {
+fn sharpened(tests: &[Rows], wave: Ripple, ripple: f64, beat: f64) -> Ripple {
     let mut best = (wave, loudness(tests, wave));
     let mut step = 0.5 / FINER as f64;
     for _ in 0..SHARPENINGS {
@@ -171,7 +163,7 @@ fn sharpened(tests: &[Rows], wave: Wave, ripple: f64, beat: f64) -> Wave {
         {
             let per_unit = best.0.per_unit + along * step * ripple;
             let hz = best.0.hz + in_time * step * beat;
-            let trial = Wave { per_unit, hz: hz.max(wave.least_hz), ..wave };
+            let trial = Ripple { per_unit, hz: hz.max(wave.least_hz), ..wave };
             let loud = loudness(tests, trial);
             if loud > best.1 {
                 best = (trial, loud);
@@ -189,7 +181,7 @@ fn session_s(tests: &[Rows]) -> f64 {
 }
 
 /// The frequency near that of a wave at which the amplitudes of all tests have one phase, and the square of their sum.
-fn in_phase(tests: &[Rows], wave: Wave, beat: f64) -> (Wave, f64) {
+fn in_phase(tests: &[Rows], wave: Ripple, beat: f64) -> (Ripple, f64) {
     let session = session_s(tests);
     if session <= 0.0 {
         return (wave, 0.0);
@@ -212,5 +204,5 @@ fn in_phase(tests: &[Rows], wave: Wave, beat: f64) -> (Wave, f64) {
     let offs = (-reach..=reach).map(|k| k as f64 * step).filter(|off| wave.hz + off >= wave.least_hz);
     let best = offs.map(|off| (off, together(off))).max_by(|a, b| a.1.total_cmp(&b.1));
     let (off, loud) = best.unwrap_or((0.0, 0.0));
-    (Wave { hz: wave.hz + off, ..wave }, loud)
+    (Ripple { hz: wave.hz + off, ..wave }, loud)
 }

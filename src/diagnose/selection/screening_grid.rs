@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::candidates::{CandidateFamily, family_terms};
+use super::candidates::family_terms;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::effects::CandidateFamily;
 use crate::effects::{Profile, kind};
 use crate::machine::Effect;
 

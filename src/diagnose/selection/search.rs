@@ -4,7 +4,6 @@ use crate::statistics::NoiseModel;
 use std::cell::Cell;
 use std::sync::Arc;
 
-use super::candidates::CandidateFamily;
 use super::joint_fit::{JointFit, Start, mean_square, rest_of};
 use super::limits::Limits;
 use super::pose_search::search_poses;
@@ -12,6 +11,7 @@ use super::selected::{Floors, Resolutions, Search, SelectedEffect, SelectionCont
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::noise::noise_floor::noise_floor;
+use crate::effects::CandidateFamily;
 use crate::identify::Fit;
 
 /// Searches a session.

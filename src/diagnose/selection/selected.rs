@@ -6,13 +6,13 @@ use crate::statistics::NoiseModel;
 use std::cell::Cell;
 use std::sync::Arc;
 
-use super::candidates::CandidateFamily;
 use super::limits::Limits;
 use super::screening_grid::ScreeningGrid;
 use crate::diagnose::model::linear_model::{Column, LinearModel, Term};
 use crate::diagnose::model::prior_penalty::PriorPenalty;
 use crate::diagnose::model::regression::Accepted;
 use crate::diagnose::model::whitened::WhitenedData;
+use crate::effects::CandidateFamily;
 use crate::machine::Effect;
 
 /// A candidate with its best shape.

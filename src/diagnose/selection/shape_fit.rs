@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::candidates::{CandidateFamily, Refined, visited};
 use super::judged_shape::{PARAMETER_COST, judged};
 use super::screening::stage_of;
 use super::selected::Candidate;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
+use crate::effects::{CandidateFamily, Refined};
 use crate::effects::{Signature, WARM, signature};
 use crate::machine::{Effect, ParameterValue};
 
@@ -159,7 +159,7 @@ fn with_curvature(regression: &Regression, family: &CandidateFamily, straight: C
     let Some(axis) = straight.effect.place.axis().filter(|_| straight.judgement.chi2 > WORTH_OVERTONES) else {
         return straight;
     };
-    let (from, to) = visited(regression.model, axis);
+    let (from, to) = regression.model.context.visited(axis);
     let cost = straight.judgement.log_evidence - straight.log_odds;
     let curved = |curvature: f64| {
         let effect = straight.effect.clone().with("curvature", ParameterValue::Number(curvature));

@@ -1,6 +1,5 @@
 //! Courses that the motions of an effect take over the readings, and what of them is told. It fits nothing.
 
-use super::candidates::travelled;
 use super::naming::component_name;
 use super::selected::Candidate;
 use crate::diagnose::cause::Cause;
@@ -261,7 +260,7 @@ impl Trajectories {
 /// The terms of an error motion over a whole turn.
 fn orders_of_a_turn(model: &LinearModel, lead: &Candidate) -> Option<Vec<OrderTerm>> {
     let axis = lead.effect.place.axis().filter(|_| has_first_order(lead))?;
-    travelled(model, axis).filter(|(from, to)| to - from > WHOLE_TURN)?;
+    model.context.travelled(axis).filter(|(from, to)| to - from > WHOLE_TURN)?;
     let axial = axial(model.context.machine(), axis);
     let order = |term: &Term| OrderTerm {
         is_cosine: term.function.is_multiple_of(2),

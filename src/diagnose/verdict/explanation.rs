@@ -10,12 +10,12 @@ use crate::diagnose::findings::recurring::tell_as_one;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
-use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::joint_fit::{mean_square, without_trends};
 use crate::diagnose::selection::naming;
 use crate::diagnose::selection::search;
 use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Search};
 use crate::diagnose::validation::cross_validation::{CrossValidation, prove};
+use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a};
 
 /// What a search found, fitted on all rows and worded.

@@ -5,8 +5,8 @@ use crate::diagnose::findings::standing::Standing;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
-use crate::diagnose::selection::candidates::CandidateFamily;
 use crate::diagnose::selection::selected::{Search, SelectedEffect};
+use crate::effects::CandidateFamily;
 use crate::identify::{Fit, Quantity};
 use std::sync::Arc;
 

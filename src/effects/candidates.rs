@@ -1,0 +1,198 @@
+//! What a search tries of an effect: where, through which outlets, over which grid of shapes, against which odds. It judges
+//! nothing; what each effect says of itself stands in its own file.
+
+use super::Context;
+use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::session::Setups;
+
+/// What effects go by to say which shapes of them to try in a session.
+pub struct Observations<'a> {
+    /// What the axes did.
+    pub context: &'a Context<'a>,
+    /// Which tests share balls and bars.
+    pub setups: &'a Setups,
+    /// Lines of the residuals' spectrum over time, Hz, the most prominent first, and what they may be aliases of.
+    pub lines_hz: Vec<f64>,
+    /// By axis, the loudest ripples of the residuals along its positions that wander with time.
+    pub ripples: Vec<Vec<Ripple>>,
+    /// By test, session times of the largest jumps of its residual, s.
+    pub jumps_s: Vec<Vec<f64>>,
+}
+
+/// A ripple along an axis: phase per mm or rad, and frequency with which it beats, Hz.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ripple {
+    pub per_unit: f64,
+    pub hz: f64,
+    /// Lowest frequency that is no mere drift of a ripple, Hz.
+    pub least_hz: f64,
+}
+
+impl<'a> Observations<'a> {
+    /// The machine.
+    pub fn machine(&self) -> &Machine {
+        self.context.machine()
+    }
+
+    /// Axes of a kind.
+    pub fn axes(&self, kind: AxisKind) -> impl Iterator<Item = usize> + '_ {
+        let axes = &self.machine().axes;
+        (0..axes.len()).filter(move |&axis| axes[axis].kind == kind)
+    }
+
+    /// Axes of a kind that move in a test, with the smallest and largest position that they reach in motion, mm or rad.
+    pub fn moving(&self, kind: AxisKind) -> impl Iterator<Item = (usize, (f64, f64))> + '_ {
+        self.axes(kind).filter_map(|axis| Some((axis, self.context.travelled(axis)?)))
+    }
+
+    /// End of the last test, s since the session began.
+    pub fn latest_s(&self) -> f64 {
+        (0..self.context.tests()).map(|test| self.context.ends_at_s(test)).fold(0.0, f64::max)
+    }
+}
+
+/// Candidates that differ only in shape: one kind of effect at one place through some outlets.
+#[derive(Debug, Clone)]
+pub struct CandidateFamily {
+    pub kind: &'static str,
+    pub place: Place,
+    pub outlets: Vec<Outlet>,
+    /// Shapes on the grid; without any there is nothing to try.
+    pub grid: Vec<Effect>,
+    /// Shape parameters that are refined.
+    pub refined: Vec<Refined>,
+    /// Amplitudes up to this are plausible, display units: the widest amplitude prior that is tried.
+    pub plausible: f64,
+    /// Every test has amplitudes of its own: the phase of a free-running source is not kept from test to test.
+    pub by_test: bool,
+    /// Names of the effect's functions that take part; empty: all.
+    pub functions: &'static [&'static str],
+    /// Outlets through which a function acts, where not every one acts through all.
+    pub pairs: Vec<(Outlet, &'static str)>,
+    /// It changes from row to row: it is judged on all rows, the others on averaged ones.
+    pub fast: bool,
+    /// Log odds against it before the readings speak, beside causes that are common.
+    pub rarity: f64,
+    /// Rank among names for the same trace: the lowest is the customary one.
+    pub rank: usize,
+}
+
+/// A shape parameter to refine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refined {
+    pub name: &'static str,
+    /// Smallest and largest value, and first step, in units of the library.
+    pub least: f64,
+    pub most: f64,
+    pub step: f64,
+    /// Element of a list parameter; `None` for a number.
+    pub element: Option<usize>,
+}
+
+impl Refined {
+    /// A number.
+    pub(super) fn number(name: &'static str, (least, most): (f64, f64), step: f64) -> Refined {
+        Refined { name, least, most, step, element: None }
+    }
+
+    /// An element of a list.
+    pub(super) fn element(name: &'static str, element: usize, (least, most): (f64, f64), step: f64) -> Refined {
+        Refined { name, least, most, step, element: Some(element) }
+    }
+}
+
+impl CandidateFamily {
+    /// One shape without parameters.
+    pub(super) fn new(kind: &'static str, place: Place, outlets: Vec<Outlet>, plausible: f64) -> CandidateFamily {
+        CandidateFamily {
+            kind,
+            place,
+            outlets,
+            grid: vec![Effect::new(kind, place)],
+            refined: Vec::new(),
+            plausible,
+            by_test: false,
+            functions: &[],
+            pairs: Vec::new(),
+            fast: false,
+            rarity: 0.0,
+            rank: 0,
+        }
+    }
+
+    pub(super) fn over(mut self, grid: Vec<Effect>) -> CandidateFamily {
+        self.grid = grid;
+        self
+    }
+
+    pub(super) fn fast(mut self) -> CandidateFamily {
+        self.fast = true;
+        self
+    }
+
+    pub(super) fn refine(mut self, refined: Vec<Refined>) -> CandidateFamily {
+        self.refined = refined;
+        self
+    }
+
+    pub(super) fn rare(mut self, rarity: f64) -> CandidateFamily {
+        self.rarity = rarity;
+        self
+    }
+
+    pub(super) fn ranked(mut self, rank: usize) -> CandidateFamily {
+        self.rank = rank;
+        self
+    }
+}
+
+/// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
+pub const PLAUSIBLE_OF_ARMS: f64 = 300.0;
+
+/// An effect that is not looked for.
+pub(super) fn none(_seen: &Observations) -> Vec<CandidateFamily> {
+    Vec::new()
+}
+
+/// An effect with one stated number.
+pub(super) fn with_number(kind: &str, place: Place, name: &str, value: f64) -> Effect {
+    Effect::new(kind, place).with(name, ParameterValue::Number(value))
+}
+
+/// An effect with one stated list.
+pub(super) fn with_list(kind: &str, place: Place, name: &str, values: Vec<f64>) -> Effect {
+    Effect::new(kind, place).with(name, ParameterValue::List(values))
+}
+
+/// An effect with one stated word.
+pub(super) fn with_word(kind: &str, place: Place, name: &str, word: &str) -> Effect {
+    Effect::new(kind, place).with(name, ParameterValue::Word(word.into()))
+}
+
+/// Components across and along the nearest coordinate direction of an axis, and tilts about what is across.
+pub(super) struct Directions {
+    pub across: [Component; 2],
+    pub along: Component,
+    pub tilts: [Component; 2],
+}
+
+pub(super) fn directions(machine: &Machine, axis: usize) -> Directions {
+    let k = machine.axes[axis].own_component().direction_index();
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    Directions {
+        across: [Component::ALL[i], Component::ALL[j]],
+        along: Component::ALL[k],
+        tilts: [Component::ALL[i + 3], Component::ALL[j + 3]],
+    }
+}
+
+/// Every component of a slide that is not its own motion, one by one: across it, its tilts, its roll.
+pub(super) fn beside_own(machine: &Machine, axis: usize) -> [Component; 5] {
+    let d = directions(machine, axis);
+    [d.across[0], d.across[1], d.tilts[0], d.tilts[1], Component::ALL[d.along.index() + 3]]
+}
+
+/// Motion outlets of an axis for some components.
+pub(super) fn motion(axis: usize, components: &[Component]) -> Vec<Outlet> {
+    components.iter().map(|&component| Outlet::Motion { axis, component }).collect()
+}
