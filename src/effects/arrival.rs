@@ -7,8 +7,8 @@
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::chain::Chain;
@@ -33,6 +33,13 @@ pub static ARRIVAL_LAG: Kind = Kind {
     signature: Signature::Arrival,
     candidates: none,
     candidates_of_poses: arrivals,
+    documented: Documented {
+        place: "any axis",
+        components: "all",
+        functions: "`speed` −v, `inertia` −v·ρ²; v = (Δq/r) over the largest |Δq/r| of all axes",
+        parameters: "`of`: axis that moves, `about`: axis from whose line ρ is taken, `rates`: r",
+        unit: "um, arcsec (inertia: per m²)",
+    },
     parameters: &[
         Parameter::word("of", &[], DefaultValue::Absent, "axis whose arrival drives; the place when not stated"),
         Parameter::word(

@@ -6,8 +6,8 @@
 
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, directions, motion, none, with_number};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
@@ -80,6 +80,13 @@ pub static ROTARY_BACKLASH: Kind = Kind {
     signature: Signature::Reversal,
     candidates: about_its_line,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "rotary axis",
+        components: "own (ECC)",
+        functions: "`−[(1−w)·play + w·windup]`; play turns from −1 to 1 over `gap`, wind-up relaxes as e^(−travel/take_up)",
+        parameters: "`take_up`, `windup_share`, `gap` (twice the free share when not stated), `start`: flank before the first move",
+        unit: "arcsec, half width",
+    },
     parameters: PARAMETERS,
     check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Rotary),
@@ -107,6 +114,13 @@ pub static LINEAR_BACKLASH: Kind = Kind {
     signature: Signature::Reversal,
     candidates: along_its_way,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "slide",
+        components: "own (EXX)",
+        functions: "`−[(1−w)·play + w·windup]`; play turns from −1 to 1 over `gap`, wind-up relaxes as e^(−travel/take_up)",
+        parameters: "`take_up`, `windup_share`, `gap` (twice the free share when not stated), `start`: flank before the first move",
+        unit: "um, half width",
+    },
     parameters: PARAMETERS,
     check: no_check,
     outlets: |machine, place| own(machine, place, AxisKind::Linear),
@@ -138,6 +152,13 @@ pub static LATERAL_PLAY: Kind = Kind {
     signature: Signature::Play,
     candidates: plays,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis",
+        components: "all but own",
+        functions: "`−[(1−w)·play + w·windup]`; play turns from −1 to 1 over `gap`, wind-up relaxes as e^(−travel/take_up)",
+        parameters: "`take_up`, `windup_share`, `gap` (twice the free share when not stated), `start`: flank before the first move; `of`: axis that drives, travels in its unit",
+        unit: "um, arcsec, half width",
+    },
     parameters: ACROSS_PARAMETERS,
     check: driving_axis_exists,
     outlets: |machine, place| across(machine, place),

@@ -7,8 +7,8 @@
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, no_check, plain_measure, single_function,
 };
 use super::{Context, EffectError};
 use crate::chain::Geometry;
@@ -37,6 +37,13 @@ pub static BALL_FORM: Kind = Kind {
     signature: Signature::BallForm,
     candidates: forms,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`pivot`, `spindle-ball`",
+        components: "`length`",
+        functions: "spherical harmonics `yN±M` of the bar's direction in the cup's frame, degrees 2 to `degree`, each at most 1",
+        parameters: "`degree` (2 to 4)",
+        unit: "um",
+    },
     parameters: &[Parameter::number(
         "degree",
         ParameterUnit::Plain,
@@ -83,6 +90,13 @@ pub static CUP_STICTION: Kind = Kind {
     signature: Signature::Stiction,
     candidates: sticking,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`pivot`, `spindle-ball`",
+        components: "`length`",
+        functions: "e^(−φ/d), φ the angle that the bar has turned in the cup since the run began",
+        parameters: "`turned` d, deg",
+        unit: "um",
+    },
     parameters: &[Parameter::number(
         "turned",
         ParameterUnit::Plain,

@@ -6,8 +6,8 @@
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, every_component, plain_measure,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
@@ -32,6 +32,13 @@ pub static BEAT: Kind = Kind {
     signature: Signature::Beat,
     candidates: beats,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis",
+        components: "all",
+        functions: "`cos±`, `sin±` of n q ± 2πft while the axis moves",
+        parameters: "`order` or `period`, `frequency`",
+        unit: "arcsec, um",
+    },
     parameters: &[
         Parameter::number(
             "order",

@@ -8,8 +8,8 @@ use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, Refined, directions, motion, none};
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, plain_measure, single_function,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue, Place};
@@ -33,6 +33,13 @@ pub static CLAMP_LIFT: Kind = Kind {
     signature: Signature::Lift,
     candidates: lifts,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis",
+        components: "all but own",
+        functions: "`s E' = 1 − E` for from ≤ p < to, `s E' = −E` elsewhere; p follows q through a play of `hysteresis`",
+        parameters: "`from`, `to`, `hysteresis`, `rise` s (s)",
+        unit: "um, arcsec",
+    },
     parameters: &[
         Parameter::number(
             "from",

@@ -2,8 +2,8 @@
 
 use super::candidates::none;
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen, no_check,
-    plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function,
 };
 use crate::machine::{Component, Outlet, Place};
 
@@ -26,6 +26,13 @@ pub static COMPENSATION: Kind = Kind {
     signature: Signature::Given,
     candidates: none,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`control`",
+        components: "location errors of the map",
+        functions: "`factor`",
+        parameters: "`factor`: 1 applied twice, −2 sign turned",
+        unit: "um, arcsec",
+    },
     parameters: &[Parameter::number(
         "factor",
         ParameterUnit::Plain,

@@ -5,8 +5,8 @@
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
-    no_check, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, no_check, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
@@ -31,6 +31,13 @@ pub static LOAD_COMPLIANCE: Kind = Kind {
     signature: Signature::Load,
     candidates: none,
     candidates_of_poses: yields,
+    documented: Documented {
+        place: "rotary axis",
+        components: "all",
+        functions: "`c·τ`, τ the channel at the row: a load that was measured",
+        parameters: "`channel` (column in Nm or N)",
+        unit: "um, arcsec per Nm or N",
+    },
     parameters: &[Parameter::word(
         "channel",
         &[],

@@ -20,6 +20,19 @@ pub enum Driver {
 }
 
 impl Driver {
+    /// All of them.
+    pub const ALL: [Driver; 9] = [
+        Driver::Direction,
+        Driver::Position,
+        Driver::Gravity,
+        Driver::Load,
+        Driver::Temperature,
+        Driver::Time,
+        Driver::Speed,
+        Driver::Event,
+        Driver::Constant,
+    ];
+
     /// Name in output.
     pub fn name(self) -> &'static str {
         match self {
@@ -272,6 +285,16 @@ pub enum Signature {
     Given,
 }
 
+/// Cells of the row that `docs/effects.md` has for a kind, as Markdown.
+pub struct Documented {
+    pub place: &'static str,
+    pub components: &'static str,
+    /// Its functions by name, with what they are.
+    pub functions: &'static str,
+    pub parameters: &'static str,
+    pub unit: &'static str,
+}
+
 /// One kind of effect. The text fields are in the words of the trade.
 pub struct Kind {
     /// Name in files and output.
@@ -308,6 +331,8 @@ pub struct Kind {
     pub candidates: fn(&Observations) -> Vec<CandidateFamily>,
     /// What it tries of it beside that in static poses.
     pub candidates_of_poses: fn(&Observations) -> Vec<CandidateFamily>,
+    /// How the documentation states it.
+    pub documented: Documented,
     pub parameters: &'static [Parameter],
     /// What is wrong with its parameters taken together, if anything.
     pub check: fn(&Machine, &Effect) -> Result<(), String>,

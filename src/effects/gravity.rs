@@ -6,8 +6,8 @@
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, with_word};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
-    no_check, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, no_check, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::chain::Geometry;
@@ -46,6 +46,13 @@ pub static GRAVITY_SAG: Kind = Kind {
     signature: Signature::Sag,
     candidates: sags,
     candidates_of_poses: sags_of_arms,
+    documented: Documented {
+        place: "rotary axis",
+        components: "all",
+        functions: "`x y z`: unit gravity in the frame of the load, `xx xy …`: its products, for a body that bends in its own frame; less their values at the zero position",
+        parameters: "`load` (link)",
+        unit: "um, arcsec per g",
+    },
     parameters: &[Parameter::word(
         "load",
         &[],

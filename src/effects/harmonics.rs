@@ -6,8 +6,8 @@
 use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, directions, motion, with_list};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    list, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, list, plain_measure,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
@@ -47,6 +47,13 @@ pub static ROTARY_ERROR_MOTION: Kind = Kind {
     signature: Signature::ErrorMotion,
     candidates: error_motions,
     candidates_of_poses: lines_of_arms,
+    documented: Documented {
+        place: "rotary axis",
+        components: "all but own",
+        functions: "`cosN = cos Nq − 1`, `sinN = sin Nq`",
+        parameters: "`orders` per turn, any numbers",
+        unit: "um, arcsec",
+    },
     parameters: PARAMETERS,
     check: periods_of_its_axis,
     outlets: |machine, place| match place {
@@ -81,6 +88,13 @@ pub static CYCLIC_ERROR: Kind = Kind {
     signature: Signature::Period,
     candidates: periods,
     candidates_of_poses: angles_of_arms,
+    documented: Documented {
+        place: "any axis",
+        components: "own",
+        functions: "`cosN = cos Nq − 1`, `sinN = sin Nq`; period p mm on a slide; sidebands are orders of their own",
+        parameters: "`orders` or `periods`",
+        unit: "arcsec, um",
+    },
     parameters: PARAMETERS,
     check: periods_of_its_axis,
     outlets: |machine, place| match place {

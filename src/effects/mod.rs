@@ -41,8 +41,8 @@ pub use clamp_lift::CLAMP_LIFT;
 pub use compliance::LOAD_COMPLIANCE;
 pub use context::Context;
 pub use contract::{
-    Bounds, DefaultValue, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen,
+    Bounds, DefaultValue, Documented, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Profile,
+    ShowingTest, ShownBy, Signature, Unseen,
 };
 pub use disturbance::{Disturbance, Disturbances, column, gain};
 pub use gravity::GRAVITY_SAG;

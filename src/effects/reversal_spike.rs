@@ -8,8 +8,8 @@
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, no_check, plain_measure, single_function,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
@@ -38,6 +38,13 @@ pub static REVERSAL_SPIKE: Kind = Kind {
     signature: Signature::Spike,
     candidates: spikes,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis",
+        components: "own",
+        functions: "`−sgn v·e^(−travel/d)`; with `servo_hz` f: `y″ + 2ζω y' + ω² y = −w'`, w the friction, largest value 1",
+        parameters: "`travel` d, `servo_hz`, `damping` ζ",
+        unit: "um, arcsec, largest of the session",
+    },
     parameters: &[
         Parameter::number(
             "travel",

@@ -2,8 +2,8 @@
 
 use super::candidates::{CandidateFamily, Observations, directions, none};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen, no_check,
-    plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function,
 };
 use crate::machine::{AxisKind, Component, Outlet, Place};
 use crate::units::Measure;
@@ -27,6 +27,13 @@ pub static SQUARENESS: Kind = Kind {
     signature: Signature::Squareness,
     candidates: tilts,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "slide",
+        components: "location errors (EC0Y)",
+        functions: "1",
+        parameters: "–",
+        unit: "arcsec",
+    },
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
@@ -61,6 +68,13 @@ pub static LINEAR_SCALE: Kind = Kind {
     signature: Signature::Scale,
     candidates: scales,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "slide",
+        components: "own",
+        functions: "q (1 + curvature · (q/2 − centre)): s is the error per length at `centre`, larger by the share `curvature` a metre on",
+        parameters: "`curvature` (1/m), `centre`",
+        unit: "um/m",
+    },
     parameters: &[
         Parameter::number(
             "curvature",

@@ -4,8 +4,8 @@
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, plain_measure, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, list, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
@@ -58,6 +58,13 @@ pub static PIVOT_SLIP: Kind = Kind {
     signature: Signature::Jump,
     candidates: pivot_slips,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`pivot`",
+        components: "`x y z` on its link",
+        functions: "`1 − c·e^(−(t−t0)/τ)` from t0 on",
+        parameters: "`time`, `creep_share`, `creep_time`, `link`, `at`",
+        unit: "um",
+    },
     parameters: PARAMETERS,
     check: no_check,
     outlets: |_, place| {
@@ -87,6 +94,13 @@ pub static BALL_SLIP: Kind = Kind {
     signature: Signature::Jump,
     candidates: ball_slips,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`spindle-ball`",
+        components: "`x y z` on its link",
+        functions: "`1 − c·e^(−(t−t0)/τ)` from t0 on",
+        parameters: "`time`, `creep_share`, `creep_time`, `link`, `at`",
+        unit: "um",
+    },
     parameters: PARAMETERS,
     check: no_check,
     outlets: |_, place| {

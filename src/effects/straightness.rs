@@ -6,8 +6,8 @@
 use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, motion, none, with_list, with_number};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, list, no_check, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
@@ -32,6 +32,13 @@ pub static STRAIGHTNESS: Kind = Kind {
     signature: Signature::Straightness,
     candidates: bumps_and_bows,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "slide",
+        components: "all but own",
+        functions: "`bump = (1 + cos 2π(q−c)/w)/2` within w/2 of c, with `slope: yes` also `slope`, its incline; `degreeN = (q/half_travel)^N`",
+        parameters: "`centre`, `width`, `skew`, `degrees`, `half_travel`, `slope` (no, yes)",
+        unit: "um, arcsec",
+    },
     parameters: &[
         Parameter::number(
             "centre",

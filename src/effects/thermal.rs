@@ -12,8 +12,8 @@ use super::candidates::{
 };
 use super::channel::warming;
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, no_check, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, every_component, list, no_check, word,
 };
 use super::friction_heat::{Source, friction_heat};
 use super::{Context, EffectError};
@@ -112,6 +112,13 @@ pub static THERMAL_GROWTH: Kind = Kind {
     signature: Signature::Growth,
     candidates: growths,
     candidates_of_poses: warming_up,
+    documented: Documented {
+        place: "any axis",
+        components: "all",
+        functions: "`growthK = 1 − e^(−(t−start)/τ_K)`; with `heat` instead τ_K dW/dt = Σ|v|/v₀ − W of the axes that rub, v₀ 1000 mm/min or 1 rpm, none between tests, with `warmth` w all nodes begin at W = w and growth counts from there, and with `begins: warm` each begins where it likes, `settleK = 1 − e^(−t/τ_K)`; `kelvin = T − T_first` of a channel, which the part follows with a first-order `lag`, from a state out of balance with `begins: warm` (`settle`, from the first reading on)",
+        parameters: "`tau`, `start`, `heat` (steady, own, slides, rotary), `begins` (cold, warm), `warmth`, `channel`, `lag` (s), `clock` (session, poses)",
+        unit: "um, arcsec, per K",
+    },
     parameters: &[TAU, START, HEAT, BEGINS, WARMTH, CHANNEL, LAG, CLOCK],
     check: heat_stands_alone,
     outlets: |machine, place| match place {
@@ -142,6 +149,13 @@ pub static BAR_LENGTH: Kind = Kind {
     signature: Signature::BarLength,
     candidates: bars,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`bar`",
+        components: "`length`, reading minus distance",
+        functions: "constant, `growthK`, `kelvin` (with these the constant is called `constant`)",
+        parameters: "`tau`, `start`, `channel`, `lag`, `bar`, `growing` (alike, by-length)",
+        unit: "um, um/K",
+    },
     parameters: &[
         TAU,
         START,

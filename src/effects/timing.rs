@@ -2,7 +2,8 @@
 
 use super::candidates::{CandidateFamily, Observations, none};
 use super::contract::{
-    Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure, single_function,
+    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
+    single_function,
 };
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 
@@ -29,6 +30,13 @@ pub static SERVO_LAG: Kind = Kind {
     signature: Signature::Lag,
     candidates: lags,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis",
+        components: "`lag`; `slides`",
+        functions: "position = command − lag · speed; all slides + slides · acceleration, the radius that a lag of all takes",
+        parameters: "–",
+        unit: "ms; ms^2",
+    },
     parameters: &[],
     check: no_check,
     outlets: |_, place| match place.axis() {
@@ -62,6 +70,13 @@ pub static RADIUS_LOSS: Kind = Kind {
     signature: Signature::Radius,
     candidates: losses,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis; `control`",
+        components: "`acceleration`; `slides`",
+        functions: "position = command + s · acceleration, of `control` all slides alike",
+        parameters: "–",
+        unit: "ms^2",
+    },
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
@@ -97,6 +112,13 @@ pub static TRIGGER_LATENCY: Kind = Kind {
     signature: Signature::Latency,
     candidates: latencies,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "`recorder`",
+        components: "`delay`",
+        functions: "position = recorded + delay · speed, all axes",
+        parameters: "–",
+        unit: "ms, positive when positions are too old",
+    },
     parameters: &[],
     check: no_check,
     outlets: |_, place| if place == Place::Recorder { vec![Outlet::Delay] } else { Vec::new() },

@@ -8,8 +8,8 @@ use super::backlash::STANDSTILL;
 use super::candidates::{CandidateFamily, Observations, beside_own, directions, motion, none, with_word};
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
@@ -50,6 +50,13 @@ pub static UNKNOWN: Kind = Kind {
     signature: Signature::FreeCurve,
     candidates: free_curves,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "axis, `pivot`, `spindle-ball`, `bar`",
+        components: "all",
+        functions: "cubic B-splines `kJ` between `from` and `to`",
+        parameters: "`driver`, `of`, `from`, `to`, `count`",
+        unit: "um, arcsec",
+    },
     parameters: &[
         DRIVER,
         OF,
@@ -99,6 +106,13 @@ pub static TABLE: Kind = Kind {
     signature: Signature::Given,
     candidates: none,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "axis, `pivot`, `spindle-ball`, `bar`",
+        components: "all",
+        functions: "straight lines between `kJ` at the knots, constant beyond",
+        parameters: "`driver`, `of`, `knots`",
+        unit: "um, arcsec",
+    },
     parameters: &[
         DRIVER,
         OF,

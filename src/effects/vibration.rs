@@ -6,8 +6,8 @@
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
-    DefaultValue, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, every_component, plain_measure, word,
 };
 use super::unknown::cubic;
 use super::{Context, EffectError};
@@ -33,6 +33,13 @@ pub static VIBRATION: Kind = Kind {
     signature: Signature::Oscillation,
     candidates: vibrations,
     candidates_of_poses: none,
+    documented: Documented {
+        place: "axis, `spindle-ball`, `pivot`",
+        components: "all",
+        functions: "`cos`, `sin` of 2πft, with `wander` `cos-uK`, `sin-uK`: times the Legendre polynomial K over each recording; with `every` as well `cos-kK`, `sin-kK`: times the cubic B-spline centred at (K − 1) · `every` s",
+        parameters: "`frequency`, `clock` (session, test), `wander`, `every`",
+        unit: "um, arcsec",
+    },
     parameters: &[
         Parameter::number("frequency", ParameterUnit::Plain, DefaultValue::Required, (1e-4, 1e5), "frequency, Hz"),
         Parameter::word(

@@ -1,0 +1,83 @@
+//! The catalogue of effects as the documents state it: the tables of docs/effects.md and the enumeration of the schema are made
+//! from the library. `FIVEAXIS_WRITE=1 cargo test --test catalogue` writes them anew.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use fiveaxis::effects::{Driver, KINDS, Kind};
+
+fn root(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
+}
+
+/// A table of Markdown with a row for every kind.
+fn table(head: &[&str], cells: impl Fn(&Kind) -> Vec<String>) -> String {
+    let row = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let head: Vec<String> = head.iter().map(|cell| cell.to_string()).collect();
+    let rows = KINDS.iter().map(|kind| row(&cells(kind)));
+    row(&head) + &format!("|{}\n", "---|".repeat(head.len())) + &rows.collect::<String>()
+}
+
+/// Tests of one document write it one after the other.
+static WRITING: Mutex<()> = Mutex::new(());
+
+/// What stands between a mark and the next end, or its replacement where it is to be written.
+fn held(file: &str, mark: &str, end: &str, wanted: &str) {
+    let _writing = WRITING.lock();
+    let path = root(file);
+    let text = std::fs::read_to_string(&path).expect("a document of the repository");
+    let start = text.find(mark).unwrap_or_else(|| panic!("{file} has no mark {mark:?}")) + mark.len();
+    let length = text[start..].find(end).unwrap_or_else(|| panic!("{file} has no end {end:?} after {mark:?}"));
+    if std::env::var_os("FIVEAXIS_WRITE").is_some() {
+        let written = format!("{}{wanted}{}", &text[..start], &text[start + length..]);
+        std::fs::write(&path, written).expect("the document can be written");
+        return;
+    }
+    let stands = &text[start..start + length];
+    assert_eq!(stands, wanted, "{file} is not what the catalogue says: FIVEAXIS_WRITE=1 cargo test --test catalogue");
+}
+
+#[test]
+fn the_table_of_effects_is_made_from_the_catalogue() {
+    let head = ["effect", "place", "components", "functions and formula", "parameters", "unit of size"];
+    let cells = |kind: &Kind| {
+        let d = &kind.documented;
+        let name = format!("`{}`", kind.name);
+        [name.as_str(), d.place, d.components, d.functions, d.parameters, d.unit].map(str::to_string).to_vec()
+    };
+    held("docs/effects.md", "<!-- made from the catalogue -->\n", "<!-- end -->", &table(&head, cells));
+}
+
+#[test]
+fn the_table_of_causes_is_made_from_the_catalogue() {
+    let cells = |kind: &Kind| vec![format!("`{}`", kind.name), kind.cause.to_string(), kind.remedy.to_string()];
+    let wanted = table(&["effect", "usual cause", "remedy"], cells);
+    held("docs/effects.md", "<!-- causes made from the catalogue -->\n", "<!-- end -->", &wanted);
+}
+
+#[test]
+fn every_shape_parameter_is_documented_in_its_row() {
+    for kind in KINDS {
+        for parameter in kind.parameters {
+            let named = format!("`{}`", parameter.name);
+            assert!(kind.documented.parameters.contains(&named), "{}: {named} is not documented", kind.name);
+        }
+    }
+}
+
+#[test]
+fn the_schema_of_diagnose_knows_every_effect() {
+    let names: Vec<String> = KINDS.iter().map(|kind| format!("\"{}\"", kind.name)).collect();
+    let mark = "\"effect\": {\n            \"type\": \"string\",\n            \"enum\": [";
+    held("schemas/diagnose.json", mark, ", \"axis-sign\"", &names.join(", "));
+}
+
+#[test]
+fn the_schema_of_diagnose_knows_every_driver() {
+    let names: Vec<String> = Driver::ALL.iter().map(|driver| format!("\"{}\"", driver.name())).collect();
+    let mark = "\"driver\": {\n            \"type\": \"string\",\n            \"enum\": [";
+    held("schemas/diagnose.json", mark, ", \"data fault\"", &names.join(", "));
+}
