@@ -277,3 +277,15 @@ fn no_effect_is_named_outside_the_catalogue() {
         }
     }
 }
+
+#[test]
+fn numbers_that_decide_are_few_and_named_once() {
+    let list = fiveaxis::diagnose::Thresholds::default().list();
+    assert!(list.len() <= 40, "{} numbers decide", list.len());
+    for threshold in &list {
+        assert!(!threshold.meaning.is_empty() && !threshold.unit.is_empty(), "{}", threshold.name);
+        assert!(threshold.value.is_finite() && threshold.off != threshold.value, "{}", threshold.name);
+        let again = list.iter().filter(|other| other.name == threshold.name).count();
+        assert_eq!(again, 1, "{}", threshold.name);
+    }
+}

@@ -28,7 +28,7 @@ pub(crate) fn is_demanded(
     let is_event = chosen.is_event();
     if found.is_empty() {
         let (odds, rms) = match is_event {
-            true => (limits.accept_event, thresholds.rms_event),
+            true => (limits.accept_event, thresholds.rms_further),
             false => (limits.accept, thresholds.rms_first),
         };
         // beside slow growth that still counts as noise a true effect may take nothing off the mean square
@@ -57,10 +57,10 @@ pub(crate) fn adds_enough(
     noise_mm2: f64,
 ) -> bool {
     match same_place {
-        true => fall_mm2 > thresholds.share_same_place * explained_mm2,
+        true => fall_mm2 > thresholds.inexact * explained_mm2,
         false => {
             fall_mm2 > thresholds.share_elsewhere * explained_mm2
-                && fall_mm2 > thresholds.rms_elsewhere.powi(2) * noise_mm2
+                && fall_mm2 > thresholds.rms_further.powi(2) * noise_mm2
         }
     }
 }

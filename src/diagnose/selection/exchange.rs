@@ -30,7 +30,7 @@ impl SelectionContext<'_, '_, '_> {
         let floor_mm2 = mean_noise_mm2(&self.floors[0]);
         let left_mm2 = mean_square(self.resolutions.fine, &joint.residual_mm);
         let is_doubtful = |first: &SelectedEffect| {
-            left_mm2 > self.limits.thresholds.poorly_explained.powi(2) * floor_mm2 || bends_to_anything(first)
+            left_mm2 > self.limits.thresholds.explained.powi(2) * floor_mm2 || bends_to_anything(first)
         };
         if joint.found.first().is_some_and(is_doubtful) {
             self.start_otherwise(joint);
@@ -64,7 +64,7 @@ impl SelectionContext<'_, '_, '_> {
                 rivals.insert(0, (step.found.chosen.clone(), 0.0));
                 trial.add(self, step);
                 self.grow(&mut trial, None);
-                if self.replace(joint, trial, self.limits.thresholds.better_set) {
+                if self.replace(joint, trial, self.limits.thresholds.better) {
                     continue;
                 }
             }
@@ -115,7 +115,7 @@ impl SelectionContext<'_, '_, '_> {
             tried.push(kind.clone());
             let mut trial = JointFit::empty(self);
             self.grow(&mut trial, Some(rival));
-            self.replace(joint, trial, self.limits.thresholds.better_set);
+            self.replace(joint, trial, self.limits.thresholds.better);
         }
     }
 
@@ -128,7 +128,7 @@ impl SelectionContext<'_, '_, '_> {
         let of_machine = |rival: &&Candidate| !is_a(&rival.effect.kind, Signature::BallForm) && !rival.is_event();
         let rivals: Vec<Candidate> = first.rivals.iter().map(|(rival, _)| rival).filter(of_machine).cloned().collect();
         let (ball, stands) = (first.chosen.clone(), joint.standing(self));
-        let better = self.limits.thresholds.ball_odds.min(self.limits.thresholds.ball_share * first.gain);
+        let better = self.limits.thresholds.unlikely_set.min(self.limits.thresholds.ball_share * first.gain);
         let mut tried: Vec<String> = Vec::new();
         self.balls_are_round.set(true);
         for rival in rivals {
@@ -138,7 +138,7 @@ impl SelectionContext<'_, '_, '_> {
                 self.grow(&mut trial, Some(rival));
                 let are_few = (1..=MOST_FOR_A_BALL).contains(&trial.found.len());
                 if are_few && self.replace(joint, trial, -better) {
-                    return Some((ball, (stands - joint.standing(self)).min(0.0) - self.limits.thresholds.ball_beside));
+                    return Some((ball, (stands - joint.standing(self)).min(0.0) - self.limits.thresholds.tie));
                 }
             }
         }
@@ -205,7 +205,7 @@ impl SelectionContext<'_, '_, '_> {
         let margin = if starts_free(&trial) && !starts_free(joint) {
             self.limits
                 .thresholds
-                .free_set
+                .unlikely_set
                 .max(joint.found.first().map_or(0.0, |first| self.limits.thresholds.free_set_share * first.gain))
         } else {
             margin

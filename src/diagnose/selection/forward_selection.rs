@@ -53,7 +53,7 @@ impl SelectionContext<'_, '_, '_> {
         let beside = [joint.columns[0].as_slice(), walk.as_slice()].concat();
         let regression = Regression::new(fine, &noise, &beside, &fine.kept);
         let judgement = regression.judge(&chosen.columns, self.families[chosen.family].plausible);
-        judgement.log_evidence - cost < thresholds.growth_worth
+        judgement.log_evidence - cost < thresholds.better
     }
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.

@@ -38,9 +38,9 @@ impl Limits {
     /// not end a search whose findings nobody reads.
     pub(crate) fn of_half(thresholds: Thresholds) -> Limits {
         Limits {
-            accept: thresholds.half_accept,
-            accept_further: thresholds.half_further,
-            accept_event: thresholds.half_event,
+            accept: thresholds.half * thresholds.accept,
+            accept_further: thresholds.half * thresholds.accept_further,
+            accept_event: thresholds.half * thresholds.accept_event,
             sure_rest: thresholds.half_rest,
             steps: 10,
             ..Limits::of_all(thresholds)

@@ -40,8 +40,8 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
     // a load that was measured is asked before anything else that could imitate it
     let loads = only_loads(families);
-    state.rounds(&loads, &poses, model.thresholds.pose_strong);
-    state.rounds(&without_free_curves(families), &poses, model.thresholds.pose_strong);
+    state.rounds(&loads, &poses, model.thresholds.accept);
+    state.rounds(&without_free_curves(families), &poses, model.thresholds.accept);
     let mut families = families.to_vec();
     if let Some(rates) = state.refined_rates() {
         let arrivals = families.iter_mut().filter(|family| is_a(family.kind, Signature::Arrival));
@@ -119,7 +119,7 @@ impl<'g, 'a> State<'g, 'a> {
             keep_diverse(&mut candidates, families);
             let candidates = refine_all(&regressions, families, candidates);
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
-            let least = if self.found.is_empty() { self.model.thresholds.pose_first } else { least_log_odds };
+            let least = if self.found.is_empty() { self.model.thresholds.accept } else { least_log_odds };
             if best < least {
                 return best;
             }

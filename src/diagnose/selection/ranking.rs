@@ -27,7 +27,7 @@ pub(crate) fn is_sensible(thresholds: &Thresholds, candidate: &Candidate, misfit
         return amplitudes.iter().map(|size| size * size).sum::<f64>().sqrt() < thresholds.ball_form_um;
     }
     let shift_ms = amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
-    let explains = candidate.judgement.chi2 > thresholds.shift_share * misfit;
+    let explains = candidate.judgement.chi2 > thresholds.explains_most * misfit;
     !candidate.is_shift_of_one_test() || (explains && (SHORTEST_SHIFT_MS..LONGEST_SHIFT_MS).contains(&shift_ms))
 }
 
@@ -84,14 +84,14 @@ pub(crate) fn choose(candidates: &[Candidate], families: &[CandidateFamily], mod
     let best = match best_named {
         Some(named) if candidates[0].is_free() => {
             let far_more =
-                candidates[0].judgement.chi2 > t.free_margin * candidates[named].judgement.chi2 + t.free_offset;
+                candidates[0].judgement.chi2 > t.free_margin * candidates[named].judgement.chi2 + 2.0 * t.accept;
             if far_more { 0 } else { named }
         }
         _ => 0,
     };
     let best = simpler(model, candidates, best).unwrap_or(best);
     // a free curve over an axis that only follows another one says the same as one over that axis
-    let share = t.tie_share * candidates[best].log_odds.max(0.0);
+    let share = t.inexact * candidates[best].log_odds.max(0.0);
     let tie = if candidates[best].is_free() { t.free_tie } else { t.tie.max(share) };
     let near = |candidate: &Candidate| {
         candidates[best].log_odds - candidate.log_odds < tie && candidate.is_free() == candidates[best].is_free()
@@ -127,7 +127,7 @@ pub(crate) fn simpler(model: &LinearModel, candidates: &[Candidate], best: usize
             && (other.effect.place == effect.place || is_a(&effect.kind, Signature::Oscillation))
             && 2 * directions(&other.terms) <= directions(terms)
             && other.judgement.chi2 > share * judgement.chi2
-            && (!is_along || other.log_odds > (t.given_direction * log_odds).min(log_odds - t.two_angles))
+            && (!is_along || other.log_odds > log_odds - t.two_angles.max(t.inexact * log_odds))
     })
 }
 

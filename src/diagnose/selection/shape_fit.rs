@@ -117,7 +117,7 @@ fn with_overtones(regression: &Regression, family: &CandidateFamily, mut best: C
         let trials =
             further.into_iter().filter(within).filter_map(|value| with_further(regression, family, &best, name, value));
         let Some(trial) = trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) else { continue };
-        if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain {
+        if trial.log_odds > best.log_odds + regression.model.thresholds.better {
             best = trial;
         }
     }
@@ -140,7 +140,7 @@ fn with_warm_start(regression: &Regression, family: &CandidateFamily, best: Cand
         judged(regression, family, best.family, warm, cost, &mut LastShape::default())
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
-        Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => {
+        Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.better => {
             refine(regression, family, trial)
         }
         _ => best,
@@ -181,7 +181,7 @@ fn with_curvature(regression: &Regression, family: &CandidateFamily, straight: C
         step *= 0.5;
     }
     best.log_odds -= PARAMETER_COST;
-    if best.log_odds > straight.log_odds + regression.model.thresholds.overtone_gain { best } else { straight }
+    if best.log_odds > straight.log_odds + regression.model.thresholds.better { best } else { straight }
 }
 
 /// Places tried for an edge of a lift.

@@ -54,7 +54,7 @@ fn of_all_rates(regression: &Regression, family: &CandidateFamily, plain: Candid
         varied(regression, family, &plain, plain.effect.clone().with("frequency", ParameterValue::Number(alias)))
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
-        Some(other) if other.log_odds > plain.log_odds + regression.model.thresholds.overtone_gain => other,
+        Some(other) if other.log_odds > plain.log_odds + regression.model.thresholds.better => other,
         _ => plain,
     }
 }
@@ -75,7 +75,7 @@ fn with_polynomials(regression: &Regression, family: &CandidateFamily, plain: Ca
             &best,
             effect.clone().with("wander", ParameterValue::Number(f64::from(degree))),
         ) {
-            Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => best = trial,
+            Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.better => best = trial,
             // a phase that turns shows in the second degree, not always in the first
             _ if degree == 1 => {}
             _ => break,
@@ -100,7 +100,7 @@ fn with_splines(regression: &Regression, family: &CandidateFamily, mut best: Can
         }
         let effect = best.effect.clone().with("wander", ParameterValue::Number(knots.max(3.0)));
         match varied(regression, family, &best, effect.with("every", ParameterValue::Number(every))) {
-            Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => best = trial,
+            Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.better => best = trial,
             _ => {}
         }
     }
@@ -126,9 +126,7 @@ fn in_the_middle(regression: &Regression, family: &CandidateFamily, mut best: Ca
             {
                 let moved = best.effect.clone().with("frequency", ParameterValue::Number(hz + sign * step));
                 match varied(regression, family, &best, moved) {
-                    Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.overtone_gain => {
-                        best = trial
-                    }
+                    Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.better => best = trial,
                     _ => break,
                 }
             }

@@ -27,7 +27,7 @@ impl CrossValidation {
     /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
     pub fn predicts(&self, noise_um: f64, thresholds: &Thresholds) -> bool {
         let beyond = |um: f64| um.powi(2) - noise_um.powi(2);
-        beyond(self.before_um) > 0.0 && beyond(self.after_um) < thresholds.kept_held_out * beyond(self.before_um)
+        beyond(self.before_um) > 0.0 && beyond(self.after_um) < thresholds.explains_most * beyond(self.before_um)
     }
 }
 
@@ -103,9 +103,9 @@ pub fn prove(
     }
     let thresholds = &resolutions.fine.thresholds;
     let passed = findings.iter().zip(again.iter().zip(&gains)).map(|(finding, (&again, gains))| match again {
-        FOLDS => gains.iter().sum::<f64>() > thresholds.least_gain,
+        FOLDS => gains.iter().sum::<f64>() > thresholds.inexact,
         0 => false,
-        _ => finding.gain > thresholds.beyond_one_fold && gains.iter().all(|gain| *gain > thresholds.least_gain),
+        _ => finding.gain > thresholds.sure_of_form && gains.iter().all(|gain| *gain > thresholds.inexact),
     });
     let passed = passed.collect();
     Some(CrossValidation { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })

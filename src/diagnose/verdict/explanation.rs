@@ -108,7 +108,7 @@ fn confirm<'g, 'a>(
     mut proof: CrossValidation,
     noise_um: f64,
 ) -> CrossValidation {
-    let most_mm = fine.thresholds.still_there * told.rms_mm(fine);
+    let most_mm = fine.thresholds.explained * told.rms_mm(fine);
     let mut dropped: Vec<usize> = Vec::new();
     for (index, finding) in told.findings.iter().enumerate().rev() {
         // what the folds found under other names predicts as well
@@ -201,15 +201,15 @@ fn listen<'g, 'a>(
 ) {
     let floor = search.floor.clone();
     let is_louder = |told: &Explanation, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
-    let first = told.findings.first().filter(|_| is_louder(told, fine.thresholds.restless));
+    let first = told.findings.first().filter(|_| is_louder(told, fine.thresholds.explained));
     let restless = first.and_then(|first| irregular_motion::restlessness(fine, &told.left_mm, &floor, first));
     let is_there = |most: f64| restless.as_ref().is_some_and(|restless| restless.share > most);
     let outshouts = is_there(1.0) && is_louder(told, fine.thresholds.surely_more);
     // a joint that seems to tip as a slide reverses, and that slide is the restless one
     let is_driven =
-        is_there(fine.thresholds.not_the_form) && restless.as_ref().is_some_and(|restless| restless.is_driving);
+        is_there(fine.thresholds.form_unknown) && restless.as_ref().is_some_and(|restless| restless.is_driving);
     let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
-    let stands_for = match is_there(fine.thresholds.not_the_form) {
+    let stands_for = match is_there(fine.thresholds.form_unknown) {
         true => stood_for(fine, search, told),
         false => vec![false; told.findings.len()],
     };
@@ -235,7 +235,7 @@ fn listen<'g, 'a>(
         && told.findings.len() == 1
         && !escapes(&told.findings[0])
         && proof.as_ref().is_some_and(|proof| proof.after_um > proof.before_um);
-    if is_there(fine.thresholds.not_the_form) || are_no_jumps || misleads {
+    if is_there(fine.thresholds.form_unknown) || are_no_jumps || misleads {
         let loud = is_louder(told, fine.thresholds.surely_more);
         let is_its_own = |k: usize, finding: &Finding| match finding.single {
             true => loud || shows_with(fine, finding, &told.findings[0]),

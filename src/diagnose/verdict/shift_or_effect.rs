@@ -17,7 +17,7 @@ fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &
     }
     let chosen = &search.found[0].chosen;
     // near the noise, or as near as the mistake, which has balls or a clock of its own for that test
-    let enough_um = (fine.thresholds.still_there * noise_um).max(AS_NEAR * fault.after_um);
+    let enough_um = (fine.thresholds.explained * noise_um).max(AS_NEAR * fault.after_um);
     !chosen.is_shift_of_one_test() && left_um(fine, search) < enough_um
 }
 
