@@ -138,7 +138,7 @@ impl Plan {
     }
 
     /// A vector fixed in the frame behind `axis` at zero, seen in the reference frame with the axis at `s_deg`.
-    fn turned(&self, axis: usize, s_deg: f64, standing: &[f64; AXES], x: V3) -> V3 {
+    pub fn turned(&self, axis: usize, s_deg: f64, standing: &[f64; AXES], x: V3) -> V3 {
         let mut q = *standing;
         q[axis] = s_deg;
         let mut x = x;

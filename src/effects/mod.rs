@@ -9,6 +9,7 @@
 mod arrival;
 mod backlash;
 mod ball_seat;
+mod bar_sag;
 mod beat;
 mod candidates;
 mod channel;
@@ -17,6 +18,7 @@ mod compensation;
 mod compliance;
 mod context;
 mod contract;
+mod control_centre;
 mod disturbance;
 mod friction_heat;
 mod gravity;
@@ -70,6 +72,7 @@ pub static KINDS: &[&Kind] = &[
     &compliance::LOAD_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,
+    &bar_sag::BAR_SAG,
     &straightness::STRAIGHTNESS,
     &clamp_lift::CLAMP_LIFT,
     &slide::SQUARENESS,
@@ -83,6 +86,7 @@ pub static KINDS: &[&Kind] = &[
     &ball_seat::BALL_FORM,
     &ball_seat::CUP_STICTION,
     &vibration::VIBRATION,
+    &control_centre::CONTROL_CENTRE,
     &compensation::COMPENSATION,
     &unknown::TABLE,
     &unknown::UNKNOWN,

@@ -2,6 +2,7 @@
 
 pub mod backlash;
 pub mod drifting;
+mod gauges;
 pub mod periodic;
 mod seats;
 pub mod shapes;
@@ -71,6 +72,8 @@ pub const KINDS: &[(&str, f64, bool, Drawer)] = &[
     ("ball-form", 0.0, true, seats::lobes),
     ("cup-stiction", 0.0, true, seats::sticks),
     ("unknown-hose", 0.0, false, seats::hose),
+    ("bar-sag", 0.0, true, gauges::bending),
+    ("control-centre", 0.0, true, gauges::wrong_centre),
 ];
 
 /// Undisturbed rows of a session.

@@ -1,0 +1,117 @@
+//! A bar that bends and is stretched by its own weight as it tilts. Bars of a wrong length, and bars that grow, are in `thermal`.
+//!
+//! `reading = distance + s_b cos²α + s_w sin α`, α the angle of the bar above the level, from the pivot up to the spindle ball.
+//! A slender bar bends in proportion to the weight across it, `cos α`, and the chord falls short of the bent length by the square
+//! of that; the weight along it, `sin α`, pulls on its joints and magnets. First and second order of one load on a beam
+//! that rests on its ends. What is constant belongs to the bar's length: both functions are less their value at `α = 0`.
+
+use super::candidates::{CandidateFamily, Observations, none, with_number};
+use super::contract::{
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
+    Signature, Unseen, no_check, plain_measure,
+};
+use super::{Context, EffectError};
+use crate::chain::Geometry;
+use crate::machine::{Effect, Outlet, Place};
+
+/// Weight of the bar itself.
+pub static BAR_SAG: Kind = Kind {
+    name: "bar-sag",
+    driver: Driver::Gravity,
+    formula: "reading = distance + s_b (cos^2 a - 1) + s_w sin a, a the bar's angle above the level",
+    size_meaning: "change of the reading from level to upright",
+    cause: "a long or heavy bar bends under its own weight, or hangs in its joints, as it tilts",
+    remedy: "shorter or stiffer bar, support it as it was calibrated; measure level and tilted setups with bars of one length",
+    titles: &[("", "The bar sags under its own weight")],
+    measures: Some("at the steepest bar"),
+    notable: Notable { length: 1.0, angle: 1.0 },
+    shown_by: ShownBy {
+        arm: None,
+        rotary: None,
+        other: ShowingTest::Said("a sweep or circle with that bar in which it stands level and upright"),
+    },
+    unseen: Unseen::Listed,
+    unmoved: &[],
+    form_error: 0.05,
+    needs_runs: false,
+    signature: Signature::Course,
+    candidates: tilting_bars,
+    candidates_of_poses: none,
+    documented: Documented {
+        place: "`bar`",
+        components: "`length`",
+        functions: "`bends = cos²α − 1`, `hangs = sin α`, α the bar's angle above the level, from the pivot up to the spindle ball",
+        parameters: "`bar`",
+        unit: "um",
+    },
+    parameters: &[Parameter::number(
+        "bar",
+        ParameterUnit::Plain,
+        DefaultValue::Absent,
+        (0.0, 1e5),
+        "calibrated length of the bar concerned, mm (to 0.5 mm); every bar when not stated",
+    )],
+    check: no_check,
+    outlets: |_, place| if place == Place::Bar { vec![Outlet::Reading] } else { Vec::new() },
+    measure: plain_measure,
+    functions: |_| vec![BENDS.into(), HANGS.into()],
+    profiles,
+};
+
+/// Names of the functions.
+const BENDS: &str = "bends";
+const HANGS: &str = "hangs";
+
+/// Two bars are one when their calibrated lengths differ by less, mm.
+const SAME_BAR_MM: f64 = 0.5;
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let bar = effect.number("bar");
+    let concerned = |test: usize| {
+        let length = context.session().tests[test].bar_length_mm;
+        bar.is_none_or(|bar| length.is_some_and(|length| (length - bar).abs() < SAME_BAR_MM))
+    };
+    let sines: Profile = (0..context.tests()).map(|test| sines(context, test)).collect();
+    let of = |value: fn(f64) -> f64| {
+        context.profile(|test, row| if concerned(test) { value(sines[test][row]) } else { 0.0 })
+    };
+    Ok(vec![of(|sine| -sine * sine), of(|sine| sine)])
+}
+
+/// Sine of the bar's angle above the level, row by row.
+fn sines(context: &Context, test: usize) -> Vec<f64> {
+    let chain = context.chain();
+    let geometry = Geometry::nominal(chain);
+    let gravity = context.machine().gravity;
+    let (pivot, ball) = (&context.session().tests[test].pivot, &context.session().tests[test].spindle_ball);
+    let motion = context.motion(test);
+    let (Some(below), Some(above)) = (chain.link(&pivot.link), chain.link(&ball.link)) else {
+        return vec![0.0; motion.rows()];
+    };
+    let sine = |row: usize| {
+        let place = |link, at| geometry.pose(link, motion.row(row), None).point(at);
+        let way = place(above, &ball.at) - place(below, &pivot.at);
+        way.try_normalize(0.0).map_or(0.0, |way| -way.dot(&gravity))
+    };
+    (0..motion.rows()).map(sine).collect()
+}
+
+/// Log odds against a bar that gives way: the usual ones are stiff to some tenths of a µm.
+const STIFF_BARS: f64 = 3.0;
+
+/// Largest plausible change of a reading, µm.
+const PLAUSIBLE: f64 = 10.0;
+
+/// Every bar alike, and each length alone where there are several; bending alone, and with what hangs.
+fn tilting_bars(seen: &Observations) -> Vec<CandidateFamily> {
+    let tests = &seen.context.session().tests;
+    let mut lengths: Vec<f64> = seen.setups.bars.iter().filter_map(|bar| tests[bar.first_test].bar_length_mm).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.dedup_by(|one, other| (*one - *other).abs() < SAME_BAR_MM);
+    let alone =
+        lengths.iter().filter(|_| lengths.len() > 1).map(|&bar| with_number(BAR_SAG.name, Place::Bar, "bar", bar));
+    let grid: Vec<Effect> = std::iter::once(Effect::new(BAR_SAG.name, Place::Bar)).chain(alone).collect();
+    let whole = CandidateFamily::new(BAR_SAG.name, Place::Bar, vec![Outlet::Reading], PLAUSIBLE);
+    let whole = whole.over(grid).rare(STIFF_BARS);
+    vec![CandidateFamily { functions: &[BENDS], ..whole.clone() }, whole]
+}
