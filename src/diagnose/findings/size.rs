@@ -11,7 +11,7 @@ use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::unit;
 use crate::diagnose::selection::selected::Candidate;
-use crate::diagnose::selection::trajectory::{Trajectories, is_once_per_turn, told_along_its_axis};
+use crate::diagnose::selection::shapes::trajectory::{Trajectories, is_once_per_turn, told_along_its_axis};
 use crate::effects::{Signature, is_a, kind, signature};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;

@@ -4,7 +4,7 @@ use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::selected::{Candidate, SelectedEffect};
-use crate::diagnose::selection::trajectory::has_first_order;
+use crate::diagnose::selection::shapes::trajectory::has_first_order;
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 

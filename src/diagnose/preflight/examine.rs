@@ -3,8 +3,8 @@
 use super::contradictions::{contradiction, further_contradiction};
 use super::data_fault::DataFault;
 use super::doubts::{left_out_share, misfit, repeats_um, unjudged, warnings};
-use super::frames::{instrument_moved, mistaken_columns};
 use super::gross_misfit::contest;
+use super::places::frames::{instrument_moved, mistaken_columns};
 use super::quick_fit::strain;
 use super::small_misfit::preflight;
 use crate::chain::Chain;

@@ -6,14 +6,14 @@
 use crate::diagnose::cause::{LEAST_PROBABILITY, MOST_RIVALS};
 use rayon::prelude::*;
 
-use super::axis_lines::other_lines;
 use super::data_fault::{DataFault, SURE_OF_FAULT};
-use super::exchanged;
-use super::misplaced::{BALL_PLACE, BAR, misplaced};
 use super::mistakes::{ANGLE_REVERSED, suspicions};
+use super::places::axis_lines::other_lines;
+use super::places::exchanged;
+use super::places::misplaced::{BALL_PLACE, BAR, misplaced};
+use super::places::standing::standing_elsewhere;
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
 use super::small_misfit::toggled;
-use super::standing::standing_elsewhere;
 use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::few_rows;
 use crate::identify::{FreePrior, Quantity};

@@ -1,10 +1,10 @@
 //! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
 
-use super::ball_places::End;
 use super::data_fault::{RECORDER, SESSION};
 use super::dwells::without_dwells;
-use super::exchanged;
-use super::misplaced::on_any_link;
+use super::places::ball_places::End;
+use super::places::exchanged;
+use super::places::misplaced::on_any_link;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::machine::AxisKind;

@@ -11,9 +11,9 @@ use super::data_fault::{DataFault, RECORDER, Rival};
 use super::mistakes::{
     ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
 };
+use super::places::restated::restated;
+use super::places::standing::{STANDING_AXIS, stood_at};
 use super::quick_fit::{MOST_STRAIN, refit};
-use super::restated::restated;
-use super::standing::{STANDING_AXIS, stood_at};
 use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::few_rows;
 use crate::session::Session;

@@ -7,7 +7,7 @@ use super::acceptance::{adds_enough, relieves};
 use super::joint_fit::{JointFit, mean_square, rest_of};
 use super::ranking::simpler;
 use super::selected::{Candidate, SelectedEffect, SelectionContext};
-use super::shape_average::cancels;
+use super::shapes::shape_average::cancels;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
 

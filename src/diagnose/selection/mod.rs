@@ -1,22 +1,15 @@
 //! Which few effects the evidence demands, of all that the catalogue holds. No words, no proof.
 
 pub(crate) mod acceptance;
-pub(crate) mod candidates;
 pub(crate) mod exchange;
 pub(crate) mod forward_selection;
 pub(crate) mod hidden_outliers;
 pub(crate) mod joint_fit;
-pub(crate) mod judged_shape;
 pub(crate) mod limits;
 pub(crate) mod naming;
 pub(crate) mod pose_search;
 pub(crate) mod ranking;
-pub(crate) mod ripples;
 pub(crate) mod screening;
-pub(crate) mod screening_grid;
 pub(crate) mod search;
 pub(crate) mod selected;
-pub(crate) mod shape_average;
-pub(crate) mod shape_fit;
-pub(crate) mod trajectory;
-pub(crate) mod vibration_shape;
+pub(crate) mod shapes;

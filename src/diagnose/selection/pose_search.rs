@@ -7,12 +7,12 @@
 use std::sync::Arc;
 
 use super::joint_fit::{joined, mean_square};
-use super::judged_shape::PARAMETER_COST;
 use super::ranking::{choose, compare, keep_diverse};
-use super::screening::screen;
-use super::screening_grid::ScreeningGrid;
+use super::screening::screen::screen;
+use super::screening::screening_grid::ScreeningGrid;
 use super::selected::{Candidate, Search, SelectedEffect};
-use super::shape_fit::refine_all;
+use super::shapes::judged_shape::PARAMETER_COST;
+use super::shapes::shape_fit::refine_all;
 use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;

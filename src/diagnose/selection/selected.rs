@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use super::limits::Limits;
-use super::screening_grid::ScreeningGrid;
+use super::screening::screening_grid::ScreeningGrid;
 use crate::diagnose::model::linear_model::{Column, LinearModel, Term};
 use crate::diagnose::model::prior_penalty::PriorPenalty;
 use crate::diagnose::model::regression::Accepted;

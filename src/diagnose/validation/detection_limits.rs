@@ -3,8 +3,8 @@
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::selection::candidates::{family_terms, terms};
 use crate::diagnose::selection::naming::{cause_of, unit};
+use crate::diagnose::selection::screening::candidates::{family_terms, terms};
 use crate::effects::CandidateFamily;
 use crate::effects::{self, CYCLIC_ERROR, Driver, KINDS, Kind, ROTARY_ERROR_MOTION, Signature, UNKNOWN, is_a, kind};
 use crate::identify::{Fit, FitError, turned_senses};

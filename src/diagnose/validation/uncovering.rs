@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::detection_limits::{AXIS_SENSE, Unseen, unseen_causes};
 use crate::diagnose::findings::proposals::{Layout, Longer, Proposal, proposals};
 use crate::diagnose::model::regression::Regression;
-use crate::diagnose::selection::candidates::families;
+use crate::diagnose::selection::screening::candidates::families;
 use crate::effects::CandidateFamily;
 
 /// A test that would show some of the unseen causes.

@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 
 use super::ball_places::WORTH;
 use super::misplaced::{suspicion, told};
-use super::quick_fit::{Refit, nominal_mm};
-use super::suspicion::{RARELY, Suspicion};
+use crate::diagnose::preflight::quick_fit::{Refit, nominal_mm};
+use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::identify::Quantity;
 use crate::machine::AxisKind;
 use crate::session::Session;

@@ -1,8 +1,8 @@
 //! Recordings that stand in each other's tests: pairs, and whole rows of files moved by one. Whether they do is for others to judge.
 
-use super::data_fault::SESSION;
-use super::suspicion::{SOMETIMES, Suspicion};
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::preflight::data_fault::SESSION;
+use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
 use crate::session::{Motion, Session, Test};
 
 /// Pairs that are tried by a refit.

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
-use super::data_fault::{DataFault, RECORDER, SESSION};
 use crate::chain::Chain;
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION};
 use crate::identify::{Fit, Options, identify};
 use crate::machine::AxisKind;
 use crate::readings::Kind;

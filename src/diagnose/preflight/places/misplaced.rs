@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::ball_places::{End, Sights, WORTH, misfit_mm, sights, solutions, solved, written_otherwise};
-use super::data_fault::listed;
-use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::chain::Chain;
+use crate::diagnose::preflight::data_fault::listed;
+use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::session::{Ball, Session, Setups, Zero};
 use crate::statistics::median;
 

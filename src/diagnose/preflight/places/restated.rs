@@ -6,12 +6,12 @@
 use nalgebra::Vector3;
 
 use super::ball_places::{End, NOMINAL_MM, Sights, misfit_mm, sights, written_otherwise};
-use super::data_fault::{SESSION, listed};
 use super::misplaced::{BALL_PLACE, ball_words, names, suspicion, told};
-use super::quick_fit::nominal_mm;
 use super::standing::{groups, misfit_of_shift, stood_at};
-use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::chain::Chain;
+use crate::diagnose::preflight::data_fault::{SESSION, listed};
+use crate::diagnose::preflight::quick_fit::nominal_mm;
+use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::machine::AxisKind;
 use crate::session::{Session, Setups};
 

@@ -1,10 +1,10 @@
 //! Axes that stood elsewhere than the session says, by what the lengths say.
 
 use super::ball_places::WORTH;
-use super::data_fault::SESSION;
 use super::misplaced::{names, suspicion};
-use super::suspicion::Suspicion;
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::preflight::data_fault::SESSION;
+use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session};
 use crate::statistics::least_along;
@@ -107,7 +107,7 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
         kind.to_file_unit(stated + shift),
         kind.position_unit(),
         kind.to_file_unit(stated),
-        super::data_fault::listed(&names(session, tests))
+        crate::diagnose::preflight::data_fault::listed(&names(session, tests))
     );
     let mut found = suspicion(STANDING_AXIS, SESSION, names(session, tests), says, undone);
     found.components = vec![axis_name.clone()];

@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use super::candidates::family_terms;
 use super::screening_grid::ScreeningGrid;
-use super::selected::Candidate;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
+use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
 use crate::effects::{Profile, Signature, is_a};
 use crate::machine::{Effect, ParameterValue};

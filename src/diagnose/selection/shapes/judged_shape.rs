@@ -1,9 +1,9 @@
 //! A shape of a family judged at a stage, and what refined shapes must gain. It refines nothing.
 
-use super::candidates::family_terms;
-use super::selected::Candidate;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
+use crate::diagnose::selection::screening::candidates::family_terms;
+use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
 use crate::machine::Effect;
 

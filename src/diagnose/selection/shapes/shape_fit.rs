@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::judged_shape::{PARAMETER_COST, judged};
-use super::screening::stage_of;
-use super::selected::Candidate;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
+use crate::diagnose::selection::screening::screen::stage_of;
+use crate::diagnose::selection::selected::Candidate;
 use crate::effects::{CandidateFamily, Refined};
 use crate::effects::{Signature, WARM, signature};
 use crate::machine::{Effect, ParameterValue};

@@ -1,9 +1,9 @@
 //! Courses that the motions of an effect take over the readings, and what of them is told. It fits nothing.
 
-use super::naming::component_name;
-use super::selected::Candidate;
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::diagnose::selection::naming::component_name;
+use crate::diagnose::selection::selected::Candidate;
 use crate::effects::Signature::{BarLength, ErrorMotion, FreeCurve, Growth, Sag, Straightness};
 use crate::effects::{Signature, WARM, is_a, signature};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};

@@ -3,13 +3,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::candidates::ALONG;
 use super::judged_shape::{PARAMETER_COST, judged};
-use super::selected::Candidate;
 use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::noise::spectrum::aliases;
+use crate::diagnose::selection::screening::candidates::ALONG;
+use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
 use crate::machine::{Effect, Outlet, ParameterValue};
 use crate::statistics::log_determinant;

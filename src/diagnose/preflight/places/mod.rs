@@ -1,0 +1,9 @@
+//! Statements of where things stand that the lengths contradict: balls, axes, frames, and where each would be. It judges no physics.
+
+pub(crate) mod axis_lines;
+pub(crate) mod ball_places;
+pub(crate) mod exchanged;
+pub(crate) mod frames;
+pub(crate) mod misplaced;
+pub(crate) mod restated;
+pub(crate) mod standing;
