@@ -20,7 +20,7 @@ pub static CONTROL_CENTRE: Kind = Kind {
     name: "control-centre",
     driver: Driver::Position,
     formula: "E = a (cos q - 1) + b sin q across the axis, in tests in which slides move with it",
-    size_meaning: "distance between the control's centre and the axis",
+    size_meaning: "largest shift of the table against the slides (on a full turn twice the offset of the centre)",
     cause: "the kinematics of the control hold another place of the axis than the one where it stands: not updated after an alignment, wrong sign or units",
     remedy: "compare the centre in the control with the location errors identified from tests in which no slide moves, correct it, repeat one following sweep",
     titles: &[("", "While slides follow {place}, they turn about another centre ({moving})")],

@@ -45,13 +45,13 @@ pub static ROTARY_ERROR_MOTION: Kind = Kind {
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::ErrorMotion,
-    candidates: error_motions,
+    candidates: |seen| low_orders(seen).into_iter().chain(high_orders(seen)).collect(),
     candidates_of_poses: lines_of_arms,
     documented: Documented {
         place: "rotary axis",
         components: "all but own",
         functions: "`cosN = cos Nq − 1`, `sinN = sin Nq`",
-        parameters: "`orders` per turn, any numbers",
+        parameters: "`orders` per turn, any numbers (`periods` are for slides)",
         unit: "um, arcsec",
     },
     parameters: PARAMETERS,
@@ -144,7 +144,7 @@ const ERROR_MOTION_ORDERS: [usize; 3] = [2, 4, 8];
 /// Part of a turn from which the orders of a bearing can be told apart, rad.
 const NEARLY_A_TURN: f64 = 0.9 * TAU;
 
-fn error_motions(seen: &Observations) -> Vec<CandidateFamily> {
+fn low_orders(seen: &Observations) -> Vec<CandidateFamily> {
     let of_axis = |(axis, (from, to)): (usize, (f64, f64))| {
         let (d, place) = (directions(seen.machine(), axis), Place::Axis(axis));
         let arc = to - from;
@@ -163,6 +163,32 @@ fn error_motions(seen: &Observations) -> Vec<CandidateFamily> {
             .map(|outlets| CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, 10.0).over(grid.clone()))
     };
     seen.moving(AxisKind::Rotary).flat_map(of_axis).collect()
+}
+
+/// Single orders beyond them: balls that pass, teeth of a ring that the drive pulls, poles of a motor.
+const HIGH_ORDERS: std::ops::RangeInclusive<u32> = 9..=24;
+
+/// Readings that a period must hold.
+const LEAST_READINGS: f64 = 4.0;
+
+/// Log odds against one of so many.
+const ONE_OF_MANY: f64 = 2.8;
+
+/// Error motion of one high order, on whole turns that the readings follow.
+fn high_orders(seen: &Observations) -> Vec<CandidateFamily> {
+    let whole = seen.moving(AxisKind::Rotary).filter(|(_, (from, to))| to - from > NEARLY_A_TURN);
+    let of_axis = |(axis, _)| {
+        let (d, place) = (directions(seen.machine(), axis), Place::Axis(axis));
+        let step = seen.context.finest_step(axis);
+        let followed = HIGH_ORDERS.map(f64::from).filter(|order| LEAST_READINGS * order * step < TAU);
+        let grid: Vec<Effect> =
+            followed.map(|order| with_list(ROTARY_ERROR_MOTION.name, place, "orders", vec![order])).collect();
+        [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)].map(|outlets| {
+            let family = CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, 10.0);
+            family.over(grid.clone()).fast().rare(ONE_OF_MANY)
+        })
+    };
+    whole.flat_map(of_axis).collect()
 }
 
 /// Low orders of an arm's joint line: a bearing race or a flange out of true.

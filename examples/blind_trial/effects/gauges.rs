@@ -1,12 +1,12 @@
 //! A bar that bends under its weight, and a control that turns about a wrong centre: drawn only where they are asked for.
 
 use super::super::draw::Draw;
-use super::super::kinematics::{AXES, Disturbance, V3, norm, scale, sub, unit};
+use super::super::kinematics::{AXES, Disturbance, Quaternion, V3, norm, scale, sub};
 use super::super::plan::{Path, Plan};
 use super::{Cause, Law, Rows, component, nearest};
 use serde_json::json;
 
-/// A bar that reads too long by the square of the cosine of its slope.
+/// A bar, calibrated level, that reads too short by the square of the sine of its slope.
 struct Bending;
 
 impl Law for Bending {
@@ -17,8 +17,8 @@ impl Law for Bending {
                 let q = plan.axes_at(test, row as f64 * test.step_s);
                 let place = |ball| plan.machine.place(ball, [0.0; 3], &q, &exact, &still);
                 let bar = sub(place(plan.ball(test)), place(plan.pivot(test)));
-                let level = (bar[0] * bar[0] + bar[1] * bar[1]) / (norm(bar) * norm(bar));
-                d.length += size * 1e-3 * level;
+                let sine = bar[2] / norm(bar);
+                d.length -= size * 1e-3 * sine * sine;
             }
         }
     }
@@ -69,6 +69,15 @@ impl Law for WrongCentre {
     }
 }
 
+/// Largest component of the shift that an offset makes while slides follow an axis, in the directions of its carrier.
+fn widest(plan: &Plan, axis: usize, beside: V3) -> f64 {
+    let (low, high) = plan.travel(axis);
+    let joint = &plan.machine.joints[axis];
+    let shift = |q: f64| sub(Quaternion::about(joint.direction, q.to_radians()).turn(beside), beside);
+    let components = (0..=360).flat_map(|k| shift(low + (high - low) * f64::from(k) / 360.0));
+    components.fold(0.0, |most, component| component.abs().max(most))
+}
+
 pub fn wrong_centre(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let followed = |axis: &usize| {
         let has = plan.tests.iter().any(|t| matches!(&t.path, Path::Follow { axis: a, .. } if a == axis));
@@ -84,6 +93,7 @@ pub fn wrong_centre(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let mut beside = [0.0; 3];
     beside[(own + 1) % 3] = rng.normal();
     beside[(own + 2) % 3] = rng.normal();
+    let beside = scale(beside, 1.0 / widest(plan, axis, beside));
     Some(Cause {
         effect: "control-centre",
         id: "control-centre",
@@ -91,10 +101,10 @@ pub fn wrong_centre(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         place: joint.name.clone(),
         components: vec![component((own + 1) % 3, &joint.name), component((own + 2) % 3, &joint.name)],
         unit: "um",
-        meaning: "distance of the centres",
+        meaning: "largest shift of a component",
         sizes: (1.0, 80.0),
         range: json!({}),
-        params: json!({"beside": unit(beside)}),
-        law: Box::new(WrongCentre { axis, beside: unit(beside) }),
+        params: json!({"beside": beside}),
+        law: Box::new(WrongCentre { axis, beside }),
     })
 }
