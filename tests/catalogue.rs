@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use fiveaxis::diagnose::{Threshold, Thresholds};
 use fiveaxis::effects::{Driver, KINDS, Kind};
 
 fn root(file: &str) -> PathBuf {
@@ -80,4 +81,14 @@ fn the_schema_of_diagnose_knows_every_driver() {
     let names: Vec<String> = Driver::ALL.iter().map(|driver| format!("\"{}\"", driver.name())).collect();
     let mark = "\"driver\": {\n            \"type\": \"string\",\n            \"enum\": [";
     held("schemas/diagnose.json", mark, ", \"data fault\"", &names.join(", "));
+}
+
+#[test]
+fn the_table_of_numbers_that_decide_is_made_from_the_library() {
+    let number = |value: f64| if value.is_finite() { value.to_string() } else { "–".into() };
+    let row =
+        |t: &Threshold| format!("| `{}` | {} {} | {} | {} |\n", t.name, t.value, t.unit, number(t.off), t.meaning);
+    let rows: String = Thresholds::default().list().iter().map(row).collect();
+    let wanted = format!("| number | value | without the rule | meaning |\n|---|---|---|---|\n{rows}");
+    held("docs/diagnosis.md", "<!-- thresholds made from the library -->\n", "<!-- end -->", &wanted);
 }

@@ -9,6 +9,8 @@ pub struct Claim {
     pub right: bool,
     /// First of its finding, not one of those that cannot be told from it.
     pub leads: bool,
+    /// What held-out readings said of its finding: `passed`, `failed`, `single occurrence`; `none` without a proof.
+    pub proof: String,
 }
 
 /// A stated number against the true one, in stated sigmas.
@@ -85,7 +87,8 @@ impl Outcome {
     pub fn json(&self) -> Value {
         let deviations =
             |list: &[Deviation]| -> Vec<Value> { list.iter().map(|d| json!([d.what, d.sigmas])).collect() };
-        let claims: Vec<Value> = self.claims.iter().map(|c| json!([c.probability, c.right, c.leads])).collect();
+        let claims: Vec<Value> =
+            self.claims.iter().map(|c| json!([c.probability, c.right, c.leads, c.proof])).collect();
         json!({"seed": self.seed, "trial": self.trial, "effect": self.effect, "visible": self.visible, "clean": self.clean,
             "two": self.two, "stranger": self.stranger, "fault": self.fault, "noise": self.noise_family,
             "stated": self.stated, "in_class": self.in_class, "alarm": self.alarm, "companion": self.companion,
@@ -96,12 +99,13 @@ impl Outcome {
 
 fn claims(effects: &[Value], finding: &Value) -> Vec<Claim> {
     let others = finding["cannot_tell_from"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let proof = finding["cross_validated"].as_str().unwrap_or("none");
     std::iter::once(finding)
         .chain(others)
         .enumerate()
         .filter_map(|(i, stated)| {
             let right = effects.iter().any(|e| names(e, stated));
-            Some(Claim { probability: stated["probability"].as_f64()?, right, leads: i == 0 })
+            Some(Claim { probability: stated["probability"].as_f64()?, right, leads: i == 0, proof: proof.to_string() })
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! The outcomes as a page of tables; runs nothing.
 
-use super::outcome::{Deviation, Outcome};
+use super::outcome::{Claim, Deviation, Outcome};
 use super::rules::Tally;
 use fiveaxis::diagnose::Threshold;
 use std::fmt::Write;
@@ -25,6 +25,7 @@ pub fn page(outcomes: &[Outcome], earned: &[(Threshold, Tally)], command: &str) 
     reliability(&mut text, "## Stated probabilities, causes of the catalogue", &inside);
     let outside: Vec<&Outcome> = outcomes.iter().filter(|o| o.stranger).collect();
     reliability(&mut text, "## Stated probabilities, causes outside the catalogue", &outside);
+    proofs(&mut text, outcomes);
     coverage(&mut text, outcomes);
     times(&mut text, outcomes);
     rules(&mut text, outcomes, earned);
@@ -121,6 +122,24 @@ fn reliability(text: &mut String, title: &str, outcomes: &[&Outcome]) {
         calibration_error(&leading),
         calibration_error(&every)
     );
+}
+
+/// How often first causes are right by what held-out readings said of them.
+fn proofs(text: &mut String, outcomes: &[Outcome]) {
+    text.push_str("\n## Held-out readings and the first cause of each finding\n");
+    head(text, &["held-out readings", "mean stated", "right, causes of the catalogue", "right, all"]);
+    for proof in ["passed", "failed", "single occurrence", "none"] {
+        let of = |outcome: &&Outcome| outcome.claims.iter().any(|c| c.leads && c.proof == proof);
+        let claims = |strangers: bool| -> Vec<&Claim> {
+            let taken = outcomes.iter().filter(|o| strangers || !o.stranger).filter(of);
+            taken.flat_map(|o| &o.claims).filter(|c| c.leads && c.proof == proof).collect()
+        };
+        let right = |list: &[&Claim]| share(list.iter().filter(|c| c.right).count(), list.len());
+        let (inside, all) = (claims(false), claims(true));
+        let mean = all.iter().map(|c| c.probability).sum::<f64>() / all.len().max(1) as f64;
+        let stated = if all.is_empty() { "–".into() } else { format!("{:.1} %", 100.0 * mean) };
+        line(text, &[proof, &stated, &right(&inside), &right(&all)]);
+    }
 }
 
 fn coverage(text: &mut String, outcomes: &[Outcome]) {

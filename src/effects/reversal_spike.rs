@@ -89,6 +89,22 @@ struct Friction {
     before: Option<(f64, f64)>,
 }
 
+/// What is left of friction that turned round, and of the servo's error, below which nothing more comes of it; of about one.
+const SETTLED: f64 = 1e-10;
+
+impl Friction {
+    /// Whether a row goes on in the direction in which friction and servo have settled.
+    fn is_settled(&mut self, travel: &Travel) -> bool {
+        let goes_on = travel.distance * self.direction >= 0.0 && travel.next * self.direction >= 0.0;
+        let rest = (self.bristle - self.direction).abs().max(self.error.abs()).max(self.rate.abs());
+        let is_settled = goes_on && rest < SETTLED;
+        if is_settled {
+            (self.bristle, self.error, self.rate) = (self.direction, 0.0, 0.0);
+        }
+        is_settled
+    }
+}
+
 /// Steps of the integration per radian of the servo's phase.
 const STEPS_PER_RADIAN: f64 = 16.0;
 /// Largest error of a session with a reversal, times the servo's frequency: friction that turns round makes one of about one.
@@ -128,6 +144,10 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
             (state.error, state.rate, state.before) = (0.0, 0.0, None);
             return;
         };
+        if state.is_settled(&travel) {
+            state.before = Some((travel.distance, seconds));
+            return;
+        }
         let phase = (omega * seconds).min(MOST_PHASE);
         let steps = (phase * STEPS_PER_RADIAN).ceil().max(1.0);
         let (share, dt) = (1.0 / steps, phase / omega / steps);
