@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::FitError;
+use super::error::FitError;
 use super::slides::{Slides, leaves_zero};
 use super::unknowns::{Quantity, Unknown};
 use crate::chain::{Chain, Column, Composition, Geometry, LinkId, Poses, Sensitivity};
@@ -203,7 +203,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What the batch kernels differentiate with respect to for an unknown of a test; `None` for the reading of a bar.
-    pub(super) fn column(&self, test: usize, unknown: usize) -> Option<Column> {
+    pub(crate) fn column(&self, test: usize, unknown: usize) -> Option<Column> {
         match self.unknowns[unknown].quantity {
             Quantity::Location { axis, component } => Some(Column::Location { axis, component: component.index() }),
             // of the carriage's displacement, which the shape multiplies

@@ -193,6 +193,6 @@ fn travel(motion: &Motion, axis: usize) -> (f64, f64) {
 }
 
 /// True when an axis leaves its zero in a motion: then what turns or shifts its way shows.
-pub(super) fn leaves_zero(motion: &Motion, axis: usize) -> bool {
+pub(crate) fn leaves_zero(motion: &Motion, axis: usize) -> bool {
     motion.axis(axis).any(|q| q.abs() > AT_ZERO_MM)
 }
