@@ -25,7 +25,9 @@ mod rows;
 mod session;
 mod survey;
 mod test;
+mod test_file;
 mod test_path;
+mod test_reader;
 mod text;
 mod urdf;
 

@@ -10,25 +10,11 @@ use super::message::{LoadError, nearest};
 use super::quantity::{finite, positive_length, quantity};
 use super::recording::Wanted;
 use super::recordings::Read;
-use super::test::{BallFile, TestFile, TestReader};
+use super::test_file::{BallFile, FrameFile, TestFile};
+use super::test_reader::TestReader;
 use crate::readings::{Kind, Part, Reading, Scalar, nearest_rotation, rotation_of_euler_xyz, rotation_of_quaternion};
 use crate::session::{Ball, Test};
 use crate::units::Measure;
-
-/// Instrument, socket or target of a test.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct FrameFile {
-    pub(super) link: String,
-    pub(super) at: Option<[f64; 3]>,
-    /// Its axes as a unit quaternion, w first.
-    pub(super) quaternion: Option<[f64; 4]>,
-    /// The direction of a displacement.
-    pub(super) direction: Option<[f64; 3]>,
-    pub(super) setup: Option<String>,
-    pub(super) spread: Option<serde_yaml::Value>,
-    pub(super) turn_spread: Option<serde_yaml::Value>,
-}
 
 /// How little is assumed of a place that no one states the spread of, mm and rad: it is a start from the readings, and these
 /// are without influence wherever readings speak.

@@ -9,7 +9,7 @@ use super::document::{Document, Step};
 use super::message::LoadError;
 use super::recording::{Parsed, Wanted};
 use super::rows::Rows;
-use super::test::TestFile;
+use super::test_file::TestFile;
 use super::text::lies_in;
 use crate::machine::Machine;
 use crate::readings::Kind;

@@ -1,61 +1,17 @@
 //! One test of a session file with its recording: balls, bar and axes that stand still. Paths are read in `test_path`.
 
-use std::collections::BTreeMap;
-
-use nalgebra::Vector3;
-use serde::Deserialize;
-
-use super::document::{Document, Step};
+use super::document::Step;
 use super::limits::TEST_NAME;
-use super::message::{LoadError, nearest};
-use super::parts::FrameFile;
-use super::quantity::{LARGEST, finite, positive_length, quantity};
-use super::range::outside_range;
+use super::message::LoadError;
+use super::quantity::{LARGEST, quantity};
 use super::recording::Wanted;
-use super::recordings::{Read, RecordingReader};
-use super::test_path::{CircleFile, SweepFile};
-use crate::chain::Chain;
-use crate::machine::{AxisKind, Machine};
+use super::recordings::Read;
+use super::test_file::TestFile;
+use super::test_reader::TestReader;
+use crate::machine::AxisKind;
 use crate::readings::{Kind, Reading};
-use crate::session::{Ball, Clock, Follow, Path as TestPath, Test, Zero};
+use crate::session::{Clock, Follow, Path as TestPath, Test, Zero};
 use crate::units::{Measure, shown};
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct TestFile {
-    pub(super) name: String,
-    pub(super) recording: Option<String>,
-    #[serde(default)]
-    pub(super) started_at: f64,
-    pub(super) bar_length: Option<f64>,
-    pub(super) bar_setup: Option<String>,
-    pub(super) zero: Option<String>,
-    pub(super) bar_error: Option<serde_yaml::Value>,
-    pub(super) pivot: Option<BallFile>,
-    pub(super) spindle_ball: Option<BallFile>,
-    pub(super) readings: Option<String>,
-    pub(super) instrument: Option<FrameFile>,
-    pub(super) socket: Option<FrameFile>,
-    pub(super) target: Option<FrameFile>,
-    #[serde(default)]
-    pub(super) columns: BTreeMap<String, String>,
-    #[serde(default)]
-    pub(super) positions: BTreeMap<String, f64>,
-    pub(super) feed: Option<f64>,
-    pub(super) overshoot: Option<f64>,
-    pub(super) sweep: Option<SweepFile>,
-    pub(super) circle: Option<CircleFile>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct BallFile {
-    pub(super) link: String,
-    pub(super) at: [f64; 3],
-    pub(super) setup: Option<String>,
-    pub(super) spread: Option<serde_yaml::Value>,
-    pub(super) indexed_about: Option<String>,
-}
 
 /// Smallest bar length, mm, and feed, mm/min.
 const SMALLEST: f64 = 1e-3;
@@ -63,16 +19,6 @@ const SMALLEST: f64 = 1e-3;
 /// True for names that can be a file's: a simulation writes its recordings under them.
 fn names_a_file(name: &str) -> bool {
     !name.contains(['/', '\\']) && !name.trim_matches(['.', ' ']).is_empty() && name.len() <= TEST_NAME.most
-}
-
-/// What reading one test needs.
-pub(super) struct TestReader<'a> {
-    pub(super) document: &'a Document,
-    /// Kind of the readings of tests that do not say their own.
-    pub(super) kind: Kind,
-    pub(super) recordings: RecordingReader<'a>,
-    pub(super) machine: &'a Machine,
-    pub(super) chain: &'a Chain,
 }
 
 impl TestReader<'_> {
@@ -212,61 +158,6 @@ impl TestReader<'_> {
                 Err(refuse(format!("zero '{other}' is not understood; write free (set by hand) or calibrated")))
             }
         }
-    }
-
-    pub(super) fn axis(&self, place: &[Step], name: &str) -> Result<usize, LoadError> {
-        self.machine.axis_index(name).ok_or_else(|| {
-            self.document.refuse(
-                place,
-                format!("the machine has no axis '{name}'; its axes are {}", self.machine.axis_names().join(" ")),
-            )
-        })
-    }
-
-    fn position(&self, index: usize, axis: usize, value: f64) -> Result<f64, LoadError> {
-        let name = &self.machine.axes[axis].name;
-        let place = [Step::Key("tests"), Step::Index(index), Step::Key("positions"), Step::Key(name)];
-        let value = self.machine.axes[axis].kind.from_file_unit(finite(self.document, &place, value)?);
-        match outside_range(self.machine, axis, value) {
-            Some(message) => Err(self.document.refuse(&place, message)),
-            None => Ok(value),
-        }
-    }
-
-    pub(super) fn ball(&self, index: usize, key: &str, raw: &BallFile) -> Result<Ball, LoadError> {
-        let place = [Step::Key("tests"), Step::Index(index), Step::Key(key)];
-        for value in raw.at {
-            finite(self.document, &place, value)?;
-        }
-        if self.chain.link(&raw.link).is_none() {
-            let known = self.chain.link_names();
-            let hint = nearest(&raw.link, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
-            return Err(self
-                .document
-                .refuse(&place, format!("no link is called '{}'{hint} (links: {})", raw.link, known.join(" "))));
-        }
-        let indexed_about = match raw.indexed_about.as_deref() {
-            None => None,
-            Some(_) if key == "pivot" => {
-                return Err(self
-                    .document
-                    .refuse(&place, "a pivot is not indexed; 'indexed_about' is for the spindle ball"));
-            }
-            Some("x") => Some(0),
-            Some("y") => Some(1),
-            Some("z") => Some(2),
-            Some(other) => {
-                let allowed = "the direction of R along which the spindle lies with all axes at zero: x, y or z";
-                return Err(self.document.refuse(&place, format!("indexed_about '{other}' is not {allowed}")));
-            }
-        };
-        Ok(Ball {
-            indexed_about,
-            link: raw.link.clone(),
-            at: Vector3::from(raw.at),
-            setup: raw.setup.clone(),
-            spread_mm: raw.spread.as_ref().map(|value| positive_length(self.document, &place, value)).transpose()?,
-        })
     }
 
     fn every_axis_known(&self, index: usize, test: &Test) -> Result<(), LoadError> {

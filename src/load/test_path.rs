@@ -1,46 +1,14 @@
 //! Planned paths of a session file: sweeps and circles. Positions along them are computed in the `session` room.
 
-use serde::Deserialize;
-
 use super::document::Step;
 use super::limits::ROWS;
 use super::message::LoadError;
 use super::quantity::finite;
 use super::range::outside_range;
-use super::test::{TestFile, TestReader};
+use super::test_file::{FollowFile, TestFile};
+use super::test_reader::TestReader;
 use crate::machine::AxisKind;
 use crate::session::{CirclePlane, Follow, Path as TestPath};
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SweepFile {
-    axis: String,
-    from: f64,
-    to: f64,
-    step: Option<f64>,
-    #[serde(default)]
-    follow: FollowFile,
-}
-
-#[derive(Deserialize, Default, Clone, Copy)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum FollowFile {
-    #[default]
-    None,
-    Radial,
-    Tangential,
-    Axial,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CircleFile {
-    plane: String,
-    radius: f64,
-    from: f64,
-    to: f64,
-    step: Option<f64>,
-}
 
 impl TestReader<'_> {
     /// The path of a test; `None` when the recording says where the axes were.
