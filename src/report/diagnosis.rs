@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::finding_words::what;
+use super::cause_title::what;
 use crate::diagnose::{
     Cause, DataFault, Diagnosis, Finding, LeftOutSetup, MOST_RIVALS, Rival, ShareOfReadings, SignRandomisation, Source,
     Unseen,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::number::{position, quantity};
-use super::yaml::text;
+use super::yaml_text::text;
 use crate::effects::{ParameterUnit, kind};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue};
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
-use super::yaml::text;
+use super::yaml_text::text;
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid};
 use crate::machine::Machine;
 

@@ -3,6 +3,7 @@
 pub mod before_after;
 pub mod capture;
 mod cards;
+mod cause_title;
 pub mod chain_map;
 pub mod check;
 pub mod circles;
@@ -40,6 +41,7 @@ pub mod urdf;
 pub mod volume;
 pub mod words;
 mod yaml;
+mod yaml_text;
 
 pub use effect_yaml::effect_yaml;
 pub use sense_words::{InsteadJson, SenseJson};

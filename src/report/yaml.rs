@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::effect_yaml::effect_yaml;
 use super::number::{position, quantity, reading_back, scaled_quantity};
+use super::yaml_text::text;
 use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
 use crate::readings::{Kind, Part, quaternion};
 use crate::session::{Ball, Path, Session, Test, Zero};
@@ -296,28 +297,4 @@ fn frame(at: &Ball, axes: &Matrix3<f64>, turn_rad: Option<f64>) -> String {
 
 fn vector(value: &Vector3<f64>) -> String {
     format!("[{}, {}, {}]", value.x, value.y, value.z)
-}
-
-/// A scalar of text: plain where YAML cannot take it for anything else, quoted otherwise.
-pub(super) fn text(value: &str) -> String {
-    let mut characters = value.chars();
-    let starts_as_word = characters.next().is_some_and(|first| first.is_ascii_alphabetic());
-    let is_word = starts_as_word && characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '/'));
-    let has_other_meaning = ["true", "false", "null", "yes", "no", "on", "off"].contains(&&*value.to_ascii_lowercase());
-    if is_word && !has_other_meaning {
-        return value.to_string();
-    }
-    let mut quoted = String::from("\"");
-    for character in value.chars() {
-        match character {
-            '"' | '\\' => quoted.extend(['\\', character]),
-            ' '..='~' => quoted.push(character),
-            other if other.is_alphanumeric() => quoted.push(other),
-            other => {
-                let _ = write!(quoted, "\\U{:08X}", other as u32);
-            }
-        }
-    }
-    quoted.push('"');
-    quoted
 }
