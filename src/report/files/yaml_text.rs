@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 /// A scalar of text: plain where YAML cannot take it for anything else, quoted otherwise.
-pub(super) fn text(value: &str) -> String {
+pub(crate) fn text(value: &str) -> String {
     let mut characters = value.chars();
     let starts_as_word = characters.next().is_some_and(|first| first.is_ascii_alphabetic());
     let is_word = starts_as_word && characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '/'));

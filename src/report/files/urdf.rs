@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::polar::escape;
 use crate::chain::{Branch, Chain, Composition, Geometry, LinkId, Pose};
 use crate::machine::{AxisKind, Machine};
+use crate::report::pictures::polar::escape;
 
 /// Lengths in a robot description are m.
 const M_PER_MM: f64 = 1e-3;

@@ -7,7 +7,7 @@ use std::ops::Range;
 const GROUPS: usize = 1200;
 
 /// Path data through the rows that have a value; `place` is a row's place in the picture. The pen lifts where none has.
-pub(super) fn path_data(
+pub(crate) fn path_data(
     rows: usize,
     value: impl Fn(usize) -> Option<f64>,
     place: impl Fn(usize, f64) -> (f64, f64),

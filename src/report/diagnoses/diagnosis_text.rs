@@ -6,10 +6,10 @@ use super::diagnosis::{DiagnosisJson, MovedJson};
 use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
 };
-use super::number::shown;
-use super::table::Table;
 use super::unseen::{cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
+use crate::report::wording::number::shown;
+use crate::report::wording::table::Table;
 use crate::session::Session;
 
 /// Columns of the story.

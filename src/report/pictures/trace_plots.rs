@@ -185,16 +185,16 @@ fn moves(session: &Session, motion: &Motion) -> String {
 }
 
 /// The position over which a test is drawn.
-pub(super) struct Swept {
-    pub(super) label: String,
+pub(crate) struct Swept {
+    pub(crate) label: String,
     /// mm or degrees.
-    pub(super) value: Vec<f64>,
+    pub(crate) value: Vec<f64>,
     /// Angle round the circle where there is one, rad.
-    pub(super) angle_rad: Option<Vec<f64>>,
+    pub(crate) angle_rad: Option<Vec<f64>>,
 }
 
 /// The rotary axis that turns farthest, the angle of a planar circle, or the linear axis that goes farthest.
-pub(super) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<Swept> {
+pub(crate) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<Swept> {
     motion.time_s.as_ref()?;
     let axes = &session.machine.axes;
     let travel = |axis: usize| {

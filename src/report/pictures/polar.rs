@@ -340,7 +340,7 @@ fn number(value: f64) -> String {
 }
 
 /// Text that may stand in XML: markup escaped, characters that XML 1.0 forbids left out.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {

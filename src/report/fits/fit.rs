@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::linear_axes::{LinearAxesJson, linear_axes_json};
-use super::sense_words::{SenseJson, senses_json};
-use super::words::{ControlJson, control_json, sign_in_words};
 use crate::diagnose::{DataFault, Examination, Rival};
 use crate::identify::{AxisLine, Fit, Quantity, TurnedSense};
 use crate::machine::Directions;
 use crate::methods::CircleFigures;
+use crate::report::wording::linear_axes::{LinearAxesJson, linear_axes_json};
+use crate::report::wording::sense_words::{SenseJson, senses_json};
+use crate::report::wording::words::{ControlJson, control_json, sign_in_words};
 use crate::session::{Session, Zero};
 use crate::units::UM_PER_MM;
 

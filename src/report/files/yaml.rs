@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use nalgebra::{Matrix3, Vector3};
 
 use super::effect_yaml::effect_yaml;
-use super::number::{position, quantity, reading_back, scaled_quantity};
 use super::yaml_text::text;
 use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
 use crate::readings::{Kind, Part, quaternion};
+use crate::report::wording::number::{position, quantity, reading_back, scaled_quantity};
 use crate::session::{Ball, Path, Session, Test, Zero};
 use crate::units::Measure;
 

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::diagnosis::FindingJson;
-use super::polar::escape;
 use crate::machine::{AxisKind, Machine};
+use crate::report::pictures::polar::escape;
 
 /// A box of the drawing.
 struct Node {

@@ -2,16 +2,16 @@
 
 use std::fmt::Write as _;
 
-use super::cards::{Card, cards};
 use super::fit::{FitJson, LocationErrorJson};
 use super::fit_text::{by_remedy, setup_rows, unit, verdict};
-use super::number::shown;
-use super::polar::escape;
-use super::trace_plots::{PassPlots, RoundPlots};
 use crate::identify::Fit;
 use crate::methods::CircleFigures;
+use crate::report::pictures::cards::{Card, cards};
+use crate::report::pictures::polar::escape;
+use crate::report::pictures::trace_plots::{PassPlots, RoundPlots};
+use crate::report::wording::number::shown;
 
-const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("../page.css");
 
 /// The page.
 pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {

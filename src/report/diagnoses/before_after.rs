@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::course::path_data;
 use super::diagnosis::{FindingJson, RangeJson};
-use super::polar::{PolarPlot, PolarTrace, Stroke, escape};
-use super::trace_plots::{Swept, swept};
 use crate::diagnose::TestBeforeAfter;
+use crate::report::pictures::course::path_data;
+use crate::report::pictures::polar::{PolarPlot, PolarTrace, Stroke, escape};
+use crate::report::pictures::trace_plots::{Swept, swept};
 use crate::session::{Motion, Session, Test};
 use crate::units::UM_PER_MM;
 

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::number::{position, quantity};
 use super::yaml_text::text;
 use crate::effects::{ParameterUnit, kind};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue};
+use crate::report::wording::number::{position, quantity};
 
 /// An entry of the list, indented to stand under `effects:`.
 pub fn effect_yaml(machine: &Machine, effect: &Effect) -> String {

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::before_after::BeforeAfterPlots;
-use super::cards::{Card, cards};
 use super::chain_map::chain_map;
 use super::diagnosis::{DiagnosisJson, FindingJson};
 use super::diagnosis_text::{moved_words, verdict_words};
@@ -11,15 +10,16 @@ use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
     what,
 };
-use super::fit_page::{circles_section, identifier};
-use super::number;
-use super::polar::escape;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::methods::CircleFigures;
+use crate::report::fits::fit_page::{circles_section, identifier};
+use crate::report::pictures::cards::{Card, cards};
+use crate::report::pictures::polar::escape;
+use crate::report::wording::number;
 use crate::session::Session;
 
-const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("../page.css");
 const OWN_STYLE: &str = include_str!("diagnosis_page.css");
 /// Tests drawn beside a finding.
 const TESTS_SHOWN: usize = 2;

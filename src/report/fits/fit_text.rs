@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::fit::{FitJson, LocationErrorJson, TestJson};
-use super::number::shown;
-use super::table::Table;
 use crate::identify::{Ambiguity, Fit};
+use crate::report::wording::number::shown;
+use crate::report::wording::table::Table;
 
 /// More open errors than this are named in one line.
 const OPEN_ROWS: usize = 8;
@@ -73,7 +73,7 @@ fn misfit(text: &mut String, json: &FitJson) {
 }
 
 /// Verdict on one error.
-pub(super) fn verdict(json: &FitJson, error: &LocationErrorJson) -> &'static str {
+pub(crate) fn verdict(json: &FitJson, error: &LocationErrorJson) -> &'static str {
     match (error.determined, error.relative_to_spindle_ball) {
         _ if json.verdict == "data fault" => "NOT determined: a mistake in the files",
         _ if json.verdict != "fits" => "NOT determined: the model does not fit the recordings",
@@ -84,7 +84,7 @@ pub(super) fn verdict(json: &FitJson, error: &LocationErrorJson) -> &'static str
 }
 
 /// `µm` or `arcsec`.
-pub(super) fn unit(error: &LocationErrorJson) -> &'static str {
+pub(crate) fn unit(error: &LocationErrorJson) -> &'static str {
     if error.unit == "um" { "µm" } else { error.unit }
 }
 
@@ -141,7 +141,7 @@ fn open_directions(text: &mut String, ambiguities: &[Ambiguity]) {
 }
 
 /// Facts under the remedy that they share, in the order of appearance.
-pub(super) fn by_remedy(ambiguities: &[Ambiguity]) -> Vec<(&str, Vec<&str>)> {
+pub(crate) fn by_remedy(ambiguities: &[Ambiguity]) -> Vec<(&str, Vec<&str>)> {
     let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
     for ambiguity in ambiguities {
         match groups.iter_mut().find(|(remedy, _)| *remedy == ambiguity.remedy) {
@@ -202,7 +202,7 @@ fn setups(text: &mut String, json: &FitJson) {
 }
 
 /// Coordinates of a ball together, by its name without the coordinate; bars alone.
-pub(super) fn setup_rows(json: &FitJson) -> Vec<(String, Vec<&super::fit::SetupJson>)> {
+pub(crate) fn setup_rows(json: &FitJson) -> Vec<(String, Vec<&super::fit::SetupJson>)> {
     let mut rows: Vec<(String, Vec<&super::fit::SetupJson>)> = Vec::new();
     for setup in &json.setups {
         let name = [", x", ", y", ", z"].iter().find_map(|end| setup.name.strip_suffix(end)).unwrap_or(&setup.name);
@@ -241,7 +241,7 @@ fn tests(text: &mut String, tests: &[TestJson]) {
 }
 
 /// Words in lines of at most a hundred characters.
-pub(super) fn wrapped(words: &str, first: &str, rest: &str) -> String {
+pub(crate) fn wrapped(words: &str, first: &str, rest: &str) -> String {
     let mut lines = String::new();
     let mut line = first.to_string();
     let mut is_empty = true;
