@@ -12,7 +12,7 @@ use super::reader::Reader;
 use crate::bodies::{Bodies, Body, Solid};
 use crate::chain::Pose;
 use crate::load::LoadError;
-use crate::load::limits::SOLIDS;
+use crate::load::checked_text::limits::SOLIDS;
 use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
 use crate::machine::Machine;
 

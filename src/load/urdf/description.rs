@@ -12,7 +12,7 @@ use super::places::elements;
 use super::reader::Reader;
 use super::tree::Tree;
 use crate::bodies::Bodies;
-use crate::load::message::LoadError;
+use crate::load::checked_text::message::LoadError;
 use crate::machine::Machine;
 
 /// Reads the text of a robot description; `file` is its name in messages and its folder holds the meshes.

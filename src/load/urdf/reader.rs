@@ -8,8 +8,8 @@ use super::ends::Ends;
 use super::frames::{MM_PER_M, Placed, grain, millimetres, quarter_turns, roll_pitch_yaw, whole_degrees};
 use super::places::Element;
 use super::tree::{Branchlet, Tree};
-use crate::load::limits::AXES;
-use crate::load::message::LoadError;
+use crate::load::checked_text::limits::AXES;
+use crate::load::checked_text::message::LoadError;
 use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode, refuse_axis_name};
 
 /// Components of a direction below this are rounding of rotation matrices.

@@ -5,19 +5,19 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
-use super::machine::{is_urdf, load_machine_with_links};
-use super::message::{LoadError, nearest};
 use super::parts::{SocketsFile, kind_named, socket_distances};
-use super::quantity::positive_length;
 use super::recordings::RecordingReader;
-use super::rows::Rows;
 use super::test_file::TestFile;
 use super::test_reader::TestReader;
-use super::text::read_limited;
-use super::urdf::LinkChoice;
 use crate::chain::Chain;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::positive_length;
+use crate::load::checked_text::text::read_limited;
+use crate::load::machine_file::machine::{is_urdf, load_machine_with_links};
+use crate::load::rows::Rows;
+use crate::load::urdf::LinkChoice;
 use crate::session::{Session, Setups, Spread, Test, locate_instruments};
 
 #[derive(Deserialize)]

@@ -2,17 +2,17 @@
 
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::limits::{FORM_TERMS, TABLE_ROWS};
-use super::message::LoadError;
-use super::quantity::{finite, quantity};
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::{FORM_TERMS, TABLE_ROWS};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::{finite, quantity};
 use crate::machine::{AxisKind, ComponentForm, Harmonic};
 use crate::units::Measure;
 
 /// Form of a component error in a file; coefficients are quantities per mm^k or deg^k.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct FormFile {
+pub(crate) struct FormFile {
     polynomial: Option<Vec<serde_yaml::Value>>,
     fourier: Option<Vec<HarmonicFile>>,
     table: Option<Vec<(f64, serde_yaml::Value)>>,
@@ -30,7 +30,7 @@ struct HarmonicFile {
 }
 
 /// The form of one component error; `place` is its key in the file.
-pub(super) fn component_form(
+pub(crate) fn component_form(
     document: &Document,
     place: &[Step],
     form: &FormFile,

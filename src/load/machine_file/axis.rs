@@ -6,15 +6,15 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::component_form::{FormFile, component_form};
-use super::document::{Document, Step};
-use super::message::LoadError;
-use super::quantity::{finite, quantity, unit_vector};
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::{finite, quantity, unit_vector};
 use crate::machine::{Axis, AxisKind, Component, ComponentError, ErrorName, letter_axis};
 use crate::units::shown;
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
-pub(super) struct AxisFile {
+pub(crate) struct AxisFile {
     #[serde(rename = "type")]
     kind: Option<KindFile>,
     direction: Option<[f64; 3]>,
@@ -36,7 +36,7 @@ enum KindFile {
 }
 
 /// Reads one axis; `names` are all axes of the chain.
-pub(super) fn axis(document: &Document, file: &AxisFile, name: &str, names: &[&str]) -> Result<Axis, LoadError> {
+pub(crate) fn axis(document: &Document, file: &AxisFile, name: &str, names: &[&str]) -> Result<Axis, LoadError> {
     let at = |key| [Step::Key("axes"), Step::Key(name), Step::Key(key)];
     let letter = letter_axis(name);
     let kind = match (file.kind, letter) {

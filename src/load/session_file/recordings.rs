@@ -5,25 +5,25 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
-use super::document::{Document, Step};
-use super::message::LoadError;
-use super::recording::{Parsed, Wanted};
-use super::rows::Rows;
 use super::test_file::TestFile;
-use super::text::lies_in;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::text::lies_in;
+use crate::load::recording::{Parsed, Wanted};
+use crate::load::rows::Rows;
 use crate::machine::Machine;
 use crate::readings::Kind;
 use crate::session::Recording;
 
 /// A recording as read, with the line of every row for messages (of lengths none: they are judged already).
-pub(super) struct Read {
+pub(crate) struct Read {
     pub recording: Recording,
     pub lines: Vec<u32>,
     pub file: PathBuf,
 }
 
 /// Reads the recordings of one session.
-pub(super) struct RecordingReader<'a> {
+pub(crate) struct RecordingReader<'a> {
     document: &'a Document,
     folder: &'a Path,
     rows: Rows,

@@ -5,9 +5,9 @@ use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use super::LoadError;
 use super::limits::Limit;
 use super::printable::hidden_in;
+use crate::load::LoadError;
 
 /// Text of a file of at most `limit` bytes; UTF-8, or UTF-16 with its byte order mark, which is dropped.
 pub fn read_limited(file: &Path, limit: Limit) -> Result<String, LoadError> {
@@ -42,7 +42,7 @@ fn wide_text(bytes: &[u8]) -> Option<Result<String, String>> {
 }
 
 /// Content of a regular file of at most `limit` bytes; a refusal names no file.
-pub(super) fn bytes_limited(file: &Path, limit: Limit) -> Result<Vec<u8>, String> {
+pub(crate) fn bytes_limited(file: &Path, limit: Limit) -> Result<Vec<u8>, String> {
     if is_standard_input(file) {
         return standard_input(limit);
     }
@@ -101,7 +101,7 @@ fn standard_input(limit: Limit) -> Result<Vec<u8>, String> {
 }
 
 /// True when a file lies, links followed, in one of some folders or below.
-pub(super) fn lies_in(file: &Path, folders: &[&Path]) -> bool {
+pub(crate) fn lies_in(file: &Path, folders: &[&Path]) -> bool {
     let Ok(file) = file.canonicalize() else { return false };
     folders.iter().any(|folder| {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };

@@ -6,14 +6,14 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::axis::{AxisFile, axis};
-use super::document::{Document, Step};
 use super::effects::effects;
-use super::limits::{AXES, LINKS, YAML_BYTES};
 use super::linear_axes::linear_axes;
-use super::message::LoadError;
-use super::quantity::{finite, unit_vector};
-use super::text::read_limited;
-use super::urdf::{LinkChoice, machine_from_urdf};
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::{AXES, LINKS, YAML_BYTES};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::{finite, unit_vector};
+use crate::load::checked_text::text::read_limited;
+use crate::load::urdf::{LinkChoice, machine_from_urdf};
 use crate::machine::{Directions, Machine, StructuralCode};
 
 #[derive(Deserialize)]
@@ -75,7 +75,7 @@ pub fn load_machine_with_links(file: &Path, links: &LinkChoice) -> Result<Machin
 }
 
 /// True for robot descriptions, by the file's name or its first character.
-pub(super) fn is_urdf(file: &Path, text: &str) -> bool {
+pub(crate) fn is_urdf(file: &Path, text: &str) -> bool {
     let is_named_so = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
     is_named_so || text.trim_start().starts_with('<')
 }

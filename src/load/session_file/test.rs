@@ -1,13 +1,13 @@
 //! One test of a session file with its recording: balls, bar and axes that stand still. Paths are read in `test_path`.
 
-use super::document::Step;
-use super::limits::TEST_NAME;
-use super::message::LoadError;
-use super::quantity::{LARGEST, quantity};
-use super::recording::Wanted;
 use super::recordings::Read;
 use super::test_file::TestFile;
 use super::test_reader::TestReader;
+use crate::load::checked_text::document::Step;
+use crate::load::checked_text::limits::TEST_NAME;
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::{LARGEST, quantity};
+use crate::load::recording::Wanted;
 use crate::machine::AxisKind;
 use crate::readings::{Kind, Reading};
 use crate::session::{Clock, Follow, Path as TestPath, Test, Zero};
@@ -23,7 +23,7 @@ fn names_a_file(name: &str) -> bool {
 
 impl TestReader<'_> {
     /// Reads the test with this index: one for lengths, one for each number of other readings.
-    pub(super) fn tests(&self, index: usize, raw: &TestFile) -> Result<Vec<Test>, LoadError> {
+    pub(crate) fn tests(&self, index: usize, raw: &TestFile) -> Result<Vec<Test>, LoadError> {
         let wanted = self.wanted(index, raw)?;
         if wanted.kind != Kind::Length {
             // keys of another kind explain columns that are missing

@@ -2,29 +2,29 @@
 
 use nalgebra::Vector3;
 
-use super::document::{Document, Step};
-use super::message::{LoadError, nearest};
-use super::quantity::{finite, positive_length};
-use super::range::outside_range;
 use super::recordings::RecordingReader;
 use super::test_file::BallFile;
 use crate::chain::Chain;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::{finite, positive_length};
+use crate::load::range::outside_range;
 use crate::machine::Machine;
 use crate::readings::Kind;
 use crate::session::Ball;
 
 /// What reading one test needs.
-pub(super) struct TestReader<'a> {
-    pub(super) document: &'a Document,
+pub(crate) struct TestReader<'a> {
+    pub(crate) document: &'a Document,
     /// Kind of the readings of tests that do not say their own.
-    pub(super) kind: Kind,
-    pub(super) recordings: RecordingReader<'a>,
-    pub(super) machine: &'a Machine,
-    pub(super) chain: &'a Chain,
+    pub(crate) kind: Kind,
+    pub(crate) recordings: RecordingReader<'a>,
+    pub(crate) machine: &'a Machine,
+    pub(crate) chain: &'a Chain,
 }
 
 impl TestReader<'_> {
-    pub(super) fn axis(&self, place: &[Step], name: &str) -> Result<usize, LoadError> {
+    pub(crate) fn axis(&self, place: &[Step], name: &str) -> Result<usize, LoadError> {
         self.machine.axis_index(name).ok_or_else(|| {
             self.document.refuse(
                 place,
@@ -33,7 +33,7 @@ impl TestReader<'_> {
         })
     }
 
-    pub(super) fn position(&self, index: usize, axis: usize, value: f64) -> Result<f64, LoadError> {
+    pub(crate) fn position(&self, index: usize, axis: usize, value: f64) -> Result<f64, LoadError> {
         let name = &self.machine.axes[axis].name;
         let place = [Step::Key("tests"), Step::Index(index), Step::Key("positions"), Step::Key(name)];
         let value = self.machine.axes[axis].kind.from_file_unit(finite(self.document, &place, value)?);
@@ -43,7 +43,7 @@ impl TestReader<'_> {
         }
     }
 
-    pub(super) fn ball(&self, index: usize, key: &str, raw: &BallFile) -> Result<Ball, LoadError> {
+    pub(crate) fn ball(&self, index: usize, key: &str, raw: &BallFile) -> Result<Ball, LoadError> {
         let place = [Step::Key("tests"), Step::Index(index), Step::Key(key)];
         for value in raw.at {
             finite(self.document, &place, value)?;

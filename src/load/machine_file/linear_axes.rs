@@ -2,9 +2,9 @@
 
 use serde_yaml::Value;
 
-use super::document::{Document, Step};
-use super::message::{LoadError, nearest};
-use super::quantity::quantity;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::quantity;
 use crate::machine::{LinearAxes, LinearClass};
 use crate::units::Measure;
 
@@ -14,7 +14,7 @@ const NUMBERS: [&str; 3] = ["positioning", "straightness", "squareness"];
 const LARGEST: f64 = 1e-3;
 
 /// `linear_axes: used`, or `linear_axes: {positioning: 8 um/m, straightness: 5 um/m, squareness: 15 urad}`.
-pub(super) fn linear_axes(document: &Document, raw: Option<&Value>) -> Result<LinearAxes, LoadError> {
+pub(crate) fn linear_axes(document: &Document, raw: Option<&Value>) -> Result<LinearAxes, LoadError> {
     match raw {
         None => Ok(LinearAxes::default()),
         Some(Value::String(name)) => class(document, &[KEY], name),

@@ -5,16 +5,16 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::limits::{HULL_POINTS, MESHES, MOUNTS, SOLIDS, YAML_BYTES};
 use super::machine::{is_urdf, load_machine_with_links};
-use super::mesh::{MeshUse, Meshes, machine_size_mm};
-use super::message::{LoadError, nearest};
-use super::quantity::finite;
-use super::text::read_limited;
-use super::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::{Chain, Pose};
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::{HULL_POINTS, MESHES, MOUNTS, SOLIDS, YAML_BYTES};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::finite;
+use crate::load::checked_text::text::read_limited;
+use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
+use crate::load::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
 use crate::machine::Machine;
 use crate::units::shown;
 

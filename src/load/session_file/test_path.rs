@@ -1,18 +1,18 @@
 //! Planned paths of a session file: sweeps and circles. Positions along them are computed in the `session` room.
 
-use super::document::Step;
-use super::limits::ROWS;
-use super::message::LoadError;
-use super::quantity::finite;
-use super::range::outside_range;
 use super::test_file::{FollowFile, TestFile};
 use super::test_reader::TestReader;
+use crate::load::checked_text::document::Step;
+use crate::load::checked_text::limits::ROWS;
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::finite;
+use crate::load::range::outside_range;
 use crate::machine::AxisKind;
 use crate::session::{CirclePlane, Follow, Path as TestPath};
 
 impl TestReader<'_> {
     /// The path of a test; `None` when the recording says where the axes were.
-    pub(super) fn path(&self, index: usize, raw: &TestFile) -> Result<Option<TestPath>, LoadError> {
+    pub(crate) fn path(&self, index: usize, raw: &TestFile) -> Result<Option<TestPath>, LoadError> {
         let at = |key| [Step::Key("tests"), Step::Index(index), Step::Key(key)];
         match (&raw.sweep, &raw.circle) {
             (Some(_), Some(_)) => Err(self.document.refuse(&at("circle"), "both sweep and circle are given; keep one")),

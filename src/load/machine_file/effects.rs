@@ -2,11 +2,11 @@
 
 use serde_yaml::{Mapping, Value};
 
-use super::document::{Document, Step};
-use super::limits::{EFFECT_LIST, EFFECTS, TESTS};
-use super::message::{LoadError, nearest};
-use super::quantity::{finite, quantity};
 use crate::effects::{self, DefaultValue, Kind, Parameter, ParameterUnit};
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::{EFFECT_LIST, EFFECTS, TESTS};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::{finite, quantity};
 use crate::machine::{AxisKind, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
 use crate::units::shown;
 
@@ -14,7 +14,7 @@ use crate::units::shown;
 const COMMON_KEYS: [&str; 4] = ["effect", "place", "sizes", "tests"];
 
 /// Reads all effects of a machine whose axes are known.
-pub(super) fn effects(document: &Document, machine: &Machine, raw: &[Mapping]) -> Result<Vec<Effect>, LoadError> {
+pub(crate) fn effects(document: &Document, machine: &Machine, raw: &[Mapping]) -> Result<Vec<Effect>, LoadError> {
     if let Some(message) = EFFECTS.exceeded(raw.len()) {
         return Err(document.refuse(&[Step::Key("effects")], message));
     }

@@ -10,7 +10,7 @@ use crate::units::{Measure, parse_quantity, shown};
 const UNIT_TO_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A vector made unit length; one of no length is refused.
-pub(super) fn unit_vector(
+pub(crate) fn unit_vector(
     document: &Document,
     place: &[Step],
     what: &str,
@@ -33,7 +33,7 @@ pub(super) fn unit_vector(
 }
 
 /// Largest number of a machine or session file: ten kilometres in mm.
-pub(super) const LARGEST: f64 = 1e7;
+pub(crate) const LARGEST: f64 = 1e7;
 
 /// Largest geometric error, mm: zero points of axes included.
 const LARGEST_LENGTH_MM: f64 = 1000.0;
@@ -41,7 +41,7 @@ const LARGEST_LENGTH_MM: f64 = 1000.0;
 const LARGEST_ANGLE_RAD: f64 = std::f64::consts::PI;
 
 /// A finite number of sensible size, or a refusal.
-pub(super) fn finite(document: &Document, place: &[Step], value: f64) -> Result<f64, LoadError> {
+pub(crate) fn finite(document: &Document, place: &[Step], value: f64) -> Result<f64, LoadError> {
     if value.is_finite() && value.abs() <= LARGEST {
         Ok(value)
     } else {
@@ -51,7 +51,7 @@ pub(super) fn finite(document: &Document, place: &[Step], value: f64) -> Result<
 }
 
 /// A quantity with a unit; a bare number is refused.
-pub(super) fn quantity(
+pub(crate) fn quantity(
     document: &Document,
     place: &[Step],
     value: &serde_yaml::Value,
@@ -82,7 +82,7 @@ pub(super) fn quantity(
 }
 
 /// A standard deviation of a setup, mm.
-pub(super) fn positive_length(
+pub(crate) fn positive_length(
     document: &Document,
     place: &[Step],
     value: &serde_yaml::Value,

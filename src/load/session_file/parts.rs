@@ -5,13 +5,13 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::message::{LoadError, nearest};
-use super::quantity::{finite, positive_length, quantity};
-use super::recording::Wanted;
 use super::recordings::Read;
 use super::test_file::{BallFile, FrameFile, TestFile};
 use super::test_reader::TestReader;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::{finite, positive_length, quantity};
+use crate::load::recording::Wanted;
 use crate::readings::{Kind, Part, Reading, Scalar, nearest_rotation, rotation_of_euler_xyz, rotation_of_quaternion};
 use crate::session::{Ball, Test};
 use crate::units::Measure;
@@ -24,7 +24,7 @@ const UNKNOWN_RAD: f64 = 0.1;
 const NOT_UNIT: f64 = 2e-3;
 
 /// The kind with this name; lengths where none is named.
-pub(super) fn kind_named(document: &Document, place: &[Step], name: Option<&str>) -> Result<Kind, LoadError> {
+pub(crate) fn kind_named(document: &Document, place: &[Step], name: Option<&str>) -> Result<Kind, LoadError> {
     let Some(name) = name else { return Ok(Kind::Length) };
     let names = Kind::ALL.map(Kind::name);
     Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
@@ -35,7 +35,7 @@ pub(super) fn kind_named(document: &Document, place: &[Step], name: Option<&str>
 
 impl TestReader<'_> {
     /// Kind of a test and its columns.
-    pub(super) fn wanted(&self, index: usize, raw: &TestFile) -> Result<Wanted, LoadError> {
+    pub(crate) fn wanted(&self, index: usize, raw: &TestFile) -> Result<Wanted, LoadError> {
         let place = |key| [Step::Key("tests"), Step::Index(index), Step::Key(key)];
         let kind = match &raw.readings {
             None => self.kind,
@@ -60,7 +60,7 @@ impl TestReader<'_> {
     }
 
     /// The pivot or spindle ball of a test, or what stands in its place.
-    pub(super) fn side(&self, index: usize, raw: &TestFile, (kind, ball): (Kind, &str)) -> Result<Ball, LoadError> {
+    pub(crate) fn side(&self, index: usize, raw: &TestFile, (kind, ball): (Kind, &str)) -> Result<Ball, LoadError> {
         let refuse = |message: String| self.document.refuse(&[Step::Key("tests"), Step::Index(index)], message);
         let is_pivot = ball == "pivot";
         let (own, instead) = match (kind, is_pivot) {
@@ -106,7 +106,7 @@ impl TestReader<'_> {
     }
 
     /// One test for each number of the readings.
-    pub(super) fn parts(
+    pub(crate) fn parts(
         &self,
         index: usize,
         raw: &TestFile,
@@ -226,7 +226,7 @@ impl TestReader<'_> {
 /// Two sockets whose distance is known.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct SocketsFile {
+pub(crate) struct SocketsFile {
     between: [String; 2],
     distance: f64,
     spread: Option<serde_yaml::Value>,
@@ -236,7 +236,7 @@ pub(super) struct SocketsFile {
 const SOCKETS_MM: f64 = 0.05;
 
 /// The known distances of sockets as tests of one row each.
-pub(super) fn socket_distances(
+pub(crate) fn socket_distances(
     document: &Document,
     raw: &[SocketsFile],
     tests: &[Test],
