@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use fiveaxis::load::mesh_files;
 use fiveaxis::report::setup_sheet;
 
-use super::Refusal;
+use crate::verbs::Refusal;
 
 /// How the session file of a plan begins; no other file does.
 const MARKER: &str = "# planned by fiveaxis; ";
@@ -21,7 +21,7 @@ pub fn head(files: &[String]) -> String {
 }
 
 /// Files of an earlier plan that a new one replaces or removes, relative to the folder; refuses a folder in which a new plan
-/// would write over something that no plan wrote. `input` is left to [`super::output::OutputFolder::write`].
+/// would write over something that no plan wrote. `input` is left to [`crate::verbs::output::OutputFolder::write`].
 pub fn former_files(folder: &Path, input: &Path) -> Result<Vec<PathBuf>, Refusal> {
     let session = content(&folder.join("session.yaml")).unwrap_or_default();
     let session = String::from_utf8_lossy(&session);

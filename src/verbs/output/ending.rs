@@ -7,7 +7,7 @@ use fiveaxis::identify::FitError;
 use fiveaxis::load::LoadError;
 use serde_json::{Value, json};
 
-use super::Refusal;
+use crate::verbs::Refusal;
 
 /// Exit code of an alarm that `--fail-on` asked for.
 const ALARM: u8 = 1;

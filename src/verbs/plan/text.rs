@@ -6,7 +6,7 @@ use fiveaxis::plan::{Plan, Settings};
 use fiveaxis::report::{approach_in_words, what_moves};
 use fiveaxis::units::Measure;
 
-use super::plan::round;
+use super::rounding::round;
 
 /// Prints tests, forecasts and trade-off curve.
 pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {

@@ -5,8 +5,9 @@ use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Settings, free_parts};
 use fiveaxis::session::{Follow, Zero};
 use fiveaxis::units::{Measure, parse_quantity, shown};
 
-use super::Refusal;
-use super::plan::{Arguments, FollowName, MethodName, ZeroName, round};
+use super::arguments::{Arguments, FollowName, MethodName, ZeroName};
+use super::rounding::round;
+use crate::verbs::Refusal;
 
 /// Settings of the options.
 pub fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Refusal> {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
-use super::output::is_quiet;
+use super::is_quiet;
 
 /// Work that ends within this time shows nothing.
 const QUIET: Duration = Duration::from_secs(1);

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use fiveaxis::machine::{Directions, Machine};
 
-use super::Refusal;
+use crate::verbs::Refusal;
 
 /// The words of the option.
 #[derive(Clone, Copy, ValueEnum)]

@@ -7,7 +7,7 @@ use fiveaxis::session::{Follow, Path as TestPath, Zero};
 use fiveaxis::units::Measure;
 use serde_json::{Map, Value, json};
 
-use super::plan::round;
+use super::rounding::round;
 
 /// A planned test as a session states it, one entry for each direction.
 fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value>; 2] {

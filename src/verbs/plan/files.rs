@@ -15,9 +15,9 @@ use fiveaxis::report::setup_sheet::{MARKER, Outline, Sheet, View, setup_sheet};
 use fiveaxis::session::{Session, Spread, Test};
 use nalgebra::Vector3;
 
-use super::Refusal;
-use super::former_plan::head;
-use super::output::OutputFolder;
+use super::former::head;
+use crate::verbs::Refusal;
+use crate::verbs::output::OutputFolder;
 
 /// A plan with all that it was made from.
 #[derive(Clone, Copy)]

@@ -10,8 +10,8 @@ use fiveaxis::report::urdf::machine_urdf;
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{Clock, Follow, Motion, Path as TestPath, Session, Test};
 
-use super::Refusal;
-use super::output::OutputFolder;
+use crate::verbs::Refusal;
+use crate::verbs::output::OutputFolder;
 
 /// machine.yaml, the same as machine.urdf, session.yaml and the recordings. `fitted` is `session` with its errors, effects and balls as a fit found
 /// them.

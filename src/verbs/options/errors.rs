@@ -9,11 +9,11 @@ use fiveaxis::load::{LinkChoice, load_machine, load_machine_and_bodies_with_link
 use fiveaxis::machine::Machine;
 use fiveaxis::session::Session;
 
-use super::Refusal;
 use super::directions::{DirectionsName, say};
-use super::ending::Ending;
-use super::output::{session_inputs, settle};
-use super::progress::Working;
+use crate::verbs::Refusal;
+use crate::verbs::output::ending::Ending;
+use crate::verbs::output::progress::Working;
+use crate::verbs::output::{session_inputs, settle};
 
 /// A machine with the errors that it is taken to have.
 pub struct ErringMachine {

@@ -13,8 +13,8 @@ use fiveaxis::report::fit_page::{fit_page, identifier};
 use fiveaxis::report::trace_plots::pass_plots;
 use fiveaxis::session::{Motion, Session};
 
-use super::Refusal;
-use super::output::OutputFolder;
+use crate::verbs::Refusal;
+use crate::verbs::output::OutputFolder;
 
 /// report.html and plots/*.svg of a fit.
 pub fn fit_report(session: &Session, fit: &Fit, json: &FitJson) -> Result<OutputFolder, Refusal> {
