@@ -1,4 +1,4 @@
-//! Planar circles of two linear axes about a pivot, for squareness: which are reachable, and which of them a plan begins with.
+//! Planar circles of two linear axes about a pivot, for squareness: which are reachable. With which of them a plan begins is in `circles`.
 
 use super::candidate::{Avoid, Candidate, Candidates};
 use super::drive::{Drive, Swing};
