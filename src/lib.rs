@@ -38,8 +38,13 @@
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |
 //!
-//! Invariants: rooms import only rooms above them; rooms that compute do no I/O; lengths are mm and angles rad
-//! inside, µm and arcsec in output; a model never changes after loading, estimates stand beside it.
+//! Large rooms hold rooms of their own, listed in their `mod.rs`: `plan` runs `places` → `reach` → `information` → `context` →
+//! `reasons` → `search` → `result` over one immutable context, `diagnose` has its own, `identify` keeps what it fits in `model`,
+//! `load` parts text from machine and session files, `report` parts pictures, words and files from what is reported.
+//!
+//! Invariants: rooms import only rooms above them, files of a room each other one way, and at most sixteen lie side by side
+//! (`tests/house.rs`); rooms that compute do no I/O; lengths are mm and angles rad inside, µm and arcsec in output; a model
+//! never changes after loading, estimates stand beside it.
 
 #![forbid(unsafe_code)]
 

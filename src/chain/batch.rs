@@ -6,13 +6,11 @@ use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::geometry::Geometry;
-use super::lanes::{Lanes, Wide, Wide3};
+use super::lanes::{Lanes, SIDE_BY_SIDE, Wide, Wide3};
+use super::link::LinkId;
 use super::lower::{StepKind, Way};
 use super::poses::Poses;
-use super::{LinkId, trig};
-
-/// Vectors worked on side by side: two hide most of the latency and still fit the registers.
-pub(super) const SIDE_BY_SIDE: usize = 2;
+use super::trig;
 
 /// A bar between two balls over given poses, with all that stands still folded into constants.
 #[derive(Debug, Clone)]
@@ -169,36 +167,6 @@ impl BoundStep<'_> {
                     lanes.combine(lanes.splat(self.offset[2]), matrix[2], turned),
                 ]
             }
-        }
-    }
-}
-
-/// Sines and cosines of angles in rad, accurate to about one unit of the last place up to
-/// [`LARGEST_ANGLE_RAD`](super::LARGEST_ANGLE_RAD), meaningless beyond.
-pub fn sines_and_cosines(angles_rad: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let (mut sine, mut cosine) = (vec![0.0; angles_rad.len()], vec![0.0; angles_rad.len()]);
-    Arch::new().dispatch(SinesCosines { angles: angles_rad, sine: &mut sine, cosine: &mut cosine });
-    (sine, cosine)
-}
-
-struct SinesCosines<'a> {
-    angles: &'a [f64],
-    sine: &'a mut [f64],
-    cosine: &'a mut [f64],
-}
-
-impl WithSimd for SinesCosines<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let lanes = Lanes::<S, SIDE_BY_SIDE> { simd };
-        let count = Lanes::<S, SIDE_BY_SIDE>::COUNT;
-        let out = self.sine.chunks_mut(count).zip(self.cosine.chunks_mut(count));
-        for (angles, (sine, cosine)) in self.angles.chunks(count).zip(out) {
-            let (s, c) = trig::sin_cos(lanes, lanes.load(angles));
-            lanes.store(sine, s);
-            lanes.store(cosine, c);
         }
     }
 }

@@ -9,27 +9,11 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::batch::{Bar, BoundWay, SIDE_BY_SIDE};
+use super::batch::{Bar, BoundWay};
+use super::column::Column;
 use super::geometry::{Composition, Geometry};
-use super::lanes::{Lanes, Wide, Wide3};
+use super::lanes::{Lanes, SIDE_BY_SIDE, Wide, Wide3};
 use super::lower::{StepKind, Velocity};
-
-/// A quantity with respect to which a length is differentiated. Axes by index, components EX EY EZ EA EB EC.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Column {
-    /// Location error of an axis: mm/mm or mm/rad.
-    Location { axis: usize, component: usize },
-    /// Component error of the moment, at value zero: mm/mm or mm/rad.
-    Motion { axis: usize, component: usize },
-    /// Axis position: mm/mm or mm/rad.
-    Position { axis: usize },
-    /// x, y or z of the pivot ball on its link.
-    Pivot(usize),
-    /// x, y or z of the spindle ball on its link.
-    Spindle(usize),
-    /// Spindle ball against a coordinate: its placement error in a spindle indexed by 180°.
-    SpindleReversed(usize),
-}
 
 /// A bar with the columns to be computed, ready for blocks of poses.
 #[derive(Debug, Clone)]

@@ -7,7 +7,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Chain, Joint, LinkId};
+use super::link::LinkId;
+use super::structure::{Chain, Joint};
 use crate::machine::AxisKind;
 
 /// How error rotations are composed.

@@ -5,6 +5,9 @@
 
 use pulp::Simd;
 
+/// Vectors worked on side by side: two hide most of the latency and still fit the registers.
+pub(super) const SIDE_BY_SIDE: usize = 2;
+
 /// `U` SIMD vectors side by side: enough independent work to hide the latency of one operation.
 #[derive(Clone, Copy)]
 pub(crate) struct Lanes<S: Simd, const U: usize> {

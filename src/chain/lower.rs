@@ -6,9 +6,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::column::Column;
 use super::geometry::{Composition, Geometry, PlacedJoint, turn_about};
+use super::link::LinkId;
 use super::poses::Poses;
-use super::{Column, LinkId};
 use crate::machine::AxisKind;
 
 /// One moving axis between two frames.

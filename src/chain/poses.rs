@@ -1,8 +1,7 @@
 //! Positions of all axes over many poses, axis by axis, as the batch kernels read them; no lengths and no geometry.
 
-use super::Chain;
-use super::batch::sines_and_cosines;
-use super::trig::LARGEST_ANGLE_RAD;
+use super::structure::Chain;
+use super::trig::{LARGEST_ANGLE_RAD, sines_and_cosines};
 use crate::machine::AxisKind;
 
 /// Positions of every axis over many poses, mm or rad.

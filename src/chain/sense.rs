@@ -10,7 +10,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Branch, Chain, Geometry};
+use super::geometry::Geometry;
+use super::link::Branch;
+use super::structure::Chain;
 use crate::machine::{AxisKind, Machine};
 
 /// Parts of a direction below this are not named: 15° aside is hard to see in a short jog.

@@ -6,8 +6,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::LinkId;
 use super::geometry::{Composition, Geometry, MotionErrors, PlacedJoint};
+use super::link::LinkId;
 use crate::machine::AxisKind;
 
 /// Length and its derivatives at one pose; entries are by axis index, components as EX EY EZ EA EB EC.

@@ -4,9 +4,9 @@
 //! `k_cos`. The first two parts have 33 bits, so that their products with the quadrant are exact with or without
 //! fused multiplication.
 
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, SIDE_BY_SIDE};
 
 /// Quadrant numbers up to here keep the products of the reduction exact: 2²⁰·π/2 ≈ 1.6e6.
 pub const LARGEST_ANGLE_RAD: f64 = 1.0e6;
@@ -89,4 +89,34 @@ fn polynomial<S: Simd, const U: usize>(lanes: Lanes<S, U>, x: [S::f64s; U], c: &
         sum = lanes.add_product(lanes.splat(c[k]), sum, x);
     }
     sum
+}
+
+/// Sines and cosines of angles in rad, accurate to about one unit of the last place up to
+/// [`LARGEST_ANGLE_RAD`], meaningless beyond.
+pub fn sines_and_cosines(angles_rad: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (mut sine, mut cosine) = (vec![0.0; angles_rad.len()], vec![0.0; angles_rad.len()]);
+    Arch::new().dispatch(SinesCosines { angles: angles_rad, sine: &mut sine, cosine: &mut cosine });
+    (sine, cosine)
+}
+
+struct SinesCosines<'a> {
+    angles: &'a [f64],
+    sine: &'a mut [f64],
+    cosine: &'a mut [f64],
+}
+
+impl WithSimd for SinesCosines<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let lanes = Lanes::<S, SIDE_BY_SIDE> { simd };
+        let count = Lanes::<S, SIDE_BY_SIDE>::COUNT;
+        let out = self.sine.chunks_mut(count).zip(self.cosine.chunks_mut(count));
+        for (angles, (sine, cosine)) in self.angles.chunks(count).zip(out) {
+            let (s, c) = sin_cos(lanes, lanes.load(angles));
+            lanes.store(sine, s);
+            lanes.store(cosine, c);
+        }
+    }
 }

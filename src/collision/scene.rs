@@ -65,6 +65,13 @@ pub struct Scratch {
     pub(super) levers: Vec<(usize, usize, f64)>,
 }
 
+impl World {
+    /// A scene without instrument.
+    pub fn scene(&self) -> Scene<'_> {
+        Scene::new(self, Vec::new(), Vec::new(), None, Vec::new())
+    }
+}
+
 impl<'a> Scene<'a> {
     /// The world with instrument parts; `added` pairs refer to world parts first, then `instrument`.
     pub(super) fn new(

@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::convex::Convex;
 use super::frames::Linkage;
-use super::scene::Scene;
 use crate::bodies::Bodies;
 use crate::chain::{Chain, LinkId};
 
@@ -92,10 +91,5 @@ impl World {
     /// Frame of a link.
     pub fn frame(&self, link: LinkId) -> usize {
         self.linkage.frame(link)
-    }
-
-    /// A scene without instrument.
-    pub fn scene(&self) -> Scene<'_> {
-        Scene::new(self, Vec::new(), Vec::new(), None, Vec::new())
     }
 }

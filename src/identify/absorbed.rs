@@ -9,8 +9,8 @@ use crate::statistics::Absorbed;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::problem::Problem;
 use super::solve::Solution;
+use crate::identify::model::problem::Problem;
 
 /// Share of the absorbed variance that may be left out.
 const LEFT_OUT_SHARE: f64 = 1e-3;

@@ -4,10 +4,10 @@ use crate::statistics::NoiseModel;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 use super::candidates::{Candidate, candidate_circles, candidate_tests};
-use super::problem::Problem;
 use super::solve::Solution;
-use super::unknowns::{Quantity, Unknown, is_arm};
 use crate::chain::Sensitivity;
+use crate::identify::model::problem::Problem;
+use crate::identify::model::unknowns::{Quantity, Unknown, is_arm};
 use crate::machine::AxisKind;
 use crate::units::Measure;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::Fit;
+use super::estimate::Fit;
 use crate::chain::{Branch, Chain, Composition, Geometry};
 use crate::machine::AxisKind;
 use crate::session::Session;

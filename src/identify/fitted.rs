@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::{Fit, Quantity};
+use super::estimate::Fit;
+use crate::identify::model::unknowns::Quantity;
 use crate::machine::{ComponentError, ComponentForm};
 use crate::readings::rotation;
 use crate::session::{Session, Setups};

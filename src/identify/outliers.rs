@@ -1,6 +1,6 @@
 //! Which readings are left out of a fit, judged on residuals of a robust fit and never on raw lengths.
 
-use super::problem::Problem;
+use crate::identify::model::problem::Problem;
 use crate::readings::NOISE_CLASSES;
 use crate::statistics::{median, robust_sigma};
 

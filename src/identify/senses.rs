@@ -8,11 +8,13 @@
 use crate::statistics::NoiseModel;
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 
-use super::problem::Problem;
+use super::estimate::Fit;
 use super::solve::{Weighting, normal_equations};
-use super::{Fit, FitError, Quantity};
 use crate::bodies::Bodies;
 use crate::chain::{Chain, Composition, Geometry, sense_in_words};
+use crate::identify::model::error::FitError;
+use crate::identify::model::problem::Problem;
+use crate::identify::model::unknowns::Quantity;
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Session, Setups};
 

@@ -4,7 +4,7 @@ use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-use super::problem::{Prediction, Problem};
+use crate::identify::model::problem::{Prediction, Problem};
 
 /// How readings are weighted.
 pub enum Weighting<'w> {

@@ -5,10 +5,10 @@
 use crate::statistics::{Factor, ROW_STEP, add_products, weighted_products};
 use nalgebra::{DMatrix, Vector3};
 
-use super::FitError;
 use super::compressed::{SweepBasis, SweepStatistics};
-use super::problem::Problem;
 use crate::chain::{Bar, Column, Geometry, Poses};
+use crate::identify::model::error::FitError;
+use crate::identify::model::problem::Problem;
 
 /// What a test contributes to a white-noise fit.
 #[derive(Debug, Clone)]

@@ -20,6 +20,7 @@
 
 mod capture;
 mod course;
+mod error;
 mod likelihood;
 mod place;
 mod search;
@@ -28,6 +29,7 @@ mod timing;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
-pub use place::{ImportError, Placement, place};
+pub use error::ImportError;
+pub use place::{Placement, place};
 pub use split::{recordings, split_session};
 pub use timing::Timing;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::limits::{CSV_BYTES, ROWS};
-use super::message::LoadError;
-use super::printable::shortened;
-use super::text::read_limited;
+use crate::load::checked_text::limits::{CSV_BYTES, ROWS};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::printable::shortened;
+use crate::load::checked_text::text::read_limited;
 use crate::session::LengthColumn;
 
 /// What a gauge wrote.

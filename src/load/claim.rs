@@ -5,12 +5,12 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::limits::YAML_BYTES;
-use super::message::{LoadError, nearest};
-use super::quantity::quantity;
-use super::session::load_session;
-use super::text::read_limited;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::YAML_BYTES;
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::quantity::quantity;
+use crate::load::checked_text::text::read_limited;
+use crate::load::session_file::session::load_session;
 use crate::machine::ErrorName;
 use crate::session::{Claim, ClaimedValue, Reduction};
 

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::limits::YAML_BYTES;
-use super::message::LoadError;
-use super::quantity::{finite, quantity};
-use super::text::read_limited;
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::YAML_BYTES;
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::quantity::{finite, quantity};
+use crate::load::checked_text::text::read_limited;
 use crate::simulate::Instrument;
 use crate::units::{Measure, shown};
 

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::document::{Document, Step};
-use super::limits::{EXTENSIONS, KIT_LIST, YAML_BYTES};
-use super::message::LoadError;
-use super::text::read_limited;
 use crate::bodies::{Bar, Cup, Fixture, Kit, PivotStand};
+use crate::load::checked_text::document::{Document, Step};
+use crate::load::checked_text::limits::{EXTENSIONS, KIT_LIST, YAML_BYTES};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::text::read_limited;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

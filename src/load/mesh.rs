@@ -6,9 +6,9 @@ use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Vector3;
 
-use super::limits::{MESH_BYTES, MESHES};
-use super::text::{bytes_limited, lies_in};
 use crate::bodies::{MAX_TRIANGLES, MeshError, Solid, Triangle, convex_pieces};
+use crate::load::checked_text::limits::{MESH_BYTES, MESHES};
+use crate::load::checked_text::text::{bytes_limited, lies_in};
 use crate::machine::{AxisKind, Machine};
 
 /// Why a mesh file was not read.

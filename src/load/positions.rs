@@ -2,8 +2,8 @@
 
 use crate::machine::Machine;
 
-use super::message::nearest;
 use super::range::outside_range;
+use crate::load::checked_text::message::nearest;
 
 /// Why typed positions were refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

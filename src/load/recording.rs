@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::limits::{COLUMNS, CSV_BYTES, LINE_BYTES, ROWS};
-use super::message::{LoadError, nearest};
-use super::printable::{hidden_in, shortened};
 use super::rows::{Rows, check_rows, check_rows_of_parts};
-use super::text::read_limited;
+use crate::load::checked_text::limits::{COLUMNS, CSV_BYTES, LINE_BYTES, ROWS};
+use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::printable::{hidden_in, shortened};
+use crate::load::checked_text::text::read_limited;
 use crate::machine::Machine;
 use crate::readings::Kind;
 use crate::session::{Clock, LengthColumn, Recording};

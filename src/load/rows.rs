@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::message::LoadError;
 use super::range::outside_range;
+use crate::load::checked_text::message::LoadError;
 use crate::machine::Machine;
 use crate::session::{LengthColumn, Recording};
 use crate::statistics::median;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::limits::YAML_BYTES;
-use super::message::LoadError;
-use super::text::read_limited;
+use crate::load::checked_text::limits::YAML_BYTES;
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::text::read_limited;
 use crate::machine::StructuralCode;
 use crate::plan::OnePivot;
 use crate::survey::{Family, Outcome, Shard};

@@ -6,8 +6,6 @@
 
 use nalgebra::Vector3;
 
-use super::{Axis, AxisKind, Component, ErrorName, Machine};
-
 /// A class of linear axes.
 ///
 /// The acceptance tests of machining centres (ISO 10791-2 geometric, -4 positioning) allow some 0.02 mm on 500 mm for
@@ -92,26 +90,5 @@ impl LinearAxes {
     pub fn per_length(&self, direction: &Vector3<f64>) -> Vector3<f64> {
         let (along, across) = (self.positioning.powi(2), self.straightness.powi(2));
         direction.map(|u| (across + (along - across) * u * u).max(0.0).sqrt())
-    }
-}
-
-/// Orientation errors of a linear axis that are no choice of R: R's x runs along X and its x–y plane contains Y, so EB0X,
-/// EC0X and EA0Y are zero; of inclined axes all count.
-pub fn squareness(machine: &Machine) -> Vec<ErrorName> {
-    let linear = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Linear);
-    linear
-        .flat_map(|axis| {
-            let free = axis.slots().into_iter().filter(|component| !is_by_choice_of_r(axis, *component));
-            free.map(|component| ErrorName::location(component, &axis.name))
-        })
-        .collect()
-}
-
-/// True for errors of linear axes that are zero by the choice of R.
-pub fn is_by_choice_of_r(axis: &Axis, component: Component) -> bool {
-    match axis.coordinate_direction() {
-        Some(0) => true,
-        Some(1) => component == Component::EA,
-        _ => false,
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::runs::{Runs, Scatter};
-use super::thesis::ThesisValue;
+use super::thesis_value::ThesisValue;
 use crate::machine::{Component, ErrorName, Machine};
 
 /// Place or direction of an axis.

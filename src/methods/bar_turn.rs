@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::MethodError;
+use super::error::MethodError;
 use crate::chain::{Chain, Geometry};
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};

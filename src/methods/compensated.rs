@@ -1,8 +1,8 @@
 //! Traces with the found errors taken out, and what the circles leave (thesis Figs 4.6–4.8). Values only, no plot.
 
-use super::MethodError;
+use super::error::MethodError;
 use super::runs::Runs;
-use super::thesis::ThesisValue;
+use super::thesis_value::ThesisValue;
 use crate::chain::{Chain, Composition, Geometry};
 use crate::session::{Motion, Session};
 

@@ -6,6 +6,7 @@
 //! | `turning` | a sweep of any rotary axis as a circle in its turning plane (start position, cone reduction) |
 //! | `runs` | repeat runs, averaged with their standard deviation |
 //! | `axis_line` | an axis as a line, an outer axis's share in an inner one's |
+//! | `thesis_value` | an error as one of the thesis's methods finds it |
 //! | `thesis` | chapters 4, 5 and 6: which tests, which differences give which error |
 //! | `compensated` | traces with the found errors taken out, as in Figs 4.6–4.8 |
 //! | `bar_turn` | where the bar points during a test, and the two directions of one pass |
@@ -20,8 +21,10 @@ mod centring;
 mod circle_fit;
 mod circles;
 mod compensated;
+mod error;
 mod runs;
 mod thesis;
+mod thesis_value;
 mod turning;
 
 pub use bar_turn::{BarTurn, bar_turn, passes};
@@ -29,24 +32,8 @@ pub use centring::Centred;
 pub use circle_fit::{FittedCircle, fit_circle};
 pub use circles::{AxisReversals, CircleFigures, DirectionFigures, Reversal, Squareness, circles};
 pub use compensated::CompensatedTrace;
+pub use error::MethodError;
 pub use runs::{Bar, Runs, Scatter};
-pub use thesis::{ThesisEstimate, ThesisMethod, ThesisValue, chapter4, chapter5, chapter6};
+pub use thesis::{ThesisEstimate, chapter4, chapter5, chapter6};
+pub use thesis_value::{ThesisMethod, ThesisValue};
 pub use turning::{TurningCircle, turning_axis, turning_circle};
-
-use crate::session::MotionError;
-
-/// Why a method cannot be applied to a session.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MethodError {
-    /// The machine is not of the kind whose formulas these are.
-    #[error("the thesis's formulas do not hold for {code}: {reason}; use the fit (leave --method out)")]
-    Machine { code: String, reason: String },
-    /// A test of the design is not in the session.
-    #[error("{method} needs {wanted}; the session has {found}. Record the missing test, or leave --method out")]
-    MissingTest { method: ThesisMethod, wanted: String, found: String },
-    /// A test is there but cannot be used.
-    #[error("test '{test}' {reason}")]
-    Test { test: String, reason: String },
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-}

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::MethodError;
+use super::error::MethodError;
 use super::turning::{TurningCircle, turning_axis, turning_circle};
 use crate::chain::Chain;
 use crate::session::{Session, Setups};

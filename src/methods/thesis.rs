@@ -22,50 +22,14 @@
 //! value with the outer tilt left in stands beside each that this concerns, in words for chapters 4 and 5. Pairings and signs are those of the machine's HTMs, where chapters 4, 5 and section
 //! 6.1.2 of the thesis contradict each other (docs/methods.md). All places are relative to the spindle ball.
 
-use std::fmt;
-
-use super::MethodError;
 use super::axis_line::{AxisLine, Part};
 use super::compensated::{CompensatedTrace, compensated};
+use super::error::MethodError;
 use super::runs::{Bar, Runs};
+use super::thesis_value::{ThesisMethod, ThesisValue};
 use crate::chain::{Branch, Chain};
 use crate::machine::{AxisKind, Component, ErrorName, Machine};
 use crate::session::{Motion, Session};
-
-/// One of the thesis's methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ThesisMethod {
-    /// Two pivot mountings, each axis tested with the short and the extended bar.
-    Chapter4,
-    /// One pivot mounting for all four tests.
-    Chapter5,
-    /// Each axis tested with the short bar at two positions along it.
-    Chapter6,
-}
-
-impl fmt::Display for ThesisMethod {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            ThesisMethod::Chapter4 => "chapter4",
-            ThesisMethod::Chapter5 => "chapter5",
-            ThesisMethod::Chapter6 => "chapter6",
-        })
-    }
-}
-
-/// One location error as a method finds it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ThesisValue {
-    pub name: ErrorName,
-    /// mm or rad.
-    pub value: f64,
-    /// Standard deviation of one set of runs, mm or rad; `None` without repeats.
-    pub run_deviation: Option<f64>,
-    /// Standard deviation of the mean of all runs, mm or rad: repeatability alone, setups are not in it.
-    pub mean_deviation: Option<f64>,
-    /// Inner axis: the outer error that was taken out of this value, and the value (mm or rad) with it left in.
-    pub left_in: Option<(ErrorName, f64)>,
-}
 
 /// Result of one method.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,8 +12,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::MethodError;
 use super::circle_fit::fit_circle;
+use super::error::MethodError;
 use crate::chain::{Chain, Geometry, LinkId};
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session};

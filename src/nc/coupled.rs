@@ -5,7 +5,8 @@
 //! FT): a feed in mm/min would mean something else on every control when a rotary axis moves along. A block is so short
 //! that its chord keeps the bar's length to [`CHORD_MM`]. Run-in and run-out go on along the same curve.
 
-use super::{Coordinates, Curves, Step};
+use super::coordinates::Coordinates;
+use super::step::{Curves, Step};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::{CHORD_MM, PlannedTest, bare_session, beyond_path};

@@ -1,12 +1,8 @@
-//! The controls that programs are written for, and what their words can hold. What is to be done is in `steps`.
+//! The controls that programs are written for, and what their words can hold. What is to be done is in `step`.
 
-use nalgebra::Vector3;
-
-use super::dry_run::dry_run_steps;
-use super::head::{dry_run_head, test_head};
-use super::{Coordinates, Curves, Step, heidenhain, iso, steps};
+use super::coordinates::Coordinates;
+use super::step::Curves;
 use crate::machine::Machine;
-use crate::plan::{Plan, PlannedTest};
 
 /// A control's language.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +44,7 @@ impl Dialect {
     }
 
     /// Curves that the control draws by itself.
-    fn curves(self) -> Curves {
+    pub(super) fn curves(self) -> Curves {
         match self {
             Dialect::Heidenhain => Curves::Plain,
             Dialect::LinuxCnc => Curves::Winding,
@@ -65,38 +61,10 @@ impl Dialect {
     }
 }
 
-/// The program of a planned test.
-pub fn program(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> String {
-    let coordinates = dialect.coordinates(machine);
-    let steps = steps(machine, planned, &coordinates, dialect.curves());
-    let name = planned.test.name.to_uppercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
-    let number = FIRST_NUMBER + planned.number;
-    write(&Title { name, number }, &test_head(machine, planned, dialect, &coordinates), &steps, &coordinates, dialect)
-}
-
-/// The program that goes through a whole plan without the bar; `tool` as [`dry_run_steps`] wants it.
-pub fn dry_run_program(machine: &Machine, plan: &Plan, tool: Option<&Vector3<f64>>, dialect: Dialect) -> String {
-    let coordinates = dialect.coordinates(machine);
-    let steps = dry_run_steps(machine, plan, tool, &coordinates, dialect.curves());
-    let head = dry_run_head(machine, dialect, &coordinates);
-    write(&Title { name: "DRY_RUN".into(), number: FIRST_NUMBER }, &head, &steps, &coordinates, dialect)
-}
-
 /// What a program is called.
 pub(super) struct Title {
     pub name: String,
     pub number: usize,
-}
-
-/// Number of the dry run; tests are counted on from it. Users' programs have 1 to 7999, makers' 8000 and more.
-const FIRST_NUMBER: usize = 7000;
-
-fn write(title: &Title, head: &[String], steps: &[Step], coordinates: &Coordinates, dialect: Dialect) -> String {
-    let in_machine = matches!(coordinates, Coordinates::Machine(_));
-    match dialect {
-        Dialect::Heidenhain => heidenhain::program(&title.name, head, steps, in_machine),
-        _ => iso::program(title, head, steps, in_machine, dialect),
-    }
 }
 
 /// Longest comment: interpreters refuse lines beyond some 250 characters.

@@ -1,8 +1,12 @@
-//! The dry run of a plan: the sense of every axis, then all runs at reduced feed, the bar left off. Programs of tests are `steps`'s.
+//! The dry run of a plan: the sense of every axis, then all runs at reduced feed, the bar left off. Programs of tests are `test_steps`'s.
 
 use nalgebra::Vector3;
 
-use super::{Coordinates, Curves, Step, park_words, pivot_words, run, way};
+use super::coordinates::Coordinates;
+use super::run::run;
+use super::setup_words::{park_words, pivot_words};
+use super::step::{Curves, Step};
+use super::way;
 use crate::chain::{Chain, sense_in_words};
 use crate::machine::Machine;
 use crate::plan::{LittleMove, Plan, PlannedTest};

@@ -1,6 +1,7 @@
 //! The head of a program: which coordinates, offsets and lengths it counts on, as lines of plain text. It moves nothing.
 
-use super::{Coordinates, Dialect};
+use super::coordinates::Coordinates;
+use super::dialect::Dialect;
 use crate::machine::{AxisKind, Machine};
 use crate::plan::{CupLooks, PlannedTest};
 use crate::session::{Follow, Path};

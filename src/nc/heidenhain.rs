@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::dialect::{feed, plain, rounded, seconds};
-use super::{Dialect, Step};
+use super::dialect::{Dialect, feed, plain, rounded, seconds};
+use super::step::Step;
 
 /// A program with numbered blocks.
 pub(super) fn program(name: &str, head: &[String], steps: &[Step], in_machine_coordinates: bool) -> String {

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::dialect::{Title, capitals, feed, plain, rounded};
-use super::{Dialect, Step};
+use super::dialect::{Dialect, Title, capitals, feed, plain, rounded};
+use super::step::Step;
 
 /// Groups of Sinumerik's G words that a program changes: plane, exact stop and smoothing, inch and metric, absolute and
 /// relative, kind of feed.

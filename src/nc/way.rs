@@ -1,6 +1,7 @@
 //! The way to the start of a run and back: fast while the balls are far from each other, else at feed with a stop before each leg.
 
-use super::{Coordinates, Step};
+use super::coordinates::Coordinates;
+use super::step::Step;
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::PlannedTest;

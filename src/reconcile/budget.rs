@@ -5,8 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::ReconcileError;
 use super::design::{Design, Group};
+use super::error::ReconcileError;
 use crate::machine::Component;
 use crate::session::Claim;
 use crate::units::UM_PER_MM;

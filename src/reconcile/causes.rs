@@ -6,9 +6,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::ReconcileError;
 use super::budget::{moved, places};
 use super::design::{Design, Group};
+use super::error::ReconcileError;
 use crate::chain::Branch;
 use crate::effects::{ROTARY_ERROR_MOTION, STRAIGHTNESS, THERMAL_GROWTH};
 use crate::machine::{AxisKind, Component, Effect, ErrorName, Outlet, ParameterValue, Place};

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::ReconcileError;
+use super::error::ReconcileError;
 use crate::machine::ErrorName;
 
 /// What whitens stated errors and takes the machine's own out of them.

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::causes::Kind;
 use super::design::{Design, Group};
-use super::{Prepared, Verdict};
+use super::prepared::Prepared;
+use super::verdict::Verdict;
 use crate::chain::Composition;
 use crate::methods::turning_circle;
 use crate::session::Session;

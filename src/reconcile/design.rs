@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::ReconcileError;
+use super::error::ReconcileError;
 use crate::chain::{Chain, Composition};
 use crate::machine::ErrorName;
 use crate::methods::{Runs, chapter4, chapter5, chapter6};

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::polar::escape;
-use super::table::Table;
 use crate::import::Placement;
+use crate::report::pictures::polar::escape;
+use crate::report::wording::table::Table;
 use crate::session::Session;
 use crate::units::UM_PER_MM;
 

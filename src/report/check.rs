@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::linear_axes::{LinearAxesJson, linear_axes_json};
-use super::meetings::{BodyPairs, BodyPairsJson, body_pairs_json, body_pairs_text};
-use super::number::position;
-use super::table::Table;
 use crate::chain::{Pose, View};
 use crate::machine::{Axis, AxisKind, Component, Directions, DirectionsUnstated, ErrorName, Machine};
+use crate::report::wording::linear_axes::{LinearAxesJson, linear_axes_json};
+use crate::report::wording::meetings::{BodyPairs, BodyPairsJson, body_pairs_json, body_pairs_text};
+use crate::report::wording::number::position;
+use crate::report::wording::table::Table;
 
 /// A link's transforms: bed from link, mm.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Figures of planar circles as a terminal table; their JSON is their own serialisation. Computes nothing.
 
-use super::table::Table;
 use crate::methods::{AxisReversals, CircleFigures, DirectionFigures};
+use crate::report::wording::table::Table;
 
 /// All circles of a session: ISO 230-4 figures, parts, reversals. Empty without circles.
 pub fn circles_text(circles: &[CircleFigures]) -> String {

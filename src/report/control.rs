@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::table::Table;
 use crate::control::{CompensationTable, Control, Module, Number, Parameter, What};
 use crate::machine::Machine;
+use crate::report::wording::table::Table;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 use crate::volume::Figures;
 

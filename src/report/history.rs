@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::cards::{Card, cards};
-use super::polar::escape;
-use super::table::Table;
 use crate::history::{Course, Point, Trend};
+use crate::report::pictures::cards::{Card, cards};
+use crate::report::pictures::polar::escape;
+use crate::report::wording::table::Table;
 
 /// One error over the sessions.
 pub struct ErrorHistory {

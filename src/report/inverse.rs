@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
-use super::table::Table;
 use crate::inverse::{Inverse, Reach, Solution, Target, ToolPose};
 use crate::machine::Machine;
+use crate::report::wording::table::Table;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 /// A direction nearer to a singular one than this is told, rad: there the first axis turns by twenty for every one.

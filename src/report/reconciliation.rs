@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::fit_text::wrapped;
-use super::table::Table;
 use crate::reconcile::{
     Candidate, Cause, DecidingTest, Difference, Disagreement, Kind, Prepared, Reconciliation, Verdict,
 };
+use crate::report::fits::fit_text::wrapped;
+use crate::report::wording::table::Table;
 use crate::session::Claim;
 use crate::units::ARCSEC_PER_RAD;
 

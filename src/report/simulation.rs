@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::table::Table;
+use crate::report::wording::table::Table;
 use crate::session::Session;
 use crate::simulate::{SetupErrors, Trace};
 use crate::units::UM_PER_MM;

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::table::Table;
 use crate::methods::{Bar, CompensatedTrace, Runs, ThesisEstimate, ThesisValue};
+use crate::report::wording::table::Table;
 use crate::session::Session;
 use crate::units::UM_PER_MM;
 

@@ -1,6 +1,6 @@
 //! What someone states of a machine: location errors with their scatter, and the tests and the reduction behind them. It judges nothing.
 
-use super::Session;
+use super::test::Session;
 use crate::machine::ErrorName;
 
 /// How the errors follow from the readings.

@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::{Ball, Motion, Session};
+use super::ball::Ball;
+use super::motion::Motion;
+use super::test::Session;
 use crate::chain::{Chain, Composition, Geometry};
 use crate::readings::{Kind, Located, Scalar, Sighting, locate};
 

@@ -1,6 +1,6 @@
 //! What a ball bar recorded: positions as commanded, lengths as read. No interpretation, no files.
 
-use super::Motion;
+use super::motion::Motion;
 
 /// What orders the rows.
 #[derive(Debug, Clone, PartialEq)]

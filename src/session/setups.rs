@@ -1,6 +1,7 @@
 //! Which tests share a pivot, a spindle ball or a bar, and so an unknown placement error; the errors themselves are fitted elsewhere.
 
-use super::{Ball, Session, Test, Zero};
+use super::ball::{Ball, Zero};
+use super::test::{Session, Test};
 use crate::readings::Kind;
 
 /// A physical setup that several tests share.

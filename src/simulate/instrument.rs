@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::Trace;
+use super::trace::Trace;
 use crate::session::Session;
 
 /// A length gauge as its data file describes it.

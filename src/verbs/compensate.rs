@@ -12,10 +12,10 @@ use fiveaxis::report::compensate::{summary_json, summary_text};
 use fiveaxis::units::ARCSEC_PER_RAD;
 
 use super::Refusal;
-use super::directions::DirectionsName;
-use super::errors::erring_machine;
 use super::output::{Foreign, StreamedFile, print, print_json};
-use super::progress::Working;
+use crate::verbs::options::directions::DirectionsName;
+use crate::verbs::options::errors::erring_machine;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `compensate`.
 #[derive(Args)]

@@ -14,11 +14,11 @@ use fiveaxis::units::UM_PER_MM;
 use fiveaxis::volume::poses;
 
 use super::Refusal;
-use super::directions::{DirectionsName, say};
-use super::ending::Ending;
 use super::inverse::tool_of;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
-use super::progress::Working;
+use crate::verbs::options::directions::{DirectionsName, say};
+use crate::verbs::output::ending::Ending;
+use crate::verbs::output::progress::Working;
 
 /// Poses over which it is told what stays.
 const POSES: usize = 3000;

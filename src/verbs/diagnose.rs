@@ -11,11 +11,11 @@ use fiveaxis::report::diagnosis_text::diagnosis_text;
 use fiveaxis::session::Session;
 
 use super::Refusal;
-use super::ending::Ending;
 use super::output::{Foreign, print, remarks, session_inputs, settle, write_all};
-use super::progress::Working;
-use super::report::diagnosis_report;
-use super::save::saved;
+use crate::verbs::options::report::diagnosis_report;
+use crate::verbs::options::save::saved;
+use crate::verbs::output::ending::Ending;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]

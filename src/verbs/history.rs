@@ -12,7 +12,7 @@ use fiveaxis::report::history::{ErrorHistory, HistoryReport, history_json, histo
 
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
-use super::progress::Working;
+use crate::verbs::output::progress::Working;
 
 /// Most sessions of a folder.
 const MOST_SESSIONS: usize = 1000;

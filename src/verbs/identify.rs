@@ -14,12 +14,12 @@ use fiveaxis::report::thesis::{thesis_json, thesis_text};
 use fiveaxis::session::Session;
 
 use super::Refusal;
-use super::directions::{DirectionsName, say};
-use super::ending::Ending;
 use super::output::{Foreign, print, print_json, session_inputs, settle, write_all};
-use super::progress::Working;
-use super::report::fit_report;
-use super::save::saved;
+use crate::verbs::options::directions::{DirectionsName, say};
+use crate::verbs::options::report::fit_report;
+use crate::verbs::options::save::saved;
+use crate::verbs::output::ending::Ending;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `identify`.
 #[derive(Args)]

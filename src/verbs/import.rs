@@ -12,9 +12,9 @@ use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{LengthColumn, Motion, Recording, Session};
 
 use super::Refusal;
-use super::ending::Ending;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
-use super::progress::Working;
+use crate::verbs::output::ending::Ending;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `import`.
 #[derive(Args)]

@@ -14,8 +14,8 @@ use fiveaxis::template::{Sizes, TableSize, machine_of};
 use serde_json::json;
 
 use super::Refusal;
-use super::directions::DirectionsName;
 use super::output::{Foreign, OutputFolder, print, print_json, write_all};
+use crate::verbs::options::directions::DirectionsName;
 
 /// Arguments of `init`.
 #[derive(Args)]

@@ -10,7 +10,7 @@ use fiveaxis::units::{Measure, UM_PER_MM, parse_quantity};
 
 use super::Refusal;
 use super::output::{print, settle};
-use super::progress::Working;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `reconcile`.
 #[derive(Args)]

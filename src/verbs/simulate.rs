@@ -12,7 +12,7 @@ use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate_with};
 
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
-use super::progress::Working;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `simulate`.
 #[derive(Args)]

@@ -8,11 +8,11 @@ use fiveaxis::report::volume::{VolumeReport, volume_csv, volume_json, volume_pag
 use fiveaxis::volume::{Figures, Part, causes, pose_errors, poses, spread};
 
 use super::Refusal;
-use super::directions::DirectionsName;
-use super::errors::erring_machine;
 use super::inverse::{tool_of, vector};
 use super::output::{Foreign, OutputFolder, print, print_json, write_all};
-use super::progress::Working;
+use crate::verbs::options::directions::DirectionsName;
+use crate::verbs::options::errors::erring_machine;
+use crate::verbs::output::progress::Working;
 
 /// Arguments of `volume`.
 #[derive(Args)]

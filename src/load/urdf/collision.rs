@@ -5,13 +5,14 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 
 use super::checks::{child, children, numbers, shape};
+use super::frames::{MM_PER_M, Placed, millimetres, quarter_turns, roll_pitch_yaw};
 use super::mesh::name_beside_file;
 use super::places::Element;
-use super::{MM_PER_M, Placed, Reader, millimetres, quarter_turns, roll_pitch_yaw};
+use super::reader::Reader;
 use crate::bodies::{Bodies, Body, Solid};
 use crate::chain::Pose;
 use crate::load::LoadError;
-use crate::load::limits::SOLIDS;
+use crate::load::checked_text::limits::SOLIDS;
 use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
 use crate::machine::Machine;
 

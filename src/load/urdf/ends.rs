@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use crate::load::LoadError;
-use crate::load::message::nearest;
+use crate::load::checked_text::message::nearest;
 
 /// Links named by the user; those not named are found by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

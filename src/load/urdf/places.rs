@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::load::LoadError;
-use crate::load::limits::{ATTRIBUTES, ELEMENTS, LINKS, TEXT, XML_DEPTH};
-use crate::load::printable::hidden_in;
+use crate::load::checked_text::limits::{ATTRIBUTES, ELEMENTS, LINKS, TEXT, XML_DEPTH};
+use crate::load::checked_text::printable::hidden_in;
 
 /// One element: its name, place and attributes as written.
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@ use urdf_rs::{Joint, JointType, Robot};
 
 use super::places::Element;
 use crate::load::LoadError;
-use crate::load::message::nearest;
+use crate::load::checked_text::message::nearest;
 
 /// Links and joints by name, checked to be one tree.
 pub struct Tree<'a> {

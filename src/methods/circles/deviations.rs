@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Vector3;
 
-use super::super::MethodError;
 use crate::chain::{Chain, Geometry};
 use crate::machine::AxisKind;
+use crate::methods::error::MethodError;
 use crate::session::{Motion, Session};
 
 /// Direction of contouring in the plane, seen from the positive end of the third axis.

@@ -31,7 +31,7 @@ use serde::Serialize;
 
 pub use deviations::{CircleRun, Direction};
 
-use super::MethodError;
+use super::error::MethodError;
 use crate::chain::Chain;
 use crate::machine::{Component, ErrorName, Machine};
 use crate::session::{Session, Setups, Zero};

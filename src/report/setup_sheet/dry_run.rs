@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Sheet, escaped};
+use super::html_text::escaped;
+use super::sheet::Sheet;
 use crate::nc::little_words;
 
 const HOW: &str = "Nothing is mounted and the bar stays off. Turn the overrides of rapid and feed low and keep a hand on the feed \

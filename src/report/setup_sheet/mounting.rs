@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Sheet;
+use super::sheet::Sheet;
 use crate::nc::{Coordinates, placing_words};
 use crate::plan::{CupLooks, Mounting, PlannedTest};
 use crate::units::Measure;

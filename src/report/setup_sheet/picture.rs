@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::escaped;
+use super::html_text::escaped;
 
 /// A part in a view.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Sheet, escaped};
+use super::html_text::escaped;
+use super::sheet::Sheet;
 use crate::machine::{AxisKind, Machine};
 use crate::nc::{Coordinates, ball_speed};
 use crate::plan::{OFF_LIMIT, PlannedTest};

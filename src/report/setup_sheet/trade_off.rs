@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::escaped;
+use super::html_text::escaped;
 use crate::plan::{Plan, Settings, TradeOff};
 
 const WIDTH: f64 = 420.0;

@@ -5,8 +5,8 @@ use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::OWN_PREFIX;
 use super::manifest::MANIFEST;
+use super::own_names::OWN_PREFIX;
 use super::target::Target;
 use crate::verbs::Refusal;
 

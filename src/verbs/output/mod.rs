@@ -1,9 +1,14 @@
 //! Writing results: whole sets or nothing, and never over an input or a file that somebody else wrote.
 
 mod commit;
+pub mod ending;
 mod manifest;
+mod own_names;
+pub mod progress;
+mod refusal;
 mod streamed;
 mod target;
+mod tidying;
 
 use std::fs;
 use std::io::{ErrorKind, Write as _};
@@ -13,11 +18,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use super::Refusal;
 use commit::Staged;
 use fiveaxis::load::printable::escaped_lines;
 use fiveaxis::session::Session;
 use manifest::{MANIFEST, Manifest};
+pub use own_names::Foreign;
+use own_names::OWN_PREFIX;
+pub use refusal::Refusal;
 pub use streamed::StreamedFile;
 use target::{Target, lock_all};
 
@@ -94,25 +101,6 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Refusal> {
     }
     print(&format!("{}\n", serde_json::to_string_pretty(&Told { value, warnings: remarks() })?))
 }
-
-/// What happens to files in the way that this program did not write, or that were changed since.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Foreign {
-    /// They stay, and nothing is written.
-    Kept,
-    /// They are replaced, as the user asked for.
-    Replaced,
-}
-
-impl Foreign {
-    /// What `--force` says.
-    pub fn with(force: bool) -> Foreign {
-        if force { Foreign::Replaced } else { Foreign::Kept }
-    }
-}
-
-/// How every name of our own in a folder begins: list of files, sets that are being written.
-const OWN_PREFIX: &str = ".fiveaxis-";
 
 /// Files to be written into one folder.
 #[derive(Debug, Default, Clone)]

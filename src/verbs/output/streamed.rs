@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use super::{Foreign, OWN_PREFIX};
+use super::own_names::{Foreign, OWN_PREFIX};
 use crate::verbs::Refusal;
 
 /// A file that is not in its place yet; dropped before [`StreamedFile::finish`] it is removed.

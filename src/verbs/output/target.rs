@@ -1,11 +1,10 @@
-//! A folder that is written to: where it really is, its lock, and leftovers of runs that were killed.
+//! A folder that is written to: where it really is, and its lock.
 
 use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::commit::{finish, leftovers};
 use crate::verbs::Refusal;
 
 /// Longest wait for another run that writes beside, s: sets are written within a few.
@@ -44,15 +43,6 @@ impl Target {
         }
         let parent = folder.parent().unwrap_or(&folder).to_path_buf();
         Ok(Target { folder, parent })
-    }
-
-    /// Completes or removes what killed runs left; under the lock nobody else is at work here.
-    pub fn tidy(&self) -> Result<(), Refusal> {
-        for leftover in leftovers(&self.parent, &self.folder) {
-            fs::remove_dir_all(&leftover)
-                .map_err(|why| format!("{} of a run that was stopped cannot be removed: {why}", leftover.display()))?;
-        }
-        finish(&self.folder)
     }
 }
 

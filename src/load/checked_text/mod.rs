@@ -1,0 +1,8 @@
+//! Text of files before any format: bounded, printable, with the place of every key, refused with one message.
+
+pub(crate) mod document;
+pub mod limits;
+pub(crate) mod message;
+pub mod printable;
+pub(crate) mod quantity;
+pub(crate) mod text;

@@ -1,0 +1,105 @@
+//! A serial machine: axes in the order of the structural code, with what its file says of them. It computes no positions.
+
+use nalgebra::Vector3;
+
+use super::axis::Axis;
+use super::code::StructuralCode;
+use super::directions::{Directions, DirectionsDiffer, DirectionsUnstated};
+use super::effect::Effect;
+use super::error_name::ErrorName;
+use super::linear_axes::LinearAxes;
+
+/// A serial machine: axes in the order of the structural code, workpiece first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine {
+    /// Name for people.
+    pub name: String,
+    /// Order of the axes between workpiece and tool, with the bed's place.
+    pub code: StructuralCode,
+    /// Sense of the axes; a file that does not state it reads as [`Directions::Carried`].
+    pub directions: Option<Directions>,
+    /// Axes in the code's order, workpiece side first.
+    pub axes: Vec<Axis>,
+    /// Direction of gravity in the reference frame R, unit length.
+    pub gravity: Vector3<f64>,
+    /// Machine coordinate (G53, mm or deg) of an axis at our zero, by axis index.
+    pub machine_zero: Vec<Option<f64>>,
+    /// Distance from the spindle nose to the spindle ball, mm.
+    pub gauge_length_mm: Option<f64>,
+    /// Extra names of links (URDF link names), each with the axis that carries it (`None`: the bed).
+    pub link_names: Vec<(String, Option<usize>)>,
+    /// Physics beyond constant location errors.
+    pub effects: Vec<Effect>,
+    /// How far the linear axes may be from straight, square and true to scale.
+    pub linear_axes: LinearAxes,
+    /// What the file itself holds to be assumed, in words that setup sheets and programs repeat.
+    pub caveats: Vec<String>,
+}
+
+impl Machine {
+    /// A machine of these axes and nothing else: no effects, gravity along R's −z.
+    pub fn plain(name: String, code: StructuralCode, directions: Directions, axes: Vec<Axis>) -> Machine {
+        Machine {
+            name,
+            code,
+            directions: Some(directions),
+            gravity: -Vector3::z(),
+            machine_zero: vec![None; axes.len()],
+            gauge_length_mm: None,
+            link_names: Vec::new(),
+            effects: Vec::new(),
+            linear_axes: Default::default(),
+            caveats: Vec::new(),
+            axes,
+        }
+    }
+
+    /// Index of the axis with this name.
+    pub fn axis_index(&self, name: &str) -> Option<usize> {
+        self.axes.iter().position(|axis| axis.name == name)
+    }
+
+    /// Names of all axes in the code's order.
+    pub fn axis_names(&self) -> Vec<&str> {
+        self.axes.iter().map(|axis| axis.name.as_str()).collect()
+    }
+
+    /// +1 or −1 by axis index: a command q moves the carried part by `sign · q`, right-handed along the axis's direction.
+    pub fn motion_sign(&self, axis: usize) -> f64 {
+        let carries_workpiece = axis < self.code.workpiece_side.len();
+        let against = carries_workpiece && self.directions == Some(Directions::Iso841);
+        if against != self.axes[axis].reversed { -1.0 } else { 1.0 }
+    }
+
+    /// Says the sense of the axes where the file does not state it.
+    pub fn say_directions(&mut self, said: Directions) -> Result<(), DirectionsDiffer> {
+        match self.directions {
+            Some(in_file) if in_file != said => Err(DirectionsDiffer { in_file, said }),
+            _ => {
+                self.directions = Some(said);
+                Ok(())
+            }
+        }
+    }
+
+    /// The sense of the axes, for what leaves the desk for a machine.
+    pub fn stated_directions(&self) -> Result<Directions, DirectionsUnstated> {
+        self.directions.ok_or(DirectionsUnstated)
+    }
+
+    /// Location errors of all axes, mm and rad, by axis index: what `chain::Geometry` takes.
+    pub fn location_errors(&self) -> Vec<[f64; 6]> {
+        self.axes.iter().map(|axis| axis.location_errors).collect()
+    }
+
+    /// Names of the location errors that an axis has by its kind and direction (its slots), all axes in order.
+    pub fn slots(&self) -> Vec<ErrorName> {
+        (0..self.axes.len()).flat_map(|index| self.axis_slots(index)).collect()
+    }
+
+    /// Slots of one axis: four for a rotary and two for a linear axis along a coordinate direction, six when inclined.
+    pub fn axis_slots(&self, index: usize) -> Vec<ErrorName> {
+        let axis = &self.axes[index];
+        axis.slots().iter().map(|&component| ErrorName::location(component, &axis.name)).collect()
+    }
+}

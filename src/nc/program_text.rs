@@ -1,0 +1,42 @@
+//! The text of a program in a control's language: head, steps, end.
+
+use nalgebra::Vector3;
+
+use super::coordinates::Coordinates;
+use super::dialect::{Dialect, Title};
+use super::dry_run::dry_run_steps;
+use super::head::{dry_run_head, test_head};
+use super::heidenhain;
+use super::iso;
+use super::step::Step;
+use super::test_steps::steps;
+use crate::machine::Machine;
+use crate::plan::{Plan, PlannedTest};
+
+/// The program of a planned test.
+pub fn program(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> String {
+    let coordinates = dialect.coordinates(machine);
+    let steps = steps(machine, planned, &coordinates, dialect.curves());
+    let name = planned.test.name.to_uppercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+    let number = FIRST_NUMBER + planned.number;
+    write(&Title { name, number }, &test_head(machine, planned, dialect, &coordinates), &steps, &coordinates, dialect)
+}
+
+/// The program that goes through a whole plan without the bar; `tool` as [`dry_run_steps`] wants it.
+pub fn dry_run_program(machine: &Machine, plan: &Plan, tool: Option<&Vector3<f64>>, dialect: Dialect) -> String {
+    let coordinates = dialect.coordinates(machine);
+    let steps = dry_run_steps(machine, plan, tool, &coordinates, dialect.curves());
+    let head = dry_run_head(machine, dialect, &coordinates);
+    write(&Title { name: "DRY_RUN".into(), number: FIRST_NUMBER }, &head, &steps, &coordinates, dialect)
+}
+
+/// Number of the dry run; tests are counted on from it. Users' programs have 1 to 7999, makers' 8000 and more.
+const FIRST_NUMBER: usize = 7000;
+
+fn write(title: &Title, head: &[String], steps: &[Step], coordinates: &Coordinates, dialect: Dialect) -> String {
+    let in_machine = matches!(coordinates, Coordinates::Machine(_));
+    match dialect {
+        Dialect::Heidenhain => heidenhain::program(&title.name, head, steps, in_machine),
+        _ => iso::program(title, head, steps, in_machine, dialect),
+    }
+}

@@ -1,0 +1,183 @@
+//! The motion of a test as the machine makes it: run-in and run-out beyond the capture arc included, on the path's own curve.
+
+use crate::chain::Chain;
+use crate::machine::Machine;
+use crate::session::{Follow, Motion, Path, Session, Spread, Test};
+
+/// Run-in and run-out when a test states none, deg or mm.
+pub const RUN_IN: f64 = 4.0;
+/// What plans keep off a software limit, deg or mm: a control stops, or refuses the block, where it comes to stand on it.
+pub const OFF_LIMIT: f64 = 0.1;
+/// Shortest capture arc worth running, deg.
+pub const SHORTEST_DEG: f64 = 40.0;
+
+/// Rows of axis positions of a test with run-in and run-out, ends inside the ranges; a plain sweep has two rows.
+pub fn rows_with_run_in(machine: &Machine, test: &Test, motion: &Motion) -> Vec<Vec<f64>> {
+    let mut way = corners(test, motion);
+    if motion.time_s.is_some()
+        && let Some([start, end]) = ends(machine, test, motion, &way)
+    {
+        way.insert(0, start.at(start.run_in.kept));
+        way.push(end.at(end.run_in.kept));
+    }
+    way
+}
+
+/// How far the run of a planned path goes beyond its first and last sample, deg or mm of the path; `None` for recordings.
+pub fn beyond_path(machine: &Machine, test: &Test, motion: &Motion) -> Option<[f64; 2]> {
+    test.path.as_ref().filter(|_| test.recording.is_none())?;
+    let ends = ends(machine, test, motion, &corners(test, motion))?;
+    Some(ends.map(|end| end.run_in.kept))
+}
+
+/// A run-in, or a run-out, that the range of an axis cuts short.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CutRunIn {
+    pub end: RunEnd,
+    /// Axis, by index.
+    pub axis: usize,
+    /// Where the run-in was to begin, or the run-out to end, mm or rad.
+    pub wanted: f64,
+    /// The limit at which it does, mm or rad.
+    pub limit: f64,
+}
+
+/// An end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RunEnd {
+    Start,
+    End,
+}
+
+/// What ranges cut from the run-in and run-out of a test.
+pub fn cut_run_ins(machine: &Machine, test: &Test, motion: &Motion) -> Vec<CutRunIn> {
+    let (Some(_), Some(ends)) = (&motion.time_s, ends(machine, test, motion, &corners(test, motion))) else {
+        return Vec::new();
+    };
+    let cut = |side: RunEnd, end: &End| -> Vec<CutRunIn> {
+        let wanted = end.at(end.run_in.wanted);
+        let here = end.at(0.0);
+        let clamped = within_ranges(machine, &here, &wanted);
+        let pairs = wanted.into_iter().zip(clamped).enumerate();
+        let all = pairs.map(|(axis, (wanted, limit))| CutRunIn { end: side, axis, wanted, limit });
+        all.filter(|cut| (cut.wanted - cut.limit).abs() > HAIR).collect()
+    };
+    let [start, end] = &ends;
+    [cut(RunEnd::Start, start), cut(RunEnd::End, end)].concat()
+}
+
+/// Rounding of positions in files, mm or rad.
+const HAIR: f64 = 1e-7;
+
+/// How far a run goes on beyond its arc, deg or mm of the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RunIn {
+    /// Until the fastest axis has gone so far as the run-in asks.
+    pub wanted: f64,
+    /// What the ranges leave of it.
+    pub kept: f64,
+}
+
+/// Way, deg or mm of the path, over which the speed of the axes at the end of an arc is taken.
+const NEXT: f64 = 1e-3;
+/// Halvings by which a run-in is fitted into the ranges: 4 mm to a nanometre.
+const HALVINGS: usize = 32;
+
+impl RunIn {
+    /// A run-in on a path whose positions `beyond` its end, deg or mm of the path, are given; zero is the end itself.
+    pub fn of(machine: &Machine, run_in: f64, beyond: &dyn Fn(f64) -> Vec<f64>) -> RunIn {
+        let (end, next) = (beyond(0.0), beyond(NEXT));
+        let rate = |k: usize| machine.axes[k].kind.to_file_unit((next[k] - end[k]).abs()) / NEXT;
+        let fastest = (0..end.len()).map(rate).fold(0.0, f64::max);
+        if fastest == 0.0 {
+            return RunIn { wanted: 0.0, kept: 0.0 };
+        }
+        let wanted = run_in / fastest;
+        let inside = |reach: f64| {
+            let at = beyond(reach);
+            at == within_ranges(machine, &end, &at)
+        };
+        if inside(wanted) {
+            return RunIn { wanted, kept: wanted };
+        }
+        let (mut kept, mut outside) = (0.0, wanted);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (kept + outside);
+            if inside(middle) { kept = middle } else { outside = middle }
+        }
+        RunIn { wanted, kept }
+    }
+}
+
+/// One end of a run: what lies beyond it.
+struct End {
+    run_in: RunIn,
+    /// Positions by the way beyond the end.
+    beyond: Box<dyn Fn(f64) -> Vec<f64>>,
+}
+
+impl End {
+    fn at(&self, reach: f64) -> Vec<f64> {
+        (self.beyond)(reach)
+    }
+}
+
+/// Start and end of a run; `None` for a single row.
+fn ends(machine: &Machine, test: &Test, motion: &Motion, way: &[Vec<f64>]) -> Option<[End; 2]> {
+    let ([first, second, ..], [.., before, last]) = (way, way) else { return None };
+    let run_in = test.overshoot.unwrap_or(RUN_IN);
+    let planned = test.path.as_ref().filter(|_| test.recording.is_none());
+    let curve = planned.filter(|path| !matches!(path, Path::Sweep { follow: Follow::None, .. }));
+    let end = |beyond: Box<dyn Fn(f64) -> Vec<f64>>| End { run_in: RunIn::of(machine, run_in, &beyond), beyond };
+    if let Some(path) = curve {
+        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = path;
+        let (way, rows) = ((to - from).signum(), motion.rows());
+        return Some([(*from, -way, 0), (*to, way, rows - 1)].map(|(from, way, row)| {
+            let (session, test) = (bare_session(machine), test.clone());
+            let (path, here) = (path.clone(), motion.row(row).to_vec());
+            end(Box::new(move |reach: f64| {
+                let test = Test { path: Some(path.between(from, from + way * reach)), ..test.clone() };
+                let on = Motion::of(&session, &Chain::of(&session.machine), &test).ok();
+                on.filter(|on| on.rows() > 1).map_or_else(|| here.clone(), |on| on.row(on.rows() - 1).to_vec())
+            }))
+        }));
+    }
+    // deg or mm of the fastest axis
+    let straight = |from: &[f64], to: &[f64]| {
+        let (from, to) = (from.to_vec(), to.to_vec());
+        let step = |k: usize| machine.axes[k].kind.to_file_unit((to[k] - from[k]).abs());
+        let fastest = (0..to.len()).map(step).fold(0.0, f64::max);
+        let scale = if fastest > 0.0 { 1.0 / fastest } else { 0.0 };
+        end(Box::new(move |reach: f64| (0..to.len()).map(|k| to[k] + (to[k] - from[k]) * scale * reach).collect()))
+    };
+    Some([straight(second, first), straight(before, last)])
+}
+
+/// A session of a machine without tests: what the motion of a test is computed in.
+pub fn bare_session(machine: &Machine) -> Session {
+    Session {
+        name: String::new(),
+        machine_file: String::new(),
+        machine: machine.clone(),
+        spread: Spread::default(),
+        tests: Vec::new(),
+    }
+}
+
+/// Rows of a test's motion between which it is straight.
+fn corners(test: &Test, motion: &Motion) -> Vec<Vec<f64>> {
+    let rows = motion.rows();
+    let straight = test.recording.is_none() && matches!(test.path, Some(Path::Sweep { follow: Follow::None, .. }));
+    match straight && rows > 0 {
+        true => vec![motion.row(0).to_vec(), motion.row(rows - 1).to_vec()],
+        false => (0..rows).map(|row| motion.row(row).to_vec()).collect(),
+    }
+}
+
+/// What lies beyond the end of a run, kept inside the ranges.
+fn within_ranges(machine: &Machine, end: &[f64], beyond: &[f64]) -> Vec<f64> {
+    let clamped = |k: usize| {
+        machine.axes[k].range.map_or(beyond[k], |(low, high)| beyond[k].clamp(low.min(end[k]), high.max(end[k])))
+    };
+    (0..end.len()).map(clamped).collect()
+}

@@ -1,0 +1,356 @@
+//! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
+
+pub use super::cause_title::what;
+use super::diagnosis::{FindingJson, NextTestJson, OtherSetupsJson, RangeJson, RivalJson, SizeJson};
+use crate::effects::{OWN, ROTARY, SLIDES, Signature, WARM, is_a, kind, signature};
+use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
+
+/// A number with the digits that its uncertainty leaves.
+pub fn digits(value: f64, sigma: Option<f64>) -> String {
+    let scale = sigma.filter(|sigma| sigma.is_finite() && *sigma > 0.0).unwrap_or(value.abs() * 0.01);
+    let decimals = (1.0 - scale.abs().max(1e-9).log10().floor()).clamp(0.0, 3.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| "0.".contains(c)) {
+        text.replace('-', "")
+    } else {
+        text.replace('-', "−")
+    }
+}
+
+/// A unit as people write it.
+pub fn unit(name: &str) -> &str {
+    match name {
+        "um" => "µm",
+        "um/m" => "µm/m",
+        "us2" => "ms²",
+        other => other,
+    }
+}
+
+/// `10.2 ± 0.3 arcsec`, or that no size is known.
+pub fn size_words(size: &SizeJson) -> String {
+    match (size.value, size.sigma) {
+        (Some(value), Some(sigma)) => {
+            format!("{} ± {} {}", digits(value, Some(sigma)), digits(sigma, Some(sigma)), unit(size.unit))
+        }
+        (Some(value), None) => format!("{} {}", digits(value, None), unit(size.unit)),
+        _ => "size not known".into(),
+    }
+}
+
+/// Jumps further apart in time are no single one that creeps, s.
+const ONE_JUMP_S: f64 = 30.0;
+
+/// What the size measures, after the number: `to each side of every reversal`.
+fn measures(effect: &str, meaning: &str) -> String {
+    let is_of_parts = ["surest of", "rms of"].iter().any(|other| meaning.starts_with(other));
+    let words = kind(effect).and_then(|kind| kind.measures).filter(|_| !is_of_parts);
+    words.unwrap_or(meaning).into()
+}
+
+/// One line that says what was found and how large it is.
+pub fn headline(finding: &FindingJson) -> String {
+    let mut what = what(&finding.effect, &finding.place, &finding.components);
+    if let (Some(Signature::Play), Some(range)) = (signature(&finding.effect), &finding.located.range)
+        && range.axis != finding.place
+    {
+        what = format!("{} tips as {} reverses ({})", finding.place, range.axis, finding.components.join(" "));
+    }
+    if finding.driver == "data fault" {
+        return what;
+    }
+    format!("{what}: {} {}", size_words(&finding.size), measures(&finding.effect, &finding.size.meaning))
+        .trim_end()
+        .to_string()
+}
+
+/// Seconds as people at a machine say them.
+pub fn time_words(seconds: f64) -> String {
+    match seconds.abs() {
+        s if s < 120.0 => format!("{seconds:.0} s"),
+        s if s < 7200.0 => format!("{:.1} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+/// The shape of an effect from its parameters, in units of files; empty when there is nothing to say.
+pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
+    let Some(lead) = effects.first() else { return String::new() };
+    let times: Vec<f64> = effects.iter().filter_map(|effect| effect.number("time")).collect();
+    if effects.len() > 1 && times.len() == effects.len() && times.iter().any(|t| (t - times[0]).abs() > ONE_JUMP_S) {
+        return format!("{} jumps, some at one place of the axis", effects.len());
+    }
+    let axis = lead.place.axis();
+    let is_position = |name: &str| {
+        kind(&lead.kind).is_some_and(|kind| {
+            kind.parameters.iter().any(|p| p.name == name && p.unit == crate::effects::ParameterUnit::Position)
+        })
+    };
+    let file = |name: &str, value: f64| match axis {
+        Some(axis) if is_position(name) => machine.axes[axis].kind.to_file_unit(value),
+        _ => value,
+    };
+    let number = |name: &str| match lead.parameter(name) {
+        Some(ParameterValue::Number(value)) => Some(file(name, *value)),
+        _ => None,
+    };
+    let list = |name: &str| match lead.parameter(name) {
+        Some(ParameterValue::List(values)) => values.clone(),
+        _ => Vec::new(),
+    };
+    let position_unit = axis.map_or("mm", |axis| match machine.axes[axis].kind {
+        AxisKind::Linear => "mm",
+        AxisKind::Rotary => "°",
+    });
+    let joined =
+        |values: &[f64]| values.iter().map(|v| digits(*v, Some(0.02 * v.abs()))).collect::<Vec<_>>().join(", ");
+    let mut words: Vec<String> = Vec::new();
+    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
+        let name = axis.map_or("", |axis| machine.axes[axis].name.as_str());
+        words.push(format!(
+            "a bump centred at {name} = {} mm, {} mm wide",
+            digits(centre, Some(1.0)),
+            digits(width, Some(1.0))
+        ));
+    } else if !list("degrees").is_empty() {
+        words.push("a bow over the whole travel".into());
+    }
+    if is_a(&lead.kind, Signature::Lift) {
+        let late = number("hysteresis").filter(|late| *late > 0.0);
+        words.extend(
+            late.map(|late| format!("about {} {position_unit} later on the way back", digits(late, Some(0.2 * late)))),
+        );
+        let rise = number("rise").filter(|rise| *rise > 0.0);
+        words.extend(rise.map(|rise| format!("settles in about {} s (1/e)", digits(rise, Some(0.2 * rise)))));
+        if late.is_some() && rise.is_some() {
+            words.push("one feed alone does not tell these two apart".into());
+        }
+    }
+    if let Some(curvature) = number("curvature").filter(|curvature| *curvature != 0.0) {
+        let centre = digits(number("centre").unwrap_or(0.0), Some(1.0));
+        let (share, way) = (digits(10.0 * curvature.abs(), Some(1.0)), if curvature > 0.0 { "more" } else { "less" });
+        let name = axis.map_or("", |axis| machine.axes[axis].name.as_str());
+        words.push(format!("so at {name} = {centre} mm, {share} % {way} with every 100 mm further on"));
+    }
+    if let Some(degree) = number("degree") {
+        words.push(format!("spherical harmonics up to degree {degree:.0}"));
+    }
+    if let Some(turned) = number("turned") {
+        words.push(format!("lets go as the bar has turned {} ° in its cup (1/e)", digits(turned, Some(0.1 * turned))));
+    }
+    if let Some(share) = number("windup_share") {
+        match (share, number("take_up")) {
+            (share, Some(travel)) if share > 0.02 => words.push(format!(
+                "{:.0} % of it wind-up, taken up within {} {position_unit}",
+                100.0 * share,
+                digits(travel, Some(0.05 * travel))
+            )),
+            _ => words.push("free play, taken up at once".into()),
+        }
+    }
+    if !list("orders").is_empty() {
+        words.push(format!("{} per turn", joined(&list("orders"))));
+    }
+    if !list("periods").is_empty() {
+        words.push(format!("period {} mm", joined(&list("periods"))));
+    }
+    let ripple = number("order").map(|order| format!("{} per turn", joined(&[order])));
+    words.extend(ripple.or(number("period").map(|period| format!("period {} mm", joined(&[period])))));
+    if !is_a(&lead.kind, Signature::FreeCurve) && !list("tau").is_empty() {
+        let by_pose = matches!(lead.parameter("clock"), Some(ParameterValue::Word(clock)) if clock == "poses");
+        let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
+        let times: Vec<String> = list("tau").into_iter().map(words_of).collect();
+        words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
+    }
+    if let (true, Some(tests)) = (is_a(&lead.kind, Signature::FreeCurve), &lead.tests) {
+        words.push(format!("only in {}", tests_words(tests, 4)));
+    }
+    if let Some(ParameterValue::Word(heat)) = lead.parameter("heat") {
+        let source = match heat.as_str() {
+            OWN => Some("this axis as it moves"),
+            SLIDES => Some("the linear axes as they move"),
+            ROTARY => Some("the rotary axes as they move"),
+            _ => None,
+        };
+        words.extend(source.map(|source| format!("heated by {source}")));
+    }
+    let begins_warm = matches!(lead.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM);
+    if begins_warm && lead.parameter("channel").is_none() {
+        words.push("warm from work before the session".into());
+    }
+    if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
+        let lag = number("lag").filter(|lag| *lag > 0.0).map(|lag| format!(" with a lag of {}", time_words(lag)));
+        words.push(format!("follows {channel}{}", lag.unwrap_or_default()));
+        if begins_warm {
+            words.push("out of balance with it as the session began".into());
+        }
+    }
+    if is_a(&lead.kind, Signature::Arrival) {
+        if let Some(ParameterValue::Word(of)) = lead.parameter("of") {
+            words.push(format!("by the speed of {of}"));
+        }
+        if let Some(ParameterValue::Word(about)) = lead.parameter("about") {
+            words.push(format!("with the arm's reach from {about}"));
+        }
+        if !list("rates").is_empty() {
+            let pace = machine.axis_names().into_iter().zip(list("rates"));
+            let pace: Vec<String> = pace.map(|(name, rate)| format!("{name} {}", digits(rate, Some(0.1)))).collect();
+            words.push(format!("top speeds to each other {}", pace.join(", ")));
+        }
+    }
+    if let Some(ParameterValue::Word(load)) = lead.parameter("load") {
+        words.push(format!("load turns with {load}"));
+    }
+    if let Some(time) = number("time") {
+        words.push(format!("at {} of the session", time_words(time)));
+    }
+    if let (Some(share), Some(time)) = (number("creep_share"), number("creep_time"))
+        && share > 0.02
+    {
+        words.push(format!("{:.0} % of it by creep over {}", 100.0 * share, time_words(time)));
+    }
+    if let Some(travel) = number("travel") {
+        words.push(format!("gone after {} {position_unit} of travel", digits(travel, Some(0.05 * travel))));
+    }
+    if let Some(hz) = number("servo_hz").filter(|hz| *hz > 0.0) {
+        words.push(format!("caught up at {} Hz", digits(hz, Some(0.05 * hz))));
+    }
+    if let Some(hz) = number("frequency") {
+        let hz = digits(hz, Some(0.01 * hz));
+        words.push(if is_a(&lead.kind, Signature::Beat) { format!("beats at {hz} Hz") } else { format!("{hz} Hz") });
+    }
+    if let Some(bar) = number("bar") {
+        words.push(format!("the bar of {bar:.2} mm"));
+    }
+    if is_a(&lead.kind, Signature::FreeCurve) {
+        let driver = match lead.parameter("driver") {
+            Some(ParameterValue::Word(word)) if word == "direction" => "position and direction",
+            Some(ParameterValue::Word(word)) => word.as_str(),
+            _ => "position",
+        };
+        words.push(format!("form unknown: a free curve over {driver}"));
+    }
+    words.join("; ")
+}
+
+/// Along which axis and from where to where.
+pub fn range_words(machine: &Machine, range: &RangeJson) -> String {
+    if range.axis == "time_s" {
+        return format!("from {} to {} of the session", time_words(range.from), time_words(range.to));
+    }
+    let rotary = machine.axis_index(&range.axis).is_some_and(|axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let unit = if rotary { "°" } else { " mm" };
+    let text = |value: f64| format!("{value:.0}").replace('-', "−");
+    format!("{} from {}{unit} to {}{unit}", range.axis, text(range.from), text(range.to))
+}
+
+/// Names of tests, the first few.
+pub fn tests_words(tests: &[String], most: usize) -> String {
+    let named = tests.iter().take(most).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match tests.len().saturating_sub(most) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}
+
+/// How sure a finding is.
+pub fn certainty_words(finding: &FindingJson) -> String {
+    let alone = finding.cannot_tell_from.is_empty();
+    let can_repeat = matches!(finding.cross_validated, Some("passed" | "failed") | None);
+    let mut words = match finding.probability {
+        p if p >= 0.95 && alone && !can_repeat => "no other cause of the catalogue fits as well".to_string(),
+        p if p >= 0.99 && alone => "no other cause of the catalogue fits (over 99 %)".to_string(),
+        p if p >= 0.95 && alone => {
+            format!("no other cause of the catalogue fits, but not all is proven ({:.0} %)", 100.0 * p)
+        }
+        p => format!("{:.0} % against the other causes of the catalogue", 100.0 * p),
+    };
+    words.push_str(match finding.cross_validated {
+        Some("passed") => "; found again in held-out readings",
+        Some("failed") => "; NOT confirmed by held-out readings",
+        Some(_) => "; happened once, so no repeat can confirm it",
+        None => "",
+    });
+    if let Some(other) = &finding.other_setups {
+        // all of it and nothing of it are then not two sigma apart
+        let is_open = other.sigma > 0.5;
+        let says = match (is_open, other.carries) {
+            (true, _) => "; these tests cannot say whether it is the same at other places of the balls".to_string(),
+            (false, true) => format!("; it carries over{}", carried_words(other)),
+            (false, false) => format!("; it does NOT carry over{}", carried_words(other)),
+        };
+        words.push_str(&says);
+    }
+    if let Some(placebo) = &finding.placebo {
+        words.push_str(&format!(
+            "; with the sense of motion drawn at random {:.0} % of its gain remain, {:.0} % at most",
+            100.0 * placebo.mean,
+            100.0 * placebo.largest
+        ));
+    }
+    words
+}
+
+fn carried_words(other: &OtherSetupsJson) -> String {
+    format!(
+        " between {} places of the balls: each shows {:.2} ± {:.2} of what the others predict",
+        other.setups, other.slope, other.sigma
+    )
+}
+
+/// The next test, and what it would make of the finding.
+pub fn next_words(next: &NextTestJson) -> String {
+    let sure = match 100.0 * next.odds_after {
+        percent if percent >= 99.0 => "over 99 %".to_string(),
+        percent => format!("{percent:.0} %"),
+    };
+    format!("{}; {sure} if it shows the same again", next.says)
+}
+
+/// A rival as a phrase.
+pub fn rival_words(rival: &RivalJson) -> String {
+    if let Some(says) = &rival.says {
+        return format!("{says}, {:.0} %", 100.0 * rival.probability);
+    }
+    let mut what = what(&rival.effect, &rival.place, &rival.components);
+    if !what.contains('(') && !rival.components.is_empty() {
+        what.push_str(&format!(" ({})", rival.components.join(" ")));
+    }
+    format!("{what}, {:.0} %", 100.0 * rival.probability)
+}
+
+/// Usual cause and what to do; for data faults what the check says.
+pub fn cause_and_remedy(finding: &FindingJson) -> (String, String) {
+    if finding.driver == "data fault" {
+        let is_one = finding.cannot_tell_from.iter().all(|rival| rival.driver == "data fault");
+        let (cause, first) = match is_one {
+            true => ("the way in which the file was written, no physics", ""),
+            false => {
+                ("the way in which the file was written", "record those tests once more; if they come out so again, ")
+            }
+        };
+        return (cause.into(), format!("{first}{}", finding.size.meaning));
+    }
+    kind(&finding.effect).map_or_else(Default::default, |kind| (kind.cause.to_string(), kind.remedy.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_their_sigma_leaves() {
+        assert_eq!(digits(3.2749, Some(0.14)), "3.27");
+        assert_eq!(digits(591.3, Some(267.5)), "591");
+        assert_eq!(digits(-0.001, Some(0.5)), "0.00");
+        assert_eq!(digits(-12.4, None), "−12.40");
+    }
+
+    #[test]
+    fn times_are_said_as_at_the_machine() {
+        assert_eq!(
+            (time_words(45.0).as_str(), time_words(996.3).as_str(), time_words(8640.0).as_str()),
+            ("45 s", "16.6 min", "2.4 h")
+        );
+    }
+}

@@ -1,0 +1,7 @@
+//! Plots as SVG text, and the row of figures at the head of a page.
+
+pub(crate) mod cards;
+pub(crate) mod course;
+pub mod polar;
+pub mod residual_plot;
+pub mod trace_plots;

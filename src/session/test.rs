@@ -1,0 +1,76 @@
+//! One test, and a session: tests on one machine in the order of their file. It holds what was done, not what it means.
+
+use super::ball::{Ball, Spread, Zero};
+use super::path::Path;
+use super::recording::Recording;
+use crate::machine::Machine;
+use crate::readings::Reading;
+
+/// One test: a bar between two balls while some axes move, or one number of what another instrument read of a target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Test {
+    pub name: String,
+    /// Name of the recording's file, relative to the session file.
+    pub recording_file: Option<String>,
+    pub recording: Option<Recording>,
+    /// Planned path, or the arc of a recording without positions.
+    pub path: Option<Path>,
+    /// Seconds since the session began at the recording's time 0.
+    pub started_at_s: f64,
+    /// Calibrated length of the bar, mm; `None` for an absolute length gauge.
+    pub bar_length_mm: Option<f64>,
+    /// Tag of a bar calibrated anew.
+    pub bar_setup: Option<String>,
+    /// How the bar's zero was set.
+    pub zero: Zero,
+    /// Known error of the reading: reading minus distance, mm.
+    pub bar_error_mm: f64,
+    pub pivot: Ball,
+    pub spindle_ball: Ball,
+    /// Positions of the axes that stand still, mm or rad, by axis index.
+    pub positions: Vec<Option<f64>>,
+    /// Speed of the moving ball, mm/min.
+    pub feed_mm_per_min: Option<f64>,
+    /// How far outside the arc the axes started, in the capture's direction, mm or deg.
+    pub overshoot: Option<f64>,
+    /// What the rows hold: lengths, or one number of a point, a pose, a socket, a displacement.
+    pub reading: Reading,
+}
+
+impl Test {
+    /// Whether it has the balls, bar, feed and standing axes of another one.
+    pub fn is_repeat_of(&self, other: &Test) -> bool {
+        self.pivot == other.pivot
+            && self.spindle_ball == other.spindle_ball
+            && self.bar_length_mm == other.bar_length_mm
+            && self.positions == other.positions
+            && self.feed_mm_per_min == other.feed_mm_per_min
+    }
+
+    /// Rows of the recording, or samples of the planned path.
+    pub fn rows(&self) -> usize {
+        match (&self.recording, &self.path) {
+            (Some(recording), _) => recording.len(),
+            (None, Some(path)) => path.sample_count(),
+            (None, None) => 0,
+        }
+    }
+}
+
+/// Tests on one machine in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    pub name: String,
+    /// File of the machine as the session names it.
+    pub machine_file: String,
+    pub machine: Machine,
+    pub spread: Spread,
+    pub tests: Vec<Test>,
+}
+
+impl Session {
+    /// Whether any test was read by another instrument than a bar.
+    pub fn has_parts(&self) -> bool {
+        self.tests.iter().any(|test| test.reading.part().is_some())
+    }
+}

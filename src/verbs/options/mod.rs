@@ -1,0 +1,6 @@
+//! Options that several verbs have.
+
+pub(crate) mod directions;
+pub(crate) mod errors;
+pub mod report;
+pub mod save;

@@ -1,0 +1,117 @@
+//! How a verb ends when it does not end well: exit codes, and a refusal as JSON. It prints nothing.
+
+use std::fmt;
+
+use fiveaxis::diagnose::Examination;
+use fiveaxis::identify::FitError;
+use fiveaxis::load::LoadError;
+use serde_json::{Value, json};
+
+use crate::verbs::Refusal;
+
+/// Exit code of an alarm that `--fail-on` asked for.
+const ALARM: u8 = 1;
+/// Exit code of wrong input.
+const WRONG_INPUT: u8 = 2;
+/// Exit code of recordings that are not to be believed: a mistake in the files, or readings that cannot be judged.
+const DATA_FAULT: u8 = 3;
+/// Exit code of a fit that did not converge.
+const NO_CONVERGENCE: u8 = 4;
+
+/// An end with a code of its own.
+#[derive(Debug)]
+pub struct Ending {
+    code: u8,
+    says: String,
+    /// The result on standard output says it already.
+    is_told: bool,
+}
+
+impl Ending {
+    /// What `--fail-on` asked for is so; the result tells it.
+    pub fn alarm() -> Refusal {
+        Box::new(Ending { code: ALARM, says: String::new(), is_told: true })
+    }
+
+    /// The recordings are not to be believed, as the result tells.
+    pub fn unbelievable() -> Refusal {
+        Box::new(Ending { code: DATA_FAULT, says: String::new(), is_told: true })
+    }
+
+    /// The recordings are not to be believed, and there is no result.
+    pub fn data_fault(says: impl Into<String>) -> Refusal {
+        Box::new(Ending { code: DATA_FAULT, says: says.into(), is_told: false })
+    }
+
+    /// There is no fit.
+    pub fn without_fit(examination: &Examination) -> Refusal {
+        let code = if examination.fault.is_some() { DATA_FAULT } else { NO_CONVERGENCE };
+        Box::new(Ending { code, says: examination.says().unwrap_or_default().into(), is_told: false })
+    }
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.says)
+    }
+}
+
+impl std::error::Error for Ending {}
+
+/// Exit code of a refusal.
+pub fn code_of(refusal: &Refusal) -> u8 {
+    match (refusal.downcast_ref::<Ending>(), refusal.downcast_ref::<FitError>()) {
+        (Some(ending), _) => ending.code,
+        (None, Some(FitError::NoConvergence)) => NO_CONVERGENCE,
+        (None, _) => WRONG_INPUT,
+    }
+}
+
+/// True when standard output says already why.
+pub fn is_told(refusal: &Refusal) -> bool {
+    refusal.downcast_ref::<Ending>().is_some_and(|ending| ending.is_told)
+}
+
+/// Beginnings of lists of what is allowed, as messages write them.
+const ALLOWED: [&str; 4] = ["(allowed: ", "(groups: ", "(links: ", "its axes are "];
+
+/// A refusal as an object: kind, exit code, message with its parts, file and place; null where there is none.
+pub fn refusal_json(refusal: &Refusal, warnings: Vec<String>) -> Value {
+    let loading = refusal.downcast_ref::<LoadError>();
+    let message = loading.map_or_else(|| refusal.to_string(), |load| load.message.clone());
+    error_json(code_of(refusal), &message, loading, warnings)
+}
+
+/// A wrong command line as an object.
+pub fn usage_json(message: &str) -> Value {
+    let message = message.trim().trim_start_matches("error: ");
+    error_json(WRONG_INPUT, message, None, Vec::new())
+}
+
+fn error_json(code: u8, message: &str, loading: Option<&LoadError>, warnings: Vec<String>) -> Value {
+    let kind = match code {
+        DATA_FAULT => "data fault",
+        NO_CONVERGENCE => "no convergence",
+        _ => "wrong input",
+    };
+    let allowed = ALLOWED.iter().find_map(|begin| {
+        let (_, rest) = message.split_once(begin)?;
+        Some(rest.split([')', ';']).next().unwrap_or(rest).trim())
+    });
+    let parts: Vec<&str> = message.split("; ").collect();
+    let cure = parts.last().filter(|_| parts.len() > 1).map(|cure| cure.trim());
+    json!({
+        "error": {
+            "kind": kind,
+            "exit_code": code,
+            "message": message,
+            "file": loading.map(|load| load.file.to_string_lossy().into_owned()),
+            "line": loading.and_then(|load| load.line),
+            "column": loading.and_then(|load| load.column),
+            "found": parts.first(),
+            "allowed": allowed,
+            "cure": cure,
+        },
+        "warnings": warnings,
+    })
+}

@@ -1,0 +1,13 @@
+//! `fiveaxis plan`: a test plan for a machine: table, JSON, session file, setup sheet and NC programs.
+
+mod arguments;
+mod files;
+mod former;
+mod json;
+mod rounding;
+mod settings;
+mod text;
+mod verb;
+
+pub use arguments::Arguments;
+pub use verb::run;
