@@ -20,6 +20,7 @@
 //! | [`template`] | a machine and its bodies from the figures of a data sheet |
 //! | [`session`] | tests, balls, recordings, planned paths |
 //! | [`effects`] | forward models of physics beyond constant location errors: the catalogue |
+//! | [`disturbances`] | effects of a machine with their sizes, as changes of what is read |
 //! | [`collision`] | clearances at a pose and certified over motions |
 //! | [`plan`] | setups: reachable, collision-free, informative; what stays undetermined |
 //! | [`survey`] | all serial five-axis topologies planned on one envelope |
@@ -54,6 +55,7 @@ pub mod collision;
 pub mod compensate;
 pub mod control;
 pub mod diagnose;
+pub mod disturbances;
 pub mod effects;
 pub mod history;
 pub mod identify;

@@ -6,7 +6,8 @@ mod noisy;
 
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::{Finding, diagnose};
-use fiveaxis::effects::{Context, Disturbances};
+use fiveaxis::disturbances::Disturbances;
+use fiveaxis::effects::Context;
 use fiveaxis::identify::Options;
 use fiveaxis::machine::{Component, Effect, Outlet, ParameterValue, Place};
 use fiveaxis::session::Session;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};
-use fiveaxis::effects::{self, Context, DefaultValue, Disturbances, Kind, Parameter, ParameterUnit, column};
+use fiveaxis::disturbances::{Disturbances, column};
+use fiveaxis::effects::{self, Context, DefaultValue, Kind, Parameter, ParameterUnit};
 use fiveaxis::load::{load_machine, machine_from_yaml};
 use fiveaxis::machine::{AxisKind, Component, Directions, Effect, Machine, Outlet, ParameterValue, Place};
 use fiveaxis::report::machine_yaml;

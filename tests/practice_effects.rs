@@ -8,7 +8,8 @@ mod shared_data;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};
-use fiveaxis::effects::{Context, column, kind};
+use fiveaxis::disturbances::column;
+use fiveaxis::effects::{Context, kind};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, ErrorName, Outlet, ParameterValue, Place};
 use fiveaxis::session::{Ball, Session};

@@ -37,7 +37,8 @@ pub use validation::sign_randomisation::SignRandomisation;
 pub use validation::uncovering::UncoveringTest;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
-pub use verdict::diagnosis::{DiagnoseError, Diagnosis, Moved, TestBeforeAfter};
+pub use verdict::diagnosis::{DiagnoseError, Diagnosis, TestBeforeAfter};
+pub use verdict::location_errors::Moved;
 pub use verdict::shares::{ShareOfReadings, Source};
 
 use self::findings::proposals::Layout;

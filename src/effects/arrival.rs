@@ -6,9 +6,10 @@
 //! stretched out there makes the whole move slower or softer.
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, every_component, list, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::chain::Chain;

@@ -5,9 +5,10 @@
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, directions, motion, none, with_number};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, no_check, plain_measure, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};

@@ -6,9 +6,10 @@
 //! which the bar has turned in its cup since the run began.
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function,
 };
 use super::{Context, EffectError};
 use crate::chain::Geometry;

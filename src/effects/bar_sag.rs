@@ -6,9 +6,10 @@
 //! that rests on its ends. What is constant belongs to the bar's length: both functions are less their value at `α = 0`.
 
 use super::candidates::{CandidateFamily, Observations, none, with_number};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, no_check, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure,
 };
 use super::{Context, EffectError};
 use crate::chain::Geometry;

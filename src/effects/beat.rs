@@ -5,9 +5,10 @@
 //! turn, or `n q = 2π q / period` on a slide.
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, every_component, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, plain_measure,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};

@@ -6,10 +6,11 @@
 
 use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, Refined, directions, motion, none};
+use super::context::Profile;
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    plain_measure, single_function,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue, Place};

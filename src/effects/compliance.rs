@@ -4,8 +4,9 @@
 //! location errors.
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
     every_component, no_check, single_function, word,
 };
 use super::{Context, EffectError};

@@ -6,7 +6,8 @@ use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Clock, Motion, MotionError, Session};
 
-use super::Profile;
+/// Values of one function: by test in the order of the session file, then by row.
+pub type Profile = Vec<Vec<f64>>;
 
 /// How far outside the arc the axes start when a test does not say, mm or deg.
 const DEFAULT_OVERSHOOT: f64 = 4.0;

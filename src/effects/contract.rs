@@ -1,7 +1,7 @@
 //! The contract of an effect: names, words, parameters and functions. It holds no values; those are in `machine::Effect`.
 
-use super::Context;
 use super::candidates::{CandidateFamily, Observations};
+use super::context::{Context, Profile};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;
 
@@ -48,9 +48,6 @@ impl Driver {
         }
     }
 }
-
-/// Values of one function: by test in the order of the session file, then by row.
-pub type Profile = Vec<Vec<f64>>;
 
 /// Unit of a shape parameter in files; inside the library positions are mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

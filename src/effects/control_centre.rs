@@ -9,11 +9,12 @@
 
 use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, directions, motion, none};
+use super::context::Profile;
 use super::contract::{
-    Documented, Driver, Kind, Notable, Profile, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
+    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Place};
+use crate::machine::{AxisKind, Effect, Machine, Place};
 
 /// A wrong rotary centre in the control.
 pub static CONTROL_CENTRE: Kind = Kind {
@@ -44,13 +45,19 @@ pub static CONTROL_CENTRE: Kind = Kind {
     parameters: &[],
     check: no_check,
     outlets: |machine, place| match place {
-        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => across(machine, place),
+        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary && has_slides(machine) => {
+            across(machine, place)
+        }
         _ => Vec::new(),
     },
     measure: plain_measure,
     functions: |_| vec!["cos".into(), "sin".into()],
     profiles,
 };
+
+fn has_slides(machine: &Machine) -> bool {
+    machine.axes.iter().any(|axis| axis.kind == AxisKind::Linear)
+}
 
 /// Whether slides move with an axis in a test.
 fn follows(context: &Context, axis: usize, test: usize) -> bool {

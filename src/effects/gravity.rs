@@ -5,8 +5,9 @@
 //! shift are linear in g; a body that bends in its own frame is seen turned in the carrier's, which gives the products.
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, with_word};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
     every_component, no_check, plain_measure, word,
 };
 use super::{Context, EffectError};

@@ -5,9 +5,10 @@
 
 use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, directions, motion, with_list};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, list, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    list, plain_measure,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};

@@ -19,7 +19,6 @@ mod compliance;
 mod context;
 mod contract;
 mod control_centre;
-mod disturbance;
 mod friction_heat;
 mod gravity;
 mod harmonics;
@@ -27,7 +26,6 @@ mod history;
 mod reversal_spike;
 mod slide;
 mod slip;
-mod steady;
 mod straightness;
 mod thermal;
 mod timing;
@@ -41,18 +39,16 @@ pub use beat::BEAT;
 pub use candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, Ripple};
 pub use clamp_lift::CLAMP_LIFT;
 pub use compliance::LOAD_COMPLIANCE;
-pub use context::Context;
+pub use context::{Context, Profile};
 pub use contract::{
-    Bounds, DefaultValue, Documented, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Profile,
-    ShowingTest, ShownBy, Signature, Unseen,
+    Bounds, DefaultValue, Documented, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, ShowingTest,
+    ShownBy, Signature, Unseen,
 };
-pub use disturbance::{Disturbance, Disturbances, column, gain};
 pub use gravity::GRAVITY_SAG;
 pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION};
 pub use reversal_spike::REVERSAL_SPIKE;
 pub use slide::{LINEAR_SCALE, SQUARENESS};
 pub use slip::{BALL_SLIP, PIVOT_SLIP};
-pub use steady::into_component_errors;
 pub use straightness::STRAIGHTNESS;
 pub use thermal::{BAR_LENGTH, COLD, OWN, ROTARY, SLIDES, THERMAL_GROWTH, WARM};
 pub use timing::{RADIUS_LOSS, SERVO_LAG, TRIGGER_LATENCY};

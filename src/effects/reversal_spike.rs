@@ -6,10 +6,11 @@
 //! that its largest value in the session is one.
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::context::Profile;
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    no_check, plain_measure, single_function,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};

@@ -3,9 +3,10 @@
 //! `displacement = s [1 − c e^(−(t − t0)/τ)]` from t0 on, zero before: the share 1 − c at once, c creeping after it.
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, list, no_check, plain_measure, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    list, no_check, plain_measure, single_function, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, ParameterValue, Place};

@@ -11,9 +11,10 @@ use super::candidates::{
     CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, directions, motion, none, with_list, with_word,
 };
 use super::channel::warming;
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, every_component, list, no_check, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, list, no_check, word,
 };
 use super::friction_heat::{Source, friction_heat};
 use super::{Context, EffectError};

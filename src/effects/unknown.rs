@@ -6,10 +6,11 @@
 
 use super::backlash::STANDSTILL;
 use super::candidates::{CandidateFamily, Observations, beside_own, directions, motion, none, with_word};
+use super::context::Profile;
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, every_component, list, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, list, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};

@@ -5,9 +5,10 @@
 //! are cubic splines with knots every so many seconds: one that breathes many times in a recording.
 
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Profile, ShowingTest, ShownBy,
-    Signature, Unseen, every_component, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, plain_measure, word,
 };
 use super::unknown::cubic;
 use super::{Context, EffectError};

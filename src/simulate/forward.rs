@@ -6,7 +6,8 @@ use super::component_errors::component_errors;
 use super::setup_errors::SetupErrors;
 use super::trace::Trace;
 use crate::chain::{Chain, Composition, Geometry, MotionErrors, Sensitivity};
-use crate::effects::{Context, Disturbance, Disturbances, EffectError};
+use crate::disturbances::{Disturbance, Disturbances};
+use crate::effects::{Context, EffectError};
 use crate::readings::{At, Mount};
 use crate::session::{Motion, MotionError, Session, Test};
 

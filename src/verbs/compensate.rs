@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let settings = settings(arguments)?;
     let mut erring = erring_machine(&arguments.machine, arguments.errors.as_deref(), arguments.directions)?;
     erring.machine.stated_directions().map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
-    let left = fiveaxis::effects::into_component_errors(&mut erring.machine);
+    let left = fiveaxis::disturbances::into_component_errors(&mut erring.machine);
     for effect in &left {
         eprintln!(
             "fiveaxis: the effect {effect} depends on more than the position of its axis and stays in the machine"

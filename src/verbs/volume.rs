@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
     let part = arguments.part.as_deref().map(part).transpose()?;
     let mut erring = erring_machine(&arguments.machine, arguments.errors.as_deref(), arguments.directions)?;
-    for effect in fiveaxis::effects::into_component_errors(&mut erring.machine) {
+    for effect in fiveaxis::disturbances::into_component_errors(&mut erring.machine) {
         eprintln!("fiveaxis: the effect {effect} depends on more than the position of its axis and is left out");
     }
     let machine = &erring.machine;

@@ -5,7 +5,6 @@ pub(crate) mod forming;
 pub(crate) mod grouping;
 pub(crate) mod next_test;
 pub(crate) mod proposals;
-pub(crate) mod recurring;
 pub(crate) mod size;
 pub(crate) mod standing;
 pub(crate) mod vibration_size;

@@ -11,7 +11,7 @@ use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::unit;
 use crate::diagnose::selection::selected::Candidate;
-use crate::diagnose::selection::shapes::trajectory::{Trajectories, is_once_per_turn, told_along_its_axis};
+use crate::diagnose::selection::shapes::trajectory::{Trajectories, grows, is_once_per_turn, told_along_its_axis};
 use crate::effects::{Signature, is_a, kind, signature};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;
@@ -196,11 +196,6 @@ fn main_terms(model: &LinearModel, effect: &Effect, cause: &Cause, terms: &[Term
     }
     let lengths: Vec<usize> = (0..terms.len()).filter(|&k| is_length(&terms[k])).collect();
     if lengths.is_empty() { (0..terms.len()).collect() } else { lengths }
-}
-
-/// Whether an effect goes on with time or temperature.
-pub(crate) fn grows(effect: &Effect) -> bool {
-    ["tau", "channel"].iter().any(|parameter| effect.parameter(parameter).is_some())
 }
 
 /// The size for given amplitudes (display units).

@@ -11,7 +11,8 @@ use super::shapes::Shapes;
 use crate::diagnose::thresholds::Thresholds;
 
 use crate::chain::Sensitivity;
-use crate::effects::{Context, EffectError, Profile, gain};
+use crate::disturbances::gain;
+use crate::effects::{Context, EffectError, Profile};
 use crate::identify::{Problem, Quantity};
 use crate::machine::{Effect, Outlet};
 use crate::units::Measure;

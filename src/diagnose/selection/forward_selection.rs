@@ -7,7 +7,7 @@ use super::ranking::{choose, compare, is_sensible, keep_diverse};
 use super::screening::screen::screen;
 use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shapes::shape_fit::refine_all;
-use crate::diagnose::findings::size::grows;
+use super::shapes::trajectory::grows;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{likely_noise, mean_noise_mm2, wandering};
 use crate::diagnose::noise::zero_walk::walk_of_the_zero;

@@ -2,7 +2,7 @@
 
 use super::claims::{Verdict, temper, verdict};
 use super::explanation::Explanation;
-use super::location_errors::moved;
+use super::location_errors::{Moved, moved};
 use super::shares::{ShareOfReadings, shares_of_readings};
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::model::linear_model::LinearModel;
@@ -25,7 +25,6 @@ use crate::identify::{Fit, FitError, TestFit, Unknown};
 use crate::machine::Effect;
 use crate::session::{MotionError, Session, Setups};
 use crate::statistics::rms;
-use crate::units::Measure;
 
 /// Result of a diagnosis.
 #[derive(Debug, Clone)]
@@ -61,17 +60,6 @@ pub struct Diagnosis {
     pub tests: Vec<TestBeforeAfter>,
     /// What was fitted beside the findings, with the priors of the diagnosis.
     pub unknowns: Vec<Unknown>,
-}
-
-/// A location error before and after the effects were modelled, mm or rad.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Moved {
-    pub name: String,
-    pub measure: Measure,
-    pub before: f64,
-    pub after: f64,
-    pub sigma: f64,
-    pub determined: bool,
 }
 
 /// Residuals of one test before and after.

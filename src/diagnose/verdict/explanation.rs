@@ -6,7 +6,6 @@ use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::findings::forming::findings;
 use crate::diagnose::findings::next_test;
 use crate::diagnose::findings::proposals::Layout;
-use crate::diagnose::findings::recurring::tell_as_one;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
@@ -15,6 +14,7 @@ use crate::diagnose::selection::naming;
 use crate::diagnose::selection::search;
 use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Search};
 use crate::diagnose::validation::cross_validation::{CrossValidation, prove};
+use crate::diagnose::verdict::recurring::tell_as_one;
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a};
 

@@ -1,6 +1,5 @@
 //! Location errors beside what was found, with what other explanations would make of them. It searches nothing.
 
-use super::diagnosis::Moved;
 use crate::diagnose::findings::standing::Standing;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
@@ -8,7 +7,19 @@ use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::selection::selected::{Search, SelectedEffect};
 use crate::effects::CandidateFamily;
 use crate::identify::{Fit, Quantity};
+use crate::units::Measure;
 use std::sync::Arc;
+
+/// A location error before and after the effects were modelled, mm or rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moved {
+    pub name: String,
+    pub measure: Measure,
+    pub before: f64,
+    pub after: f64,
+    pub sigma: f64,
+    pub determined: bool,
+}
 
 /// Location errors of the fit with and without the effects that were found.
 ///

@@ -6,5 +6,6 @@ pub(crate) mod diagnosis;
 pub(crate) mod explanation;
 pub(crate) mod irregular_motion;
 pub(crate) mod location_errors;
+pub(crate) mod recurring;
 pub(crate) mod shares;
 pub(crate) mod shift_or_effect;

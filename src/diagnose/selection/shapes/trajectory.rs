@@ -9,6 +9,11 @@ use crate::effects::{Signature, WARM, is_a, signature};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
 use crate::units::Measure;
 
+/// Whether an effect goes on with time or temperature.
+pub(crate) fn grows(effect: &Effect) -> bool {
+    ["tau", "channel"].iter().any(|parameter| effect.parameter(parameter).is_some())
+}
+
 /// Where growth along its own axis shows; `None` for other effects.
 fn along_its_axis(machine: &Machine, effect: &Effect) -> Option<Outlet> {
     let axis = effect.place.axis().filter(|_| is_a(&effect.kind, Signature::Growth))?;

@@ -1,8 +1,8 @@
 //! Jumps that come at the same place of an axis whenever it passes there: something on that axis lifts, catches or switches, no
 //! ball has slipped. It fits nothing.
 
-use super::finding::{Finding, RangeFound};
 use crate::diagnose::cause::Cause;
+use crate::diagnose::findings::finding::{Finding, RangeFound};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::selection::naming::component_name;
 use crate::diagnose::validation::cross_validation::CrossValidation;

@@ -1,7 +1,8 @@
 //! Effects that depend on the position of their axis alone, as component errors of that axis. No effect's own formula.
 
-use super::{Context, Disturbances, Driver, kind};
+use super::disturbance::Disturbances;
 use crate::chain::Chain;
+use crate::effects::{Context, Driver, kind};
 use crate::machine::{AxisKind, Component, ComponentError, ComponentForm, Effect, Machine, Outlet, Place};
 use crate::readings::Reading;
 use crate::session::{Ball, Clock, LengthColumn, Recording, Session, Spread, Test, Zero};

@@ -1,7 +1,7 @@
 //! Contributions of effects to rows: exact ones for `simulate`, linear columns for fits. No effect's own formula.
 
-use super::{Context, EffectError, Profile, kind, kind_names};
 use crate::chain::Sensitivity;
+use crate::effects::{Context, EffectError, Profile, kind, kind_names};
 use crate::machine::{AxisKind, Effect, Outlet};
 use nalgebra::Vector3;
 
