@@ -1,6 +1,6 @@
 //! Accepted effects to findings: how large they are, where and how surely they act. Grouping and names stand beside it.
 
-use super::finding::{Finding, RangeFound};
+use super::finding::{Finding, RangeFound, SizeFound};
 use super::grouping::groups;
 use super::standing::Standing;
 use super::{size, vibration_size};
@@ -17,6 +17,8 @@ use crate::diagnose::selection::shapes::trajectory::{growing_outlets, growth};
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
 use crate::machine::{Effect, Outlet, ParameterValue, Size};
+use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// Groups what a search accepted and words each group as one finding, strongest first.
 pub fn findings(
@@ -26,7 +28,6 @@ pub fn findings(
     regression: &Regression,
     columns: &[Accepted],
 ) -> Vec<Finding> {
-    let groups = groups(search, &rates_of_tests(model), model.thresholds.rest_of_form);
     let mut first_column = Vec::new();
     let mut next = 0;
     for found in &search.found {
@@ -34,168 +35,173 @@ pub fn findings(
         next += found.chosen.columns.len();
     }
     let covariance = regression.covariance();
-    let mut list: Vec<Finding> = groups
-        .iter()
-        .map(|group| finding(model, families, search, group, &first_column, regression, &covariance, columns))
-        .collect();
+    let fitted = Fitted { model, families, search, regression, columns, covariance, first_column };
+    let groups = groups(search, &rates_of_tests(model), model.thresholds.rest_of_form);
+    let mut list: Vec<Finding> = groups.iter().map(|group| fitted.finding(group)).collect();
     if list.len() > 1 {
         // what each adds beside all others: the first one that a search takes seems to explain everything
-        let strength = |finding: &Finding| {
-            let others = (0..columns.len()).filter(|k| !finding.columns.contains(k)).map(|k| columns[k].clone());
-            Regression::new(model, &search.noise_after, &others.collect::<Vec<_>>(), &model.kept).misfit
-        };
+        let strength = |finding: &Finding| fitted.without(&finding.columns).misfit;
         list.sort_by_cached_key(|finding| std::cmp::Reverse(strength(finding).max(0.0).to_bits()));
     }
     list
 }
 
-#[allow(clippy::too_many_arguments)]
-fn finding(
-    model: &LinearModel,
-    families: &[CandidateFamily],
-    search: &Search,
-    group: &[usize],
-    first_column: &[usize],
-    regression: &Regression,
-    covariance: &nalgebra::DMatrix<f64>,
-    columns: &[Accepted],
-) -> Finding {
-    let machine = model.context.machine();
-    let lead = &search.found[group[0]];
-    let mut effects = Vec::new();
-    let mut own_columns = Vec::new();
-    for &index in group {
-        let found = &search.found[index];
-        let first = first_column[index];
-        let sizes: Vec<f64> = (0..found.chosen.columns.len()).map(|k| regression.accepted(first + k)).collect();
-        own_columns.extend(first..first + found.chosen.columns.len());
-        effects.extend(sized(&found.chosen, &sizes, model));
+/// What a search accepted, fitted on all rows.
+struct Fitted<'f, 'a> {
+    model: &'f LinearModel<'a>,
+    families: &'f [CandidateFamily],
+    search: &'f Search,
+    regression: &'f Regression<'f, 'a>,
+    columns: &'f [Accepted],
+    covariance: DMatrix<f64>,
+    /// By accepted effect.
+    first_column: Vec<usize>,
+}
+
+impl<'f, 'a> Fitted<'f, 'a> {
+    /// The fit of everything but some columns.
+    fn without(&self, own: &[usize]) -> Regression<'f, 'a> {
+        let others = (0..self.columns.len()).filter(|k| !own.contains(k)).map(|k| self.columns[k].clone());
+        Regression::new(self.model, &self.search.noise_after, &others.collect::<Vec<_>>(), &self.model.kept)
     }
-    let gain: f64 = group.iter().map(|&index| search.found[index].gain).sum();
-    let free_gain: f64 = group
-        .iter()
-        .skip(1)
-        .filter(|&&index| search.found[index].chosen.is_free())
-        .map(|&index| search.found[index].gain)
-        .sum();
-    let is_unknown = lead.chosen.is_free() || free_gain > model.thresholds.form_unknown * gain;
-    let mut cause = cause(machine, &lead.chosen, &effects);
-    let growing = match is_a(&lead.chosen.effect.kind, Signature::Growth) {
-        true => with_sizes(search, group, first_column, regression, Signature::Growth),
-        false => Vec::new(),
-    };
-    if !growing.is_empty() {
-        let shown = growing_outlets(model, &growing);
-        cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
+
+    fn columns_of(&self, index: usize) -> Range<usize> {
+        let first = self.first_column[index];
+        first..first + self.search.found[index].chosen.columns.len()
     }
-    if is_unknown {
-        cause.effect = UNKNOWN.name.into();
-        for &index in group.iter().skip(1) {
-            for component in components(machine, &search.found[index].chosen.terms) {
+
+    fn finding(&self, group: &[usize]) -> Finding {
+        let (model, lead) = (self.model, &self.search.found[group[0]]);
+        let mut effects = Vec::new();
+        for &index in group {
+            let sizes: Vec<f64> = self.columns_of(index).map(|column| self.regression.accepted(column)).collect();
+            effects.extend(sized(&self.search.found[index].chosen, &sizes, model));
+        }
+        let columns: Vec<usize> = group.iter().flat_map(|&index| self.columns_of(index)).collect();
+        let gain: f64 = group.iter().map(|&index| self.search.found[index].gain).sum();
+        let growing = self.with_sizes(group, Signature::Growth);
+        let growing = if is_a(&lead.chosen.effect.kind, Signature::Growth) { growing } else { Vec::new() };
+        let mut cause = self.cause(group, gain, &effects, &growing);
+        let (probability, rivals) = self.standing(group, &cause);
+        let mut size = self.size_of_parts(group, &cause);
+        let family = &self.families[lead.chosen.family];
+        let as_judged = |shape: &Candidate| size::size_as_judged(model, shape, &cause);
+        if let Some((mean, sigma)) = over_shapes(|| self.without(&columns), (&lead.chosen, gain), family, as_judged) {
+            size.value = mean;
+            size.sigma = size.sigma.hypot(sigma);
+        }
+        if growing.len() > 1 {
+            // growth told in several shapes: the others add to the lead's
+            size.value += growth(model, &growing, &cause) - growth(model, &growing[..1], &cause);
+        }
+        size.sigma = size.sigma.hypot(over_rivals(model, lead, size.value));
+        let (tests, rms_um) = shows(model, self.columns, &columns, self.regression);
+        if lead.form_withdrawn {
+            cause.effect = UNKNOWN.name.into();
+        }
+        Finding {
+            cause,
+            effects,
+            size,
+            tests,
+            range: range(model, lead),
+            probability,
+            rivals,
+            gain,
+            single: lead.chosen.is_event(),
+            columns,
+            next_test: None,
+            rms_um,
+        }
+    }
+
+    /// The cause of a group: that of its first part, `unknown` where a free curve leads or takes much beside it.
+    fn cause(&self, group: &[usize], gain: f64, effects: &[Effect], growing: &[(&Candidate, Vec<f64>)]) -> Cause {
+        let machine = self.model.context.machine();
+        let found = |index: &usize| &self.search.found[*index];
+        let lead = found(&group[0]);
+        let rest = || group.iter().skip(1).map(found);
+        let free_gain: f64 = rest().filter(|part| part.chosen.is_free()).map(|part| part.gain).sum();
+        let mut cause = cause(machine, &lead.chosen, effects);
+        if !growing.is_empty() {
+            let shown = growing_outlets(self.model, growing);
+            cause.components = shown.iter().map(|outlet| component_name(machine, outlet)).collect();
+        }
+        if lead.chosen.is_free() || free_gain > self.model.thresholds.form_unknown * gain {
+            cause.effect = UNKNOWN.name.into();
+            for component in rest().flat_map(|part| components(machine, &part.chosen.terms)) {
                 if !cause.components.contains(&component) {
                     cause.components.push(component);
                 }
             }
         }
+        cause
     }
-    // the part that is surest of its cause speaks for the whole
-    let parts = group.iter().map(|&index| &search.found[index]);
-    let (mut probability, mut rivals): (f64, Vec<(Cause, f64)>) = parts
-        .filter(|part| {
-            (&part.chosen.effect.kind, part.chosen.effect.place) == (&lead.chosen.effect.kind, lead.chosen.effect.place)
-        })
-        .map(|part| {
-            let standing = Standing::of(model, families, part);
-            (standing.probability, standing.rivals)
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .unwrap_or((1.0, Vec::new()));
-    // a rival in more motions, of which one is too small to be told, is the same cause
-    rivals.retain(|(rival, share)| {
-        let is_same = *rival == cause;
-        probability += if is_same { *share } else { 0.0 };
-        !is_same
-    });
-    // lost motion told in two shapes is one play
-    let parts: Vec<Vec<usize>> = group
-        .iter()
-        .filter(|&&index| index == group[0] || is_same_play(lead, &search.found[index]))
-        .map(|&index| (first_column[index]..first_column[index] + lead.chosen.columns.len()).collect())
-        .collect();
-    let mut size = size::size_of(model, &lead.chosen, &cause, regression, covariance, &parts);
-    // a vibration that wanders between neighbouring frequencies is the sum of all of them
-    let vibrating = with_sizes(search, group, first_column, regression, Signature::Oscillation);
-    let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
-    if vibrating.len() > 1 && is_a(&cause.effect, Signature::Oscillation) && !is_sure {
-        size = vibration_size::size_together(model, &vibrating, &search.noise_after, size);
+
+    /// Probability of a group's cause, and its rivals with theirs: the part that is surest of its cause speaks for the whole.
+    fn standing(&self, group: &[usize], cause: &Cause) -> (f64, Vec<(Cause, f64)>) {
+        let of = |index: &usize| &self.search.found[*index];
+        let named = |part: &SelectedEffect| (part.chosen.effect.kind.clone(), part.chosen.effect.place);
+        let lead = named(of(&group[0]));
+        let parts = group.iter().map(of).filter(|part| named(part) == lead);
+        let standings = parts.map(|part| Standing::of(self.model, self.families, part));
+        let surest = standings.max_by(|a, b| a.probability.total_cmp(&b.probability));
+        let (mut probability, mut rivals) =
+            surest.map_or((1.0, Vec::new()), |standing| (standing.probability, standing.rivals));
+        // a rival in more motions, of which one is too small to be told, is the same cause
+        rivals.retain(|(rival, share)| {
+            let is_same = rival == cause;
+            probability += if is_same { *share } else { 0.0 };
+            !is_same
+        });
+        (probability, rivals)
     }
-    // a spike whose servo is no simple one is the sum of several
-    let spikes: Vec<(&Candidate, usize)> = of_kind(search, group, first_column, Signature::Spike).collect();
-    if spikes.len() > 1 && is_a(&cause.effect, Signature::Spike) {
-        size = size::size_together(model, &spikes, &cause, regression, covariance, size);
+
+    /// Size of the parts that tell one thing together.
+    fn size_of_parts(&self, group: &[usize], cause: &Cause) -> SizeFound {
+        let (model, lead) = (self.model, &self.search.found[group[0]]);
+        // lost motion told in two shapes is one play
+        let is_one = |index: &&usize| **index == group[0] || is_same_play(lead, &self.search.found[**index]);
+        let own =
+            |&index: &usize| (self.first_column[index]..self.first_column[index] + lead.chosen.columns.len()).collect();
+        let parts: Vec<Vec<usize>> = group.iter().filter(is_one).map(own).collect();
+        let mut size = size::size_of(model, &lead.chosen, cause, self.regression, &self.covariance, &parts);
+        // a vibration that wanders between neighbouring frequencies is the sum of all of them
+        let vibrating = self.with_sizes(group, Signature::Oscillation);
+        let is_sure = directions(&lead.chosen.terms) > 1 && size.sigma < SURE_SIZE * size.value;
+        if vibrating.len() > 1 && is_a(&cause.effect, Signature::Oscillation) && !is_sure {
+            size = vibration_size::size_together(model, &vibrating, &self.search.noise_after, size);
+        }
+        // a spike whose servo is no simple one is the sum of several
+        let spikes: Vec<(&Candidate, usize)> = self.of_kind(group, Signature::Spike).collect();
+        if spikes.len() > 1 && is_a(&cause.effect, Signature::Spike) {
+            size = size::size_together(model, &spikes, cause, self.regression, &self.covariance, size);
+        }
+        size
     }
-    let without_own = || {
-        let others = (0..columns.len()).filter(|k| !own_columns.contains(k)).map(|k| columns[k].clone());
-        Regression::new(model, &search.noise_after, &others.collect::<Vec<_>>(), &model.kept)
-    };
-    let family = &families[lead.chosen.family];
-    let as_judged = |shape: &Candidate| size::size_as_judged(model, shape, &cause);
-    if let Some((mean, sigma)) = over_shapes(without_own, (&lead.chosen, gain), family, as_judged) {
-        size.value = mean;
-        size.sigma = size.sigma.hypot(sigma);
+
+    /// The parts of a finding that are effects of a kind, each with its first column.
+    fn of_kind<'s>(
+        &'s self,
+        group: &'s [usize],
+        signature: Signature,
+    ) -> impl Iterator<Item = (&'f Candidate, usize)> + 's {
+        let search = self.search;
+        let parts = group.iter().map(move |&index| (&search.found[index].chosen, self.first_column[index]));
+        parts.filter(move |(part, _)| is_a(&part.effect.kind, signature))
     }
-    if growing.len() > 1 {
-        // growth told in several shapes: the others add to the lead's
-        size.value += growth(model, &growing, &cause) - growth(model, &growing[..1], &cause);
-    }
-    size.sigma = size.sigma.hypot(over_rivals(model, lead, size.value));
-    let (tests, rms_um) = shows(model, columns, &own_columns, regression);
-    let range = range(model, lead);
-    if lead.form_withdrawn {
-        cause.effect = UNKNOWN.name.into();
-    }
-    Finding {
-        cause,
-        effects,
-        size,
-        tests,
-        range,
-        probability,
-        rivals,
-        gain,
-        single: lead.chosen.is_event(),
-        columns: own_columns,
-        next_test: None,
-        rms_um,
+
+    /// The same with their sizes (display units).
+    fn with_sizes(&self, group: &[usize], signature: Signature) -> Vec<(&'f Candidate, Vec<f64>)> {
+        let sizes =
+            |part: &Candidate, first| (0..part.terms.len()).map(|k| self.regression.accepted(first + k)).collect();
+        self.of_kind(group, signature).map(|(part, first)| (part, sizes(part, first))).collect()
     }
 }
 
 /// Uncertainty, as a share, up to which a vibration in several directions has the size of its first part: what wanders is
 /// little, and may be told in directions that hardly show it.
 const SURE_SIZE: f64 = 0.1;
-
-/// The parts of a finding that are effects of a kind, each with its first column.
-fn of_kind<'s>(
-    search: &'s Search,
-    group: &'s [usize],
-    first_column: &'s [usize],
-    signature: Signature,
-) -> impl Iterator<Item = (&'s Candidate, usize)> {
-    let parts = group.iter().map(|&index| (&search.found[index].chosen, first_column[index]));
-    parts.filter(move |(part, _)| is_a(&part.effect.kind, signature))
-}
-
-/// The same with their sizes (display units).
-fn with_sizes<'s>(
-    search: &'s Search,
-    group: &'s [usize],
-    first_column: &'s [usize],
-    regression: &Regression,
-    signature: Signature,
-) -> Vec<(&'s Candidate, Vec<f64>)> {
-    let sizes = |part: &Candidate, first| (0..part.terms.len()).map(|k| regression.accepted(first + k)).collect();
-    of_kind(search, group, first_column, signature).map(|(part, first)| (part, sizes(part, first))).collect()
-}
 
 /// Standard deviation of a size over rivals that are the same effect in other components or of another driver.
 fn over_rivals(model: &LinearModel, lead: &SelectedEffect, value: f64) -> f64 {
