@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fiveaxis::chain::Chain;
-use fiveaxis::collision::{CONE_MARGIN_RAD, Instrument, Scratch, least_cone_rad, sweep_clearance};
+use fiveaxis::collision::{CONE_MARGIN_RAD, Instrument, Scene, Scratch, least_cone_rad, sweep_clearance};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::Machine;
 use fiveaxis::plan::{CutRunIn, RunEnd, cut_run_ins, rows_with_run_in};
 use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
-use fiveaxis::session::Motion;
+use fiveaxis::session::{Motion, Test};
 use serde_json::{Map, Value, json};
 
 use super::output::{print_json, settle};
@@ -51,24 +51,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     for test in &session.tests {
         let instrument = Instrument::of(&world, &bodies, &kit, test)?;
         let motion = Motion::of(&session, &chain, test)?;
-        let rows = rows_with_run_in(&machine, test, &motion);
         let scene = instrument.scene(&world);
-        let least = sweep_clearance(&scene, &rows, arguments.tolerance, &mut scratch);
-        let cone_left = least_cone_rad(&scene, &rows, &mut scratch).map(|left| (left.to_degrees() * 1e2).round() / 1e2);
-        let positions: Map<String, Value> = machine
-            .axes
-            .iter()
-            .zip(&least.positions)
-            .map(|(axis, &q)| (axis.name.clone(), json!((axis.kind.to_file_unit(q) * 1e4).round() / 1e4)))
-            .collect();
-        tests.push(json!({
-            "name": test.name,
-            "clearance_mm": (least.mm * 1e3).round() / 1e3,
-            "pair": [least.pair.0, least.pair.1],
-            "positions": positions,
-            "cone_left_deg": cone_left,
-            "run_in_cut": cut_run_ins(&machine, test, &motion).iter().map(|cut| cut_json(&machine, cut)).collect::<Vec<_>>(),
-        }));
+        tests.push(measured(&machine, (test, &motion), &scene, arguments.tolerance, &mut scratch));
     }
     if arguments.json {
         let value = json!({
@@ -80,8 +64,43 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         });
         return print_json(&value);
     }
+    print_tests(&tests);
+    if let Some(note) = can_touch_note(&machine, &can_touch) {
+        println!("{note}");
+    }
+    Ok(())
+}
+
+/// What a test keeps clear, and what stops its run-ins.
+fn measured(
+    machine: &Machine,
+    (test, motion): (&Test, &Motion),
+    scene: &Scene,
+    tolerance_mm: f64,
+    scratch: &mut Scratch,
+) -> Value {
+    let rows = rows_with_run_in(machine, test, motion);
+    let least = sweep_clearance(scene, &rows, tolerance_mm, scratch);
+    let cone_left = least_cone_rad(scene, &rows, scratch).map(|left| (left.to_degrees() * 1e2).round() / 1e2);
+    let positions: Map<String, Value> = machine
+        .axes
+        .iter()
+        .zip(&least.positions)
+        .map(|(axis, &q)| (axis.name.clone(), json!((axis.kind.to_file_unit(q) * 1e4).round() / 1e4)))
+        .collect();
+    json!({
+        "name": test.name,
+        "clearance_mm": (least.mm * 1e3).round() / 1e3,
+        "pair": [least.pair.0, least.pair.1],
+        "positions": positions,
+        "cone_left_deg": cone_left,
+        "run_in_cut": cut_run_ins(machine, test, motion).iter().map(|cut| cut_json(machine, cut)).collect::<Vec<_>>(),
+    })
+}
+
+fn print_tests(tests: &[Value]) {
     println!("{:<24} {:>12}  nearest pair and pose", "test", "clearance mm");
-    for test in &tests {
+    for test in tests {
         let pose: Vec<String> = test["positions"]
             .as_object()
             .map(|map| map.iter().map(|(axis, q)| format!("{axis} {q}")).collect())
@@ -118,10 +137,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
             );
         }
     }
-    if let Some(note) = can_touch_note(&machine, &can_touch) {
-        println!("{note}");
-    }
-    Ok(())
 }
 
 /// A cut run-in, positions in mm or deg.

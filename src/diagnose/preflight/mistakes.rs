@@ -20,48 +20,7 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
             session.tests.iter().any(|test| test.recording.as_ref().is_some_and(|r| r.axes.contains(&axis)))
         })
         .collect();
-    for &axis in &busy {
-        let name = machine.axes[axis].name.clone();
-        let mut scaled = |effect: &'static str, factor: f64, says: String| {
-            let undone = scale_axis(session, axis, factor);
-            list.push(Suspicion {
-                effect,
-                place: RECORDER.into(),
-                components: vec![name.clone()],
-                tests: Vec::new(),
-                says,
-                shift_ms: None,
-                weight: OFTEN,
-                undone,
-            });
-        };
-        scaled(
-            "axis-sign",
-            -1.0,
-            format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'"),
-        );
-        match machine.axes[axis].kind {
-            AxisKind::Linear => scaled("unit", 25.4, format!("{name} is in inches: convert the column to mm")),
-            AxisKind::Rotary => scaled(
-                "unit",
-                180.0 / std::f64::consts::PI,
-                format!("{name} is in radians: convert the column to degrees"),
-            ),
-        }
-        if machine.axes[axis].kind == AxisKind::Rotary {
-            let alternate = [0, 1].map(|from| Struck::Alternate { from });
-            for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
-                let among = [Among::Alone, Among::Followed, Among::All];
-                let mut told: Vec<Vec<String>> = Vec::new();
-                for among in among {
-                    let suspicion = reversed((session, whole), axis, struck, among);
-                    list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
-                        told.push(suspicion.tests.clone());
-                    }));
-                }
-            }
-        }
-    }
+    list.extend(busy.iter().flat_map(|&axis| of_an_axis((session, whole), axis)));
     for (index, &a) in busy.iter().enumerate() {
         for &b in &busy[index + 1..] {
             if machine.axes[a].kind == machine.axes[b].kind {
@@ -84,7 +43,51 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
     list.extend(worst_tests(residual_mm).into_iter().filter_map(|test| foreign(session, test)));
     list.extend(on_any_link(session));
     list.extend(exchanged::with_worst(session, &worst_tests(residual_mm)));
-    // recordings with the same columns come out of one conversion
+    list.extend(of_one_conversion(session));
+    list
+}
+
+/// Columns of one axis in another sense or unit, in all tests or in some.
+fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspicion> {
+    let (name, kind) = (session.machine.axes[axis].name.clone(), session.machine.axes[axis].kind);
+    let scaled = |effect: &'static str, factor: f64, says: String| Suspicion {
+        effect,
+        place: RECORDER.into(),
+        components: vec![name.clone()],
+        tests: Vec::new(),
+        says,
+        shift_ms: None,
+        weight: OFTEN,
+        undone: scale_axis(session, axis, factor),
+    };
+    let backwards = format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'");
+    let mut list = vec![scaled("axis-sign", -1.0, backwards)];
+    list.push(match kind {
+        AxisKind::Linear => scaled("unit", 25.4, format!("{name} is in inches: convert the column to mm")),
+        AxisKind::Rotary => {
+            let says = format!("{name} is in radians: convert the column to degrees");
+            scaled("unit", 180.0 / std::f64::consts::PI, says)
+        }
+    });
+    if kind == AxisKind::Linear {
+        return list;
+    }
+    let alternate = [0, 1].map(|from| Struck::Alternate { from });
+    for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
+        let mut told: Vec<Vec<String>> = Vec::new();
+        for among in [Among::Alone, Among::Followed, Among::All] {
+            let suspicion = reversed((session, whole), axis, struck, among);
+            list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
+                told.push(suspicion.tests.clone());
+            }));
+        }
+    }
+    list
+}
+
+/// Recordings with the same columns come out of one conversion.
+fn of_one_conversion(session: &Session) -> Vec<Suspicion> {
+    let mut list = Vec::new();
     let moving = |test: usize| session.tests[test].recording.as_ref().map(|recording| &recording.axes);
     for first in 0..session.tests.len() {
         let alike: Vec<usize> = (0..session.tests.len()).filter(|&test| moving(test) == moving(first)).collect();
