@@ -20,7 +20,7 @@ fn machines() -> Vec<(PathBuf, Machine)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
-    assert!(files.len() >= 17, "{} files", files.len());
+    assert!(files.len() >= 26, "{} files", files.len());
     let load = |file: PathBuf| {
         let machine = load_machine(&file).unwrap_or_else(|why| panic!("{why}"));
         (file, machine)

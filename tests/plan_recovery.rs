@@ -8,7 +8,7 @@ use std::path::Path;
 
 use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Composition;
-use fiveaxis::identify::{Fit, Options, Quantity, identify, parse_free};
+use fiveaxis::identify::{Fit, FitError, Options, Quantity, identify, parse_free};
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{LinearAxes, Machine};
 use fiveaxis::plan::{Coupled, FOLLOWED, Plan, Settings, plan};
@@ -60,10 +60,14 @@ fn with_errors(session: &Session, free: &str, seed: u64) -> Session {
 
 /// A fit of one simulated run of a session.
 fn fitted(session: &Session, truth: &Session, free: &str, seed: u64) -> Fit {
+    try_fit(session, truth, free, seed).unwrap_or_else(|why| panic!("seed {seed}: {why}"))
+}
+
+fn try_fit(session: &Session, truth: &Session, free: &str, seed: u64) -> Result<Fit, FitError> {
     let traces = simulate_with(truth, Composition::Exact, &SetupErrors::drawn(truth, seed)).expect("simulates");
     let traces = Instrument::default().read(truth, traces, seed).expect("reads");
     let options = Options { free: Some(parse_free(free, &session.machine).expect("names")), ..Options::default() };
-    identify(&recorded(session, &traces), &options).unwrap_or_else(|why| panic!("seed {seed}: {why}"))
+    identify(&recorded(session, &traces), &options)
 }
 
 /// By error: name, estimate minus truth, reported sigma, determined.
@@ -165,32 +169,47 @@ fn indexing_the_spindle_takes_its_ball_out_of_the_positions() {
     }
 }
 
+/// What plan and fit do not mean alike for one machine, in words.
+fn meant_otherwise(file: &Path, settings: &Settings) -> Vec<String> {
+    let (machine, bodies) = load_machine_and_bodies(file).expect("shipped machine");
+    let plan = planned(&machine, &bodies, settings);
+    let session = session(&machine, &plan);
+    let mut found = Vec::new();
+    for seed in [3, 4] {
+        let place = format!("{} seed {seed}, following {:?}", file.display(), settings.coupled.follow);
+        let fit = match try_fit(&session, &with_errors(&session, "rotary", seed), "rotary", seed) {
+            Ok(fit) => fit,
+            Err(why) => {
+                found.push(format!("{place}: {why}"));
+                continue;
+            }
+        };
+        for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
+            let Some(error) = plan.errors.iter().find(|error| error.name == unknown.label) else { continue };
+            if error.determined != estimate.determined {
+                found.push(format!(
+                    "{place}: {} {}, share of priors {:.2} in the fit, {:.2} in the plan",
+                    error.name,
+                    if error.determined { "by the plan alone" } else { "by the fit alone" },
+                    estimate.prior_share,
+                    error.prior_share,
+                ));
+            }
+        }
+    }
+    found
+}
+
 #[test]
 fn plan_and_identify_mean_the_same_by_determined() {
     for (first, coupled) in
         [Coupled::default(), Coupled { follow: FOLLOWED.to_vec(), circles: false }].into_iter().enumerate()
     {
         let settings = Settings { coupled, ..Settings::default() };
-        some_machines(first, 4).into_par_iter().for_each(|file| {
-            let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
-            let plan = planned(&machine, &bodies, &settings);
-            let session = session(&machine, &plan);
-            for seed in [3, 4] {
-                let fit = fitted(&session, &with_errors(&session, "rotary", seed), "rotary", seed);
-                for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
-                    let Some(error) = plan.errors.iter().find(|error| error.name == unknown.label) else { continue };
-                    assert_eq!(
-                        error.determined,
-                        estimate.determined,
-                        "{} {} seed {seed}: share of priors {:.2} in the fit, {:.2} in the plan, following {:?}",
-                        file.display(),
-                        error.name,
-                        estimate.prior_share,
-                        error.prior_share,
-                        settings.coupled.follow,
-                    );
-                }
-            }
-        });
+        let found: Vec<String> = some_machines(first, 4)
+            .into_par_iter()
+            .flat_map_iter(|file| meant_otherwise(&file, &settings))
+            .collect();
+        assert!(found.is_empty(), "{found:#?}");
     }
 }

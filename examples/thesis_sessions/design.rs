@@ -29,7 +29,7 @@ pub enum Direction {
     Cw,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Axis {
     A,
     C,

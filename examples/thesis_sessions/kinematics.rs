@@ -75,11 +75,6 @@ impl Trunnion {
     pub fn tilting_ball_mm(&self, a_deg: f64, point_mm: [f64; 3]) -> [f64; 3] {
         self.a.motion().carrying(Motion::turn(0, a_deg.to_radians())).of_point(point_mm)
     }
-
-    /// True distance between the ball on the table and the ball on the spindle.
-    pub fn length_mm(&self, a_deg: f64, c_deg: f64, table_point_mm: [f64; 3], spindle_mm: [f64; 3]) -> f64 {
-        distance_mm(self.table_ball_mm(a_deg, c_deg, table_point_mm), spindle_mm)
-    }
 }
 
 pub fn distance_mm(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -1,5 +1,6 @@
 //! Writes three ball-bar sessions of a Hermle C600U after chapters 4, 5 and 6 of the thesis, reconstructed by simulation; uses nothing of the library.
 
+mod besides;
 mod design;
 mod files;
 mod kinematics;

@@ -12,7 +12,7 @@ pub fn machine_files() -> Vec<PathBuf> {
         .filter(|file| file.extension().is_some_and(|extension| extension == "yaml"))
         .collect();
     files.sort();
-    assert!(files.len() >= 16);
+    assert!(files.len() >= 25);
     files
 }
 
