@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::document::{Document, Step};
 use super::limits::TEST_NAME;
+use super::marks::MarksFile;
 use super::message::{LoadError, nearest};
 use super::parts::FrameFile;
 use super::quantity::{LARGEST, finite, positive_length, quantity};
@@ -43,6 +44,7 @@ pub(super) struct TestFile {
     pub(super) positions: BTreeMap<String, f64>,
     pub(super) feed: Option<f64>,
     pub(super) overshoot: Option<f64>,
+    pub(super) marks: Option<MarksFile>,
     pub(super) sweep: Option<SweepFile>,
     pub(super) circle: Option<CircleFile>,
 }
@@ -156,6 +158,7 @@ impl TestReader<'_> {
             positions: vec![None; self.machine.axes.len()],
             feed_mm_per_min: raw.feed,
             overshoot: raw.overshoot,
+            marks: self.marks(index, raw)?,
             reading: Reading::Length,
         };
         for (name, &value) in &raw.positions {

@@ -14,6 +14,7 @@ mod dry_run;
 mod head;
 mod heidenhain;
 mod iso;
+mod marks;
 mod way;
 
 pub use dialect::{Dialect, dry_run_program, program};
@@ -123,9 +124,10 @@ pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates
     for (test, (first, second)) in planned.both_ways().iter().zip([(from, to), (to, from)]) {
         steps.push(Step::Say(format!("{} capture {first} to {second}", test.name)));
         // the machine stands where the run-in begins, or where the last run-out ended
-        steps.push(Step::Dwell(REST_S));
+        let rests = marks::Rests::of(machine, planned, coordinates, from == first);
+        steps.extend(rests.before);
         steps.extend(run(machine, planned, test, coordinates, curves));
-        steps.push(Step::Dwell(REST_S));
+        steps.extend(rests.after);
     }
     steps.push(Step::Stop("stop the recording and take the bar off".into()));
     steps.extend(way::back(machine, planned, coordinates));

@@ -31,6 +31,7 @@ impl<'a> Desk<'a> {
             positions: candidate.standing(self.machine),
             feed_mm_per_min: Some(feed_mm_per_min(self.machine, candidate, self.settings.feed_mm_per_min)),
             overshoot: Some(RUN_IN),
+            marks: None,
             reading: crate::readings::Reading::Length,
         }
     }

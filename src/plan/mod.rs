@@ -27,6 +27,7 @@
 //! | `refine` | what do they save of a choice? |
 //! | `part` | what is the cheapest part of a choice that is as good? |
 //! | `planned` | in which order, and what comes out? |
+//! | `marks` | by which moves along the bar do programs mark their runs in the readings? |
 //! | `mounting` | which parts of the kit make a test's bar and carry its spindle ball? |
 //! | `method` | the thesis's chapters 4 to 7 as choices from the same solver |
 //! | `free_range` | what do avoided regions leave of an axis's range? |
@@ -50,6 +51,7 @@ mod indexed;
 mod information;
 mod knowledge;
 mod little_moves;
+mod marks;
 mod method;
 mod mounting;
 mod one_pivot;
@@ -84,6 +86,7 @@ pub use indexed::IndexError;
 pub use information::{Block, Nuisance, Uncertainty, Unknowns};
 pub use knowledge::Knowledge;
 pub use little_moves::LittleMove;
+pub use marks::marked;
 pub use method::{Method, MethodError};
 pub use mounting::{Arm, CupLooks, Mounting};
 pub use out_of_reach::OutOfReach;

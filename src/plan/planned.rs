@@ -223,7 +223,10 @@ impl<'a> Desk<'a> {
                 })
             })
             .collect();
-        tests.iter_mut().enumerate().for_each(|(index, test)| test.number = index + 1);
+        for (index, test) in tests.iter_mut().enumerate() {
+            test.number = index + 1;
+            test.test.marks = if self.settings.marks { self.marks(test) } else { None };
+        }
         let pivots: HashSet<usize> = order.iter().map(|entry| entry.candidate.site).collect();
         let goal = &self.settings.goal;
         let goal_reached = errors.iter().all(|error| {

@@ -2,6 +2,7 @@
 
 mod claim;
 mod instruments;
+mod marks;
 mod motion;
 mod path;
 mod recording;
@@ -9,6 +10,7 @@ mod setups;
 
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::{locate_instruments, sighted_misfit_mm};
+pub use marks::Marks;
 pub use motion::{Motion, MotionError, way_mm};
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, LengthColumn, Recording};
@@ -119,6 +121,8 @@ pub struct Test {
     pub feed_mm_per_min: Option<f64>,
     /// How far outside the arc the axes started, in the capture's direction, mm or deg.
     pub overshoot: Option<f64>,
+    /// Marks that its program makes in the readings, if any.
+    pub marks: Option<Marks>,
     /// What the rows hold: lengths, or one number of a point, a pose, a socket, a displacement.
     pub reading: Reading,
 }
