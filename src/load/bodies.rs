@@ -12,7 +12,7 @@ use super::mesh::{MeshUse, Meshes, machine_size_mm};
 use super::message::{LoadError, nearest};
 use super::quantity::finite;
 use super::text::read_limited;
-use super::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
+use super::urdf::{LinkChoice, bodies_from_urdf, ends_from_urdf, mesh_names};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::{Chain, Pose};
 use crate::machine::Machine;
@@ -138,6 +138,16 @@ pub fn load_machine_and_bodies_with_links(file: &Path, links: &LinkChoice) -> Re
         bodies.touching.push(reader.touching(index, pair, &bodies.bodies)?);
     }
     Ok((machine, bodies))
+}
+
+/// A robot description with its solids, and the frames of its workpiece and tool links in R; a YAML file is refused.
+pub fn load_description(file: &Path, links: &LinkChoice) -> Result<(Machine, Bodies, [Pose; 2]), LoadError> {
+    let text = read_limited(file, YAML_BYTES)?;
+    if !is_urdf(file, &text) {
+        return Err(LoadError::file(file, "is no robot description (URDF); a machine file needs no init"));
+    }
+    let (machine, bodies) = load_machine_and_bodies_with_links(file, links)?;
+    Ok((machine, bodies, ends_from_urdf(file, &text, links)?))
 }
 
 /// Names of the mesh files of a machine, relative to its folder, in order and each once.

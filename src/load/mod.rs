@@ -12,6 +12,7 @@ mod kit;
 pub mod limits;
 mod linear_axes;
 mod machine;
+mod marks;
 mod mesh;
 mod message;
 mod parts;
@@ -29,7 +30,7 @@ mod test_path;
 mod text;
 mod urdf;
 
-pub use bodies::{load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files};
+pub use bodies::{load_description, load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files};
 pub use capture::{CaptureFile, CaptureHints, load_capture};
 pub use claim::load_claim;
 pub use instrument::load_instrument;

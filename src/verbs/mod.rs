@@ -13,6 +13,7 @@ pub mod history;
 pub mod identify;
 pub mod import;
 pub mod init;
+mod init_urdf;
 pub mod inverse;
 pub mod output;
 pub mod plan;

@@ -15,6 +15,7 @@ use urdf_rs::{JointType, Robot};
 use super::limits::AXES;
 use super::message::LoadError;
 use crate::bodies::Bodies;
+use crate::chain::Pose;
 use crate::machine::{Axis, AxisKind, Directions, Machine, StructuralCode, refuse_axis_name};
 use checks::{MAX_COORDINATE_M, check_elements, child};
 use ends::Ends;
@@ -38,6 +39,16 @@ pub fn machine_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result
 /// Collision solids of a robot description, on the links of the machine read from it.
 pub fn bodies_from_urdf(file: &Path, text: &str, choice: &LinkChoice, machine: &Machine) -> Result<Bodies, LoadError> {
     read(file, text, choice, |reader, _| collision::bodies(reader, machine))
+}
+
+/// Frames of the workpiece link and the tool link in R with all joints at zero.
+pub fn ends_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result<[Pose; 2], LoadError> {
+    read(file, text, choice, |reader, _| {
+        Ok([&reader.ends.workpiece_link, &reader.ends.tool_link].map(|link| {
+            let placed = reader.link_frame(link);
+            Pose { rotation: placed.rotation, translation_mm: placed.at_mm }
+        }))
+    })
 }
 
 /// Mesh files that a robot description names, relative to its folder.
