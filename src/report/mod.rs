@@ -1,5 +1,6 @@
 //! Values to text for people and programs: terminal tables, JSON, YAML and SVG. It computes no results and writes no files.
 
+mod answers;
 pub mod before_after;
 pub mod capture;
 mod cards;
