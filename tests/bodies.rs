@@ -309,6 +309,7 @@ fn a_stand_is_excused_from_the_one_body_under_it_alone() {
         positions: vec![Some(0.0); machine.axes.len()],
         feed_mm_per_min: None,
         overshoot: None,
+        marks: None,
         reading: fiveaxis::readings::Reading::Length,
     };
     let instrument = fiveaxis::collision::Instrument::of(&world, &bodies, &kit, &test).expect("instrument");

@@ -69,6 +69,7 @@ fn test(name: &str, started_at_s: f64, rows: &[Vec<f64>]) -> Test {
         positions: vec![None; rows[0].len()],
         feed_mm_per_min: None,
         overshoot: None,
+        marks: None,
         reading: fiveaxis::readings::Reading::Length,
     }
 }

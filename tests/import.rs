@@ -1,6 +1,6 @@
 //! Captures in one piece, as gauges write them, are placed where the machine was; what cannot be placed is refused.
 //!
-//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed (example `import_trial` prints each); four else.
+//! `FIVEAXIS_CAPTURES` says how many simulated captures are placed (example `import_trial` prints each); one of each test else.
 
 #[path = "captured/mod.rs"]
 mod captured;
@@ -8,10 +8,10 @@ mod captured;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use captured::{Drawn, Kind, drawn, off, planned};
-use fiveaxis::import::{Feeds, ImportError, Pair, pairs, place, recordings};
+use captured::{Drawn, Erring, Kind, Planned, planned};
+use fiveaxis::import::{Feeds, ImportError, Pair, place};
 use fiveaxis::load::{CaptureHints, load_capture};
-use fiveaxis::session::{LengthColumn, Session};
+use fiveaxis::session::LengthColumn;
 use serde_json::Value;
 
 /// Axis positions that a placement must reach where the readings tell more, deg.
@@ -21,34 +21,44 @@ fn count(usual: u64) -> u64 {
     std::env::var("FIVEAXIS_CAPTURES").map_or(usual, |count| count.parse().expect("a number of captures"))
 }
 
-#[test]
-fn captures_are_placed_as_well_as_their_readings_tell() {
-    let session = planned();
-    let all = pairs(&session);
-    let count = count(4);
+/// Captures of a plan's programs, each sought among all tests of the plan.
+fn placed_among_all(planned: &Planned, seeds: std::ops::Range<u64>) {
     let mut good = 0;
-    for seed in 0..count {
-        let drawn = drawn(&session, &all, seed, Kind::Sound);
-        let placement = match place(&session, &[all[drawn.pair]], &drawn.capture, Feeds::Programmed) {
+    let count = seeds.end - seeds.start;
+    for seed in seeds {
+        let pair = seed as usize % planned.pairs.len();
+        let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), pair, seed, Kind::Sound);
+        let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
             Ok(placement) => placement,
             Err(why) => {
                 println!("{seed}: {}: {why}", drawn.says);
                 continue;
             }
         };
-        let off = off(&drawn, &placement);
+        assert_eq!(placement.pair, planned.pairs[pair], "{seed}: {}", drawn.says);
+        assert!(placement.by_marks, "{seed}");
+        let (off, [(there, _), (back, _)]) = planned.compared(&drawn, &placement);
+        println!("{seed}: {}: off {off:.4} sigma {:.4}", drawn.says, placement.position_sigma);
         assert!(off < REACH_DEG.max(6.0 * placement.position_sigma), "{seed}: {}: misplaced by {off}", drawn.says);
         let pace_off = (placement.timing.pace - drawn.pace).abs();
         assert!(pace_off < 2e-3 + 6.0 * placement.sigma[2], "{seed}: pace off by {pace_off}");
         good += u64::from(off < REACH_DEG.max(3.0 * placement.position_sigma));
-        let [(there, _), (back, _)] = recordings(&placement, &drawn.capture, 100.0, LengthColumn::DeviationMm);
         assert!(there.readings() > 50 && back.readings() > 50, "{seed}");
     }
     assert!(100 * good >= 99 * count, "{good} of {count}");
 }
 
-fn refusal(session: &Session, among: &[Pair], drawn: &Drawn) -> ImportError {
-    match place(session, among, &drawn.capture, Feeds::Programmed) {
+#[test]
+fn captures_with_marks_are_placed_among_all_tests() {
+    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    // circles in YZ and ZX, which move alike, are among them
+    assert!(planned.session.tests.iter().any(|test| test.name.starts_with("zx")));
+    assert!(planned.session.tests.iter().all(|test| test.marks.is_some()));
+    placed_among_all(&planned, 0..count(planned.pairs.len() as u64));
+}
+
+fn refusal(planned: &Planned, among: &[Pair], drawn: &Drawn) -> ImportError {
+    match place(&planned.session, among, &drawn.capture, Feeds::Programmed) {
         Ok(placement) => panic!("{}: placed to ± {}", drawn.says, placement.position_sigma),
         Err(why) => why,
     }
@@ -56,16 +66,22 @@ fn refusal(session: &Session, among: &[Pair], drawn: &Drawn) -> ImportError {
 
 #[test]
 fn what_was_cut_off_or_stood_still_is_refused() {
-    let session = planned();
-    let all = pairs(&session);
-    // a circle, whose readings tell much, and the example tries others
-    for seed in [5] {
+    for marks in [true, false] {
+        let planned = planned("hermle-c600u.yaml", 1500.0, marks);
+        // a circle, whose readings tell much, and the example tries others
+        let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
+        let pair = pair.expect("a circle");
+        let mut erring = Erring::drawn(&planned.session.machine, 5);
         for kind in [Kind::CutAtStart, Kind::CutAtEnd, Kind::BarOff, Kind::Standing] {
-            let drawn = drawn(&session, &all, seed, kind);
-            let why = refusal(&session, &[all[drawn.pair]], &drawn);
-            println!("{kind:?} {}: {why}", drawn.says);
-            if kind == Kind::BarOff {
-                assert!(matches!(why, ImportError::BarOff { .. }), "{why}");
+            let drawn = planned.drawn(&mut erring, pair, 5, kind);
+            let why = refusal(&planned, &[planned.pairs[pair]], &drawn);
+            println!("{marks} {kind:?} {}: {why}", drawn.says);
+            match (kind, marks) {
+                (Kind::BarOff, _) => assert!(matches!(why, ImportError::BarOff { .. }), "{why}"),
+                (Kind::CutAtStart | Kind::CutAtEnd, true) => {
+                    assert!(matches!(why, ImportError::MarksMissing { .. }), "{why}");
+                }
+                _ => {}
             }
         }
     }
@@ -73,15 +89,25 @@ fn what_was_cut_off_or_stood_still_is_refused() {
 
 #[test]
 fn another_program_s_capture_is_refused() {
-    let session = planned();
-    let all = pairs(&session);
-    let drawn = drawn(&session, &all, 5, Kind::Sound);
-    let why = refusal(&session, &[all[0]], &drawn);
-    println!("{}: {why}", drawn.says);
-    // and the right one is found among all
-    let found = place(&session, &[all[0], all[1], all[5]], &drawn.capture, Feeds::Programmed).unwrap();
-    assert_eq!(found.pair, all[5]);
-    assert!(found.odds_tests > 10.0);
+    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, 5), 1, 5, Kind::Sound);
+    for (k, &other) in planned.pairs.iter().enumerate().filter(|(k, _)| *k != 1) {
+        let why = refusal(&planned, &[other], &drawn);
+        println!("{} as {k}: {why}", drawn.says);
+        let told = matches!(why, ImportError::OtherGap { .. } | ImportError::OtherRuns { .. } | ImportError::OtherFeed { .. });
+        assert!(told, "{why}");
+    }
+}
+
+#[test]
+fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
+    let planned = planned("hermle-c600u.yaml", 1500.0, false);
+    let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
+    let pair = pair.expect("a circle");
+    let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, 7), pair, 7, Kind::Sound);
+    let placement = place(&planned.session, &[planned.pairs[pair]], &drawn.capture, Feeds::Programmed).expect("placed");
+    let (off, _) = planned.compared(&drawn, &placement);
+    assert!(!placement.by_marks && off < REACH_DEG.max(3.0 * placement.position_sigma), "{off}");
 }
 
 fn import(arguments: &[&str]) -> Output {
@@ -231,4 +257,33 @@ fn a_refused_capture_writes_nothing_and_ends_with_3() {
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(json["error"]["kind"], "data fault");
     assert!(!Path::new(&out).exists());
+}
+
+#[test]
+fn a_program_that_ran_slower_is_placed_when_it_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    // the same motion at six tenths of the speed: every time is as much longer
+    let text = std::fs::read_to_string(format!("{SHIPPED}/xy-100-1.csv")).unwrap();
+    let mut slower = String::from("time_s;deviation_um\n");
+    let rows = text.lines().skip_while(|line| !line.starts_with("time_s")).skip(1);
+    for (time, value) in rows.filter_map(|line| line.split_once(';')) {
+        let time: f64 = time.parse().unwrap();
+        slower.push_str(&format!("{:.4};{value}\n", time / 0.6));
+    }
+    let (capture, out) = (folder.path().join("slower.csv"), folder.path().join("out"));
+    std::fs::write(&capture, slower).unwrap();
+    let session = format!("{SHIPPED}/session.yaml");
+    let mut arguments =
+        vec![capture.to_str().unwrap(), "--session", &session, "--test", "xy-100-1-ccw", "--out", out.to_str().unwrap(), "--json"];
+    let refused = import(&arguments);
+    assert_eq!(refused.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&refused.stdout).contains("say --any-feed"), "{refused:?}");
+    assert!(!out.exists());
+    arguments.push("--any-feed");
+    let placed = import(&arguments);
+    assert!(placed.status.success(), "{placed:?}");
+    let json: Value = serde_json::from_slice(&placed.stdout).unwrap();
+    let pace = json["captures"][0]["pace"].as_f64().unwrap();
+    let sigma = json["captures"][0]["pace_sigma"].as_f64().unwrap();
+    assert!((pace - 0.6).abs() < 6e-3 + 4.0 * sigma, "{pace} ± {sigma}");
 }

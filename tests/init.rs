@@ -134,3 +134,130 @@ fn a_file_that_someone_wrote_is_kept() {
     assert_eq!(init(scratch.path(), &words).status.code(), Some(2));
     assert_eq!(std::fs::read_to_string(scratch.path().join("mill.yaml")).expect("still there"), "mine");
 }
+
+/// A trunnion mill as a CAD tool writes it: joints with names of their own, meshes by package, some only drawn and missing,
+/// masses, a mimic joint beside the chain.
+const DESCRIPTION: &str = r#"<?xml version="1.0"?>
+<robot name="trunnion_mill">
+  <link name="base_link">
+    <inertial><origin xyz="0 0 0.2"/><mass value="900"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <visual><geometry><mesh filename="package://mill_description/meshes/not_exported.stl"/></geometry></visual>
+    <collision><geometry><mesh filename="package://mill_description/meshes/base_link.STL"/></geometry></collision>
+  </link>
+  <link name="y_carriage">
+    <collision name="carriage"><origin xyz="0 0 -0.045"/><geometry><box size="0.72 0.5 0.1"/></geometry></collision>
+    <collision name="post left"><origin xyz="-0.33 0 0.165"/><geometry><box size="0.06 0.15 0.32"/></geometry></collision>
+    <collision name="post right"><origin xyz="0.33 0 0.165"/><geometry><box size="0.06 0.15 0.32"/></geometry></collision>
+  </link>
+  <link name="cradle"><collision><origin xyz="0 0 -0.02"/><geometry><box size="0.5 0.3 0.05"/></geometry></collision></link>
+  <link name="table_link"><collision><origin xyz="0 0 0.03"/><geometry><cylinder radius="0.16" length="0.06"/></geometry></collision></link>
+  <link name="x_slide"><collision><geometry><box size="0.3 0.15 0.4"/></geometry></collision></link>
+  <link name="ram"><collision><origin xyz="0 0.25 0.1"/><geometry><box size="0.2 0.285 0.5"/></geometry></collision></link>
+  <link name="spindle"><collision><origin xyz="0 0 -0.14"/><geometry><cylinder radius="0.06" length="0.28"/></geometry></collision></link>
+  <link name="chain_link"/>
+  <joint name="Y_axis_joint" type="prismatic"><parent link="base_link"/><child link="y_carriage"/><origin xyz="0 0 0.5"/>
+    <axis xyz="0 1 0"/><limit lower="-0.15" upper="0.15" effort="1" velocity="1"/></joint>
+  <joint name="tilt_joint" type="revolute"><parent link="y_carriage"/><child link="cradle"/><origin xyz="0 0 0.25"/>
+    <axis xyz="1 0 0"/><limit lower="-1.9198621772" upper="0.6108652382" effort="1" velocity="1"/></joint>
+  <joint name="rotary_table_joint" type="continuous"><parent link="cradle"/><child link="table_link"/><origin xyz="0 0 0.01"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="X_axis_joint" type="prismatic"><parent link="base_link"/><child link="x_slide"/><origin xyz="0 0.475 1.4"/>
+    <axis xyz="1 0 0"/><limit lower="-0.25" upper="0.25" effort="1" velocity="1"/></joint>
+  <joint name="Z_axis_joint" type="prismatic"><parent link="x_slide"/><child link="ram"/><origin xyz="0 -0.475 0"/>
+    <axis xyz="0 0 1"/><limit lower="-0.2" upper="0.2" effort="1" velocity="1"/></joint>
+  <joint name="spindle_mount" type="fixed"><parent link="ram"/><child link="spindle"/><origin xyz="0 0 -0.23" rpy="3.14159265 0 0"/></joint>
+  <joint name="drag_chain" type="revolute"><parent link="base_link"/><child link="chain_link"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/><mimic joint="Y_axis_joint" multiplier="0.5"/></joint>
+</robot>"#;
+
+/// A box from `low` to `high` as a text STL, m.
+fn box_stl(low: [f64; 3], high: [f64; 3]) -> String {
+    let corner = |k: usize| -> [f64; 3] { std::array::from_fn(|d| if k >> d & 1 == 0 { low[d] } else { high[d] }) };
+    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let triangles = faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let facets: String = triangles
+        .map(|triangle| {
+            let vertices: String = triangle
+                .map(corner)
+                .iter()
+                .map(|[x, y, z]| format!("vertex {x} {y} {z}\n"))
+                .collect();
+            format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+        })
+        .collect();
+    format!("solid base\n{facets}endsolid base\n")
+}
+
+/// Folder with the description and its one mesh.
+fn described() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    std::fs::write(folder.path().join("meshes/base_link.STL"), box_stl([-0.5, -0.5, 0.0], [0.5, 0.5, 0.4])).unwrap();
+    std::fs::write(folder.path().join("mill.urdf"), DESCRIPTION).unwrap();
+    folder
+}
+
+#[test]
+fn a_robot_description_becomes_a_file_that_plans() {
+    let folder = described();
+    let output = init(folder.path(), &["--urdf", "mill.urdf"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (machine, bodies) = load_machine_and_bodies(&folder.path().join("mill.yaml")).unwrap();
+    assert_eq!(machine.code.to_string(), "[wCAYbXZt]");
+    // seen from the description: table top 820 mm up, tilting axis 750 mm, nose 1170 mm, all over each other
+    let mount = &bodies.mounts[0];
+    assert_eq!((mount.link.as_str(), mount.middle.as_slice()), ("C", [0.0, 0.0, 820.0].as_slice()));
+    let spindle = bodies.spindle.as_ref().unwrap();
+    assert!((spindle.nose - nalgebra::Vector3::new(0.0, 0.0, 1170.0)).norm() < 1e-3, "{:?}", spindle.nose);
+    assert!((spindle.direction - nalgebra::Vector3::z()).norm() < 1e-6, "{:?}", spindle.direction);
+    let axis = |name: &str| &machine.axes[machine.axis_index(name).unwrap()];
+    assert!((axis("A").origin.z - 750.0).abs() < 1e-9);
+    let degrees = axis("A").range.map(|(low, high)| [low.to_degrees(), high.to_degrees()]).unwrap();
+    assert!((degrees[0] + 110.0).abs() < 1e-3 && (degrees[1] - 35.0).abs() < 1e-3, "{degrees:?}");
+    assert_eq!(axis("Y").range, Some((-150.0, 150.0)));
+    // a file that is plain to read, and a plan of it at once
+    let planned = Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+        .current_dir(folder.path())
+        .args(["plan", "mill.yaml", "--out", "setups", "--json"])
+        .output()
+        .unwrap();
+    assert!(planned.status.success(), "{}", String::from_utf8_lossy(&planned.stderr));
+    let plan: serde_json::Value = serde_json::from_slice(&planned.stdout).unwrap();
+    let determined =
+        plan["location_errors"].as_object().unwrap().values().filter(|error| error["determined"] == true).count();
+    assert!(determined >= 6, "{plan}");
+    assert!(folder.path().join("setups/session.yaml").is_file());
+}
+
+#[test]
+fn descriptions_without_geometry_take_boxes_and_others_are_refused() {
+    let folder = described();
+    let file = folder.path().join("mill.urdf");
+    // what is only a skeleton
+    let bare: String = DESCRIPTION
+        .split("<collision").enumerate()
+        .map(|(k, part)| if k == 0 { part.to_string() } else { part.split_once("</collision>").unwrap().1.to_string() })
+        .collect();
+    std::fs::write(&file, &bare).unwrap();
+    let refused = init(folder.path(), &["--urdf", "mill.urdf"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let says = String::from_utf8_lossy(&refused.stderr);
+    assert!(says.contains("has no collision geometry with a surface of 80 mm; say the table's size with --table"), "{says}");
+    let taken = init(folder.path(), &["--urdf", "mill.urdf", "--table", "320"]);
+    assert!(taken.status.success(), "{}", String::from_utf8_lossy(&taken.stderr));
+    let (machine, bodies) = load_machine_and_bodies(&folder.path().join("mill.yaml")).unwrap();
+    let names: Vec<&str> = bodies.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["work table", "spindle housing"]);
+    let found = plan(&machine, &bodies, &fiveaxis::load::standard_kit().unwrap(), &Settings::default()).unwrap();
+    assert!(!found.tests.is_empty());
+    // two joints of one letter
+    std::fs::write(&file, DESCRIPTION.replace("<axis xyz=\"1 0 0\"/><limit lower=\"-1.9", "<axis xyz=\"0 0 1\"/><limit lower=\"-1.9"))
+        .unwrap();
+    let refused = init(folder.path(), &["--urdf", "mill.urdf", "--force"]);
+    let says = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        refused.status.code() == Some(2)
+            && says.contains("joints 'rotary_table_joint' and 'tilt_joint' would both be C; call one of them by another of A, B, C"),
+        "{says}"
+    );
+}

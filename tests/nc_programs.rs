@@ -12,7 +12,7 @@ use fiveaxis::load::load_machine_and_bodies;
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
 use fiveaxis::plan::{Approach, ClearSweep, Mounting, Placing, PlannedTest};
-use fiveaxis::session::{Ball, CirclePlane, Follow, Path as TestPath, Test};
+use fiveaxis::session::{Ball, CirclePlane, Follow, Marks, Path as TestPath, Test};
 use nalgebra::Vector3;
 use nc_reader::{Act, Pace, Program, read_heidenhain, read_iso};
 use planned::planned;
@@ -156,8 +156,17 @@ fn check(machine: &Machine, planned: &PlannedTest, dialect: Dialect, offsets: &[
     let mut run = Run { machine, offsets: offsets.to_vec(), here: vec![f64::NAN; machine.axes.len()] };
     let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let dwells: Vec<usize> = (0..found.acts.len()).filter(|&k| matches!(found.acts[k], Act::Dwell(_))).collect();
-    let [first, one, other, last] = dwells[..] else { panic!("{said}: {} dwells", dwells.len()) };
-    assert!(found.acts.iter().all(|act| !matches!(act, Act::Dwell(seconds) if *seconds != 3.0)), "{said}");
+    let first = dwells[0];
+    let last = dwells[dwells.len() - 1];
+    let due: Vec<f64> = match planned.test.marks {
+        None => vec![3.0; 4],
+        Some(Marks { hold_s: hold, rest_s: rest, gap_s: gap, .. }) => {
+            vec![3.0, hold, rest, rest, hold, gap, hold, rest, rest, hold, 3.0]
+        }
+    };
+    let seen: Vec<f64> = dwells.iter().map(|&k| if let Act::Dwell(s) = found.acts[k] { s } else { f64::NAN }).collect();
+    assert_eq!(seen.len(), due.len(), "{said}: {seen:?}");
+    assert!(seen.iter().zip(&due).all(|(seen, due)| (seen - due).abs() < 1e-6), "{said}: {seen:?} {due:?}");
     assert_eq!(found.acts[0], Act::Stop, "{said}");
     // the bar goes on and off where the machine stands
     assert_eq!((&found.acts[first - 1], &found.acts[last + 1]), (&Act::Stop, &Act::Stop), "{said}");
@@ -180,8 +189,17 @@ fn check(machine: &Machine, planned: &PlannedTest, dialect: Dialect, offsets: &[
             .collect()
     };
     let is_axial = matches!(planned.test.path, Some(TestPath::Sweep { follow: Follow::Axial, .. }));
-    let runs = [stretches(&found.acts[first + 1..one]), stretches(&found.acts[other + 1..last])];
+    // between the dwells: out, back, the run, out, back, and nothing between the directions
+    let of_run = if planned.test.marks.is_some() { [2, 7] } else { [0, 2] };
+    let mut marks: Vec<Stretch> = Vec::new();
+    let mut runs: Vec<Vec<Stretch>> = Vec::new();
+    for (k, pair) in dwells.windows(2).enumerate() {
+        let piece = stretches(&found.acts[pair[0] + 1..pair[1]]);
+        if of_run.contains(&k) { runs.push(piece) } else { marks.extend(piece) }
+    }
+    check_marks(planned, &marks, &balls, &by_rounding, &said);
     let rows: [Vec<Vec<f64>>; 2] = [planned.run.clone(), planned.run.iter().rev().cloned().collect()];
+    assert_eq!(runs.len(), 2, "{said}");
     for (way, rows) in runs.iter().zip(rows) {
         let last = |stretch: &Stretch| stretch.places[stretch.places.len() - 1].clone();
         for (end, row) in [(&way[0].places[0], &rows[0]), (&last(&way[way.len() - 1]), &rows[rows.len() - 1])] {
@@ -253,6 +271,34 @@ fn check(machine: &Machine, planned: &PlannedTest, dialect: Dialect, offsets: &[
     let mut back = way(&mut run, back, planned, &balls, &said);
     back.insert(0, corners[corners.len() - 1].clone());
     visits(&back, &corners.iter().rev().cloned().collect::<Vec<_>>(), near, &said);
+}
+
+/// Marks go out and back along the bar, in their time, and end where they began.
+fn check_marks(planned: &PlannedTest, marks: &[Stretch], balls: &Balls, by_rounding: &dyn Fn(&[f64]) -> f64, said: &str) {
+    let Some(due) = planned.test.marks else {
+        assert!(marks.is_empty(), "{said}");
+        return;
+    };
+    assert_eq!(marks.len(), 8, "{said}");
+    let bar_mm = planned.test.bar_length_mm.expect("planned");
+    for pair in marks.chunks(2) {
+        let [out, back] = pair else { unreachable!() };
+        let gap = |q: &[f64]| {
+            let (p, s) = balls(q);
+            s - p
+        };
+        let (begin, end, again) = (&out.places[0], &back.places[0], &back.places[back.places.len() - 1]);
+        let rounding = 2.0 * (by_rounding(begin) + by_rounding(end));
+        let longer = gap(end).norm() - gap(begin).norm();
+        assert!((longer - due.move_mm).abs() < CHORD_MM + rounding, "{said}: a mark of {longer}");
+        // along the bar: across it the ball goes by rounding alone
+        let across = gap(begin).normalize().cross(&(gap(end) - gap(begin))).norm();
+        assert!(across < CHORD_MM + 3.0 * rounding + 2e-4, "{said}: a mark goes {across} aside");
+        assert!((gap(again) - gap(begin)).norm() < CHORD_MM + 2e-4 + rounding, "{said}");
+        assert!((gap(begin).norm() - bar_mm).abs() < 0.2, "{said}");
+        let seconds = due.move_mm.abs() / due.feed_mm_per_min * 60.0;
+        assert!([out, back].iter().all(|way| (way.seconds / seconds - 1.0).abs() < 2e-3), "{said}: {}", out.seconds);
+    }
 }
 
 /// Distance of the balls below which a move must be at feed and follow a stop, mm beyond the bar.
@@ -445,6 +491,7 @@ fn by_hand() -> (Machine, [PlannedTest; 2]) {
         positions: positions.to_vec(),
         feed_mm_per_min: Some(500.0),
         overshoot: Some(4.0),
+        marks: None,
         reading: fiveaxis::readings::Reading::Length,
     };
     let planned = |test: Test, axis: usize, ends: [f64; 2], legs: Vec<Leg>, height_mm: f64| PlannedTest {

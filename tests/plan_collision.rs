@@ -48,6 +48,7 @@ fn a_test(machine: &Machine, pivot: [f64; 3], to: f64) -> Test {
         positions: vec![Some(0.0); machine.axes.len()],
         feed_mm_per_min: None,
         overshoot: None,
+        marks: None,
         reading: fiveaxis::readings::Reading::Length,
     }
 }

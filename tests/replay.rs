@@ -189,7 +189,18 @@ fn replay(machine: &Replay, planned: &PlannedTest, dialect: Dialect, text: &str)
         assert!(!matches!(act, Act::Feed { pace: Pace::PerMinute(feed), .. } if !feed.is_finite()));
         let places = along(&mut here, act);
         // between the rests of a direction the bar is on
-        if rests % 2 == 0 {
+        let runs = if planned.test.marks.is_some() { [3, 8] } else { [1, 3] };
+        let is_mark = planned.test.marks.is_some() && (1..11).contains(&rests) && !runs.contains(&rests);
+        if is_mark {
+            // it changes the bar by its move at most
+            for place in places {
+                let longer = machine.bar(planned, &place) - nominal;
+                let most = planned.test.marks.map_or(0.0, |marks| marks.move_mm);
+                assert!((most.min(0.0) - 0.2..most.max(0.0) + 0.2).contains(&longer), "a mark of {longer} mm");
+            }
+            continue;
+        }
+        if !runs.contains(&rests) {
             continue;
         }
         for place in places {
@@ -214,7 +225,7 @@ fn replay(machine: &Replay, planned: &PlannedTest, dialect: Dialect, text: &str)
             }
         }
     }
-    assert_eq!(rests, 4);
+    assert_eq!(rests, if planned.test.marks.is_some() { 11 } else { 4 });
     worst
 }
 

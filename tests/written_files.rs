@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fiveaxis::load::{load_machine, load_session, machine_from_yaml};
 use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Directions, Harmonic, Machine};
 use fiveaxis::report::{machine_yaml, session_yaml};
-use fiveaxis::session::{Ball, CirclePlane, Follow, Path as TestPath, Session, Spread, Test};
+use fiveaxis::session::{Ball, CirclePlane, Follow, Marks, Path as TestPath, Session, Spread, Test};
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand::SeedableRng;
@@ -191,6 +191,13 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                     .collect(),
                 feed_mm_per_min: (index > 0).then(|| number(10.0, 5000.0)),
                 overshoot: (index == 1).then(|| number(0.0, 5.0)),
+                marks: (index % 2 == 1).then(|| Marks {
+                    move_mm: number(-0.9, 0.9),
+                    feed_mm_per_min: number(1.0, 100.0),
+                    hold_s: number(0.1, 5.0),
+                    rest_s: number(0.1, 5.0),
+                    gap_s: number(0.1, 9.0),
+                }),
                 reading: fiveaxis::readings::Reading::Length,
             }
         })

@@ -100,6 +100,7 @@ fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
         positions,
         feed_mm_per_min: None,
         overshoot: None,
+        marks: None,
         reading: Reading::Length,
     };
     Session {

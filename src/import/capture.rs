@@ -1,5 +1,6 @@
 //! Readings as a gauge wrote them, made fit for a search: spikes out, averaged to few, their noise. It knows no program.
 
+use super::marks::Seen;
 use crate::statistics::{median, noise_of_rows};
 
 /// Readings over the gauge's own time.
@@ -19,6 +20,8 @@ pub(super) struct Averages {
     pub value_mm: Vec<f64>,
     /// Standard deviation of each, mm.
     pub sigma_mm: Vec<f64>,
+    /// What the program's marks tell; readings of marks are in no average.
+    pub marks: Option<Seen>,
 }
 
 /// Slow wander of a gauge and of what no model holds, mm: it does not average out.
@@ -30,7 +33,7 @@ const NEIGHBOURS: usize = 3;
 
 impl Capture {
     /// Finite readings with their times.
-    fn finite(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+    pub(super) fn finite(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.time_s.iter().copied().zip(self.reading_mm.iter().copied()).filter(|(_, reading)| reading.is_finite())
     }
 
@@ -81,17 +84,18 @@ impl Capture {
             .collect()
     }
 
-    /// At most `most` averages over equal times, spikes left out.
-    pub(super) fn averages(&self, most: usize) -> Averages {
+    /// At most `most` averages over equal times, spikes and marks left out.
+    pub(super) fn averages(&self, most: usize, marks: Option<Seen>) -> Averages {
         let (first, last) = self.ends_s();
         let spikes = self.spikes();
         let kept: Vec<(f64, f64)> = (self.time_s.iter().zip(&self.reading_mm).zip(&spikes))
             .filter(|((_, reading), spike)| reading.is_finite() && !**spike)
             .map(|((time, reading), _)| (*time, *reading))
+            .filter(|(time, _)| !marks.is_some_and(|marks| marks.hide(*time)))
             .collect();
         let (middle, noise) = (self.middle_mm(), self.noise_mm());
         let width = ((last - first) / most as f64).max(1e-9);
-        let mut averages = Averages { time_s: Vec::new(), value_mm: Vec::new(), sigma_mm: Vec::new() };
+        let mut averages = Averages { time_s: Vec::new(), value_mm: Vec::new(), sigma_mm: Vec::new(), marks };
         let mut at = 0;
         while at < kept.len() {
             let bin = ((kept[at].0 - first) / width).floor();

@@ -7,7 +7,7 @@ use crate::chain::Chain;
 use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::beyond_path;
-use crate::session::{Motion, Path, Session, Setups, Test};
+use crate::session::{Marks, Motion, Path, Session, Setups, Test};
 
 /// Two tests of a session that one program runs: the same path there and back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +73,8 @@ pub struct Course {
     pub unit: &'static str,
     /// Feeds that are thought possible.
     pub feeds: Feeds,
+    /// Marks that the program makes, if any.
+    pub marks: Option<Marks>,
     /// Nominal length, mm, by node.
     pub(super) length_mm: Vec<f64>,
     /// Forms that errors of balls, bar and axes may add, mm at one standard deviation, by component and node.
@@ -130,6 +132,7 @@ impl Course {
                 _ => "°",
             },
             feeds,
+            marks: test.marks,
             length_mm,
             components,
             node_at: nodes_at(&time_s),

@@ -55,7 +55,20 @@ pub enum ImportError {
         "the readings fit {test} at {pace:.2} of its programmed feed: where an override or the control slowed the program, say --any-feed; else it is another program's capture"
     )]
     OtherFeed { test: String, pace: f64 },
-    #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the tests with --tests")]
+    #[error(
+        "{found} of the 4 marks that the program of {test} makes are in the readings: it is cut off, or of another program; record from before the first to after the last"
+    )]
+    MarksMissing { test: String, found: usize },
+    #[error(
+        "the marks leave {:.2} and {:.2} s for the two directions, whose run takes {due_s:.2} s in {test}: it is another program's capture, or the control did not keep the feed (--any-feed)",
+        .seen_s[0], .seen_s[1]
+    )]
+    OtherRuns { test: String, seen_s: [f64; 2], due_s: f64 },
+    #[error(
+        "between the directions' marks lie {seen_s:.2} s, {due_s:.2} s in {test}: it is the capture of another test of the plan"
+    )]
+    OtherGap { test: String, seen_s: f64, due_s: f64 },
+    #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the first test with --test")]
     TwoTests { one: String, other: String, odds: f64 },
 }
 

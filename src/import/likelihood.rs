@@ -53,6 +53,30 @@ fn prior(course: &Course, timing: &Timing) -> f64 {
         + ((timing.ramp_s / ramp_middle).ln() / ramp_sigma).powi(2)
 }
 
+/// How long the gap between two directions' marks may be longer or shorter than programmed, s, one standard deviation: a dwell
+/// is counted in cycles of a control's slow clock.
+const GAP_SIGMA_S: f64 = 0.04;
+/// Share of runs whose pace is not that of the marks: blocks too short for the control's look-ahead.
+const OWN_PACE: f64 = 0.05;
+
+/// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs and the gap; the pace
+/// is that of the marks, but for a share of runs that are slower or faster by themselves.
+fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
+    let Some(seen) = &data.marks else { return 0.0 };
+    let times: f64 = (0..2)
+        .map(|direction| {
+            let start = timing.start_s[direction];
+            let run = [start, start + timing.moving_s(course.run_s)];
+            (0..2).map(|k| ((run[k] - seen.runs_s[direction][k]) / seen.run_sigma_s[direction][k]).powi(2)).sum::<f64>()
+        })
+        .sum();
+    let off = (timing.pace / seen.pace).ln();
+    let density = |sigma: f64| (-0.5 * (off / sigma).powi(2)).exp() / sigma;
+    let pace = (1.0 - OWN_PACE) * density(seen.pace_sigma) + OWN_PACE * density(course.feeds.sigma());
+    let gap = course.marks.map_or(0.0, |marks| (seen.gap_s - marks.gap_s) / GAP_SIGMA_S);
+    times + gap * gap - 2.0 * pace.max(f64::MIN_POSITIVE).ln()
+}
+
 /// Cost of a timing.
 pub(super) fn cost(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> f64 {
     left(course, data, timing, freedom).cost
@@ -87,7 +111,7 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
     let fit = ridge(&model, &right, width);
     let norms: f64 = data.sigma_mm.iter().map(|sigma| 2.0 * sigma.ln()).sum();
     let residual_mm = fit.residual.iter().zip(&data.sigma_mm).map(|(off, sigma)| off * sigma).collect();
-    Left { cost: fit.cost + norms + prior(course, timing), residual_mm }
+    Left { cost: fit.cost + norms + prior(course, timing) + of_marks(course, data, timing), residual_mm }
 }
 
 /// Cost of a bar that only stood: zero and drift.

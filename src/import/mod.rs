@@ -12,6 +12,7 @@
 //! |---|---|
 //! | `capture` | the readings as they come, averaged to a few hundred, their noise |
 //! | `course` | what would be read along a run? |
+//! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
 //! | `timing` | where along the run is the machine at a time? |
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `search` | which timing explains them best, and which other does nearly? |
@@ -22,6 +23,7 @@ mod capture;
 mod course;
 mod error;
 mod likelihood;
+mod marks;
 mod place;
 mod search;
 mod split;

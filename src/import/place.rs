@@ -6,9 +6,10 @@ use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair};
 use super::error::ImportError;
 use super::likelihood::{cost, cost_at_rest, left};
+use super::marks::{Found, Seen, find};
 use super::search::{Candidate, Levels, descend_freely, moved, search, units};
 use super::timing::Timing;
-use crate::session::Session;
+use crate::session::{Marks, Session};
 
 /// A capture placed in time.
 #[derive(Debug, Clone)]
@@ -25,6 +26,8 @@ pub struct Placement {
     /// What is left, mm, and the noise of one reading, mm.
     pub left_mm: f64,
     pub noise_mm: f64,
+    /// True where the program's marks told when the runs began and ended.
+    pub by_marks: bool,
     /// Log odds against the next best place in time, and against the next best pair of tests (none other: infinite).
     pub odds_place: f64,
     pub odds_tests: f64,
@@ -45,6 +48,10 @@ const LEFT_SHARE: f64 = 0.25;
 const LEFT_MM: f64 = 5e-3;
 /// Multiple of the noise below which what is left is no misfit.
 const NOISES: f64 = 3.0;
+/// Most that the gap between the directions may differ from a test's, s: half of what tells tests apart, and a slow clock's cycle.
+const GAP_OFF_S: f64 = 0.12;
+/// Most standard deviations by which a run may begin or end beside its marks.
+const RUN_OFF: f64 = 6.0;
 /// Least certainty of a position, deg or mm: where the length changes so little, a misplaced reading is none by its length; beyond
 /// it an arc cannot be told from its run-in.
 const LIMIT: f64 = 10.0;
@@ -60,19 +67,20 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
     if outside > OUTSIDE_SHARE {
         return Err(ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM });
     }
-    let levels = Levels::of(capture);
-    let placed = placed(session, among, capture, &levels, feeds);
+    let placed = placed(session, among, capture, feeds);
     match (&placed, feeds) {
         (
             Err(
                 ImportError::CutAtStart { .. }
                 | ImportError::CutAtEnd { .. }
                 | ImportError::Unexplained { .. }
+                | ImportError::OtherRuns { .. }
+                | ImportError::MarksMissing { .. }
                 | ImportError::TooShort { .. },
             ),
             Feeds::Programmed,
         ) => {
-            let elsewhere = self::placed(session, among, capture, &levels, Feeds::Any);
+            let elsewhere = self::placed(session, among, capture, Feeds::Any);
             match elsewhere {
                 Ok(found) if (found.timing.pace - 1.0).abs() > 0.1 => Err(ImportError::OtherFeed {
                     test: session.tests[found.pair.tests[0]].name.clone(),
@@ -89,13 +97,19 @@ fn placed(
     session: &Session,
     among: &[Pair],
     capture: &Capture,
-    levels: &Levels,
     feeds: Feeds,
 ) -> Result<Placement, ImportError> {
     let mut found: Vec<(Pair, Course, Vec<Candidate>)> = Vec::new();
     let mut short = None;
+    let marked = marked(session, among, capture, feeds)?;
+    let levels = Levels::of(capture, marked.map(|(_, seen)| seen));
+    let levels = &levels;
     for &pair in among {
         let course = Course::of(session, pair, feeds)?;
+        // the marks that were seen are of programs that make such marks
+        if marked.is_some_and(|(marks, _)| !course.marks.is_some_and(|other| alike(&marks, &other))) {
+            continue;
+        }
         let candidates = search(&course, levels);
         if candidates.is_empty() {
             let (first, last) = capture.ends_s();
@@ -124,6 +138,36 @@ fn placed(
     }
 }
 
+/// True for marks of one form, whatever the gap.
+fn alike(one: &Marks, other: &Marks) -> bool {
+    *one == Marks { gap_s: one.gap_s, ..*other }
+}
+
+/// The marks of some of these tests' programs that the capture shows; `None` where it shows none at all.
+fn marked(
+    session: &Session,
+    among: &[Pair],
+    capture: &Capture,
+    feeds: Feeds,
+) -> Result<Option<(Marks, Seen)>, ImportError> {
+    let mut forms: Vec<(Marks, String)> = Vec::new();
+    for pair in among {
+        let test = &session.tests[pair.tests[0]];
+        if let Some(marks) = test.marks.filter(|marks| forms.iter().all(|(other, _)| !alike(marks, other))) {
+            forms.push((marks, test.name.clone()));
+        }
+    }
+    let mut missing = None;
+    for (marks, test) in forms {
+        match find(capture, &marks, feeds.range()) {
+            Found::All(seen) => return Ok(Some((marks, seen))),
+            Found::Some(found) => missing = Some(ImportError::MarksMissing { test, found }),
+            Found::None => {}
+        }
+    }
+    missing.map_or(Ok(None), Err)
+}
+
 fn judged(
     test: &str,
     (pair, course): (Pair, Course),
@@ -147,7 +191,9 @@ fn judged(
         (data.value_mm.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / residual.len() as f64).sqrt();
     let noise_mm = capture.noise_mm();
     let odds = 0.5 * (cost_at_rest(&data) - best.cost);
-    if odds < CERTAIN {
+    refuse_other_runs(test, &course, &data, &best.timing)?;
+    // marks tell that the machine moved
+    if odds < CERTAIN && data.marks.is_none() {
         return Err(ImportError::AtRest { odds });
     }
     // largest of the bounds: noise, a share of the signal
@@ -162,11 +208,12 @@ fn judged(
     }
     let covariance = covariance(&course, &data, &best);
     let sigma: [f64; 4] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
-    let step = units(&course, best.timing.pace);
-    let in_units = [sigma[0] * step[0], sigma[1] * step[1], sigma[2] * step[2] * best.timing.pace, sigma[3] * step[3]];
+    let step = units(&course, &data, best.timing.pace);
+    let in_units =
+        [sigma[0] * step[0], sigma[1] * step[1], pace_sigma(&course, &data, &best.timing, &covariance), sigma[3] * step[3]];
     let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &in_units)?;
-    let position_sigma = position_sigma(&course, &best.timing, &covariance);
+    let position_sigma = position_sigma(&course, &data, &best.timing, &covariance);
     if position_sigma > LIMIT {
         return Err(ImportError::TooFlat { sigma: position_sigma, limit: LIMIT, unit });
     }
@@ -191,6 +238,7 @@ fn judged(
         position_sigma,
         left_mm,
         noise_mm,
+        by_marks: data.marks.is_some(),
         averages: (data.time_s.iter().zip(&data.value_mm).zip(&residual))
             .map(|((time, value), left)| [*time, *value, *left])
             .collect(),
@@ -235,8 +283,8 @@ fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[
 /// Covariance of the four variables in their units: twice the inverse of the cost's second derivatives, by differences whose
 /// steps raise the cost by about one.
 fn covariance(course: &Course, data: &Averages, best: &Candidate) -> DMatrix<f64> {
-    let units = units(course, best.timing.pace);
-    let at = |x: &[f64; 4]| cost(course, data, &moved(&best.timing, &units, x), best.freedom);
+    let units = units(course, data, best.timing.pace);
+    let at = |x: &[f64; 4]| cost(course, data, &moved(course, &best.timing, &units, x), best.freedom);
     let here = at(&[0.0; 4]);
     let along = |k: usize, by: f64| -> [f64; 4] { std::array::from_fn(|i| if i == k { by } else { 0.0 }) };
     let steps: Vec<f64> = (0..4)
@@ -282,9 +330,42 @@ fn times(course: &Course, timing: &Timing) -> Vec<f64> {
         .collect()
 }
 
+/// Standard deviation of the pace.
+fn pace_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+    let units = units(course, data, timing.pace);
+    let step = 1e-4;
+    let slope = DVector::from_fn(4, |k, _| {
+        let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
+        let [up, down] = [1.0, -1.0].map(|sign| moved(course, timing, &units, &by(sign)).pace);
+        (up - down) / (2.0 * step)
+    });
+    (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0).sqrt()
+}
+
+/// Refuses marks between which the run of a test does not fit, or whose gap is another test's.
+fn refuse_other_runs(test: &str, course: &Course, data: &Averages, timing: &Timing) -> Result<(), ImportError> {
+    let (Some(seen), Some(marks)) = (&data.marks, course.marks) else { return Ok(()) };
+    if (seen.gap_s - marks.gap_s).abs() > GAP_OFF_S {
+        return Err(ImportError::OtherGap { test: test.into(), seen_s: seen.gap_s, due_s: marks.gap_s });
+    }
+    let moving_s = timing.moving_s(course.run_s);
+    let is_off = (0..2).any(|direction| {
+        let run = [timing.start_s[direction], timing.start_s[direction] + moving_s];
+        (0..2).any(|k| (run[k] - seen.runs_s[direction][k]).abs() > RUN_OFF * seen.run_sigma_s[direction][k])
+    });
+    match is_off {
+        true => Err(ImportError::OtherRuns {
+            test: test.into(),
+            seen_s: seen.runs_s.map(|[begin, end]| end - begin),
+            due_s: course.run_s,
+        }),
+        false => Ok(()),
+    }
+}
+
 /// Root mean square of the path position's standard deviation over both arcs, deg or mm.
-fn position_sigma(course: &Course, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
-    let units = units(course, timing.pace);
+fn position_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+    let units = units(course, data, timing.pace);
     let times = times(course, timing);
     let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
     let step = 1e-4;
@@ -292,7 +373,7 @@ fn position_sigma(course: &Course, timing: &Timing, covariance: &DMatrix<f64>) -
     for &time in &times {
         let slope = DVector::from_fn(4, |k, _| {
             let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
-            let [up, down] = [1.0, -1.0].map(|sign| place(&moved(timing, &units, &by(sign)), time));
+            let [up, down] = [1.0, -1.0].map(|sign| place(&moved(course, timing, &units, &by(sign)), time));
             (up - down) / (2.0 * step)
         });
         sum += (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0);

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::capture::{Averages, Capture};
 use super::course::Course;
 use super::likelihood::{Freedom, cost};
+use super::marks::Seen;
 use super::timing::Timing;
 use crate::statistics::minimise_in_four;
 
@@ -41,16 +42,23 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    pub fn of(capture: &Capture) -> Levels {
-        Levels { rough: capture.averages(ROUGH), middle: capture.averages(MIDDLE), fine: capture.averages(FINE) }
+    /// Averages of a capture in which these marks were seen, or none.
+    pub fn of(capture: &Capture, marks: Option<Seen>) -> Levels {
+        let [rough, middle, fine] = [ROUGH, MIDDLE, FINE].map(|most| capture.averages(most, marks));
+        Levels { rough, middle, fine }
     }
 }
 
 /// Best timings, the best first, each in a valley of its own.
 pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
-    let mut grid = grid(course, &levels.rough);
-    grid.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    let starts = apart(course, grid, STARTS, 2.0);
+    let starts = match &levels.rough.marks {
+        Some(seen) => between_marks(course, &levels.rough, seen),
+        None => {
+            let mut grid = grid(course, &levels.rough);
+            grid.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+            apart(course, grid, STARTS, 2.0)
+        }
+    };
     let descended: Vec<Candidate> =
         starts.par_iter().map(|start| descend(course, &levels.middle, start.timing, Freedom::ALL[1], 0.7)).collect();
     let mut best = descended;
@@ -60,6 +68,26 @@ pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
         few.par_iter().map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2)).collect();
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     apart(course, fine, 3, 0.05)
+}
+
+/// Ramps from which searches between marks begin, s.
+const RAMPS: [f64; 4] = [0.04, 0.1, 0.25, 0.6];
+
+/// Timings that begin and end as marks tell, by ramp.
+fn between_marks(course: &Course, data: &Averages, seen: &Seen) -> Vec<Candidate> {
+    let start_s = [seen.runs_s[0][0], seen.runs_s[1][0]];
+    let moving_s = 0.5 * seen.runs_s.iter().map(|[begin, end]| end - begin).sum::<f64>();
+    // what the pace of the marks leaves of the time, and others where the run has a pace of its own
+    let left_s = (moving_s - course.run_s / seen.pace).clamp(RAMPS_S[0], RAMPS_S[1]);
+    [left_s]
+        .into_iter()
+        .chain(RAMPS)
+        .filter(|ramp_s| moving_s > 2.0 * ramp_s)
+        .map(|ramp_s| {
+            let timing = Timing { start_s, pace: course.run_s / (moving_s - ramp_s), ramp_s };
+            Candidate { timing, freedom: Freedom::NONE, cost: cost(course, data, &timing, Freedom::NONE) }
+        })
+        .collect()
 }
 
 fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
@@ -110,18 +138,23 @@ fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Ve
     kept
 }
 
-/// Units of the four variables: starts, s; logarithms of pace and ramp.
-pub(super) fn units(course: &Course, pace: f64) -> [f64; 4] {
-    let start = 0.03 * course.run_s / pace;
-    [start, start, 0.02, 0.5]
+/// Units of the four variables: starts and time of a run, s; logarithm of the ramp.
+pub(super) fn units(course: &Course, data: &Averages, pace: f64) -> [f64; 4] {
+    let run_s = course.run_s / pace;
+    match &data.marks {
+        Some(seen) => [2.0 * seen.run_sigma_s[0][0], 2.0 * seen.run_sigma_s[1][0], 2.0 * seen.run_sigma_s[0][1], 0.5],
+        None => [0.03 * run_s, 0.03 * run_s, 0.02 * run_s, 0.5],
+    }
 }
 
-/// Timing with its four variables moved, in their units.
-pub(super) fn moved(timing: &Timing, units: &[f64; 4], by: &[f64; 4]) -> Timing {
+/// Timing with its four variables moved, in their units: the time of a run is what marks tell, the pace follows from it.
+pub(super) fn moved(course: &Course, timing: &Timing, units: &[f64; 4], by: &[f64; 4]) -> Timing {
+    let moving_s = timing.moving_s(course.run_s) + units[2] * by[2];
+    let ramp_s = (timing.ramp_s * (units[3] * by[3]).exp()).clamp(RAMPS_S[0], RAMPS_S[1]);
     Timing {
         start_s: [timing.start_s[0] + units[0] * by[0], timing.start_s[1] + units[1] * by[1]],
-        pace: timing.pace * (units[2] * by[2]).exp(),
-        ramp_s: (timing.ramp_s * (units[3] * by[3]).exp()).clamp(RAMPS_S[0], RAMPS_S[1]),
+        pace: course.run_s / (moving_s - ramp_s).max(1e-3 * course.run_s),
+        ramp_s,
     }
 }
 
@@ -130,9 +163,9 @@ pub(super) fn descend(course: &Course, data: &Averages, start: Timing, freedom: 
     let mut best = Candidate { timing: start, freedom, cost: cost(course, data, &start, freedom) };
     let mut size = size;
     for _ in 0..3 {
-        let units = units(course, best.timing.pace);
+        let units = units(course, data, best.timing.pace);
         let from = best.timing;
-        let at = |x: &[f64; 4]| moved(&from, &units, x);
+        let at = |x: &[f64; 4]| moved(course, &from, &units, x);
         let found = at(&minimise_in_four([0.0; 4], size, |x| cost(course, data, &at(x), freedom)));
         let next = Candidate { timing: found, freedom, cost: cost(course, data, &found, freedom) };
         let gain = best.cost - next.cost;

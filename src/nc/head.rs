@@ -15,6 +15,14 @@ pub(super) fn test_head(
 ) -> Vec<String> {
     let test = &planned.test;
     let mut lines = machine_lines(machine);
+    let [there, back] = planned.both_ways();
+    lines.push(format!("tests {} and {}", there.name, back.name));
+    if let Some(marks) = test.marks {
+        lines.push(format!(
+            "before and after each direction the bar moves by {} mm along itself, marks for import, keep them in the recording",
+            marks.move_mm
+        ));
+    }
     let parts: Vec<String> = planned.mounting.bar_parts_mm.iter().map(f64::to_string).collect();
     let parts = if parts.len() > 1 { format!(" = {}", parts.join(" + ")) } else { String::new() };
     lines.push(format!("ball bar {} mm{parts}, {}", test.bar_length_mm.unwrap_or(0.0), ball_speed(planned)));

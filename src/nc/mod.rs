@@ -15,6 +15,7 @@ mod dry_run;
 mod head;
 mod heidenhain;
 mod iso;
+mod marks;
 mod program_text;
 mod run;
 mod setup_words;

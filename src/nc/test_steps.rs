@@ -1,15 +1,13 @@
 //! Steps of one planned test: park, way to the setup, runs both ways, way back.
 
 use super::coordinates::Coordinates;
+use super::marks::Rests;
 use super::run::run;
 use super::setup_words::{park_words, pivot_words};
 use super::step::{Curves, Step};
 use super::way;
 use crate::machine::Machine;
 use crate::plan::PlannedTest;
-
-/// Seconds that the machine rests at the ends of a run.
-const REST_S: f64 = 3.0;
 
 /// Steps of one planned test, both directions.
 pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates, curves: Curves) -> Vec<Step> {
@@ -33,9 +31,10 @@ pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates
     for (test, (first, second)) in planned.both_ways().iter().zip([(from, to), (to, from)]) {
         steps.push(Step::Say(format!("{} capture {first} to {second}", test.name)));
         // the machine stands where the run-in begins, or where the last run-out ended
-        steps.push(Step::Dwell(REST_S));
+        let rests = Rests::of(machine, planned, coordinates, from == first);
+        steps.extend(rests.before);
         steps.extend(run(machine, planned, test, coordinates, curves));
-        steps.push(Step::Dwell(REST_S));
+        steps.extend(rests.after);
     }
     steps.push(Step::Stop("stop the recording and take the bar off".into()));
     steps.extend(way::back(machine, planned, coordinates));

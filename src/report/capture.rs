@@ -36,6 +36,8 @@ pub struct PlacedJson {
     /// What the model leaves of the readings, root mean square, and the noise of one reading, µm.
     pub left_um: f64,
     pub noise_um: f64,
+    /// The program's marks told when the runs began and ended.
+    pub by_marks: bool,
     /// Log odds against the next best place in time and the next best pair of tests; null where there is none.
     pub log_odds_place: Option<f64>,
     pub log_odds_tests: Option<f64>,
@@ -79,6 +81,7 @@ pub fn placed_json(session: &Session, file: String, placement: &Placement, rows:
         position_unit: if course.unit == "°" { "deg" } else { "mm" },
         left_um: placement.left_mm * UM_PER_MM,
         noise_um: placement.noise_mm * UM_PER_MM,
+        by_marks: placement.by_marks,
         log_odds_place: known(placement.odds_place),
         log_odds_tests: known(placement.odds_tests),
         spikes: 0,

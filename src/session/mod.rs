@@ -3,6 +3,7 @@
 mod ball;
 mod claim;
 mod instruments;
+mod marks;
 mod motion;
 mod path;
 mod recording;
@@ -13,6 +14,7 @@ mod test_motion;
 pub use ball::{Ball, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::{locate_instruments, sighted_misfit_mm};
+pub use marks::Marks;
 pub use motion::Motion;
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, LengthColumn, Recording};

@@ -1,6 +1,7 @@
 //! One test, and a session: tests on one machine in the order of their file. It holds what was done, not what it means.
 
 use super::ball::{Ball, Spread, Zero};
+use super::marks::Marks;
 use super::path::Path;
 use super::recording::Recording;
 use crate::machine::Machine;
@@ -33,6 +34,8 @@ pub struct Test {
     pub feed_mm_per_min: Option<f64>,
     /// How far outside the arc the axes started, in the capture's direction, mm or deg.
     pub overshoot: Option<f64>,
+    /// Marks that its program makes in the readings, if any.
+    pub marks: Option<Marks>,
     /// What the rows hold: lengths, or one number of a point, a pose, a socket, a displacement.
     pub reading: Reading,
 }

@@ -14,6 +14,7 @@ use fiveaxis::template::{Sizes, TableSize, machine_of};
 use serde_json::json;
 
 use super::Refusal;
+use super::init_urdf::described;
 use super::output::{Foreign, OutputFolder, print, print_json, write_all};
 use crate::verbs::options::directions::DirectionsName;
 
@@ -24,7 +25,7 @@ use crate::verbs::options::directions::DirectionsName;
 )]
 pub struct Arguments {
     /// Machine file to write, e.g. mill.yaml
-    file: PathBuf,
+    pub(super) file: PathBuf,
     /// What carries what, from workpiece to tool through the bed b, e.g. "[wCAXbYZt]"
     #[arg(long, conflicts_with = "kind")]
     code: Option<String>,
@@ -33,7 +34,7 @@ pub struct Arguments {
     kind: Option<Kind>,
     /// Name of the machine
     #[arg(long)]
-    name: Option<String>,
+    pub(super) name: Option<String>,
     /// Travels of X, Y and Z, mm
     #[arg(long, value_name = "X,Y,Z")]
     travels: Option<String>,
@@ -42,7 +43,7 @@ pub struct Arguments {
     nose_to_table: Option<String>,
     /// Table, mm: diameter, or width x depth (along X and Y)
     #[arg(long, value_name = "320 or 500x400")]
-    table: Option<String>,
+    pub(super) table: Option<String>,
     /// Range of a rotary axis, deg (repeatable); C turns ±360 and A and B ±100 unless given
     #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
     range: Vec<String>,
@@ -54,13 +55,25 @@ pub struct Arguments {
     pivot_to_nose: Option<f64>,
     /// Diameter of the spindle housing, mm
     #[arg(long, default_value_t = 140.0)]
-    housing: f64,
+    pub(super) housing: f64,
     /// An angle plate beside the table, for the tilting axis of a head
     #[arg(long)]
     angle_plate: bool,
     /// Sense of the axes: what + does
     #[arg(long, value_enum)]
     directions: Option<DirectionsName>,
+    /// A robot description (URDF) in place of a data sheet: its axes, ranges and collision geometry
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "directions"])]
+    pub(super) urdf: Option<PathBuf>,
+    /// URDF: the link that is the bed (default: the root link)
+    #[arg(long, requires = "urdf")]
+    pub(super) root_link: Option<String>,
+    /// URDF: the link that carries the pivot (default: found by name)
+    #[arg(long, requires = "urdf")]
+    pub(super) workpiece_link: Option<String>,
+    /// URDF: the link that carries the spindle ball, its z along the spindle (default: found by name)
+    #[arg(long, requires = "urdf")]
+    pub(super) tool_link: Option<String>,
     /// Replace a file of that name
     #[arg(long)]
     force: bool,
@@ -92,13 +105,19 @@ impl Kind {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
-    let sizes = sizes(arguments)?;
-    let (machine, bodies) = machine_of(&sizes)?;
-    let head = format!(
-        "{} from its data sheet, by fiveaxis init. Zero: all axes at 0; R is {} mm below the spindle nose then.",
-        sizes.name.replace(char::is_control, " "),
-        fiveaxis::template::GAUGE_MM
-    );
+    let (head, machine, bodies) = match &arguments.urdf {
+        Some(urdf) => described(arguments, urdf)?,
+        None => {
+            let sizes = sizes(arguments)?;
+            let (machine, bodies) = machine_of(&sizes)?;
+            let head = format!(
+                "{} from its data sheet, by fiveaxis init. Zero: all axes at 0; R is {} mm below the spindle nose then.",
+                sizes.name.replace(char::is_control, " "),
+                fiveaxis::template::GAUGE_MM
+            );
+            (head, machine, bodies)
+        }
+    };
     let (folder, name) = place(&arguments.file)?;
     let mut output = OutputFolder::default();
     output.add(name, machine_file(&head, &machine, &bodies));
@@ -266,7 +285,7 @@ fn named_range(text: &str) -> Result<(String, (f64, f64)), Refusal> {
     Ok((name.trim().to_string(), (from, to)))
 }
 
-fn table_size(text: &str) -> Result<TableSize, Refusal> {
+pub(super) fn table_size(text: &str) -> Result<TableSize, Refusal> {
     match text.split_once(['x', 'X', '×']) {
         Some((width, depth)) => {
             Ok(TableSize::Rectangle { width: number(width, "--table")?, depth: number(depth, "--table")? })

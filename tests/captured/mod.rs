@@ -1,15 +1,33 @@
-//! Captures as a gauge writes them, made by a motion of its own: rest, ramp, run, ramp, rest and back, errors drawn.
+//! Captures in one piece, made without the library: a plan's own programs are read back and run by a control and a machine of
+//! the tests' own, and a gauge of their own reads the bar.
 
-use std::f64::consts::PI;
+#![allow(dead_code, reason = "shared by tests of which not all need it")]
 
-use fiveaxis::chain::{Chain, Composition};
-use fiveaxis::import::{Capture, Pair, Placement};
-use fiveaxis::load::load_session;
-use fiveaxis::plan::beyond_path;
-use fiveaxis::session::{Clock, Motion, Path, Recording, Session};
-use fiveaxis::simulate::{Instrument, SetupErrors, simulate_with};
+#[path = "../nc_reader/mod.rs"]
+mod nc_reader;
+#[path = "../plain_machine/mod.rs"]
+mod plain_machine;
+
+mod control;
+mod gauge;
+mod trace;
+
+use std::path::Path;
+
+use fiveaxis::import::{Capture, Pair, Placement, pairs};
+use fiveaxis::load::{load_machine_and_bodies, standard_kit};
+use fiveaxis::machine::AxisKind;
+use fiveaxis::nc::{Dialect, program};
+use fiveaxis::plan::{Settings, bare_session, plan};
+use fiveaxis::session::{LengthColumn, Path as TestPath, Recording, Session};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+pub use control::Motion;
+use control::{Manner, timeline};
+use plain_machine::{Plain, distance};
+pub use gauge::Erring;
+pub use trace::Trace;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
@@ -20,213 +38,142 @@ pub enum Kind {
     Standing,
 }
 
+/// A plan with circles and the generic programs of its tests.
+pub struct Planned {
+    pub session: Session,
+    pub pairs: Vec<Pair>,
+    programs: Vec<String>,
+    /// The same for LinuxCNC, with their names.
+    pub linuxcnc: Vec<(String, String)>,
+}
+
+/// The plan of a shipped machine at a feed, mm/min, its programs with marks or without.
+pub fn planned(machine: &str, feed: f64, marks: bool) -> Planned {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(machine);
+    let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
+    let mut settings = Settings { feed_mm_per_min: feed, marks, ..Settings::default() };
+    settings.coupled.circles = true;
+    let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan");
+    let tests = plan.tests.iter().flat_map(|test| test.both_ways()).collect();
+    let programs = plan.tests.iter().map(|test| program(&machine, test, Dialect::Generic)).collect();
+    let linuxcnc = plan.tests.iter().map(|test| (test.test.name.clone(), program(&machine, test, Dialect::LinuxCnc))).collect();
+    let mut session = Session { tests, ..bare_session(&machine) };
+    for (k, test) in session.tests.iter_mut().enumerate() {
+        test.started_at_s = 200.0 * k as f64;
+    }
+    let pairs = pairs(&session);
+    Planned { session, pairs, programs, linuxcnc }
+}
+
+/// A capture, and what the machine did meanwhile.
 pub struct Drawn {
-    pub pair: usize,
     pub capture: Capture,
-    /// True path by reading, deg.
-    pub path: Vec<f64>,
+    /// Positions of all axes at each reading, mm and rad.
+    pub positions: Vec<Vec<f64>>,
     pub pace: f64,
     pub says: String,
 }
 
-const MACHINE: &str = "machines/hermle-c600u.yaml";
-
-/// A planned session of sweeps with and without following, and a circle.
-pub fn planned() -> Session {
-    let folder = tempfile::tempdir().unwrap();
-    let machine = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(MACHINE);
-    let mut text = format!("machine: {}\ntests:\n", machine.display());
-    let rest = "bar_length: 100";
-    for (name, pivot, spindle, positions, path, feed) in [
-        (
-            "a",
-            "[0, 100, 0]",
-            "[0, 0, 0]",
-            "{X: 0, Y: 0, Z: 0, C: 0}",
-            "sweep: {axis: A, from: FROM, to: TO, step: 0.5}",
-            500,
-        ),
-        (
-            "c",
-            "[0, 100, 0]",
-            "[0, 0, 0]",
-            "{X: 0, Y: 0, Z: 0, A: 0}",
-            "sweep: {axis: C, from: FROM, to: TO, step: 0.5}",
-            1000,
-        ),
-        (
-            "c-high",
-            "[0, 60, 0]",
-            "[0, 0, 80]",
-            "{X: 0, Y: 0, Z: 0, A: 0}",
-            "sweep: {axis: C, from: FROM, to: TO, step: 0.5}",
-            800,
-        ),
-        (
-            "c-axial",
-            "[0, 100, 0]",
-            "[0, 0, 100]",
-            "{A: 0}",
-            "sweep: {axis: C, from: FROM, to: TO, step: 0.5, follow: axial}",
-            2000,
-        ),
-        (
-            "c-tangential",
-            "[0, 80, 0]",
-            "[0, 0, 0]",
-            "{A: 0}",
-            "sweep: {axis: C, from: FROM, to: TO, step: 0.5, follow: tangential}",
-            1500,
-        ),
-        (
-            "xy",
-            "[0, 0, 0]",
-            "[0, 0, 0]",
-            "{Z: 0, A: 0, C: 0}",
-            "circle: {plane: XY, radius: 100, from: FROM, to: TO, step: 0.5}",
-            1000,
-        ),
-    ] {
-        let ends = if name == "a" {
-            [-80.0, 20.0]
-        } else if name == "xy" {
-            [0.0, 360.0]
-        } else {
-            [-150.0, 150.0]
+impl Planned {
+    /// A capture of a pair's program on an erring machine.
+    pub fn drawn(&self, erring: &mut Erring, pair: usize, seed: u64, kind: Kind) -> Drawn {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let rate = 10f64.powf(random.random_range(1.0..3.0));
+        let test = &self.session.tests[self.pairs[pair].tests[0]];
+        let manner = Manner::drawn(&mut random, test.marks.is_some());
+        let delay = random.random_range(0.0..0.5);
+        let motion = timeline(&self.session.machine, &self.programs[pair], &manner, &mut random);
+        let run = motion.runs_s;
+        let window = match kind {
+            Kind::CutAtStart => (run[0][0] + random.random_range(0.1..0.6) * (run[0][1] - run[0][0]), motion.lasts_s()),
+            Kind::CutAtEnd => (0.0, run[1][0] + random.random_range(0.3..0.9) * (run[1][1] - run[1][0])),
+            _ => (0.0, motion.lasts_s()),
         };
-        for (way, [from, to]) in [("ccw", ends), ("cw", [ends[1], ends[0]])] {
-            let path = path.replace("FROM", &from.to_string()).replace("TO", &to.to_string());
-            text += &format!(
-                "  - {{name: {name}-{way}, {rest}, pivot: {{link: C, at: {pivot}}}, spindle_ball: {{link: Z, at: {spindle}}}, positions: {positions}, feed: {feed}, overshoot: 4, {path}}}\n"
-            );
+        let at = |time: f64| motion.at(if kind == Kind::Standing { 0.0 } else { time });
+        let (mut capture, positions) = self.read(erring, pair, (window, rate, delay), &at, &mut random);
+        if kind == Kind::BarOff {
+            let readings = &mut capture.reading_mm;
+            let at = (random.random_range(0.1..0.6) * readings.len() as f64) as usize;
+            readings.iter_mut().skip(at).for_each(|reading| *reading = 1.2 + random.random_range(-0.01..0.01));
         }
+        let says = format!("{} {rate:.0} Hz ramp {:.2} run {:.1} s", test.name, manner.ramp_s, run[0][1] - run[0][0]);
+        Drawn { capture, positions, pace: manner.pace, says }
     }
-    let file = folder.path().join("session.yaml");
-    std::fs::write(&file, text).unwrap();
-    load_session(&file).unwrap_or_else(|why| panic!("{why}"))
-}
 
-pub fn drawn(session: &Session, all: &[Pair], seed: u64, kind: Kind) -> Drawn {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut uniform = |from: f64, to: f64| random.random_range(from..to);
-    let pair = seed as usize % all.len();
-    let rate = 10f64.powf(uniform(1.0, 3.0));
-    let pace = 1.0 + uniform(-0.02, 0.02);
-    let (lead, gap, tail) = (uniform(0.5, 10.0), uniform(1.0, 20.0), uniform(0.5, 10.0));
-    let (delay, ramp) = (uniform(0.0, 0.5), uniform(0.08, 0.29));
-    let test = &session.tests[all[pair].tests[0]];
-    let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = test.path.as_ref().unwrap();
-    let chain = Chain::of(&session.machine);
-    let arc = Motion::of(session, &chain, test).unwrap();
-    let [before, after] = beyond_path(&session.machine, test, &arc).unwrap();
-    let (from, to) = (from - before, to + after);
-    // a fine path, even in time
-    let mut fine = test.clone();
-    let mut path = test.path.as_ref().unwrap().between(from, to);
-    let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = &mut path;
-    *step = 0.02;
-    fine.path = Some(path);
-    fine.recording = None;
-    let motion = Motion::of(session, &chain, &fine).unwrap();
-    let whole = motion.time_s.as_ref().unwrap().last().unwrap() / pace;
-    // speed rises as a sine squared: no even acceleration
-    let gone = |since: f64| -> f64 {
-        let end = whole + ramp;
-        let wave = ramp / (2.0 * PI);
-        let rise = |t: f64| if t < ramp { t / 2.0 - wave * (PI * t / ramp).sin() } else { t - ramp / 2.0 };
-        if since <= 0.0 {
-            0.0
-        } else if since >= end {
-            1.0
-        } else if since < end - ramp {
-            rise(since) / whole
-        } else {
-            1.0 - rise(end - since) / whole
-        }
-    };
-    let (start, back) = (lead, lead + whole + ramp + gap);
-    let end = back + whole + ramp + tail;
-    let window = match kind {
-        Kind::CutAtStart => (start + uniform(0.1, 0.6) * whole, end),
-        Kind::CutAtEnd => (0.0, back + uniform(0.3, 0.9) * whole),
-        _ => (0.0, end),
-    };
-    let rows: Vec<f64> = (0..((window.1 - window.0) * rate) as usize).map(|k| window.0 + k as f64 / rate).collect();
-    let share: Vec<f64> = rows
-        .iter()
-        .map(|&time| if kind == Kind::Standing { 0.0 } else { gone(time - start) - gone(time - back) })
-        .collect();
-    let mut moved = session.clone();
-    moved.tests = vec![test.clone()];
-    let last = motion.rows() as f64 - 1.0;
-    let axes = motion.moving.clone();
-    moved.tests[0].recording = Some(Recording {
-        clock: Clock::TimeS(rows.clone()),
-        positions: axes
-            .iter()
-            .map(|&axis| {
-                share
-                    .iter()
-                    .map(|share| {
-                        let node = (share * last).min(last - 1e-9);
-                        let (k, part) = (node.floor() as usize, node.fract());
-                        motion.row(k)[axis] + part * (motion.row(k + 1)[axis] - motion.row(k)[axis])
-                    })
-                    .collect()
-            })
-            .collect(),
-        axes,
-        length_mm: vec![100.0; rows.len()],
-        channels: Vec::new(),
-        leading_texts: Vec::new(),
-        leading_header: String::new(),
-        column: Default::default(),
-    });
-    // a machine with errors of its own
-    for axis in &mut moved.machine.axes {
-        for (k, error) in axis.location_errors.iter_mut().enumerate() {
-            *error += if k < 3 { uniform(-0.02, 0.02) } else { uniform(-5e-5, 5e-5) };
-        }
+    /// A capture of a pair's program as a real control ran it.
+    pub fn drawn_of(&self, trace: &Trace, erring: &mut Erring, pair: usize, seed: u64) -> Drawn {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let rate = 10f64.powf(random.random_range(1.0..3.0));
+        let delay = random.random_range(0.0..0.5);
+        let test = &self.session.tests[self.pairs[pair].tests[0]];
+        let nominal = Plain { machine: &self.session.machine, errs: false, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
+        let bar_mm = test.bar_length_mm.expect("planned");
+        let off_mm = |q: &[f64]| {
+            let [one, other] =
+                [&test.pivot, &test.spindle_ball].map(|ball| nominal.ball(&ball.link, ball.at.into(), q));
+            distance(one, other) - bar_mm
+        };
+        let window = trace.with_bar(0.9, off_mm);
+        let (capture, positions) = self.read(erring, pair, (window, rate, delay), &|time| trace.at(time), &mut random);
+        Drawn { capture, positions, pace: 1.0, says: format!("{} {rate:.0} Hz by LinuxCNC", test.name) }
     }
-    let traces = simulate_with(&moved, Composition::Exact, &SetupErrors::drawn(&moved, seed)).unwrap();
-    let instrument = Instrument { stroke_mm: (f64::NEG_INFINITY, f64::INFINITY), ..Instrument::default() };
-    let mut readings = instrument.read(&moved, traces, seed).unwrap().remove(0).length_mm;
-    // drop-outs, and a gauge that was off
-    for _ in 0..3 {
-        let at = uniform(0.0, readings.len() as f64) as usize;
-        let most = (0.3 * rate).ceil() as usize;
-        readings.iter_mut().skip(at).take(most).for_each(|reading| *reading = f64::NAN);
-    }
-    if kind == Kind::BarOff {
-        let at = (uniform(0.1, 0.6) * readings.len() as f64) as usize;
-        readings.iter_mut().skip(at).for_each(|reading| *reading = 101.2 + uniform(-0.01, 0.01));
-    }
-    let capture = Capture {
-        time_s: rows.iter().map(|time| time - window.0 + delay).collect(),
-        reading_mm: readings.iter().map(|reading| reading - 100.0).collect(),
-    };
-    Drawn {
-        pair,
-        capture,
-        path: share.iter().map(|share| from + (to - from) * share).collect(),
-        pace,
-        says: format!("{} {rate:.0} Hz lead {lead:.1} gap {gap:.1} whole {whole:.1} ramp {ramp:.2}", test.name),
-    }
-}
 
-/// Root mean square distance of the imported positions from the true ones, deg (or mm).
-pub fn off(drawn: &Drawn, placement: &Placement) -> f64 {
-    let timing = &placement.timing;
-    let course = &placement.course;
-    let (mut sum, mut rows) = (0.0, 0.0);
-    for (k, &time) in drawn.capture.time_s.iter().enumerate() {
-        let (along, _) = timing.place_s(time, course.run_s);
-        let found = course.path_at(along);
-        let is_in = along > course.arc_s[0] && along < course.arc_s[1];
-        if is_in && time > timing.start_s[0] {
-            sum += (found - drawn.path[k]).powi(2);
-            rows += 1.0;
+    /// Readings over a window at a rate, and the positions at each; three short stretches are lost.
+    fn read(
+        &self,
+        erring: &mut Erring,
+        pair: usize,
+        (window, rate, delay): ((f64, f64), f64, f64),
+        at: &dyn Fn(f64) -> Vec<f64>,
+        random: &mut ChaCha8Rng,
+    ) -> (Capture, Vec<Vec<f64>>) {
+        let test = &self.session.tests[self.pairs[pair].tests[0]];
+        let rows: Vec<f64> = (0..((window.1 - window.0) * rate) as usize).map(|k| window.0 + k as f64 / rate).collect();
+        let positions: Vec<Vec<f64>> = rows.iter().map(|time| at(*time)).collect();
+        let mut reading_mm = erring.read(&self.session.machine, test, &rows, &positions, random);
+        for _ in 0..3 {
+            let at = random.random_range(0.0..reading_mm.len() as f64) as usize;
+            let most = (random.random_range(0.0..0.3) * rate).ceil() as usize;
+            reading_mm.iter_mut().skip(at).take(most).for_each(|reading| *reading = f64::NAN);
+        }
+        (Capture { time_s: rows.iter().map(|time| time - window.0 + delay).collect(), reading_mm }, positions)
+    }
+
+    /// The recordings of a placed capture with the true positions in place of those found, and their root mean square
+    /// distance, deg of the axis that turns or of the circle.
+    pub fn compared(&self, drawn: &Drawn, placement: &Placement) -> (f64, [(Recording, f64); 2]) {
+        let mut ideal = fiveaxis::import::recordings(placement, &drawn.capture, 0.0, LengthColumn::DeviationMm);
+        let test = &self.session.tests[placement.pair.tests[0]];
+        let bar_mm = test.bar_length_mm.expect("planned");
+        let (mut squares, mut rows) = (0.0, 0.0);
+        for (recording, begins_s) in &mut ideal {
+            let times = recording.time_s().expect("times").to_vec();
+            recording.length_mm.iter_mut().for_each(|length| *length += bar_mm);
+            for (row, time) in times.iter().enumerate() {
+                let at = time + *begins_s;
+                // readings and rows are the same: the nearest one is it
+                let k = drawn.capture.time_s.partition_point(|other| *other < at - 1e-6).min(drawn.positions.len() - 1);
+                let truth: Vec<f64> = recording.axes.iter().map(|&axis| drawn.positions[k][axis]).collect();
+                let found: Vec<f64> = recording.positions.iter().map(|column| column[row]).collect();
+                squares += self.apart_deg(placement, &recording.axes, &truth, &found).powi(2);
+                rows += 1.0;
+                recording.positions.iter_mut().zip(&truth).for_each(|(column, truth)| column[row] = *truth);
+            }
+        }
+        (f64::sqrt(squares / f64::max(rows, 1.0)), ideal)
+    }
+
+    fn apart_deg(&self, placement: &Placement, axes: &[usize], truth: &[f64], found: &[f64]) -> f64 {
+        let machine = &self.session.machine;
+        let off = axes.iter().zip(truth.iter().zip(found));
+        match &self.session.tests[placement.pair.tests[0]].path {
+            Some(TestPath::Circle { radius_mm, .. }) => {
+                off.map(|(_, (a, b))| (a - b).powi(2)).sum::<f64>().sqrt().atan2(*radius_mm).to_degrees()
+            }
+            _ => off
+                .filter(|(axis, _)| machine.axes[**axis].kind == AxisKind::Rotary)
+                .map(|(_, (a, b))| (a - b).abs().to_degrees())
+                .fold(0.0, f64::max),
         }
     }
-    f64::sqrt(sum / f64::max(rows, 1.0))
 }

@@ -129,6 +129,7 @@ pub fn table_head(samples: usize) -> Session {
                 positions,
                 feed_mm_per_min: Some(500.0),
                 overshoot: Some(4.0),
+                marks: None,
                 reading: fiveaxis::readings::Reading::Length,
             });
         }

@@ -14,7 +14,7 @@ use crate::load::checked_text::message::{LoadError, nearest};
 use crate::load::checked_text::quantity::finite;
 use crate::load::checked_text::text::read_limited;
 use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
-use crate::load::urdf::{LinkChoice, bodies_from_urdf, mesh_names};
+use crate::load::urdf::{LinkChoice, bodies_from_urdf, ends_from_urdf, mesh_names};
 use crate::machine::Machine;
 use crate::units::shown;
 
@@ -138,6 +138,16 @@ pub fn load_machine_and_bodies_with_links(file: &Path, links: &LinkChoice) -> Re
         bodies.touching.push(reader.touching(index, pair, &bodies.bodies)?);
     }
     Ok((machine, bodies))
+}
+
+/// A robot description with its solids, and the frames of its workpiece and tool links in R; a YAML file is refused.
+pub fn load_description(file: &Path, links: &LinkChoice) -> Result<(Machine, Bodies, [Pose; 2]), LoadError> {
+    let text = read_limited(file, YAML_BYTES)?;
+    if !is_urdf(file, &text) {
+        return Err(LoadError::file(file, "is no robot description (URDF); a machine file needs no init"));
+    }
+    let (machine, bodies) = load_machine_and_bodies_with_links(file, links)?;
+    Ok((machine, bodies, ends_from_urdf(file, &text, links)?))
 }
 
 /// Names of the mesh files of a machine, relative to its folder, in order and each once.

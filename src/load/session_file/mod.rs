@@ -1,5 +1,6 @@
 //! Session files: tests with their balls, paths and recordings.
 
+pub(crate) mod marks;
 pub(crate) mod parts;
 pub(crate) mod recordings;
 pub(crate) mod session;

@@ -102,6 +102,7 @@ impl TestReader<'_> {
             positions: vec![None; self.machine.axes.len()],
             feed_mm_per_min: raw.feed,
             overshoot: raw.overshoot,
+            marks: self.marks(index, raw)?,
             reading: Reading::Length,
         };
         for (name, &value) in &raw.positions {

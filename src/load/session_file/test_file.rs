@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::marks::MarksFile;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -27,6 +28,7 @@ pub(crate) struct TestFile {
     pub(crate) positions: BTreeMap<String, f64>,
     pub(crate) feed: Option<f64>,
     pub(crate) overshoot: Option<f64>,
+    pub(crate) marks: Option<MarksFile>,
     pub(crate) sweep: Option<SweepFile>,
     pub(crate) circle: Option<CircleFile>,
 }

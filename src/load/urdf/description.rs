@@ -12,6 +12,7 @@ use super::places::elements;
 use super::reader::Reader;
 use super::tree::Tree;
 use crate::bodies::Bodies;
+use crate::chain::Pose;
 use crate::load::checked_text::message::LoadError;
 use crate::machine::Machine;
 
@@ -23,6 +24,16 @@ pub fn machine_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result
 /// Collision solids of a robot description, on the links of the machine read from it.
 pub fn bodies_from_urdf(file: &Path, text: &str, choice: &LinkChoice, machine: &Machine) -> Result<Bodies, LoadError> {
     read(file, text, choice, |reader, _| collision::bodies(reader, machine))
+}
+
+/// Frames of the workpiece link and the tool link in R with all joints at zero.
+pub fn ends_from_urdf(file: &Path, text: &str, choice: &LinkChoice) -> Result<[Pose; 2], LoadError> {
+    read(file, text, choice, |reader, _| {
+        Ok([&reader.ends.workpiece_link, &reader.ends.tool_link].map(|link| {
+            let placed = reader.link_frame(link);
+            Pose { rotation: placed.rotation, translation_mm: placed.at_mm }
+        }))
+    })
 }
 
 /// Mesh files that a robot description names, relative to its folder.

@@ -10,5 +10,5 @@ mod places;
 mod reader;
 mod tree;
 
-pub use description::{bodies_from_urdf, machine_from_urdf, mesh_names};
+pub use description::{bodies_from_urdf, ends_from_urdf, machine_from_urdf, mesh_names};
 pub use ends::LinkChoice;

@@ -35,6 +35,7 @@ impl<'a> Evaluation<'a> {
                 self.context.settings.feed_mm_per_min,
             )),
             overshoot: Some(RUN_IN),
+            marks: None,
             reading: crate::readings::Reading::Length,
         }
     }

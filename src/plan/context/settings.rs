@@ -39,6 +39,8 @@ pub struct Settings {
     /// Multiples of the default goal that are searched for beside the goal asked for; empty: that goal alone.
     pub rungs: Vec<f64>,
     pub uncertainty: Uncertainty,
+    /// Programs mark their runs by moves along the bar.
+    pub marks: bool,
     pub feed_mm_per_min: f64,
 }
 
@@ -56,6 +58,7 @@ impl Default for Settings {
             sure_share: 0.3,
             rungs: RUNGS.to_vec(),
             uncertainty: Uncertainty::default(),
+            marks: true,
             feed_mm_per_min: 500.0,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::marks::marks;
 use super::mounting::Mounting;
 use super::placing::Placing;
 use super::plan_result::{Plan, PlannedTest, TradeOff};
@@ -140,7 +141,10 @@ impl<'a> Evaluation<'a> {
                 })
             })
             .collect();
-        tests.iter_mut().enumerate().for_each(|(index, test)| test.number = index + 1);
+        for (index, test) in tests.iter_mut().enumerate() {
+            test.number = index + 1;
+            test.test.marks = if self.context.settings.marks { marks(self, test) } else { None };
+        }
         let pivots: HashSet<usize> = order.iter().map(|entry| entry.candidate.site).collect();
         let goal = &self.context.settings.goal;
         let goal_reached = errors.iter().all(|error| {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::answers::answers;
 use super::before_after::BeforeAfterPlots;
 use super::chain_map::chain_map;
 use super::diagnosis::{DiagnosisJson, FindingJson};
@@ -47,8 +48,9 @@ pub fn diagnosis_page(
         escape(&session.machine.code.to_string())
     );
     let _ = writeln!(page, "<p class=\"verdict {}\">{}</p>", identifier(json.verdict), escape(&verdict_words(json)));
+    answers(&mut page, session, json);
     for warning in &json.warnings {
-        let _ = writeln!(page, "<p>{}</p>", escape(warning));
+        let _ = writeln!(page, "<p class=\"warning\">{}</p>", escape(warning));
     }
     figures(&mut page, json);
     let _ = write!(
@@ -120,7 +122,7 @@ fn section(
 ) {
     let _ = writeln!(
         page,
-        "<section class=\"finding\">\n<h2><span class=\"badge\">{}</span> {}</h2>\n<div class=\"pair\">\n<dl>",
+        "<section class=\"finding\">\n<h2 id=\"finding-{0}\"><span class=\"badge\">{0}</span> {1}</h2>\n<div class=\"pair\">\n<dl>",
         index + 1,
         escape(&headline(finding))
     );

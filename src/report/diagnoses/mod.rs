@@ -1,5 +1,6 @@
 //! A diagnosis as JSON, terminal text, page and pictures; all are made from the JSON value.
 
+mod answers;
 pub mod before_after;
 pub(crate) mod cause_title;
 pub mod chain_map;

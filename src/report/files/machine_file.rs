@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::yaml_text::text;
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid};
-use crate::machine::Machine;
+use crate::machine::{Machine, letter_axis};
 
 /// The file; only upright cylinders and boxes along the axes of R, as templates have them, are written.
 pub fn machine_file(head: &str, machine: &Machine, bodies: &Bodies) -> String {
@@ -21,6 +21,10 @@ pub fn machine_file(head: &str, machine: &Machine, bodies: &Bodies) -> String {
     out.push_str("axes:\n");
     for axis in &machine.axes {
         let mut parts = Vec::new();
+        let usual = letter_axis(&axis.name).map(|(_, direction)| direction);
+        if usual.is_none_or(|usual| (usual - axis.direction).norm() > 1e-12) {
+            parts.push(format!("direction: {}", exact(&axis.direction)));
+        }
         if axis.kind == crate::machine::AxisKind::Rotary {
             parts.push(format!("origin: {}", vector(&axis.origin)));
         }
@@ -48,7 +52,15 @@ pub fn machine_file(head: &str, machine: &Machine, bodies: &Bodies) -> String {
     out.push_str("# Surfaces that take a cup.\nmounts:\n");
     bodies.mounts.iter().for_each(|mount| mount_line(&mut out, mount));
     if let Some(spindle) = &bodies.spindle {
-        let _ = writeln!(out, "spindle: {{nose: {}}}", vector(&spindle.nose));
+        let mut parts = vec![format!("nose: {}", vector(&spindle.nose))];
+        // the last axis carries the spindle, and it is upright over R, unless it is said
+        if (spindle.direction - Vector3::z()).norm() > 1e-12 {
+            parts.push(format!("direction: {}", exact(&spindle.direction)));
+        }
+        let _ = writeln!(out, "spindle: {{{}}}", parts.join(", "));
+        if (spindle.nose.dot(&spindle.direction) - spindle.gauge_length_mm).abs() > 1e-9 {
+            let _ = writeln!(out, "gauge_length: {}", round(spindle.gauge_length_mm));
+        }
     }
     out
 }
@@ -90,6 +102,11 @@ fn mount_line(out: &mut String, mount: &Mount) {
         vector(&mount.normal),
         vector(&mount.along)
     );
+}
+
+/// A direction with all its digits.
+fn exact(value: &Vector3<f64>) -> String {
+    format!("[{}, {}, {}]", value.x, value.y, value.z)
 }
 
 fn vector(value: &Vector3<f64>) -> String {

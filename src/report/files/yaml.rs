@@ -248,6 +248,15 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     line("positions", (!standing.is_empty()).then(|| format!("{{{}}}", standing.join(", "))));
     line("feed", test.feed_mm_per_min.map(|feed| feed.to_string()));
     line("overshoot", test.overshoot.map(|overshoot| overshoot.to_string()));
+    line(
+        "marks",
+        test.marks.map(|marks| {
+            format!(
+                "{{move: {}, feed: {}, hold: {}, rest: {}, gap: {}}}",
+                marks.move_mm, marks.feed_mm_per_min, marks.hold_s, marks.rest_s, marks.gap_s
+            )
+        }),
+    );
     match &test.path {
         None => {}
         Some(Path::Sweep { axis, from, to, step, follow }) => {

@@ -7,6 +7,7 @@ use super::sheet::Sheet;
 use crate::machine::{AxisKind, Machine};
 use crate::nc::{Coordinates, ball_speed};
 use crate::plan::{OFF_LIMIT, PlannedTest};
+use crate::session::Marks;
 
 /// Rows of the table.
 pub(super) fn rows(sheet: &Sheet, index: usize, planned: &PlannedTest) -> Vec<(&'static str, String)> {
@@ -26,6 +27,9 @@ pub(super) fn rows(sheet: &Sheet, index: usize, planned: &PlannedTest) -> Vec<(&
         ("run-in", run_in(planned)),
         ("arc ends at", ends(sheet.machine, planned)),
     ];
+    if let Some(marks) = planned.test.marks {
+        rows.push(("marks", marked(marks)));
+    }
     if planned.run.len() > 4 {
         rows.push(("travel", travel(sheet.machine, planned)));
     }
@@ -50,6 +54,15 @@ fn run_in(planned: &PlannedTest) -> String {
             )
         }
     }
+}
+
+/// Moves along the bar that the operator sees and must not cut from the recording.
+fn marked(marks: Marks) -> String {
+    let way = if marks.move_mm > 0.0 { "longer" } else { "shorter" };
+    format!(
+        "the bar gets {way} by {} mm and back before and after each direction; record through, import finds the run by them",
+        marks.move_mm.abs()
+    )
 }
 
 /// What ends the arc at either side.

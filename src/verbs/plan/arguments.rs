@@ -50,6 +50,9 @@ pub struct Arguments {
     /// Run tests again with the spindle indexed by 180°, so that the spindle ball's own placement leaves the positions
     #[arg(long)]
     pub(crate) index_spindle: bool,
+    /// Write programs without the short moves along the bar that mark the runs in a capture
+    #[arg(long)]
+    pub(crate) no_marks: bool,
     /// How the bars' zeros will be set: a free one leaves out what only absolute lengths tell
     #[arg(long, value_enum, default_value_t = ZeroName::Calibrated)]
     pub(crate) zero: ZeroName,

@@ -37,6 +37,15 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
         put("positions", Value::Object(positions.clone()));
         put("feed", json!(test.feed_mm_per_min));
         put("overshoot", json!(test.overshoot));
+        if let Some(marks) = test.marks {
+            put(
+                "marks",
+                json!({
+                    "move": marks.move_mm, "feed": marks.feed_mm_per_min, "hold": marks.hold_s, "rest": marks.rest_s,
+                    "gap": round(marks.gap_s, 1),
+                }),
+            );
+        }
         match &test.path {
             Some(TestPath::Sweep { axis, from, to, step, follow: Follow::None }) => {
                 put("sweep", json!({ "axis": machine.axes[*axis].name, "from": from, "to": to, "step": step }));

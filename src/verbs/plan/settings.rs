@@ -64,6 +64,7 @@ pub fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Re
         ZeroName::Free => Zero::Free,
     };
     settings.index_spindle = arguments.index_spindle;
+    settings.marks = !arguments.no_marks;
     if arguments.follow.contains(&FollowName::None) && arguments.follow.len() > 1 {
         return Err("--follow none stands alone; leave 'none' out to allow the others".into());
     }

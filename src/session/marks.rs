@@ -1,0 +1,27 @@
+//! Short moves along the bar by which a program marks in the readings when its runs begin and end. Where they lead is the plan's.
+
+/// The marks of a test: out and back before and after each direction, with rests whose times are known.
+///
+/// A direction is: out, hold, back, rest, the run, rest, out, hold, back; between the two directions lies the gap. Without the
+/// rests a look-ahead would begin a mark while the run still slows down. What a control adds to each rest cancels: it moves
+/// what is taken for the begin of a run by as much as it lengthens what is taken for its ramps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Marks {
+    /// How much longer the bar gets, mm; shorter where negative.
+    pub move_mm: f64,
+    /// Speed of the move, mm/min.
+    pub feed_mm_per_min: f64,
+    /// How long the bar stays so, s.
+    pub hold_s: f64,
+    /// Rest between a mark and the run, s.
+    pub rest_s: f64,
+    /// Rest between the last mark of one direction and the first of the other, s: it tells the tests of a plan apart.
+    pub gap_s: f64,
+}
+
+impl Marks {
+    /// Programmed time of a move out or back, s.
+    pub fn move_s(&self) -> f64 {
+        self.move_mm.abs() / self.feed_mm_per_min * 60.0
+    }
+}

@@ -1,0 +1,38 @@
+//! `fiveaxis init --urdf`: a machine file with which a plan can be made, from a robot description as CAD tools export it.
+
+use std::path::Path;
+
+use fiveaxis::bodies::Bodies;
+use fiveaxis::load::{LinkChoice, load_description};
+use fiveaxis::machine::Machine;
+use fiveaxis::template::{Wishes, plannable};
+
+use super::Refusal;
+use super::init::{Arguments, table_size};
+
+/// Head of the file, machine and bodies of a description.
+pub(super) fn described(arguments: &Arguments, urdf: &Path) -> Result<(String, Machine, Bodies), Refusal> {
+    let links = LinkChoice {
+        root: arguments.root_link.clone(),
+        workpiece: arguments.workpiece_link.clone(),
+        tool: arguments.tool_link.clone(),
+    };
+    let (machine, bodies, [workpiece, tool]) = load_description(urdf, &links)?;
+    let table = arguments.table.as_deref().map(table_size).transpose()?;
+    let wishes = Wishes { workpiece, tool, table, housing_mm: arguments.housing };
+    let (mut named, bodies) =
+        plannable(&machine, &bodies, &wishes).map_err(|why| format!("{}: {why}", urdf.display()))?;
+    if let Some(name) = &arguments.name {
+        named.name.clone_from(name);
+    }
+    let joints: Vec<String> = (machine.axes.iter().zip(&named.axes))
+        .map(|(joint, axis)| format!("{} is {}", axis.name, joint.name))
+        .collect();
+    let head = format!(
+        "{} from {}, by fiveaxis init. R is the frame of the bed; {}.",
+        named.name.replace(char::is_control, " "),
+        urdf.file_name().map(|name| name.to_string_lossy().replace(char::is_control, " ")).unwrap_or_default(),
+        joints.join(", ").replace(char::is_control, " ")
+    );
+    Ok((head, named, bodies))
+}

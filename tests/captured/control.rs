@@ -1,0 +1,208 @@
+//! A control of the tests' own: runs a program in time, with ramps, an override, and the latency of dwells.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use fiveaxis::machine::{AxisKind, Machine};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::nc_reader::{Act, Pace, read_iso};
+
+/// How this control runs programs.
+pub struct Manner {
+    /// Speed over the programmed feed.
+    pub pace: f64,
+    /// Time in which a run comes to speed, s.
+    pub ramp_s: f64,
+    /// Rests before the first motion and after the last, s; programmed ones where the operator does not wait.
+    rests_s: [f64; 2],
+    /// Rest in place of those between the directions of a program without marks, s.
+    between_s: Option<f64>,
+}
+
+impl Manner {
+    pub fn drawn(random: &mut ChaCha8Rng, marked: bool) -> Manner {
+        let mut rest = || random.random_range(0.5..10.0);
+        let (rests_s, between_s) = ([rest(), rest()], rest());
+        Manner {
+            pace: 1.0 + random.random_range(-0.02..0.02),
+            ramp_s: random.random_range(0.08..0.29),
+            rests_s,
+            between_s: (!marked).then_some(between_s),
+        }
+    }
+}
+
+/// One act and how long it takes as programmed, s.
+struct Leg {
+    seconds: f64,
+    from: Vec<f64>,
+    act: Act,
+}
+
+/// Acts that are run without a stop, and when.
+struct Group {
+    begin_s: f64,
+    whole_s: f64,
+    ramp_s: f64,
+    legs: Vec<Leg>,
+    /// Programmed times at which the legs end.
+    ends_s: Vec<f64>,
+}
+
+/// What the axes do over time.
+pub struct Motion {
+    groups: Vec<Group>,
+    letters: Vec<String>,
+    kinds: Vec<AxisKind>,
+    last_s: f64,
+    /// Begin and end of the two runs, s.
+    pub runs_s: [[f64; 2]; 2],
+}
+
+/// Programmed time of an act from a place, s, and where it ends; positions as programs state them.
+fn programmed(act: &Act, here: &[f64], letters: &[String]) -> (f64, Vec<f64>) {
+    let index = |name: &String| letters.iter().position(|letter| letter == name).expect("an axis");
+    let absolute = |to: &BTreeMap<String, f64>| {
+        let mut end = here.to_vec();
+        to.iter().for_each(|(name, value)| end[index(name)] = *value);
+        end
+    };
+    match act {
+        Act::Rapid(to) => (0.0, absolute(to)),
+        Act::Feed { to, pace: Pace::Seconds(seconds) } => (*seconds, absolute(to)),
+        Act::Feed { to, pace: Pace::PerMinute(feed) } => {
+            let end = absolute(to);
+            let way = end.iter().zip(here).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            (way / feed * 60.0, end)
+        }
+        Act::Arc { plane, end, centre, counter_clockwise, feed } => {
+            let (turn, radius) = turned(plane, end, centre, *counter_clockwise);
+            let mut to = here.to_vec();
+            end.iter().for_each(|(name, by)| to[index(name)] += by);
+            (turn.abs() * radius / feed * 60.0, to)
+        }
+        _ => (0.0, here.to_vec()),
+    }
+}
+
+/// Turn of an arc, rad with its sense, and its radius.
+fn turned(plane: &str, end: &BTreeMap<String, f64>, centre: &BTreeMap<String, f64>, left: bool) -> (f64, f64) {
+    let [one, other] = [&plane[..1], &plane[1..]];
+    let middle = [centre[one], centre[other]];
+    let from = (-middle[1]).atan2(-middle[0]);
+    let to = (end[other] - middle[1]).atan2(end[one] - middle[0]);
+    let turn = if left { (to - from).rem_euclid(TAU) } else { -(from - to).rem_euclid(TAU) };
+    (turn, middle[0].hypot(middle[1]))
+}
+
+/// Runs a program from the stop at which the bar is mounted to that at which it is taken off.
+pub fn timeline(machine: &Machine, text: &str, manner: &Manner, random: &mut ChaCha8Rng) -> Motion {
+    let acts = read_iso(text, false, &[]).acts;
+    let letters: Vec<String> = machine.axes.iter().map(|axis| axis.name.clone()).collect();
+    let dwells: Vec<usize> = (0..acts.len()).filter(|&k| matches!(acts[k], Act::Dwell(_))).collect();
+    let (first, last) = (dwells[0], dwells[dwells.len() - 1]);
+    let mut here = vec![0.0; letters.len()];
+    for act in &acts[..first] {
+        here = programmed(act, &here, &letters).1;
+    }
+    let mut clock = manner.rests_s[0];
+    let mut groups: Vec<Group> = Vec::new();
+    let mut runs = Vec::new();
+    let of_run = if manner.between_s.is_none() { [2, 7] } else { [0, 2] };
+    // what this control adds to a dwell: the same each time, but for a cycle or two
+    let slow = random.random_range(0.0..0.02);
+    for (piece, pair) in dwells.windows(2).enumerate() {
+        let part = &acts[pair[0] + 1..pair[1]];
+        if !part.is_empty() {
+            let is_run = of_run.contains(&piece);
+            let mut legs = Vec::new();
+            let mut ends_s = Vec::new();
+            let mut gone = 0.0;
+            for act in part {
+                let (seconds, to) = programmed(act, &here, &letters);
+                gone += seconds;
+                ends_s.push(gone);
+                legs.push(Leg { seconds, from: std::mem::replace(&mut here, to), act: act.clone() });
+            }
+            // marks are slow: their ramps are short
+            let ramp_s = if is_run { manner.ramp_s } else { random.random_range(0.001..0.004) };
+            let whole_s = gone / manner.pace;
+            groups.push(Group { begin_s: clock, whole_s, ramp_s, legs, ends_s });
+            if is_run {
+                runs.push([clock, clock + whole_s + ramp_s]);
+            }
+            clock += whole_s + ramp_s;
+        }
+        let Act::Dwell(seconds) = acts[pair[1]] else { unreachable!() };
+        clock += match (pair[1] == last, manner.between_s) {
+            (true, _) => manner.rests_s[1],
+            (false, None) => seconds + slow + random.random_range(0.0..0.002),
+            // two dwells between the directions
+            (false, Some(between)) if piece == 0 => between,
+            (false, Some(_)) => 0.0,
+        };
+    }
+    let kinds = machine.axes.iter().map(|axis| axis.kind).collect();
+    Motion { groups, letters, kinds, last_s: clock, runs_s: <[[f64; 2]; 2]>::try_from(runs).expect("two runs") }
+}
+
+impl Group {
+    /// Share of the programmed time that is gone: the speed rises as a squared sine.
+    fn gone(&self, since_s: f64) -> f64 {
+        let end = self.whole_s + self.ramp_s;
+        let wave = self.ramp_s / (2.0 * PI);
+        let rise = |t: f64| {
+            if t < self.ramp_s { t / 2.0 - wave * (PI * t / self.ramp_s).sin() } else { t - self.ramp_s / 2.0 }
+        };
+        let way = if since_s <= 0.0 {
+            0.0
+        } else if since_s >= end {
+            self.whole_s
+        } else if since_s < end - self.ramp_s {
+            rise(since_s)
+        } else {
+            self.whole_s - rise(end - since_s)
+        };
+        (way / self.whole_s).clamp(0.0, 1.0)
+    }
+}
+
+impl Motion {
+    pub fn lasts_s(&self) -> f64 {
+        self.last_s
+    }
+
+    /// Positions of all axes at a time, mm and rad.
+    pub fn at(&self, time_s: f64) -> Vec<f64> {
+        let k = self.groups.partition_point(|group| group.begin_s <= time_s).saturating_sub(1);
+        let group = &self.groups[k];
+        let whole = group.ends_s[group.ends_s.len() - 1];
+        let gone = whole * group.gone(time_s - group.begin_s);
+        let leg = group.ends_s.partition_point(|end| *end < gone).min(group.legs.len() - 1);
+        let Leg { seconds, from, act } = &group.legs[leg];
+        let part = (1.0 - (group.ends_s[leg] - gone) / seconds.max(1e-12)).clamp(0.0, 1.0);
+        let shown = match act {
+            Act::Arc { plane, end, centre, counter_clockwise, .. } => {
+                let (turn, radius) = turned(plane, end, centre, *counter_clockwise);
+                let mut place = from.clone();
+                let index = |name: &str| self.letters.iter().position(|letter| letter == name).expect("an axis");
+                let names = [&plane[..1], &plane[1..]];
+                let middle = names.map(|name| centre[name]);
+                let (sin, cos) = ((-middle[1]).atan2(-middle[0]) + turn * part).sin_cos();
+                place[index(names[0])] += middle[0] + radius * cos;
+                place[index(names[1])] += middle[1] + radius * sin;
+                for (name, by) in end.iter().filter(|(name, _)| !names.contains(&name.as_str())) {
+                    place[index(name)] += by * part;
+                }
+                place
+            }
+            act => {
+                let (_, to) = programmed(act, from, &self.letters);
+                from.iter().zip(&to).map(|(from, to)| from + (to - from) * part).collect()
+            }
+        };
+        shown.iter().zip(&self.kinds).map(|(q, kind)| if *kind == AxisKind::Rotary { q.to_radians() } else { *q }).collect()
+    }
+}
