@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let found = prepared.judge(&prepared.values(&claims));
     drop(working);
     if arguments.json {
-        print(&format!("{}\n", serde_json::to_string_pretty(&reconciliation_json(&claims, &prepared, &found))?))
+        print_json(&reconciliation_json(&claims, &prepared, &found))
     } else {
         print(&reconciliation_text(&claims, &prepared, &found))
     }

@@ -171,7 +171,7 @@ fn write_tables(folder: &Path, outcomes: &[Outcome], inputs: &[PathBuf]) -> Resu
 
 fn tell(outcomes: &[Outcome], folder: &Path, json: bool) -> Result<(), Refusal> {
     if json {
-        return print(&format!("{}\n", survey_json(outcomes)));
+        return print_json(&survey_json(outcomes));
     }
     let mut table = Table::new(&[
         "family",

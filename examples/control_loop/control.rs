@@ -1,0 +1,90 @@
+//! Programs on LinuxCNC: traces of what its planner commanded.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use fiveaxis::machine::{AxisKind, Machine};
+
+/// A trace takes longer than this only if the control stands, s of its clock: now and then it misses that it was resumed.
+const MOST_SECONDS: f64 = 400.0;
+/// Tries of a program before the run ends.
+const TRIES: usize = 5;
+
+/// The reference data's script and the folder of traces.
+pub struct Control {
+    script: PathBuf,
+    traces: PathBuf,
+}
+
+impl Control {
+    /// If LinuxCNC and the script are there.
+    pub fn found(traces: &Path) -> Option<Control> {
+        let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+        let script = std::env::var_os("FIVEAXIS_SHARED").map_or_else(beside, PathBuf::from).join("control-loop/run");
+        let path = std::env::var_os("PATH")?;
+        let is_there = std::env::split_paths(&path).any(|folder| folder.join("linuxcnc").is_file());
+        (is_there && script.is_file()).then(|| Control { script, traces: traces.to_path_buf() })
+    }
+
+    /// Runs a program, once for each folder of traces.
+    pub fn trace(&self, folder: &str, machine: &Machine, program: &Path) -> PathBuf {
+        let folder = self.traces.join(folder);
+        std::fs::create_dir_all(&folder).expect("folder");
+        let trace = folder.join(format!("{}.csv", name_of(program)));
+        if trace.is_file() {
+            return trace;
+        }
+        let rotary: String =
+            machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).map(|axis| axis.name.as_str()).collect();
+        // the script wants the letters in their order
+        let rotary: String = ["AB", "AC", "BC"]
+            .into_iter()
+            .find(|pair| pair.chars().all(|letter| rotary.contains(letter)))
+            .expect("two rotary axes")
+            .into();
+        for _ in 0..TRIES {
+            if self.run(program, &trace, &rotary).is_some_and(|seconds| seconds < MOST_SECONDS) {
+                return trace;
+            }
+            // none is written by a control that did not start
+            let _ = std::fs::remove_file(&trace);
+        }
+        panic!("{}: the control stood in {TRIES} runs", program.display());
+    }
+
+    /// Runs a program; the time of its trace, s, if there is one.
+    fn run(&self, program: &Path, trace: &Path, rotary: &str) -> Option<f64> {
+        let speed = std::env::var("FIVEAXIS_CONTROL_SPEED").unwrap_or_else(|_| "1".into());
+        let mut command = match speed.as_str() {
+            "1" => Command::new(&self.script),
+            _ => {
+                let faster = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/control_loop/faster");
+                let mut command = Command::new(faster);
+                command.arg(speed).arg(&self.script);
+                command
+            }
+        };
+        command.arg(program).arg(trace).env("ROTARY", rotary).env("MOST_SECONDS", MOST_SECONDS.to_string());
+        if !command.output().expect("it starts").status.success() {
+            return None;
+        }
+        let text = std::fs::read_to_string(trace).ok()?;
+        text.lines().last()?.split(',').next()?.parse().ok()
+    }
+}
+
+/// The programs of a plan.
+pub fn programs(folder: &Path) -> Vec<PathBuf> {
+    let mut list: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("programs")
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|file| file.extension().is_some_and(|extension| extension == "ngc") && !file.ends_with("dry-run.ngc"))
+        .collect();
+    list.sort();
+    list
+}
+
+/// A program's name, which is that of its setup.
+pub fn name_of(program: &Path) -> String {
+    program.file_stem().expect("name").to_string_lossy().into_owned()
+}

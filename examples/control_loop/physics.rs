@@ -1,0 +1,110 @@
+//! Hidden physics: location errors and one effect, as a machine file with the component error of the moment. It shares no law
+//! with the library.
+
+use std::f64::consts::TAU;
+
+use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Machine};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// Location errors are drawn up to these, mm and rad: 50 µm and 20 arcsec.
+const LARGEST: [f64; 2] = [0.05, 1e-4];
+
+/// What a component error follows.
+#[derive(Clone, Copy)]
+pub enum Law {
+    /// Sine over the turn of a rotary axis.
+    Wave { per_turn: f64 },
+    /// Sine over the travel of a slide.
+    Screw { lead_mm: f64 },
+    /// Square of the position; the size is reached at this distance from zero.
+    Bend { over_mm: f64 },
+    /// Proportional to the position.
+    PerMetre,
+    /// To either side by the sense of motion, taken up over this way, mm or rad.
+    Play { take_up: f64 },
+    /// After a reversal, dying away over this way.
+    Spike { gone_mm: f64 },
+    /// With time since the first program: 1 − exp(−t/τ).
+    Growth { minutes: f64 },
+}
+
+/// One component error that location errors do not know.
+#[derive(Clone, Copy)]
+pub struct Effect {
+    pub axis: &'static str,
+    pub component: Component,
+    /// mm or rad.
+    pub size: f64,
+    pub law: Law,
+}
+
+/// The machine as it really is.
+pub struct Hidden {
+    pub machine: Machine,
+    pub effect: Option<Effect>,
+}
+
+/// What the past of a trace has left: sense of motion and way since it turned.
+pub struct State {
+    flank: f64,
+    spike: f64,
+    sense: f64,
+    last: Option<f64>,
+}
+
+/// The machine with location errors of its rotary axes.
+pub fn truth(machine: &Machine, random: &mut ChaCha8Rng) -> Machine {
+    let mut truth = machine.clone();
+    for axis in truth.axes.iter_mut().filter(|axis| axis.kind == AxisKind::Rotary) {
+        for component in axis.slots() {
+            let size = LARGEST[usize::from(component.is_angle())];
+            axis.location_errors[component.index()] = size * random.random_range(-1.0..1.0);
+        }
+    }
+    truth
+}
+
+impl State {
+    pub fn new() -> State {
+        State { flank: 0.0, spike: 0.0, sense: 0.0, last: None }
+    }
+}
+
+impl Hidden {
+    /// Takes the next positions of a trace, mm and rad by axis index, and gives the machine's errors at them.
+    pub fn at(&self, state: &mut State, q: &[f64], minutes: f64) -> Machine {
+        let mut machine = self.machine.clone();
+        let Some(effect) = &self.effect else { return machine };
+        let index = machine.axis_index(effect.axis).expect("an axis of the machine");
+        let here = q[index];
+        let way = here - state.last.replace(here).unwrap_or(here);
+        let share = match effect.law {
+            Law::Wave { per_turn } => (per_turn * here).sin(),
+            Law::Screw { lead_mm } => (TAU * here / lead_mm).sin(),
+            Law::Bend { over_mm } => (here / over_mm).powi(2),
+            Law::PerMetre => here / 1000.0,
+            Law::Play { take_up } => {
+                state.flank = (state.flank + 2.0 * way / take_up).clamp(-1.0, 1.0);
+                -state.flank
+            }
+            Law::Spike { gone_mm } => {
+                if way != 0.0 && way.signum() != state.sense {
+                    (state.sense, state.spike) = (way.signum(), 1.0);
+                }
+                state.spike *= (-way.abs() / gone_mm).exp();
+                -state.sense * state.spike
+            }
+            Law::Growth { minutes: constant } => 1.0 - (-minutes / constant).exp(),
+        };
+        // what is lost is lost in the sense in which the axis carries its part
+        let sense = match effect.law {
+            Law::Play { .. } | Law::Spike { .. } => machine.motion_sign(index),
+            _ => 1.0,
+        };
+        let value = effect.size * share * sense;
+        let form = ComponentForm::Table { position: vec![here - 1.0, here + 1.0], value: vec![value; 2] };
+        machine.axes[index].component_errors.push(ComponentError { component: effect.component, form });
+        machine
+    }
+}
