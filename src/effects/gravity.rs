@@ -8,10 +8,10 @@ use super::contract::{
     DefaultValue, Driver, Kind, Notable, Parameter, Profile, ShowingTest, ShownBy, Signature, Unseen, every_component,
     no_check, plain_measure, word,
 };
+use super::load_frame::{of_link, rotations};
 use super::{Context, EffectError};
-use crate::chain::Geometry;
 use crate::machine::{AxisKind, Effect, Place};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Functions with the components of gravity that they multiply.
 const FUNCTIONS: [(&str, &[usize]); 9] = [
@@ -47,7 +47,7 @@ pub static GRAVITY_SAG: Kind = Kind {
         "load",
         &[],
         DefaultValue::Absent,
-        "link whose frame the load keeps; the link that the joint carries when not stated",
+        "link whose frame the load keeps, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
     )],
     check: no_check,
     outlets: |machine, place| match place {
@@ -61,24 +61,13 @@ pub static GRAVITY_SAG: Kind = Kind {
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
-    let chain = context.chain();
-    let link = match word(effect, "load") {
-        None => chain.carried_by(axis),
-        Some(name) => chain.link(name).ok_or_else(|| EffectError::NoLink {
-            effect: effect.kind.clone(),
-            link: name.to_string(),
-            known: chain.link_names().join(" "),
-        })?,
+    let turned = match word(effect, "load") {
+        None => of_link(context, context.chain().carried_by(axis)),
+        Some(name) => rotations(context, &effect.kind, name)?,
     };
-    let geometry = Geometry::nominal(chain);
     let gravity = context.machine().gravity;
-    let direction: Vec<Vec<Vector3<f64>>> = (0..context.tests())
-        .map(|test| {
-            let motion = context.motion(test);
-            let turned = |row: usize| geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
-            (0..motion.rows()).map(turned).collect()
-        })
-        .collect();
+    let seen = |rows: &Vec<Matrix3<f64>>| rows.iter().map(|rotation| rotation.transpose() * gravity).collect();
+    let direction: Vec<Vec<Vector3<f64>>> = turned.iter().map(seen).collect();
     Ok(FUNCTIONS
         .iter()
         .map(|(_, factors)| {

@@ -20,11 +20,15 @@ mod disturbance;
 mod friction_heat;
 mod gravity;
 mod harmonics;
+mod imbalance;
+mod load_frame;
+mod moment;
 mod reversal_spike;
 mod slide;
 mod slip;
 mod steady;
 mod straightness;
+mod surface_form;
 mod thermal;
 mod timing;
 mod unknown;
@@ -44,11 +48,14 @@ pub use contract::{
 pub use disturbance::{Disturbance, Disturbances, column, gain};
 pub use gravity::GRAVITY_SAG;
 pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION};
+pub use imbalance::IMBALANCE;
+pub use moment::GRAVITY_MOMENT;
 pub use reversal_spike::REVERSAL_SPIKE;
 pub use slide::{LINEAR_SCALE, SQUARENESS};
 pub use slip::{BALL_SLIP, PIVOT_SLIP};
 pub use steady::into_component_errors;
 pub use straightness::STRAIGHTNESS;
+pub use surface_form::SURFACE_FORM;
 pub use thermal::{BAR_LENGTH, COLD, OWN, ROTARY, SLIDES, THERMAL_GROWTH, WARM};
 pub use timing::{RADIUS_LOSS, SERVO_LAG, TRIGGER_LATENCY};
 pub use unknown::UNKNOWN;
@@ -62,8 +69,11 @@ pub static KINDS: &[&Kind] = &[
     &reversal_spike::REVERSAL_SPIKE,
     &harmonics::ROTARY_ERROR_MOTION,
     &harmonics::CYCLIC_ERROR,
+    &imbalance::IMBALANCE,
+    &surface_form::SURFACE_FORM,
     &beat::BEAT,
     &gravity::GRAVITY_SAG,
+    &moment::GRAVITY_MOMENT,
     &compliance::LOAD_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,

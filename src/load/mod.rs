@@ -3,6 +3,7 @@
 mod axis;
 mod bodies;
 mod capture;
+mod carried;
 mod claim;
 mod component_form;
 mod document;

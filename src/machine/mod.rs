@@ -1,6 +1,7 @@
 //! The machine as its file describes it: structural code, axes, error values. It computes no positions; `chain` does.
 
 mod axis;
+mod carried;
 mod code;
 mod component;
 mod directions;
@@ -9,6 +10,7 @@ mod error_name;
 mod linear_axes;
 
 pub use axis::{Axis, AxisKind, letter_axis};
+pub use carried::{CarriedBranch, CarriedJoint};
 pub use code::{CodeError, StructuralCode, refuse_axis_name};
 pub use component::{ComponentError, ComponentForm, Harmonic};
 pub use directions::{Directions, DirectionsDiffer, DirectionsUnstated};
@@ -37,6 +39,8 @@ pub struct Machine {
     pub gauge_length_mm: Option<f64>,
     /// Extra names of links (URDF link names), each with the axis that carries it (`None`: the bed).
     pub link_names: Vec<(String, Option<usize>)>,
+    /// Branches that load it and lie on no way between workpiece and tool.
+    pub carried: Vec<CarriedBranch>,
     /// Physics beyond constant location errors.
     pub effects: Vec<Effect>,
     /// How far the linear axes may be from straight, square and true to scale.
@@ -56,6 +60,7 @@ impl Machine {
             machine_zero: vec![None; axes.len()],
             gauge_length_mm: None,
             link_names: Vec::new(),
+            carried: Vec::new(),
             effects: Vec::new(),
             linear_axes: Default::default(),
             caveats: Vec::new(),

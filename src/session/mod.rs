@@ -5,6 +5,7 @@ mod instruments;
 mod motion;
 mod path;
 mod recording;
+mod second_socket;
 mod setups;
 
 pub use claim::{Claim, ClaimedValue, Reduction};

@@ -6,6 +6,7 @@ use super::play::tipping;
 use super::poses::for_poses;
 use super::rotary::rotary;
 use super::setups::setup;
+use super::spindles::under_sensors;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::AxisKind;
 
@@ -18,6 +19,7 @@ pub fn families(model: &LinearModel) -> Vec<CandidateFamily> {
             AxisKind::Rotary => rotary(model, axis, &mut list),
             AxisKind::Linear => linear(model, axis, &mut list),
         }
+        under_sensors(model, axis, &mut list);
     }
     if model.has_sweeps() {
         tipping(model, &mut list);

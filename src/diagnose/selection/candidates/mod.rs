@@ -11,6 +11,7 @@ mod play;
 mod poses;
 mod rotary;
 mod setups;
+mod spindles;
 mod vibrations;
 
 pub use self::catalogue::families;

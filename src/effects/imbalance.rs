@@ -1,0 +1,55 @@
+//! Displacement of a turning part that grows with the square of its speed: imbalance against the springs of bearing and frame. Resonance is not modelled.
+//!
+//! `E = (ω/ω₁)² (a cos q + b sin q)`, ω the speed of the axis, ω₁ one turn a second: below its resonance a part gives way to the
+//! centrifugal force m·e·ω² in proportion. What keeps its size at every speed is error motion.
+
+use std::f64::consts::TAU;
+
+use super::backlash::across;
+use super::contract::{
+    Driver, Kind, Notable, Profile, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
+};
+use super::{Context, EffectError};
+use crate::machine::{AxisKind, Effect, Place};
+
+/// Imbalance of what a rotary axis carries.
+pub static IMBALANCE: Kind = Kind {
+    name: "imbalance",
+    driver: Driver::Speed,
+    formula: "E = (w/w1)^2 (a cos q + b sin q), w the speed, w1 one turn a second",
+    size_meaning: "displacement at one turn a second",
+    cause: "mass off the line of the turning part",
+    remedy: "balance the turning part, or keep its speed where the displacement does not matter",
+    titles: &[("", "Imbalance of {place} ({moving})")],
+    measures: Some("at one turn a second"),
+    notable: Notable { length: 1.0, angle: 2.0 },
+    shown_by: ShownBy {
+        arm: Some(ShowingTest::TwoSpeeds),
+        rotary: Some(ShowingTest::TwoFeeds),
+        other: ShowingTest::TwoFeeds,
+    },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.03,
+    needs_runs: true,
+    signature: Signature::ErrorMotion,
+    parameters: &[],
+    check: no_check,
+    outlets: |machine, place| match place {
+        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => across(machine, place),
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: |_| ["cos", "sin"].map(String::from).to_vec(),
+    profiles,
+};
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
+    let pull = |test: usize, row: usize| (context.speed(test, row, axis) / TAU).powi(2);
+    let q = |test: usize, row: usize| context.motion(test).row(row)[axis];
+    Ok(vec![
+        context.profile(|test, row| pull(test, row) * q(test, row).cos()),
+        context.profile(|test, row| pull(test, row) * q(test, row).sin()),
+    ])
+}
