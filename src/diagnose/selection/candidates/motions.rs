@@ -1,9 +1,10 @@
 //! What the axes of a session did, and the motions that they may have beside their own. It names no effect.
 
-use crate::chain::Geometry;
+use crate::chain::{Geometry, LinkId};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::machine::{AxisKind, Component, Machine, Outlet};
 use crate::statistics::median;
+use nalgebra::Vector3;
 
 /// Components across and along the nearest coordinate direction of an axis.
 pub(super) struct Directions {
@@ -86,6 +87,23 @@ pub(super) fn gravity_turns_in(model: &LinearModel, axis: usize, looked_at: impl
         })
     })
 }
+
+/// Whether a weight beyond an axis may have a moment about a direction of R that stands in the link before it.
+pub(super) fn has_moment(model: &LinearModel, axis: usize, about: Vector3<f64>) -> bool {
+    let chain = model.context.chain();
+    let geometry = Geometry::nominal(chain);
+    let own = chain.carried_by(axis);
+    let carrier = LinkId { depth: own.depth.saturating_sub(1), ..own };
+    let gravity = model.context.machine().gravity;
+    (0..model.tests()).any(|test| {
+        let motion = model.context.motion(test);
+        let turned = |row: usize| geometry.pose(carrier, motion.row(row), None).rotation * about;
+        (0..motion.rows()).any(|row| gravity.cross(&turned(row)).norm() > LEAST_MOMENT)
+    })
+}
+
+/// Share of the full moment below which there is none.
+const LEAST_MOMENT: f64 = 0.02;
 
 /// The slide nearest to the spindle: where growth of the spindle shows.
 pub(super) fn last_before_spindle(model: &LinearModel, axis: usize) -> bool {

@@ -2,17 +2,19 @@
 
 use super::family::{CandidateFamily, list_of};
 use super::growth::loads;
-use super::motions::{directions, gravity_turns_in, motion, travelled};
+use super::motions::{directions, gravity_turns_in, has_moment, motion, travelled};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::effects::{
-    ARRIVAL_LAG, CYCLIC_ERROR, GRAVITY_SAG, LOAD_COMPLIANCE, ROTARY_ERROR_MOTION, Signature, THERMAL_GROWTH, is_a, kind,
+    ARRIVAL_LAG, CYCLIC_ERROR, GRAVITY_MOMENT, GRAVITY_SAG, LOAD_COMPLIANCE, ROTARY_ERROR_MOTION, Signature,
+    THERMAL_GROWTH, is_a, kind,
 };
-use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
+use crate::machine::{AxisKind, Component, Effect, Outlet, ParameterValue, Place};
+use nalgebra::Vector3;
 
 /// Amplitudes up to this are plausible for an arm, µm or arcsec: it is softer than a machine tool.
 const PLAUSIBLE: f64 = 300.0;
 /// Orders per turn of a joint's own angle: eccentric encoder or gear, and, below one, a scale error of the angle.
-const OWN_ORDERS: [&[f64]; 5] = [&[0.25], &[0.5], &[1.0], &[2.0], &[1.0, 2.0, 3.0]];
+const OWN_ORDERS: [&[f64]; 6] = [&[0.25], &[0.5], &[1.0], &[2.0], &[2.0, 3.0], &[1.0, 2.0, 3.0]];
 /// Low orders of a joint's line: a bearing race or a flange out of true.
 const LINE_ORDERS: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
 /// Rows of a session looked at to see whether gravity turns in a link.
@@ -118,25 +120,41 @@ fn yields(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
     }
 }
 
-/// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
+/// Sag of a joint under each link beyond it and under branches that hang there: the moment of a forearm depends on where it points.
 fn sags(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
     let machine = model.context.machine();
     let chain = model.context.chain();
     let place = Place::Axis(axis);
     let d = directions(machine, axis);
+    let looked_at = |rows: usize| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect::<Vec<_>>();
+    let own = Outlet::own(machine, axis);
+    let letter = |component: Component| ["x", "y", "z"][component.direction_index()];
+    let mut loads: Vec<String> = Vec::new();
     for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
-        if !gravity_turns_in(model, beyond, |rows| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect()) {
-            continue;
-        }
-        let load =
-            Effect::new(GRAVITY_SAG.name, place).with("load", ParameterValue::Word(machine.axes[beyond].name.clone()));
-        for outlets in [
-            vec![Outlet::own(machine, axis)],
-            motion(axis, &d.tilts),
-            motion(axis, &[d.across[0], d.across[1], d.along]),
-        ] {
-            let family = CandidateFamily::new(GRAVITY_SAG.name, place, outlets, PLAUSIBLE).over(vec![load.clone()]);
+        if gravity_turns_in(model, beyond, looked_at) {
+            loads.push(machine.axes[beyond].name.clone());
+            let load = Effect::new(GRAVITY_SAG.name, place)
+                .with("load", ParameterValue::Word(machine.axes[beyond].name.clone()));
+            let shifts = motion(axis, &[d.across[0], d.across[1], d.along]);
+            let family = CandidateFamily::new(GRAVITY_SAG.name, place, shifts, PLAUSIBLE).over(vec![load]);
             list.push(CandidateFamily { functions: &["x", "y", "z"], ..family });
+        }
+    }
+    let hanging =
+        machine.carried.iter().filter(|branch| branch.on.is_some_and(|on| chain.carries(axis, chain.carried_by(on))));
+    loads.extend(hanging.flat_map(|branch| &branch.joints).map(|joint| joint.name.clone()));
+    for load in loads {
+        let under = Effect::new(GRAVITY_MOMENT.name, place).with("load", ParameterValue::Word(load));
+        let family =
+            |outlets, effect| CandidateFamily::new(GRAVITY_MOMENT.name, place, outlets, PLAUSIBLE).over(vec![effect]);
+        if has_moment(model, axis, machine.axes[axis].direction) {
+            list.push(family(vec![own], under.clone()));
+        }
+        for tilt in d.tilts {
+            if has_moment(model, axis, Vector3::ith(tilt.direction_index(), 1.0)) {
+                let about = under.clone().with("about", ParameterValue::Word(letter(tilt).into()));
+                list.push(family(motion(axis, &[tilt]), about));
+            }
         }
     }
 }
