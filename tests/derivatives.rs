@@ -46,6 +46,7 @@ fn random_machine(joints: usize, random: &mut ChaCha8Rng) -> Machine {
         machine_zero: vec![None; joints],
         gauge_length_mm: None,
         link_names: Vec::new(),
+        carried: Vec::new(),
         effects: Vec::new(),
         linear_axes: Default::default(),
         caveats: Vec::new(),

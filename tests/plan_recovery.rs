@@ -206,10 +206,8 @@ fn plan_and_identify_mean_the_same_by_determined() {
         [Coupled::default(), Coupled { follow: FOLLOWED.to_vec(), circles: false }].into_iter().enumerate()
     {
         let settings = Settings { coupled, ..Settings::default() };
-        let found: Vec<String> = some_machines(first, 4)
-            .into_par_iter()
-            .flat_map_iter(|file| meant_otherwise(&file, &settings))
-            .collect();
+        let found: Vec<String> =
+            some_machines(first, 4).into_par_iter().flat_map_iter(|file| meant_otherwise(&file, &settings)).collect();
         assert!(found.is_empty(), "{found:#?}");
     }
 }

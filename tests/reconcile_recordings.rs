@@ -167,7 +167,9 @@ fn triple(claims: &[Claim], planted: Option<(&Cause, f64)>, seed: u64) -> Vec<Cl
         let result = stated(&declared, &session::play_with(design, seed, 1.0, &besides));
         let mut result = Claim { session: claim.session.clone(), ..result };
         if let Kind::OuterTilt { outer, inner, left_in } = &cause.kind {
-            let at = |name: &fiveaxis::machine::ErrorName| result.values.iter().position(|value| value.name == *name).unwrap();
+            let at = |name: &fiveaxis::machine::ErrorName| {
+                result.values.iter().position(|value| value.name == *name).unwrap()
+            };
             let (outer, inner) = (at(outer), at(inner));
             result.values[inner].value += left_in * result.values[outer].value;
         }

@@ -3,7 +3,9 @@
 
 use super::Context;
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::readings::{Kind, Part};
 use crate::session::Setups;
+use std::f64::consts::TAU;
 
 /// What effects go by to say which shapes of them to try in a session.
 pub struct Observations<'a> {
@@ -43,6 +45,15 @@ impl<'a> Observations<'a> {
     /// Axes of a kind that move in a test, with the smallest and largest position that they reach in motion, mm or rad.
     pub fn moving(&self, kind: AxisKind) -> impl Iterator<Item = (usize, (f64, f64))> + '_ {
         self.axes(kind).filter_map(|axis| Some((axis, self.context.travelled(axis)?)))
+    }
+
+    /// Rotary axes that turn round in sessions with displacement sensors.
+    pub fn under_sensors(&self) -> impl Iterator<Item = usize> + '_ {
+        let is_displacement = |part: &Part| part.kind == Kind::Displacement;
+        let tests = &self.context.session().tests;
+        let is_seen = tests.iter().any(|test| test.reading.part().is_some_and(is_displacement));
+        let turning = self.moving(AxisKind::Rotary).filter(|(_, (from, to))| to - from > TAU);
+        turning.filter(move |_| is_seen).map(|(axis, _)| axis)
     }
 
     /// End of the last test, s since the session began.
@@ -167,6 +178,14 @@ pub(super) fn with_list(kind: &str, place: Place, name: &str, values: Vec<f64>) 
 /// An effect with one stated word.
 pub(super) fn with_word(kind: &str, place: Place, name: &str, word: &str) -> Effect {
     Effect::new(kind, place).with(name, ParameterValue::Word(word.into()))
+}
+
+/// Rows of a session that are looked at to see what turns in an arm.
+const LOOKED_AT: usize = 50;
+
+/// Some rows of so many, evenly.
+pub(super) fn some_rows(rows: usize) -> Vec<usize> {
+    (0..rows).step_by((rows / LOOKED_AT).max(1)).collect()
 }
 
 /// Components across and along the nearest coordinate direction of an axis, and tilts about what is across.

@@ -4,16 +4,16 @@
 //! index 0 with all axes at zero: the sag there is part of the location errors. Wind-up by an eccentric mass and bearing
 //! shift are linear in g; a body that bends in its own frame is seen turned in the carrier's, which gives the products.
 
-use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, with_word};
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, some_rows, with_word};
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
     every_component, no_check, plain_measure, word,
 };
+use super::load_frame::{of_link, rotations};
 use super::{Context, EffectError};
-use crate::chain::Geometry;
 use crate::machine::{AxisKind, Effect, Outlet, Place};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Functions with the components of gravity that they multiply.
 const FUNCTIONS: [(&str, &[usize]); 9] = [
@@ -58,7 +58,7 @@ pub static GRAVITY_SAG: Kind = Kind {
         "load",
         &[],
         DefaultValue::Absent,
-        "link whose frame the load keeps; the link that the joint carries when not stated",
+        "link whose frame the load keeps, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
     )],
     check: no_check,
     outlets: |machine, place| match place {
@@ -72,24 +72,13 @@ pub static GRAVITY_SAG: Kind = Kind {
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
-    let chain = context.chain();
-    let link = match word(effect, "load") {
-        None => chain.carried_by(axis),
-        Some(name) => chain.link(name).ok_or_else(|| EffectError::NoLink {
-            effect: effect.kind.clone(),
-            link: name.to_string(),
-            known: chain.link_names().join(" "),
-        })?,
+    let turned = match word(effect, "load") {
+        None => of_link(context, context.chain().carried_by(axis)),
+        Some(name) => rotations(context, &effect.kind, name)?,
     };
-    let geometry = Geometry::nominal(chain);
     let gravity = context.machine().gravity;
-    let direction: Vec<Vec<Vector3<f64>>> = (0..context.tests())
-        .map(|test| {
-            let motion = context.motion(test);
-            let turned = |row: usize| geometry.pose(link, motion.row(row), None).rotation.transpose() * gravity;
-            (0..motion.rows()).map(turned).collect()
-        })
-        .collect();
+    let seen = |rows: &Vec<Matrix3<f64>>| rows.iter().map(|rotation| rotation.transpose() * gravity).collect();
+    let direction: Vec<Vec<Vector3<f64>>> = turned.iter().map(seen).collect();
     Ok(FUNCTIONS
         .iter()
         .map(|(_, factors)| {
@@ -99,9 +88,6 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         })
         .collect())
 }
-
-/// Rows of a session looked at to see whether gravity turns in a link of an arm.
-const LOOKED_AT: usize = 50;
 
 fn sags(seen: &Observations) -> Vec<CandidateFamily> {
     let first_middle_last = |rows: usize| {
@@ -123,26 +109,20 @@ fn sags(seen: &Observations) -> Vec<CandidateFamily> {
 /// Functions that are linear in gravity.
 const LINEAR: &[&str] = &["x", "y", "z"];
 
-/// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
+/// Shifts of a joint under each link beyond it; what turns under weight is in `moment`.
 fn sags_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
     let (machine, chain) = (seen.machine(), seen.context.chain());
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {
         let (d, place) = (directions(machine, axis), Place::Axis(axis));
         for beyond in (0..machine.axes.len()).filter(|&beyond| chain.carries(axis, chain.carried_by(beyond))) {
-            let looked_at = |rows: usize| (0..rows).step_by((rows / LOOKED_AT).max(1)).collect();
-            if !seen.context.gravity_turns_in(beyond, looked_at) {
+            if !seen.context.gravity_turns_in(beyond, some_rows) {
                 continue;
             }
             let load = with_word(GRAVITY_SAG.name, place, "load", &machine.axes[beyond].name);
-            for outlets in [
-                vec![Outlet::own(machine, axis)],
-                motion(axis, &d.tilts),
-                motion(axis, &[d.across[0], d.across[1], d.along]),
-            ] {
-                let family = CandidateFamily::new(GRAVITY_SAG.name, place, outlets, PLAUSIBLE_OF_ARMS);
-                list.push(CandidateFamily { functions: LINEAR, ..family.over(vec![load.clone()]) });
-            }
+            let shifts = motion(axis, &[d.across[0], d.across[1], d.along]);
+            let family = CandidateFamily::new(GRAVITY_SAG.name, place, shifts, PLAUSIBLE_OF_ARMS);
+            list.push(CandidateFamily { functions: LINEAR, ..family.over(vec![load]) });
         }
     }
     list

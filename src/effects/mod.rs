@@ -23,10 +23,14 @@ mod friction_heat;
 mod gravity;
 mod harmonics;
 mod history;
+mod imbalance;
+mod load_frame;
+mod moment;
 mod reversal_spike;
 mod slide;
 mod slip;
 mod straightness;
+mod surface_form;
 mod thermal;
 mod timing;
 mod unknown;
@@ -63,8 +67,11 @@ pub static KINDS: &[&Kind] = &[
     &reversal_spike::REVERSAL_SPIKE,
     &harmonics::ROTARY_ERROR_MOTION,
     &harmonics::CYCLIC_ERROR,
+    &imbalance::IMBALANCE,
+    &surface_form::SURFACE_FORM,
     &beat::BEAT,
     &gravity::GRAVITY_SAG,
+    &moment::GRAVITY_MOMENT,
     &compliance::LOAD_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,

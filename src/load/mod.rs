@@ -22,7 +22,9 @@ pub use checked_text::{limits, printable};
 pub use claim::load_claim;
 pub use instrument::load_instrument;
 pub use kit::{load_kit, standard_kit};
-pub use machine_file::bodies::{load_description, load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files};
+pub use machine_file::bodies::{
+    load_description, load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files,
+};
 pub use machine_file::machine::{load_machine, load_machine_with_links, machine_from_yaml};
 pub use positions::{PositionsError, positions_from_text};
 pub use recording::recording_from_csv;

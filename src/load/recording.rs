@@ -349,6 +349,9 @@ fn column(name: &str, machine: &Machine, wanted: &Wanted) -> Result<Column, Stri
             "column '{name}': lengths are length_mm, times time_s, static poses pose; convert the column"
         ));
     }
+    if unit == "deg" && machine.carried_link(axis_name).is_some() {
+        return Ok(Column::Channel);
+    }
     let Some(axis) = machine.axis_index(axis_name) else {
         let looks_like_axis = matches!(unit, "mm" | "deg") && axis_name.len() <= 2;
         if looks_like_axis {

@@ -1,6 +1,7 @@
 //! The machine as its file describes it: structural code, axes, error values. It computes no positions; `chain` does.
 
 mod axis;
+mod carried;
 mod code;
 mod component;
 mod directions;
@@ -12,6 +13,7 @@ mod serial_machine;
 mod squareness;
 
 pub use axis::{Axis, AxisKind, letter_axis};
+pub use carried::{CarriedBranch, CarriedJoint};
 pub use code::{CodeError, StructuralCode, refuse_axis_name};
 pub use component::{ComponentError, ComponentForm, Harmonic};
 pub use directions::{Directions, DirectionsDiffer, DirectionsUnstated};

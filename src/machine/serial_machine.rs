@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::axis::Axis;
+use super::carried::CarriedBranch;
 use super::code::StructuralCode;
 use super::directions::{Directions, DirectionsDiffer, DirectionsUnstated};
 use super::effect::Effect;
@@ -28,6 +29,8 @@ pub struct Machine {
     pub gauge_length_mm: Option<f64>,
     /// Extra names of links (URDF link names), each with the axis that carries it (`None`: the bed).
     pub link_names: Vec<(String, Option<usize>)>,
+    /// Branches that load it and lie on no way between workpiece and tool.
+    pub carried: Vec<CarriedBranch>,
     /// Physics beyond constant location errors.
     pub effects: Vec<Effect>,
     /// How far the linear axes may be from straight, square and true to scale.
@@ -47,6 +50,7 @@ impl Machine {
             machine_zero: vec![None; axes.len()],
             gauge_length_mm: None,
             link_names: Vec::new(),
+            carried: Vec::new(),
             effects: Vec::new(),
             linear_axes: Default::default(),
             caveats: Vec::new(),

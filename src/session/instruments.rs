@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::ball::Ball;
 use super::motion::Motion;
+use super::second_socket::second_socket;
 use super::test::Session;
 use crate::chain::{Chain, Composition, Geometry};
 use crate::readings::{Kind, Located, Scalar, Sighting, locate};
@@ -54,7 +55,7 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
                 })?;
                 place(session, &key, &found);
             }
-            Kind::SamePoint => place_sockets(session, chain, &firsts, &key.1),
+            Kind::SamePoint => place_sockets(session, chain, &firsts, &key.1)?,
             Kind::Displacement | Kind::Length => {}
         }
         done.push(key);
@@ -139,7 +140,12 @@ fn sightings(session: &Session, chain: &Chain, first: usize) -> Vec<Sighting> {
 }
 
 /// Ball and all its sockets at once: `C·s + c = o` for every row, linear in the ball's place s and the sockets' o.
-fn place_sockets(session: &mut Session, chain: &Chain, firsts: &[usize], ball: &Mounting) {
+fn place_sockets(
+    session: &mut Session,
+    chain: &Chain,
+    firsts: &[usize],
+    ball: &Mounting,
+) -> Result<(), (String, String)> {
     let with: Vec<usize> = firsts
         .iter()
         .copied()
@@ -176,8 +182,16 @@ fn place_sockets(session: &mut Session, chain: &Chain, firsts: &[usize], ball: &
             }
         }
     }
-    let Some(found) = normal.cholesky().map(|factor| factor.solve(&right)) else { return };
+    let Some(found) = normal.cholesky().map(|factor| factor.solve(&right)) else { return Ok(()) };
     let part = |from: usize| Vector3::new(found[from], found[from + 1], found[from + 2]);
+    for &index in &with {
+        let places: Vec<Vector3<f64>> =
+            sightings(session, chain, index).iter().map(|s| s.rotation * part(0) + s.translation_mm).collect();
+        if let Some(message) = second_socket(&places) {
+            let test = &session.tests[index];
+            return Err((test.reading.part().map_or(&test.name, |part| &part.of).clone(), message));
+        }
+    }
     for test in &mut session.tests {
         let is_ball = mounting(&test.spindle_ball) == *ball
             && test.reading.part().is_some_and(|part| part.kind == Kind::SamePoint);
@@ -192,4 +206,5 @@ fn place_sockets(session: &mut Session, chain: &Chain, firsts: &[usize], ball: &
             test.pivot.at = part(3 + 3 * place);
         }
     }
+    Ok(())
 }

@@ -7,6 +7,7 @@ mod marks;
 mod motion;
 mod path;
 mod recording;
+mod second_socket;
 mod setups;
 mod test;
 mod test_motion;

@@ -68,15 +68,19 @@ impl FreePrior {
     /// Arms: 20 mm and 5°, so that nominal dimensions and zero positions may be rough.
     const ARM: FreePrior = FreePrior { length_mm: 20.0, angle_rad: 5.0 * std::f64::consts::PI / 180.0 };
 
-    /// Prior for a machine: arms have no linear axis.
+    /// Prior for a machine: arms have no linear axis, or one that carries them.
     pub fn of(machine: &Machine) -> FreePrior {
         if is_arm(machine) { FreePrior::ARM } else { FreePrior::MACHINE_TOOL }
     }
 }
 
-/// A chain of rotary axes alone.
+/// Rotary axes from which a chain is an arm although a slide carries it: machine tools have three at most.
+const ARM_JOINTS: usize = 4;
+
+/// A chain of rotary axes alone, or of so many that it is an arm on a slide.
 pub fn is_arm(machine: &Machine) -> bool {
-    machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary)
+    let turning = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).count();
+    turning == machine.axes.len() || turning >= ARM_JOINTS
 }
 
 /// Why a list of free errors was not understood.

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::axis::{AxisFile, axis};
+use super::carried::{CarriedFile, carried};
 use super::effects::effects;
 use super::linear_axes::linear_axes;
 use crate::load::checked_text::document::{Document, Step};
@@ -30,6 +31,8 @@ struct MachineFile {
     gauge_length: Option<f64>,
     #[serde(default)]
     links: Vec<LinkFile>,
+    #[serde(default)]
+    carried: Vec<CarriedFile>,
     #[serde(default)]
     effects: Vec<serde_yaml::Mapping>,
     linear_axes: Option<serde_yaml::Value>,
@@ -122,6 +125,7 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
     let gauge_length_mm =
         raw.gauge_length.map(|value| finite(&document, &[Step::Key("gauge_length")], value)).transpose()?;
     let link_names = link_names(&document, &raw.links, &names)?;
+    let carried = carried(&document, &raw.carried, &names, &link_names)?;
     let mut machine = Machine {
         name: raw.name,
         code,
@@ -131,6 +135,7 @@ pub fn machine_from_yaml(file: &Path, text: String) -> Result<Machine, LoadError
         machine_zero,
         gauge_length_mm,
         link_names,
+        carried,
         effects: Vec::new(),
         linear_axes: linear_axes(&document, raw.linear_axes.as_ref())?,
         caveats: caveats(&document, raw.caveats)?,

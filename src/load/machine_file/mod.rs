@@ -2,6 +2,7 @@
 
 pub(crate) mod axis;
 pub(crate) mod bodies;
+mod carried;
 pub(crate) mod component_form;
 pub(crate) mod effects;
 pub(crate) mod linear_axes;

@@ -64,6 +64,7 @@ impl Reader<'_> {
             gravity: -Vector3::z(),
             gauge_length_mm: None,
             link_names: self.link_names(&order, &axes)?,
+            carried: Vec::new(),
             effects: Vec::new(),
             linear_axes: Default::default(),
             caveats: Vec::new(),

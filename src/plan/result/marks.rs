@@ -35,8 +35,7 @@ pub fn marked(machine: &Machine, test: &Test, row: &[f64], move_mm: f64) -> Opti
     let bar = |q: &[f64]| {
         geometry.point(spindle, &test.spindle_ball.at, q, None) - geometry.point(pivot, &test.pivot.at, q, None)
     };
-    let slides: Vec<usize> =
-        (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let slides: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
     let here = bar(row);
     // linear axes move the bar's end evenly: steps of 1 mm tell how
     let by_mm = DMatrix::from_fn(3, slides.len(), |i, k| {
@@ -54,34 +53,35 @@ pub fn marked(machine: &Machine, test: &Test, row: &[f64], move_mm: f64) -> Opti
 
 /// Marks of a planned test: longer if that is free at both ends of the run, else shorter, else none.
 pub(crate) fn marks(evaluation: &mut Evaluation, planned: &PlannedTest) -> Option<Marks> {
-        let context = evaluation.context;
-        let instrument = Instrument::of(context.whole_world, context.bodies, context.kit, &planned.test).ok()?;
-        let scene = instrument.scene(context.whole_world);
-        let (first, last) = (planned.run.first()?, planned.run.last()?);
-        let size_mm = MOVE_MM.min(STROKE_SHARE * context.kit.bar.half_stroke_mm);
-        [size_mm, -size_mm]
-            .into_iter()
-            .find(|&move_mm| {
-                [first, last].into_iter().all(|row| {
-                    let Some(end) = marked(context.machine, &planned.test, row, move_mm) else { return false };
-                    let rows = [row.clone(), end];
-                    inside(context.machine, &context.settings.avoid, &rows)
-                        && certify(&scene, &rows, context.settings.margin_mm, &mut evaluation.scratch).is_ok()
-                })
+    let context = evaluation.context;
+    let instrument = Instrument::of(context.whole_world, context.bodies, context.kit, &planned.test).ok()?;
+    let scene = instrument.scene(context.whole_world);
+    let (first, last) = (planned.run.first()?, planned.run.last()?);
+    let size_mm = MOVE_MM.min(STROKE_SHARE * context.kit.bar.half_stroke_mm);
+    [size_mm, -size_mm]
+        .into_iter()
+        .find(|&move_mm| {
+            [first, last].into_iter().all(|row| {
+                let Some(end) = marked(context.machine, &planned.test, row, move_mm) else { return false };
+                let rows = [row.clone(), end];
+                inside(context.machine, &context.settings.avoid, &rows)
+                    && certify(&scene, &rows, context.settings.margin_mm, &mut evaluation.scratch).is_ok()
             })
-            .map(|move_mm| Marks {
-                move_mm,
-                feed_mm_per_min: FEED_MM_PER_MIN,
-                hold_s: HOLD_S,
-                rest_s: REST_S,
-                // whole tenths, as programs state them
-                gap_s: (10.0 * (GAP_S + GAP_STEP_S * (planned.number as f64 - 1.0))).round() / 10.0,
-            })
+        })
+        .map(|move_mm| Marks {
+            move_mm,
+            feed_mm_per_min: FEED_MM_PER_MIN,
+            hold_s: HOLD_S,
+            rest_s: REST_S,
+            // whole tenths, as programs state them
+            gap_s: (10.0 * (GAP_S + GAP_STEP_S * (planned.number as f64 - 1.0))).round() / 10.0,
+        })
 }
 
 /// True when a move keeps off the limits of the axes that it moves and out of regions that are kept out of use.
 fn inside(machine: &Machine, avoid: &Avoid, [from, to]: &[Vec<f64>; 2]) -> bool {
-    let is_avoided = |axis: usize, q: f64| avoid.iter().any(|(other, low, high)| *other == axis && q > *low && q < *high);
+    let is_avoided =
+        |axis: usize, q: f64| avoid.iter().any(|(other, low, high)| *other == axis && q > *low && q < *high);
     machine.axes.iter().enumerate().filter(|(k, _)| from[*k] != to[*k]).all(|(k, axis)| {
         let off = axis.kind.from_file_unit(OFF_LIMIT);
         axis.range.is_none_or(|(low, high)| (low + off..=high - off).contains(&to[k])) && !is_avoided(k, to[k])

@@ -3,12 +3,17 @@
 use std::fmt::Write as _;
 
 use super::diagnosis::FindingJson;
-use crate::machine::{AxisKind, Machine};
+use crate::machine::AxisKind;
+use crate::readings::Kind;
 use crate::report::pictures::polar::escape;
+use crate::session::{Session, Test};
 
 /// A box of the drawing.
 struct Node {
+    /// Place of findings.
     name: String,
+    /// What stands in the box.
+    label: String,
     note: &'static str,
     x: f64,
     y: f64,
@@ -25,8 +30,9 @@ const APART_Y: f64 = 226.0;
 const HEIGHT: f64 = 292.0;
 
 /// The chain as SVG; findings are numbered in their order.
-pub fn chain_map(machine: &Machine, findings: &[FindingJson]) -> String {
-    let (nodes, width) = nodes(machine);
+pub fn chain_map(session: &Session, findings: &[FindingJson]) -> String {
+    let machine = &session.machine;
+    let (nodes, width) = nodes(session, findings);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {HEIGHT}\" width=\"{width}\" height=\"{HEIGHT}\" role=\"img\" \
          class=\"map\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"14\" fill=\"#1c2128\">\n<title>Chain of {}</title>\n\
@@ -51,6 +57,10 @@ pub fn chain_map(machine: &Machine, findings: &[FindingJson]) -> String {
         line(&mut svg, (pivot.x + BOX_WIDTH, middle(pivot)), (bar.x, middle(bar)), "stroke-dasharray=\"7 4\"");
         line(&mut svg, (bar.x + BOX_WIDTH, middle(bar)), (ball.x, middle(ball)), "stroke-dasharray=\"7 4\"");
     }
+    if let (Some(instrument), None, Some(target)) = (place("pivot"), place("bar"), place("spindle-ball")) {
+        let (from, to) = ((instrument.x + BOX_WIDTH, middle(instrument)), (target.x, middle(target)));
+        line(&mut svg, from, to, "stroke-dasharray=\"2 5\"");
+    }
     svg.push_str("</g>\n");
     for node in &nodes {
         draw(&mut svg, node, findings);
@@ -59,7 +69,20 @@ pub fn chain_map(machine: &Machine, findings: &[FindingJson]) -> String {
     svg
 }
 
-fn nodes(machine: &Machine) -> (Vec<Node>, f64) {
+/// What stands at the pivot, at the spindle ball and between them, in the words of what was read; `None`: nothing.
+fn read_by(session: &Session) -> (&'static str, &'static str, Option<&'static str>) {
+    let kind = |test: &Test| test.reading.part().map_or(Kind::Length, |part| part.kind);
+    let all_of = |kinds: &[Kind]| session.tests.iter().all(|test| kinds.contains(&kind(test)));
+    match session.tests.is_empty() || session.tests.iter().any(|test| kind(test) == Kind::Length) {
+        true => ("pivot", "spindle-ball", Some("bar")),
+        false if all_of(&[Kind::SamePoint]) => ("socket", "ball", None),
+        false if all_of(&[Kind::Displacement]) => ("sensor", "target", None),
+        false => ("instrument", "target", None),
+    }
+}
+
+fn nodes(session: &Session, findings: &[FindingJson]) -> (Vec<Node>, f64) {
+    let machine = &session.machine;
     let note = |name: &str| {
         machine.axis_index(name).map_or("", |axis| match machine.axes[axis].kind {
             AxisKind::Linear => "slides",
@@ -74,19 +97,26 @@ fn nodes(machine: &Machine) -> (Vec<Node>, f64) {
     let mut nodes: Vec<Node> = names
         .into_iter()
         .enumerate()
-        .map(|(k, (name, note))| Node { name, note, x: LEFT + k as f64 * (BOX_WIDTH + GAP), y: CHAIN_Y })
+        .map(|(k, (name, note))| {
+            let label = name.clone();
+            Node { name, label, note, x: LEFT + k as f64 * (BOX_WIDTH + GAP), y: CHAIN_Y }
+        })
         .collect();
     let right = nodes.last().map_or(LEFT, |node| node.x);
     // the drawing holds five boxes below even for short chains
     let width = (right + BOX_WIDTH + LEFT).max(5.0 * (BOX_WIDTH + GAP) + LEFT);
-    let node = |name: &str, x: f64, y: f64| Node { name: name.into(), note: "", x, y };
-    let below = |name: &str, x: f64| node(name, x, BELOW_Y);
-    let bar = (LEFT + right) / 2.0;
-    nodes.push(below("pivot", LEFT));
-    nodes.push(below("bar", bar));
-    nodes.push(below("spindle-ball", right));
-    nodes.push(node("recorder", bar + 0.6 * BOX_WIDTH, APART_Y));
-    nodes.push(node("control", bar - 0.6 * BOX_WIDTH, APART_Y));
+    let node =
+        |name: &str, label: &str, x: f64, y: f64| Node { name: name.into(), label: label.into(), note: "", x, y };
+    let (at_pivot, at_spindle, between) = read_by(session);
+    let middle = (LEFT + right) / 2.0;
+    nodes.push(node("pivot", at_pivot, LEFT, BELOW_Y));
+    let is_found = |place: &str| findings.iter().any(|finding| finding.place == place);
+    if let Some(label) = between.or(is_found("bar").then_some("bar")) {
+        nodes.push(node("bar", label, middle, BELOW_Y));
+    }
+    nodes.push(node("spindle-ball", at_spindle, right, BELOW_Y));
+    nodes.push(node("recorder", "recorder", middle + 0.6 * BOX_WIDTH, APART_Y));
+    nodes.push(node("control", "control", middle - 0.6 * BOX_WIDTH, APART_Y));
     (nodes, width)
 }
 
@@ -125,7 +155,7 @@ fn draw(svg: &mut String, node: &Node, findings: &[FindingJson]) {
         svg,
         "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"600\">{}</text>",
         middle(node) + raised,
-        escape(&node.name)
+        escape(&node.label)
     );
     if !node.note.is_empty() {
         let _ = writeln!(

@@ -57,7 +57,7 @@ pub fn diagnosis_page(
         page,
         "<section>\n<h2>Where on the machine</h2>\n<figure class=\"map-figure\">\n{}<figcaption>Chain from workpiece to tool; the bar stands between \
          the pivot and the ball in the spindle. Numbers are those of the findings.</figcaption>\n</figure>\n</section>\n",
-        chain_map(&session.machine, &json.findings)
+        chain_map(session, &json.findings)
     );
     for (index, finding) in json.findings.iter().enumerate() {
         section(&mut page, session, diagnosis, index, finding, plots);

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::effect_yaml::effect_yaml;
 use super::yaml_text::text;
-use crate::machine::{Axis, AxisKind, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
+use crate::machine::{Axis, AxisKind, CarriedBranch, ComponentError, ComponentForm, ErrorName, Harmonic, Machine};
 use crate::readings::{Kind, Part, quaternion};
 use crate::report::wording::number::{position, quantity, reading_back, scaled_quantity};
 use crate::session::{Ball, Path, Session, Test, Zero};
@@ -69,6 +69,10 @@ pub fn machine_yaml(machine: &Machine) -> String {
             let _ = writeln!(out, "  - {{name: {}, carried_by: {}}}", text(name), text(carrier));
         }
     }
+    if !machine.carried.is_empty() {
+        out.push_str("carried:\n");
+        machine.carried.iter().for_each(|branch| carried_yaml(&mut out, machine, branch));
+    }
     if !machine.effects.is_empty() {
         out.push_str("effects:\n");
         machine.effects.iter().for_each(|effect| out.push_str(&effect_yaml(machine, effect)));
@@ -80,6 +84,16 @@ pub fn machine_yaml(machine: &Machine) -> String {
         });
     }
     out
+}
+
+fn carried_yaml(out: &mut String, machine: &Machine, branch: &CarriedBranch) {
+    let on = branch.on.map_or("b", |axis| &machine.axes[axis].name);
+    let _ = writeln!(out, "  - name: {}\n    on: {}\n    joints:", text(&branch.name), text(on));
+    for joint in &branch.joints {
+        let reversed = if joint.reversed { ", reversed: true" } else { "" };
+        let _ =
+            writeln!(out, "      - {{name: {}, direction: {}{reversed}}}", text(&joint.name), vector(&joint.direction));
+    }
 }
 
 fn axis_yaml(out: &mut String, axis: &Axis) {

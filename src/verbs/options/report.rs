@@ -52,7 +52,7 @@ pub fn diagnosis_report(
     }
     let mut output = OutputFolder::default();
     output.add("report.html", diagnosis_page(session, diagnosis, json, &plots, &circles(session)?));
-    output.add("plots/map.svg", chain_map(&session.machine, &json.findings));
+    output.add("plots/map.svg", chain_map(session, &json.findings));
     for (index, plot) in plots.iter().enumerate() {
         let name = format!("{:02}-{}", index + 1, identifier(&plot.test));
         if let Some(polar) = &plot.polar {
