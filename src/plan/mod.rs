@@ -91,7 +91,9 @@ pub use pace::CHORD_MM;
 pub use placing::Placing;
 pub use planned::{OnePivot, Plan, PlannedTest, TradeOff};
 pub use reach::{ClearArc, ClearSweep, longest_sweep};
-pub use run_in::{CutRunIn, OFF_LIMIT, RUN_IN, RunEnd, bare_session, beyond_path, cut_run_ins, rows_with_run_in};
+pub use run_in::{
+    CutRunIn, GRID_DEG, OFF_LIMIT, RUN_IN, RunEnd, bare_session, beyond_path, cut_run_ins, rows_with_run_in,
+};
 pub use settings::{Goal, Settings};
 pub use solver::{Pull, Solved, Stance, Unreachable};
 pub use words::ErrorForecast;
