@@ -112,7 +112,7 @@ impl RunIn {
 
 /// The last place on the way from an end, deg, that a program can write in full, and no farther than `kept`: where the slides
 /// follow a long lever, a rotary digit that is lost bends the bar over the whole run.
-fn written(end: f64, way: f64, kept: f64) -> f64 {
+pub(super) fn written(end: f64, way: f64, kept: f64) -> f64 {
     // a place that is one but for rounding stays
     let steps = (way * (end + way * kept) / GRID_DEG + 1e-6).floor();
     (steps * GRID_DEG - way * end).max(0.0)
