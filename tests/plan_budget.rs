@@ -16,11 +16,11 @@ fn planned(file: &Path, goal: Goal) -> Plan {
     plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan")
 }
 
-/// The ordinary plans of the C600U and of every fifth other machine, of all of them with `FIVEAXIS_TESTS=all`, made once.
+/// The ordinary plans of the C600U and of every eighth other machine, of all of them with `FIVEAXIS_TESTS=all`, made once.
 fn ordinary() -> &'static [(PathBuf, Plan)] {
     static PLANS: OnceLock<Vec<(PathBuf, Plan)>> = OnceLock::new();
     PLANS.get_or_init(|| {
-        let mut files = some_machines(1, 5);
+        let mut files = some_machines(1, 8);
         files.retain(|file| !is_c600u(file));
         files.extend(machine_files().into_iter().filter(|file| is_c600u(file)));
         let plans = files.into_par_iter().map(|file| {

@@ -30,7 +30,7 @@ fn planned(machine: &Path, further: &[&str]) -> Value {
 #[test]
 fn plans_of_shipped_machines_hold_what_the_schema_says() {
     let schema = contract();
-    some_machines(2, 5).par_iter().for_each(|file| {
+    some_machines(2, 8).par_iter().for_each(|file| {
         let json = planned(file, &[]);
         assert_eq!(schema::violations_of(&schema, &json), Vec::<String>::new(), "{}", file.display());
         assert!(!json["tests"].as_array().unwrap().is_empty());

@@ -113,13 +113,13 @@ fn settings(method: Option<Method>) -> Settings {
 
 #[test]
 fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
-    check_plans(some_machines(0, 3), &settings(None));
+    check_plans(some_machines(0, 5), &settings(None));
 }
 
 #[test]
 fn plans_with_circles_are_clear_by_brute_force_too() {
     let coupled = Coupled { follow: Vec::new(), circles: true };
-    let plans = check_plans(some_machines(1, 4), &Settings { coupled, ..Settings::default() });
+    let plans = check_plans(some_machines(1, 6), &Settings { coupled, ..Settings::default() });
     for (file, machine, plan) in &plans {
         let planes: std::collections::BTreeSet<String> = plan
             .tests

@@ -11,6 +11,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+#[path = "schema/mod.rs"]
+mod schema_check;
+
 /// Draws of each kind; `FIVEAXIS_RECONCILE_DRAWS` sets another number, 200 for the figures of docs/thesis.md.
 fn draws() -> usize {
     std::env::var("FIVEAXIS_RECONCILE_DRAWS").ok().and_then(|text| text.parse().ok()).unwrap_or(40)
@@ -121,6 +124,43 @@ fn thesis_results_end_in_a_verdict() {
     let (code, _, message) = run(&["--bar", "5"]);
     assert_eq!(code, Some(2));
     assert!(message.contains("--bar 5"), "{message}");
+}
+
+/// JSON of the published results with more arguments.
+fn published_json(more: &[&str]) -> serde_json::Value {
+    let files = [4, 5, 6].map(|chapter| format!("examples/thesis/published/chapter{chapter}.yaml"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fiveaxis"));
+    command.arg("reconcile").args(&files).arg("--json").args(more).current_dir(env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_slice(&command.output().unwrap().stdout).unwrap()
+}
+
+#[test]
+fn json_holds_what_its_schema_says() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("schemas/reconcile.json")).unwrap();
+    let schema: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let check = |value: &serde_json::Value| schema_check::violations_of(&schema, value);
+    // one disagreement; limits so wide that there is none and no cause is tried
+    let found = published_json(&[]);
+    for value in [&found, &published_json(&["--bar", "9 um", "--slides", "9 um", "--ball", "9 um"])] {
+        assert_eq!(check(value), Vec::<String>::new());
+    }
+    // the check itself can fail
+    let mut wrong = found.clone();
+    wrong["results"][0]["errors"]["EX0C"]["unit"] = "mm".into();
+    wrong["differences"][0]["between"] = serde_json::json!(["chapter 4"]);
+    wrong["causes"][0]["explains"] = serde_json::json!(["1"]);
+    wrong["further"] = 1.into();
+    wrong.as_object_mut().unwrap().remove("chi2");
+    assert_eq!(check(&wrong).len(), 5, "{:?}", check(&wrong));
+    let documented = std::fs::read_to_string(root.join("docs/json.md")).unwrap();
+    let of = |place: &serde_json::Value| place["properties"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    let inner = |key: &str| of(&schema["properties"][key]["items"]);
+    let deciding = of(&schema["properties"]["deciding_test"]);
+    let keys = [of(&schema), inner("results"), inner("differences"), inner("disagreements"), inner("causes"), deciding];
+    for key in keys.concat() {
+        assert!(documented.contains(&format!("`{key}`")), "docs/json.md does not name {key}");
+    }
 }
 
 #[test]

@@ -255,9 +255,12 @@ fn in_sense(text: &str, sense: &str) -> String {
 
 #[test]
 fn every_program_of_every_machine_keeps_the_bar() {
-    let files = shipped::machine_files();
-    // every machine in one of the senses, in turn; FIVEAXIS_TESTS=all for both, which takes twice as long
+    // two of three machines in one of the senses, in turn; FIVEAXIS_TESTS=all for all of them in both, which takes three times
+    // as long
     let both = shipped::is_thorough();
+    let mut files = [shipped::some_machines(0, 3), shipped::some_machines(1, 3)].concat();
+    files.sort();
+    files.dedup();
     let cases: Vec<(&PathBuf, &str)> = files
         .iter()
         .enumerate()

@@ -21,6 +21,21 @@ fn methods(part: &str) -> [ByMethod; 4] {
     by_method(&designs::designs().unwrap(), &cause, seed).unwrap()
 }
 
+/// What the cause alone does: with it minus without, the same draws in both.
+fn alone(part: &str) -> [ByMethod; 4] {
+    let (cause, seed) = cause(part);
+    of_cause_alone(&cause, seed)
+}
+
+fn of_cause_alone(cause: &LeftOut, seed: u64) -> [ByMethod; 4] {
+    let designs = designs::designs().unwrap();
+    let mut errors = by_method(&designs, cause, seed).unwrap();
+    for (with, without) in errors.iter_mut().zip(by_method(&designs, &CAUSES[0], seed).unwrap()) {
+        with.value.iter_mut().zip(without.value).for_each(|(with, without)| *with -= without);
+    }
+    errors
+}
+
 fn of<'a>(errors: &'a [ByMethod; 4], name: &str) -> &'a ByMethod {
     &errors[ORIENTATIONS.iter().position(|other| *other == name).unwrap()]
 }
@@ -59,12 +74,49 @@ fn what_acts_on_one_of_two_circles_turns_the_methods_against_each_other() {
     let expected = 3.2e-3 * (1.0 / 111.803 - 1.0 / 550.0) * fiveaxis::units::ARCSEC_PER_RAD;
     let by = of(&seat, "EB0A");
     assert!(((by.value[0] - by.value[2]).abs() - expected).abs() < 1.0, "{:?}, {expected}", by.value);
-    // an axis's two circles follow each other within a quarter of an hour: growth over half an hour does less
-    for (part, least) in [("grows down", 3.0), ("sideways", 3.0), ("EXA", 6.0), ("EYX", 6.0)] {
+    for part in ["EXA", "EYX"] {
         let errors = methods(part);
         let worst = errors.iter().map(ByMethod::in_sigmas).fold(0.0, f64::max);
         println!("{part}: {worst:.1} sigma");
-        assert!(worst > least, "{part}: {worst}");
+        assert!(worst > 6.0, "{part}: {worst}");
+    }
+}
+
+/// Mean over the runs of a circle of `1 − e^(−t/τ)`, the time counted over the session, and where X stands in it, mm.
+fn grown(design: &designs::Design, circle: &str) -> (f64, f64) {
+    let x = design.session.machine.axis_index("X").unwrap();
+    let runs: Vec<_> = design.session.tests.iter().filter(|test| test.name.starts_with(circle)).collect();
+    let share = |time_s: f64| 1.0 - (-time_s / 1800.0).exp();
+    let of_run = |test: &&fiveaxis::session::Test| {
+        let time_s = test.recording.as_ref().and_then(fiveaxis::session::Recording::time_s).unwrap();
+        time_s.iter().map(|time| share(test.started_at_s + time)).sum::<f64>() / time_s.len() as f64
+    };
+    (runs.iter().map(of_run).sum::<f64>() / runs.len() as f64, runs[0].positions[x].unwrap())
+}
+
+/// Growth does less than what sits in one circle alone: an axis's two circles follow each other within a quarter of an hour.
+#[test]
+fn growth_sets_the_methods_apart_by_what_it_grows_between_two_circles() {
+    let designs = designs::designs().unwrap();
+    // growth g along z moves the axis away from the ball: EB0A = (g2 − g1)/(x2 − x1); along y: EC0A the other way
+    for (part, name, size_um) in [("grows down", "EB0A", 15.0), ("sideways", "EC0A", -10.0)] {
+        let found = alone(part);
+        let circles = [["a-short", "a-extended"], ["a-short", "a-extended"], ["a-position-1", "a-position-2"]];
+        let predicted: Vec<f64> = designs
+            .iter()
+            .zip(circles)
+            .map(|(design, circles)| {
+                let [(first, from_mm), (second, to_mm)] = circles.map(|circle| grown(design, circle));
+                size_um * 1e-3 * (second - first) / (to_mm - from_mm) * fiveaxis::units::ARCSEC_PER_RAD
+            })
+            .collect();
+        println!("{part} {name}: {:?}, closed form {predicted:?}", of(&found, name).value);
+        for (value, predicted) in of(&found, name).value.iter().zip(&predicted) {
+            // a run's own growth is not its mean: over the arc it is taken for a little of the centre
+            assert!((value - predicted).abs() < 0.05, "{part}: {value} for {predicted}");
+        }
+        let spread = predicted.iter().copied().fold(0.0_f64, |worst, value| worst.max((value - predicted[2]).abs()));
+        assert!((of(&found, name).spread() - spread).abs() < 0.1, "{part}: {spread}");
     }
 }
 
@@ -88,18 +140,19 @@ fn what_acts_on_both_circles_alike_does_not() {
 
 #[test]
 fn axial_motion_gives_the_largest_disagreement_per_size() {
+    // of the cause alone: noise adds up to 0.2″ per µm to what the smaller causes show
     let per_unit = |index: usize| {
-        let cause = CAUSES[index];
-        let errors = by_method(&designs::designs().unwrap(), &cause, seed_of(index)).unwrap();
-        errors.iter().map(ByMethod::spread).fold(0.0, f64::max) / cause.size
+        let errors = of_cause_alone(&CAUSES[index], seed_of(index));
+        errors.iter().map(ByMethod::spread).fold(0.0, f64::max) / CAUSES[index].size
     };
     let lengths = (1..CAUSES.len()).filter(|&index| CAUSES[index].unit == "um");
     let mut ranked: Vec<(f64, &str)> = lengths.map(|index| (per_unit(index), CAUSES[index].name)).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     println!("{ranked:#?}");
-    // a worn place that one method alone stands on does as much
-    let along = |(_, name): &&(f64, &str)| name.contains("along its axis");
-    assert!(ranked[0].1.contains("along its axis") && ranked[..3].iter().filter(along).count() == 2, "{ranked:?}");
+    assert!(ranked[..2].iter().all(|(_, name)| name.contains("along its axis")), "{ranked:?}");
+    // next a place that one circle alone stands on: its arm is the distance of the two, 111.8 mm
+    let over_d = fiveaxis::units::ARCSEC_PER_RAD / 111.803e3;
+    assert!(ranked[2].1.contains("worn") && (ranked[2].0 - over_d).abs() < 0.03, "{ranked:?}");
 }
 
 #[test]

@@ -92,7 +92,7 @@ pub struct Estimate {
     /// Standard deviation if the linear axes were exact too: what the noise of the readings leaves.
     pub sigma_noise: f64,
     /// Share of the variance that comes from priors other than the spindle balls', which are held here as the linear axes
-    /// are, 0 to 1: `Σ_j (C_kj/σ_j)² / C_kk`; the rest comes from the noise of the data.
+    /// are, 0 to 1: `Σ_j (C_kj/σ_j)² / C_kk` on a machine without location errors; the rest comes from the noise of the data.
     pub prior_share: f64,
     /// Share of the variance that comes from the priors of pivots, spindle balls and bars, 0 to 1.
     pub setup_share: f64,

@@ -58,13 +58,31 @@ pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solu
 /// As [`minimise`], but ends with the first undamped step that lowers the cost by less than `least_gain` of it: where only the
 /// size of the residuals is asked for. Huber's weights change with the residuals, so that the last steps are many and short.
 pub fn minimise_until(problem: &Problem, start: &[f64], weighting: &Weighting, least_gain: f64) -> Solution {
+    let solution = descend(problem, start, (weighting, Damping::ByData), least_gain);
+    match solution.converged {
+        true => solution,
+        false => descend(problem, &solution.values, (weighting, Damping::ByPriors), least_gain),
+    }
+}
+
+/// What shortens a step that failed.
+#[derive(Clone, Copy, PartialEq)]
+enum Damping {
+    /// Every unknown by what the data say of it (Marquardt): sure from far off, short where the data bend a valley along which
+    /// only priors hold.
+    ByData,
+    /// Every unknown by its prior (Levenberg): along such a valley a step keeps its length.
+    ByPriors,
+}
+
+fn descend(problem: &Problem, start: &[f64], (weighting, kind): (&Weighting, Damping), least_gain: f64) -> Solution {
     let mut values = start.to_vec();
     let (mut normal, mut residual_mm) = normal_equations(problem, &values, weighting);
     let mut cost = normal.cost + prior_cost(problem, &values);
     let mut damping = 0.0;
     let mut converged = false;
     for _ in 0..MAX_STEPS {
-        let Some((step, relative)) = step(problem, &values, &normal, damping) else {
+        let Some((step, relative)) = step(problem, &values, &normal, (damping, kind)) else {
             damping = (damping * 10.0f64).max(1e-3);
             continue;
         };
@@ -94,15 +112,21 @@ pub fn minimise_until(problem: &Problem, start: &[f64], weighting: &Weighting, l
 
 /// Largest size of the undamped step in posterior sigmas; infinite when the equations are not solvable.
 fn undamped_step(problem: &Problem, values: &[f64], normal: &Normal) -> f64 {
-    step(problem, values, normal, 0.0).map_or(f64::INFINITY, |(_, relative)| relative)
+    step(problem, values, normal, (0.0, Damping::ByData)).map_or(f64::INFINITY, |(_, relative)| relative)
 }
 
 /// Gauss–Newton step and its largest size in posterior sigmas; `None` when the equations are not solvable.
-fn step(problem: &Problem, values: &[f64], normal: &Normal, damping: f64) -> Option<(DVector<f64>, f64)> {
+fn step(
+    problem: &Problem,
+    values: &[f64],
+    normal: &Normal,
+    (damping, kind): (f64, Damping),
+) -> Option<(DVector<f64>, f64)> {
     let count = values.len();
     let mut matrix = normal.information.clone();
     for k in 0..count {
-        matrix[(k, k)] += 1.0 + damping * (1.0 + matrix[(k, k)]);
+        let by = if kind == Damping::ByData { 1.0 + matrix[(k, k)] } else { 1.0 };
+        matrix[(k, k)] += 1.0 + damping * by;
     }
     let mut right = normal.gradient.clone();
     for (k, unknown) in problem.unknowns.iter().enumerate() {

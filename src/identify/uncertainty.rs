@@ -38,7 +38,12 @@ fn inverse_with_prior(information: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f6
     DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
-pub(super) fn estimates(problem: &Problem, solution: &Solution, covariance: &DMatrix<f64>) -> Vec<Estimate> {
+pub(super) fn estimates(
+    problem: &Problem,
+    solution: &Solution,
+    covariance: &DMatrix<f64>,
+    of_design: &DMatrix<f64>,
+) -> Vec<Estimate> {
     let unknowns = &problem.unknowns[..problem.asked];
     let is_reference = |unknown: &Unknown| {
         matches!(unknown.quantity, Quantity::SpindleBall { setup, .. }
@@ -53,6 +58,7 @@ pub(super) fn estimates(problem: &Problem, solution: &Solution, covariance: &DMa
     // with exact linear axes
     let information = solution.information_of(unknowns.len());
     let held = inverse_with_prior(&information, &reference_weight(unknowns, hold));
+    let by_design = inverse_with_prior(of_design, &reference_weight(unknowns, hold));
     let released = inverse_with_prior(&information, &reference_weight(unknowns, release));
     unknowns
         .iter()
@@ -60,8 +66,8 @@ pub(super) fn estimates(problem: &Problem, solution: &Solution, covariance: &DMa
         .map(|(k, unknown)| {
             // of the variance C_kk, Σ_j C_kj² stems from the priors j (C in units of the priors)
             let from_priors: f64 =
-                (0..unknowns.len()).filter(|&j| !is_reference(&unknowns[j])).map(|j| held[(k, j)].powi(2)).sum();
-            let prior_share = (from_priors / held[(k, k)]).clamp(0.0, 1.0);
+                (0..unknowns.len()).filter(|&j| !is_reference(&unknowns[j])).map(|j| by_design[(k, j)].powi(2)).sum();
+            let prior_share = (from_priors / by_design[(k, k)]).clamp(0.0, 1.0);
             let from_setups: f64 = (0..unknowns.len())
                 .filter(|&j| unknowns[j].quantity.is_setup())
                 .map(|j| (covariance[(k, j)] / unknowns[j].prior_sigma).powi(2))

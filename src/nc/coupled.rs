@@ -9,7 +9,7 @@ use super::coordinates::Coordinates;
 use super::step::{Curves, Step};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
-use crate::plan::{CHORD_MM, PlannedTest, bare_session, beyond_path};
+use crate::plan::{CHORD_MM, GRID_DEG, PlannedTest, bare_session, beyond_path};
 use crate::session::{Motion, Path, Test, way_mm};
 
 /// Longest arc of a circle in one block, deg, where no word counts whole turns: centre and sense say which way is meant, an
@@ -134,9 +134,6 @@ fn straight_blocks(
     }
     steps
 }
-
-/// Readings of rotary axes that every control can write, deg: at 500 mm half of it is 0.4 um.
-const GRID_DEG: f64 = 1e-4;
 
 /// Rows moved along the path to readings that programs can write in full, so that no rotary digit is lost: the slides then
 /// stand where they belong to the turn that is written.

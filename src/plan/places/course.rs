@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::drive::{Drive, STEP_DEG};
-use super::run_in::{RUN_IN, RunIn};
+use super::run_in::{RUN_IN, RunIn, written};
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Follow, Path};
 
@@ -47,8 +47,9 @@ impl Candidate {
         let mut way: Vec<Vec<f64>> = angles.iter().map(|deg| self.pose(deg.to_radians())).collect();
         let ends = [(from_deg, -1.0), (to_deg, 1.0)].map(|(end, way)| {
             let at = |beyond: f64| self.pose((end + way * beyond).to_radians());
-            let reach = RunIn::of(machine, RUN_IN, &at);
-            (end + way * reach.kept, at(reach.kept))
+            let reach = RunIn::of(machine, RUN_IN, &at).kept;
+            let kept = if self.follows() { written(end, way, reach) } else { reach };
+            (end + way * kept, at(kept))
         });
         let [(before, first), (after, last)] = ends;
         angles.insert(0, before);

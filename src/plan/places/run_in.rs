@@ -11,6 +11,9 @@ pub const OFF_LIMIT: f64 = 0.1;
 /// Shortest capture arc worth running, deg.
 pub const SHORTEST_DEG: f64 = 40.0;
 
+/// Readings of rotary axes that every control can write, deg: at 500 mm half of it is 0.4 um.
+pub const GRID_DEG: f64 = 1e-4;
+
 /// Rows of axis positions of a test with run-in and run-out, ends inside the ranges; a plain sweep has two rows.
 pub fn rows_with_run_in(machine: &Machine, test: &Test, motion: &Motion) -> Vec<Vec<f64>> {
     let mut way = corners(test, motion);
@@ -109,6 +112,14 @@ impl RunIn {
     }
 }
 
+/// The last place on the way from an end, deg, that a program can write in full, and no farther than `kept`: where the slides
+/// follow a long lever, a rotary digit that is lost bends the bar over the whole run.
+pub(super) fn written(end: f64, way: f64, kept: f64) -> f64 {
+    // a place that is one but for rounding stays
+    let steps = (way * (end + way * kept) / GRID_DEG + 1e-6).floor();
+    (steps * GRID_DEG - way * end).max(0.0)
+}
+
 /// One end of a run: what lies beyond it.
 struct End {
     run_in: RunIn,
@@ -135,11 +146,16 @@ fn ends(machine: &Machine, test: &Test, motion: &Motion, way: &[Vec<f64>]) -> Op
         return Some([(*from, -way, 0), (*to, way, rows - 1)].map(|(from, way, row)| {
             let (session, test) = (bare_session(machine), test.clone());
             let (path, here) = (path.clone(), motion.row(row).to_vec());
-            end(Box::new(move |reach: f64| {
+            let turns = matches!(path, Path::Sweep { .. });
+            let mut end = end(Box::new(move |reach: f64| {
                 let test = Test { path: Some(path.between(from, from + way * reach)), ..test.clone() };
                 let on = Motion::of(&session, &Chain::of(&session.machine), &test).ok();
                 on.filter(|on| on.rows() > 1).map_or_else(|| here.clone(), |on| on.row(on.rows() - 1).to_vec())
-            }))
+            }));
+            if turns {
+                end.run_in.kept = written(from, way, end.run_in.kept);
+            }
+            end
         }));
     }
     // deg or mm of the fastest axis
