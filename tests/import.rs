@@ -94,7 +94,8 @@ fn another_program_s_capture_is_refused() {
     for (k, &other) in planned.pairs.iter().enumerate().filter(|(k, _)| *k != 1) {
         let why = refusal(&planned, &[other], &drawn);
         println!("{} as {k}: {why}", drawn.says);
-        let told = matches!(why, ImportError::OtherGap { .. } | ImportError::OtherRuns { .. } | ImportError::OtherFeed { .. });
+        let told =
+            matches!(why, ImportError::OtherGap { .. } | ImportError::OtherRuns { .. } | ImportError::OtherFeed { .. });
         assert!(told, "{why}");
     }
 }
@@ -273,8 +274,16 @@ fn a_program_that_ran_slower_is_placed_when_it_is_said() {
     let (capture, out) = (folder.path().join("slower.csv"), folder.path().join("out"));
     std::fs::write(&capture, slower).unwrap();
     let session = format!("{SHIPPED}/session.yaml");
-    let mut arguments =
-        vec![capture.to_str().unwrap(), "--session", &session, "--test", "xy-100-1-ccw", "--out", out.to_str().unwrap(), "--json"];
+    let mut arguments = vec![
+        capture.to_str().unwrap(),
+        "--session",
+        &session,
+        "--test",
+        "xy-100-1-ccw",
+        "--out",
+        out.to_str().unwrap(),
+        "--json",
+    ];
     let refused = import(&arguments);
     assert_eq!(refused.status.code(), Some(3));
     assert!(String::from_utf8_lossy(&refused.stdout).contains("say --any-feed"), "{refused:?}");

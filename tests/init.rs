@@ -177,11 +177,8 @@ fn box_stl(low: [f64; 3], high: [f64; 3]) -> String {
     let triangles = faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
     let facets: String = triangles
         .map(|triangle| {
-            let vertices: String = triangle
-                .map(corner)
-                .iter()
-                .map(|[x, y, z]| format!("vertex {x} {y} {z}\n"))
-                .collect();
+            let vertices: String =
+                triangle.map(corner).iter().map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).collect();
             format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
         })
         .collect();
@@ -235,14 +232,18 @@ fn descriptions_without_geometry_take_boxes_and_others_are_refused() {
     let file = folder.path().join("mill.urdf");
     // what is only a skeleton
     let bare: String = DESCRIPTION
-        .split("<collision").enumerate()
+        .split("<collision")
+        .enumerate()
         .map(|(k, part)| if k == 0 { part.to_string() } else { part.split_once("</collision>").unwrap().1.to_string() })
         .collect();
     std::fs::write(&file, &bare).unwrap();
     let refused = init(folder.path(), &["--urdf", "mill.urdf"]);
     assert_eq!(refused.status.code(), Some(2));
     let says = String::from_utf8_lossy(&refused.stderr);
-    assert!(says.contains("has no collision geometry with a surface of 80 mm; say the table's size with --table"), "{says}");
+    assert!(
+        says.contains("has no collision geometry with a surface of 80 mm; say the table's size with --table"),
+        "{says}"
+    );
     let taken = init(folder.path(), &["--urdf", "mill.urdf", "--table", "320"]);
     assert!(taken.status.success(), "{}", String::from_utf8_lossy(&taken.stderr));
     let (machine, bodies) = load_machine_and_bodies(&folder.path().join("mill.yaml")).unwrap();
@@ -251,13 +252,18 @@ fn descriptions_without_geometry_take_boxes_and_others_are_refused() {
     let found = plan(&machine, &bodies, &fiveaxis::load::standard_kit().unwrap(), &Settings::default()).unwrap();
     assert!(!found.tests.is_empty());
     // two joints of one letter
-    std::fs::write(&file, DESCRIPTION.replace("<axis xyz=\"1 0 0\"/><limit lower=\"-1.9", "<axis xyz=\"0 0 1\"/><limit lower=\"-1.9"))
-        .unwrap();
+    std::fs::write(
+        &file,
+        DESCRIPTION.replace("<axis xyz=\"1 0 0\"/><limit lower=\"-1.9", "<axis xyz=\"0 0 1\"/><limit lower=\"-1.9"),
+    )
+    .unwrap();
     let refused = init(folder.path(), &["--urdf", "mill.urdf", "--force"]);
     let says = String::from_utf8_lossy(&refused.stderr);
     assert!(
         refused.status.code() == Some(2)
-            && says.contains("joints 'rotary_table_joint' and 'tilt_joint' would both be C; call one of them by another of A, B, C"),
+            && says.contains(
+                "joints 'rotary_table_joint' and 'tilt_joint' would both be C; call one of them by another of A, B, C"
+            ),
         "{says}"
     );
 }

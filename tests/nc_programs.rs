@@ -274,7 +274,13 @@ fn check(machine: &Machine, planned: &PlannedTest, dialect: Dialect, offsets: &[
 }
 
 /// Marks go out and back along the bar, in their time, and end where they began.
-fn check_marks(planned: &PlannedTest, marks: &[Stretch], balls: &Balls, by_rounding: &dyn Fn(&[f64]) -> f64, said: &str) {
+fn check_marks(
+    planned: &PlannedTest,
+    marks: &[Stretch],
+    balls: &Balls,
+    by_rounding: &dyn Fn(&[f64]) -> f64,
+    said: &str,
+) {
     let Some(due) = planned.test.marks else {
         assert!(marks.is_empty(), "{said}");
         return;

@@ -75,7 +75,9 @@ fn by_linuxcnc(plans: &[Planned], folder: &Path, seed: u64, captures: usize, cou
     let traces: Vec<Vec<Option<Trace>>> = plans
         .iter()
         .enumerate()
-        .map(|(k, plan)| plan.linuxcnc.iter().map(|(name, text)| trace(plan, folder, &format!("{k}-{name}"), text)).collect())
+        .map(|(k, plan)| {
+            plan.linuxcnc.iter().map(|(name, text)| trace(plan, folder, &format!("{k}-{name}"), text)).collect()
+        })
         .collect();
     let mut session = 0;
     while count.captures < captures && traces.iter().flatten().any(Option::is_some) {

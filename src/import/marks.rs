@@ -229,11 +229,8 @@ fn taken_apart(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: b
     };
     let [low, high] = STRAIGHT.map(|part| before_mm + part * (out_mm - before_mm));
     let line = |from: f64, to: f64| -> Line {
-        let on: Vec<(f64, f64)> = near(from, to)
-            .iter()
-            .copied()
-            .filter(|row| row.1 > low.min(high) && row.1 < low.max(high))
-            .collect();
+        let on: Vec<(f64, f64)> =
+            near(from, to).iter().copied().filter(|row| row.1 > low.min(high) && row.1 < low.max(high)).collect();
         let count = on.len() as f64;
         let mean = |of: &dyn Fn(&(f64, f64)) -> f64| on.iter().map(of).sum::<f64>() / count;
         let (time_s, value_mm) = (mean(&|row| row.0), mean(&|row| row.1));

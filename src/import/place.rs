@@ -168,12 +168,7 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
     }
 }
 
-fn placed(
-    session: &Session,
-    among: &[Pair],
-    capture: &Capture,
-    feeds: Feeds,
-) -> Result<Placement, ImportError> {
+fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Result<Placement, ImportError> {
     let mut found: Vec<(Pair, Course, Vec<Candidate>)> = Vec::new();
     let mut short = None;
     let marked = marked(session, among, capture, feeds)?;
@@ -295,8 +290,12 @@ fn judged(
     let covariance = covariance(&course, &data, &best);
     let sigma: [f64; 4] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
     let step = units(&course, &data, best.timing.pace);
-    let in_units =
-        [sigma[0] * step[0], sigma[1] * step[1], pace_sigma(&course, &data, &best.timing, &covariance), sigma[3] * step[3]];
+    let in_units = [
+        sigma[0] * step[0],
+        sigma[1] * step[1],
+        pace_sigma(&course, &data, &best.timing, &covariance),
+        sigma[3] * step[3],
+    ];
     let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &in_units)?;
     let position_sigma = position_sigma(&course, &data, &best.timing, &covariance);

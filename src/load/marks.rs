@@ -40,7 +40,11 @@ impl TestReader<'_> {
             if !(least..=most).contains(&value) {
                 return Err(self.document.refuse(
                     &[Step::Key("tests"), Step::Index(index), Step::Key("marks"), Step::Key(key)],
-                    format!("test '{}': {key} {} of marks is not from {least} to {most} {unit}", raw.name, shown(value)),
+                    format!(
+                        "test '{}': {key} {} of marks is not from {least} to {most} {unit}",
+                        raw.name,
+                        shown(value)
+                    ),
                 ));
             }
         }

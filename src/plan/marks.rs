@@ -35,8 +35,7 @@ pub fn marked(machine: &Machine, test: &Test, row: &[f64], move_mm: f64) -> Opti
     let bar = |q: &[f64]| {
         geometry.point(spindle, &test.spindle_ball.at, q, None) - geometry.point(pivot, &test.pivot.at, q, None)
     };
-    let slides: Vec<usize> =
-        (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
+    let slides: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
     let here = bar(row);
     // linear axes move the bar's end evenly: steps of 1 mm tell how
     let by_mm = DMatrix::from_fn(3, slides.len(), |i, k| {
@@ -82,7 +81,8 @@ impl Desk<'_> {
 
 /// True when a move keeps off the limits of the axes that it moves and out of regions that are kept out of use.
 fn inside(machine: &Machine, avoid: &Avoid, [from, to]: &[Vec<f64>; 2]) -> bool {
-    let is_avoided = |axis: usize, q: f64| avoid.iter().any(|(other, low, high)| *other == axis && q > *low && q < *high);
+    let is_avoided =
+        |axis: usize, q: f64| avoid.iter().any(|(other, low, high)| *other == axis && q > *low && q < *high);
     machine.axes.iter().enumerate().filter(|(k, _)| from[*k] != to[*k]).all(|(k, axis)| {
         let off = axis.kind.from_file_unit(OFF_LIMIT);
         axis.range.is_none_or(|(low, high)| (low + off..=high - off).contains(&to[k])) && !is_avoided(k, to[k])

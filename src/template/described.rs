@@ -46,10 +46,7 @@ pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<
     };
     let on_table = machine.code.workpiece_side.len();
     let mut named = Machine {
-        code: StructuralCode {
-            workpiece_side: letters[..on_table].to_vec(),
-            tool_side: letters[on_table..].to_vec(),
-        },
+        code: StructuralCode { workpiece_side: letters[..on_table].to_vec(), tool_side: letters[on_table..].to_vec() },
         caveats: CAVEATS.map(str::to_string).to_vec(),
         link_names: Vec::new(),
         ..machine.clone()
@@ -162,7 +159,9 @@ fn surface(all: &mut Bodies, link: &str, wishes: &Wishes) -> Result<Mount, Sizes
             TableSize::Disc { .. } => {
                 (Solid::Cylinder { radius_mm: x, half_mm: 0.5 * TABLE_MM }, frame_along(&Vector3::z()))
             }
-            TableSize::Rectangle { .. } => (Solid::Box { half_mm: Vector3::new(x, y, 0.5 * TABLE_MM) }, Matrix3::identity()),
+            TableSize::Rectangle { .. } => {
+                (Solid::Box { half_mm: Vector3::new(x, y, 0.5 * TABLE_MM) }, Matrix3::identity())
+            }
         };
         all.bodies.push(Body {
             name: free_name(all, "work table"),

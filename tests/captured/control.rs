@@ -203,6 +203,10 @@ impl Motion {
                 from.iter().zip(&to).map(|(from, to)| from + (to - from) * part).collect()
             }
         };
-        shown.iter().zip(&self.kinds).map(|(q, kind)| if *kind == AxisKind::Rotary { q.to_radians() } else { *q }).collect()
+        shown
+            .iter()
+            .zip(&self.kinds)
+            .map(|(q, kind)| if *kind == AxisKind::Rotary { q.to_radians() } else { *q })
+            .collect()
     }
 }

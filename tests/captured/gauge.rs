@@ -36,7 +36,11 @@ impl Erring {
             for (k, error) in axis.location_errors.iter_mut().enumerate() {
                 let most = if k < 3 { 0.03 } else { 1e-4 };
                 // a slide is not displaced, and its own lie is the machine's
-                *error += if is_linear && k < 3 { 0.0 } else { random.random_range(-most..most) * if is_linear { 0.3 } else { 1.0 } };
+                *error += if is_linear && k < 3 {
+                    0.0
+                } else {
+                    random.random_range(-most..most) * if is_linear { 0.3 } else { 1.0 }
+                };
             }
         }
         Erring { machine, random, placed: BTreeMap::new() }
@@ -83,7 +87,11 @@ impl Erring {
     /// The placement of a thing, drawn when it is first mounted.
     fn off(&mut self, name: &str, spread_mm: f64) -> [f64; 3] {
         let random = &mut self.random;
-        let draw = || std::array::from_fn(|_| -> f64 { spread_mm * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, random) });
+        let draw = || {
+            std::array::from_fn(|_| -> f64 {
+                spread_mm * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, random)
+            })
+        };
         *self.placed.entry(name.to_string()).or_insert_with(draw)
     }
 }

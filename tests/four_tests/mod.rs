@@ -89,7 +89,7 @@ pub fn session(sweeps: &[Sweep], samples: usize) -> Session {
             positions: (0..5).map(|k| (k != axis).then_some(0.0)).collect(),
             feed_mm_per_min: None,
             overshoot: None,
-        marks: None,
+            marks: None,
             reading: fiveaxis::readings::Reading::Length,
         }
     });
