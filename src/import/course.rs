@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::place::ImportError;
+use super::refusal::ImportError;
 use crate::chain::Chain;
 use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
 use crate::machine::{AxisKind, Machine};

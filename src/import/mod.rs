@@ -17,6 +17,7 @@
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `place` | is it to be believed, and to how many degrees? |
+//! | `refusal` | why is it not placed? |
 //! | `split` | the recordings |
 
 mod capture;
@@ -24,12 +25,14 @@ mod course;
 mod likelihood;
 mod marks;
 mod place;
+mod refusal;
 mod search;
 mod split;
 mod timing;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
-pub use place::{ImportError, Placement, place};
+pub use place::{Placement, place};
+pub use refusal::ImportError;
 pub use split::{recordings, split_session};
 pub use timing::Timing;

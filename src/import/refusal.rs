@@ -1,0 +1,79 @@
+//! Why a capture is not placed, in words with what was found, what is allowed and the cure. It judges nothing.
+
+use crate::effects::EffectError;
+use crate::identify::FitError;
+use crate::session::MotionError;
+
+/// Why a capture is not placed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ImportError {
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error("test '{test}' has no planned path; import places captures of planned sweeps and circles")]
+    NoPath { test: String },
+    #[error(
+        "the session has no pair of neighbouring tests that run one path there and back; import needs the session that the plan wrote"
+    )]
+    NoPair,
+    #[error("{readings} readings are too few to place; a capture has at least {due}")]
+    TooFew { readings: usize, due: usize },
+    #[error(
+        "{percent:.0} % of the readings lie more than {stroke_mm} mm from the others: the bar was off or at its stop; record again"
+    )]
+    BarOff { percent: f64, stroke_mm: f64 },
+    #[error(
+        "the capture lasts {lasts_s:.1} s and the two directions of {test} move for {due_s:.1} s at least: it is cut off, or of another program"
+    )]
+    TooShort { test: String, lasts_s: f64, due_s: f64 },
+    #[error(
+        "the readings show no motion that a bar at rest would not show as well (log odds {odds:.1}): the bar stood still, or was off; record again"
+    )]
+    AtRest { odds: f64 },
+    #[error(
+        "the capture begins {seconds:.1} s after the machine moved off: it is cut off at its start; start the recording before the program goes on"
+    )]
+    CutAtStart { seconds: f64 },
+    #[error(
+        "the capture ends {seconds:.1} s before the machine came to rest: it is cut off at its end; stop the recording after the last dwell"
+    )]
+    CutAtEnd { seconds: f64 },
+    #[error(
+        "no timing of {test} explains the readings: {left_um:.1} µm of {size_um:.1} µm are left, where the gauge's noise is {noise_um:.2} µm; it is another program's capture, or the bar slipped"
+    )]
+    Unexplained { test: String, left_um: f64, size_um: f64, noise_um: f64 },
+    #[error(
+        "two places in time explain the readings alike, {apart:.1}{unit} apart (log odds {odds:.1}); record again with a longer dwell"
+    )]
+    TwoPlaces { apart: f64, unit: &'static str, odds: f64 },
+    #[error(
+        "the readings tell the axis position to ± {sigma:.2}{unit} only, {limit}{unit} are asked for: the length hardly changes along this run"
+    )]
+    TooFlat { sigma: f64, limit: f64, unit: &'static str },
+    #[error(
+        "the readings fit {test} at {pace:.2} of its programmed feed: where an override or the control slowed the program, say --any-feed; else it is another program's capture"
+    )]
+    OtherFeed { test: String, pace: f64 },
+    #[error(
+        "{found} of the 4 marks that the program of {test} makes are in the readings: it is cut off, or of another program; record from before the first to after the last"
+    )]
+    MarksMissing { test: String, found: usize },
+    #[error(
+        "the marks leave {:.2} and {:.2} s for the two directions, whose run takes {due_s:.2} s in {test}: it is another program's capture, or the control did not keep the feed (--any-feed)",
+        .seen_s[0], .seen_s[1]
+    )]
+    OtherRuns { test: String, seen_s: [f64; 2], due_s: f64 },
+    #[error(
+        "between the directions' marks lie {seen_s:.2} s, {due_s:.2} s in {test}: it is the capture of another test of the plan"
+    )]
+    OtherGap { test: String, seen_s: f64, due_s: f64 },
+    #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the first test with --test")]
+    TwoTests { one: String, other: String, odds: f64 },
+}
+
+impl From<EffectError> for ImportError {
+    fn from(why: EffectError) -> ImportError {
+        ImportError::Fit(FitError::Effect(why))
+    }
+}
