@@ -193,8 +193,8 @@ fn replay(machine: &Replay, planned: &PlannedTest, dialect: Dialect, text: &str)
         let is_mark = planned.test.marks.is_some() && (1..11).contains(&rests) && !runs.contains(&rests);
         if is_mark {
             // it changes the bar by its move at most
-            for place in places {
-                let longer = machine.bar(planned, &place) - nominal;
+            for place in &places {
+                let longer = machine.bar(planned, place) - nominal;
                 let most = planned.test.marks.map_or(0.0, |marks| marks.move_mm);
                 assert!((most.min(0.0) - 0.2..most.max(0.0) + 0.2).contains(&longer), "a mark of {longer} mm");
             }
@@ -203,7 +203,7 @@ fn replay(machine: &Replay, planned: &PlannedTest, dialect: Dialect, text: &str)
         if !runs.contains(&rests) {
             continue;
         }
-        for place in places {
+        for place in &places {
             let bar = machine.bar(planned, &place);
             let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
             let swept = match &planned.test.path {

@@ -17,6 +17,7 @@
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `place` | is it to be believed, and to how many degrees? |
+//! | `refusal` | why is it not placed? |
 //! | `split` | the recordings |
 
 mod capture;

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair};
 use super::error::ImportError;
+use super::error::ImportError;
 use super::likelihood::{cost, cost_at_rest, left};
 use super::marks::{Found, Seen, find};
 use super::search::{Candidate, Levels, descend_freely, moved, search, units};
@@ -99,12 +100,8 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
     let marked = marked(session, among, capture, feeds)?;
     let levels = Levels::of(capture, marked.map(|(_, seen)| seen));
     let levels = &levels;
-    for &pair in among {
+    for pair in with_such_marks(session, among, marked) {
         let course = Course::of(session, pair, feeds)?;
-        // the marks that were seen are of programs that make such marks
-        if marked.is_some_and(|(marks, _)| !course.marks.is_some_and(|other| alike(&marks, &other))) {
-            continue;
-        }
         let candidates = search(&course, levels);
         if candidates.is_empty() {
             let (first, last) = capture.ends_s();
@@ -136,6 +133,21 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
 /// True for marks of one form, whatever the gap.
 fn alike(one: &Marks, other: &Marks) -> bool {
     *one == Marks { gap_s: one.gap_s, ..*other }
+}
+
+/// Tests whose programs make the marks that were seen: those of that form with that gap, or the one with the nearest gap where
+/// none has it.
+fn with_such_marks(session: &Session, among: &[Pair], marked: Option<(Marks, Seen)>) -> Vec<Pair> {
+    let Some((marks, seen)) = marked else { return among.to_vec() };
+    let off = |pair: &Pair| {
+        let own = session.tests[pair.tests[0]].marks.filter(|own| alike(&marks, own));
+        own.map_or(f64::INFINITY, |own| (own.gap_s - seen.gap_s).abs())
+    };
+    let near: Vec<Pair> = among.iter().copied().filter(|pair| off(pair) < GAP_OFF_S).collect();
+    match near.is_empty() {
+        true => among.iter().copied().min_by(|one, other| off(one).total_cmp(&off(other))).into_iter().collect(),
+        false => near,
+    }
 }
 
 /// The marks of some of these tests' programs that the capture shows; `None` where it shows none at all.

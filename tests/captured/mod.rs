@@ -23,7 +23,6 @@ use fiveaxis::session::{LengthColumn, Path as TestPath, Recording, Session};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub use control::Motion;
 use control::{Manner, timeline};
 pub use gauge::Erring;
 use plain_machine::{Plain, distance};

@@ -220,7 +220,6 @@ fn both_ways(
             started_at_s: at_s,
             positions: vec![Some(0.0); session.machine.axes.len()],
             overshoot: None,
-            marks: None,
             ..mount.clone()
         };
         test.recording = Some(as_if_recorded(session, &test)?);
