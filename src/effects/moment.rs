@@ -46,7 +46,7 @@ pub static GRAVITY_MOMENT: Kind = Kind {
             "link in which the lever is fixed, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
         ),
         Parameter::word(
-            "about",
+            "moment",
             &ABOUT,
             DefaultValue::Absent,
             "direction of R at the zero position about which the moment acts; the joint's own line when not stated",
@@ -65,7 +65,7 @@ pub static GRAVITY_MOMENT: Kind = Kind {
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let machine = context.machine();
-    let about = match word(effect, "about").and_then(|name| ABOUT.iter().position(|known| *known == name)) {
+    let about = match word(effect, "moment").and_then(|name| ABOUT.iter().position(|known| *known == name)) {
         Some(direction) => Vector3::ith(direction, 1.0),
         None => machine.axes[axis].direction,
     };

@@ -152,7 +152,7 @@ fn sags(model: &LinearModel, axis: usize, list: &mut Vec<CandidateFamily>) {
         }
         for tilt in d.tilts {
             if has_moment(model, axis, Vector3::ith(tilt.direction_index(), 1.0)) {
-                let about = under.clone().with("about", ParameterValue::Word(letter(tilt).into()));
+                let about = under.clone().with("moment", ParameterValue::Word(letter(tilt).into()));
                 list.push(family(motion(axis, &[tilt]), about));
             }
         }
