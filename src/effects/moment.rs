@@ -48,7 +48,7 @@ pub static GRAVITY_MOMENT: Kind = Kind {
         place: "rotary axis",
         components: "all",
         functions: "`x y z`: `Rᵀ(g × z)` less its value at zero, R the rotation of the load, z the direction of the moment",
-        parameters: "`load` (link), `about` (x, y, z)",
+        parameters: "`load` (link), `moment` (x, y, z)",
         unit: "um, arcsec at the full moment",
     },
     parameters: &[
@@ -59,7 +59,7 @@ pub static GRAVITY_MOMENT: Kind = Kind {
             "link in which the lever is fixed, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
         ),
         Parameter::word(
-            "about",
+            "moment",
             &ABOUT,
             DefaultValue::Absent,
             "direction of R at the zero position about which the moment acts; the joint's own line when not stated",
@@ -78,7 +78,7 @@ pub static GRAVITY_MOMENT: Kind = Kind {
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let machine = context.machine();
-    let about = match word(effect, "about").and_then(|name| ABOUT.iter().position(|known| *known == name)) {
+    let about = match word(effect, "moment").and_then(|name| ABOUT.iter().position(|known| *known == name)) {
         Some(direction) => Vector3::ith(direction, 1.0),
         None => machine.axes[axis].direction,
     };
@@ -136,7 +136,7 @@ fn moments(seen: &Observations) -> Vec<CandidateFamily> {
             }
             for &tilt in &tilts {
                 let about = ParameterValue::Word(ABOUT[tilt.direction_index()].into());
-                list.push(new(motion(axis, &[tilt]), under.clone().with("about", about)));
+                list.push(new(motion(axis, &[tilt]), under.clone().with("moment", about)));
             }
         }
     }

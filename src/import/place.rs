@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair};
 use super::error::ImportError;
-use super::error::ImportError;
 use super::likelihood::{cost, cost_at_rest, left};
 use super::marks::{Found, Seen, find};
 use super::search::{Candidate, Levels, descend_freely, moved, search, units};

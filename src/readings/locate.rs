@@ -37,8 +37,9 @@ pub struct Located {
     pub misfit_mm: f64,
 }
 
-/// Places of the target from which the search starts beside its stated one, mm.
-const START_MM: f64 = 150.0;
+/// Distances of the places from which the search for the target starts beside its stated one, mm: near R's origin, and as far out as the end of
+/// an arm. Poses of two joints alone are seen nearly as well by a target on the other side of them.
+const START_MM: [f64; 2] = [150.0, 1000.0];
 /// Rows that a start is judged on.
 const FEW: usize = 60;
 /// Steps of Gauss–Newton.
@@ -53,7 +54,9 @@ pub fn locate(sightings: &[Sighting], near_mm: Vector3<f64>, is_known: bool) -> 
         return None;
     }
     let few: Vec<Sighting> = sightings.iter().step_by(sightings.len().div_ceil(FEW)).cloned().collect();
-    let sides = [0, 1, 2].into_iter().flat_map(|k| [START_MM, -START_MM].map(|size| Vector3::ith(k, size)));
+    let sides = START_MM
+        .into_iter()
+        .flat_map(|size| [0, 1, 2].into_iter().flat_map(move |k| [size, -size].map(|size| Vector3::ith(k, size))));
     let mut starts = vec![near_mm];
     if !is_known {
         starts.extend(sides.map(|side| near_mm + side));
