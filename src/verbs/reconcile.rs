@@ -9,7 +9,7 @@ use fiveaxis::report::reconciliation::{reconciliation_json, reconciliation_text}
 use fiveaxis::units::{Measure, UM_PER_MM, parse_quantity};
 
 use super::Refusal;
-use super::output::{print, settle};
+use super::output::{print, print_json, settle};
 use super::progress::Working;
 
 /// Arguments of `reconcile`.

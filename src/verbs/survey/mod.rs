@@ -19,7 +19,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::Refusal;
-use super::output::{OutputFolder, print};
+use super::output::{OutputFolder, print, print_json};
 use merge::merged;
 use rows::Rows;
 
