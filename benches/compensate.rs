@@ -9,17 +9,22 @@ use fiveaxis::machine::Component;
 
 const LINES: usize = 1_000_000;
 
+/// Memory does not grow with the program: the process stays below this, kB.
+const MOST_KB: u64 = 50_000;
+
 fn main() {
     divan::main();
-    if let Some(size) = most_memory() {
-        println!("largest size of the process: {size}");
+    if let Some(size) = most_memory_kb() {
+        println!("largest size of the process: {size} kB");
+        assert!(size < MOST_KB, "the process took {size} kB, more than {MOST_KB}");
     }
 }
 
-/// Largest size so far as the system tells it.
-fn most_memory() -> Option<String> {
+/// Largest size so far as the system tells it, kB.
+fn most_memory_kb() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:").map(|size| size.trim().to_string()))
+    let size = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    size.trim().strip_suffix("kB")?.trim().parse().ok()
 }
 
 fn corrected(coordinates: Coordinates) -> usize {

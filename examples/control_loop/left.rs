@@ -15,6 +15,8 @@ pub struct Seen {
     pub raw_um: f64,
     /// Less what other places of the balls and another length of the bar explain: what a gauge can lay on the machine.
     pub fitted_um: f64,
+    /// The same by program.
+    pub by_program: Vec<(String, f64)>,
 }
 
 /// Of a nominal trace every so many rows are compared: 5 ms, 0.1 mm of way.
@@ -28,8 +30,8 @@ const STEP_MM: f64 = 1e-3;
 pub fn seen(gauge: &Gauge, nominal: &BTreeMap<&str, &Path>, looks: &[&Look]) -> Seen {
     let plain = Plain { machine: &gauge.session.machine, errs: false, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
     let mut names: Vec<String> = Vec::new();
-    let mut rows: Vec<(f64, f64, Vec<(usize, f64)>)> = Vec::new();
-    for look in looks {
+    let mut rows: Vec<Row> = Vec::new();
+    for (program, look) in looks.iter().enumerate() {
         let test = gauge.test(&look.program);
         let bar = test.bar_length_mm.expect("bar");
         let course = course(gauge, nominal[look.program.as_str()]);
@@ -56,27 +58,42 @@ pub fn seen(gauge: &Gauge, nominal: &BTreeMap<&str, &Path>, looks: &[&Look]) -> 
                 slopes.push((3 * columns[0] + k, (length(off[0], spindle, q) - drawn) / STEP_MM));
                 slopes.push((3 * columns[1] + k, (length(pivot, off[1], q) - drawn) / STEP_MM));
             }
-            rows.push((reading.off_mm - ideal, reading.off_mm - drawn, slopes));
+            rows.push(Row { program, raw_mm: reading.off_mm - ideal, off_mm: reading.off_mm - drawn, slopes });
         }
     }
-    let raw = rows.iter().map(|(raw, ..)| raw * raw).sum::<f64>();
-    let um = |squares: f64| 1e3 * (squares / rows.len() as f64).sqrt();
-    Seen { raw_um: um(raw), fitted_um: um(left(&rows, 3 * names.len())) }
+    let left = left(&rows, 3 * names.len());
+    let um = |list: Vec<f64>| 1e3 * (list.iter().map(|off| off * off).sum::<f64>() / list.len() as f64).sqrt();
+    let of_program = |program: usize| {
+        rows.iter().zip(&left).filter(|(row, _)| row.program == program).map(|(_, left)| *left).collect::<Vec<f64>>()
+    };
+    Seen {
+        raw_um: um(rows.iter().map(|row| row.raw_mm).collect()),
+        fitted_um: um(left.clone()),
+        by_program: looks.iter().enumerate().map(|(k, look)| (look.program.clone(), um(of_program(k)))).collect(),
+    }
 }
 
-/// Sum of squares after the least-squares fit of the slopes.
-fn left(rows: &[(f64, f64, Vec<(usize, f64)>)], count: usize) -> f64 {
+/// One reading: less the errorless machine's, with the balls where they are and where the session says; slopes by ball and bar.
+struct Row {
+    program: usize,
+    raw_mm: f64,
+    off_mm: f64,
+    slopes: Vec<(usize, f64)>,
+}
+
+/// What the least-squares fit of the slopes leaves, mm.
+fn left(rows: &[Row], count: usize) -> Vec<f64> {
     let mut normal = DMatrix::<f64>::zeros(count, count);
     let mut right = DVector::<f64>::zeros(count);
-    for (_, off, slopes) in rows {
-        for (i, a) in slopes {
-            right[*i] += a * off;
-            slopes.iter().for_each(|(j, b)| normal[(*i, *j)] += a * b);
+    for row in rows {
+        for (i, a) in &row.slopes {
+            right[*i] += a * row.off_mm;
+            row.slopes.iter().for_each(|(j, b)| normal[(*i, *j)] += a * b);
         }
     }
     let most = normal.diagonal().max();
     let solution = normal.svd(true, true).solve(&right, 1e-9 * most).expect("both sides");
-    rows.iter().map(|(_, off, slopes)| (off - slopes.iter().map(|(i, a)| a * solution[*i]).sum::<f64>()).powi(2)).sum()
+    rows.iter().map(|row| row.off_mm - row.slopes.iter().map(|(i, a)| a * solution[*i]).sum::<f64>()).collect()
 }
 
 /// Positions of a nominal trace.

@@ -94,7 +94,12 @@ impl std::fmt::Display for Row {
             self.after.fitted_um,
             self.after.fitted_um / noise,
             self.after.raw_um,
-        )
+        )?;
+        let noise_um = 1e3 * NOISE_MM;
+        for (program, um) in self.after.by_program.iter().filter(|(_, um)| *um > 1.2 * noise_um) {
+            write!(f, "\n    {program} keeps {um:.2} µm")?;
+        }
+        Ok(())
     }
 }
 

@@ -35,9 +35,7 @@ pub struct Piece {
 /// Where a piece is compared with the ideal path: off the middle, so that a wave is not met at its zeros alone.
 const LOOKS: [f64; 3] = [0.27, 0.5, 0.77];
 /// Of a tolerance a piece may use this much: between the looks it may be a little farther off.
-const USED: f64 = 0.9;
-/// A chord leaves its path by the square of its length: the next one aims at this much of the length that would use all.
-const AIMED: f64 = 0.97;
+const USED: f64 = 0.8;
 /// Shares of a move below this are not cut any more.
 const LEAST_SHARE: f64 = 1e-7;
 /// Looks at a wave of a component error.
@@ -94,7 +92,7 @@ impl<'p> Pieces<'p> {
             let piece = self.corrected(control, corrector, end);
             let used = self.used(control, corrector, &piece);
             if used <= USED {
-                self.step = (step * (AIMED * (USED / used.max(1e-3)).sqrt()).clamp(0.5, 2.0)).min(self.longest);
+                self.step = (step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, 2.0)).min(self.longest);
                 (self.share, self.sent, self.sent_off_rad, self.start_off) =
                     (end, piece.command, piece.off_rad, (0.0, 0.0));
                 return Ok(Some(piece));
@@ -102,7 +100,7 @@ impl<'p> Pieces<'p> {
             if step < LEAST_SHARE {
                 return Err("cannot be cut finely enough: an error of the machine jumps there, or the tolerance is below what words can say".into());
             }
-            self.step = step * (AIMED * (USED / used).sqrt()).clamp(0.05, 0.9);
+            self.step = step * (0.85 * (USED / used).sqrt()).clamp(0.05, 0.7);
         }
     }
 
