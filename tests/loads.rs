@@ -148,11 +148,11 @@ fn imbalance_grows_with_the_square_and_form_passes_the_sensors_in_turn() {
     let session = rotor(folder.path(), 1.0);
     let form = Effect::new("surface-form", axis).with("orders", ParameterValue::List(vec![4.0]));
     let profiles = shape(&session, &form);
-    for row in 0..60 {
-        for (sensor, degrees) in [0.0, 120.0, 240.0_f64].into_iter().enumerate() {
+    for (sensor, degrees) in [0.0, 120.0, 240.0_f64].into_iter().enumerate() {
+        for (row, found) in profiles[0][sensor].iter().take(60).enumerate() {
             // where on the part the sensor points: its direction less the turn of the part, 3.6 degrees a row
             let due = (4.0 * (degrees - 3.6 * row as f64).to_radians()).cos();
-            assert!((profiles[0][sensor][row] - due).abs() < 1e-9, "sensor {sensor} row {row}");
+            assert!((found - due).abs() < 1e-9, "sensor {sensor} row {row}");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The committed thesis sessions are what their generator writes, whose kinematics agree with values computed elsewhere and
 //! use nothing of the library; the thesis's estimators and the fit return the published averages that it inserted.
 
+#[allow(dead_code)]
 #[path = "../examples/thesis_sessions/besides.rs"]
 mod besides;
 #[path = "../examples/thesis_sessions/design.rs"]

@@ -128,7 +128,7 @@ fn calibrate(options: &Options) -> Result<(), String> {
             Ok(outcome)
         });
         outcomes.map(|mut outcomes| {
-            outcomes.sort_by(|a, b| (a.seed, a.trial).cmp(&(b.seed, b.trial)));
+            outcomes.sort_by_key(|outcome| (outcome.seed, outcome.trial));
             outcomes
         })
     };

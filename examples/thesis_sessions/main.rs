@@ -1,5 +1,7 @@
 //! Writes three ball-bar sessions of a Hermle C600U after chapters 4, 5 and 6 of the thesis, reconstructed by simulation; uses nothing of the library.
 
+// physics that only the tests conceal
+#[allow(dead_code)]
 mod besides;
 mod design;
 mod files;

@@ -9,7 +9,6 @@ pub mod history;
 pub mod identify;
 pub mod import;
 pub mod init;
-mod init_urdf;
 pub mod inverse;
 mod options;
 pub mod output;

@@ -13,10 +13,10 @@ use fiveaxis::report::meetings::meetings_json;
 use fiveaxis::template::{Sizes, TableSize, machine_of};
 use serde_json::json;
 
-use super::Refusal;
-use super::init_urdf::described;
-use super::output::{Foreign, OutputFolder, print, print_json, write_all};
+use super::described::described;
+use crate::verbs::Refusal;
 use crate::verbs::options::directions::DirectionsName;
+use crate::verbs::output::{Foreign, OutputFolder, print, print_json, write_all};
 
 /// Arguments of `init`.
 #[derive(Args)]

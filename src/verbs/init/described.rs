@@ -7,8 +7,8 @@ use fiveaxis::load::{LinkChoice, load_description};
 use fiveaxis::machine::Machine;
 use fiveaxis::template::{Wishes, plannable};
 
-use super::Refusal;
-use super::init::{Arguments, table_size};
+use super::verb::{Arguments, table_size};
+use crate::verbs::Refusal;
 
 /// Head of the file, machine and bodies of a description.
 pub(super) fn described(arguments: &Arguments, urdf: &Path) -> Result<(String, Machine, Bodies), Refusal> {
