@@ -129,6 +129,30 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
     }
 }
 
+/// Log odds against the next best place in time; refused where one explains the readings alike.
+fn odds_of_place(
+    course: &Course,
+    data: &Averages,
+    best: &Candidate,
+    others: &[Candidate],
+    position_sigma: f64,
+) -> Result<f64, ImportError> {
+    let mut odds_place = f64::INFINITY;
+    for other in others {
+        let again = descend_freely(course, data, other.timing, 0.1);
+        let apart = apart(course, &best.timing, &again.timing);
+        let odds = 0.5 * (again.cost - best.cost);
+        if apart < (4.0 * position_sigma).max(0.05) {
+            continue;
+        }
+        odds_place = odds_place.min(odds);
+        if odds < CLEAR {
+            return Err(ImportError::TwoPlaces { apart, unit: course.unit, odds });
+        }
+    }
+    Ok(odds_place)
+}
+
 /// True for marks of one form, whatever the gap.
 fn alike(one: &Marks, other: &Marks) -> bool {
     *one == Marks { gap_s: one.gap_s, ..*other }
@@ -227,19 +251,7 @@ fn judged(
     if position_sigma > LIMIT {
         return Err(ImportError::TooFlat { sigma: position_sigma, limit: LIMIT, unit });
     }
-    let mut odds_place = f64::INFINITY;
-    for other in &candidates[1..] {
-        let again = descend_freely(&course, &data, other.timing, 0.1);
-        let apart = apart(&course, &best.timing, &again.timing);
-        let odds = 0.5 * (again.cost - best.cost);
-        if apart < (4.0 * position_sigma).max(0.05) {
-            continue;
-        }
-        odds_place = odds_place.min(odds);
-        if odds < CLEAR {
-            return Err(ImportError::TwoPlaces { apart, unit, odds });
-        }
-    }
+    let odds_place = odds_of_place(&course, &data, &best, &candidates[1..], position_sigma)?;
     Ok(Placement {
         pair,
         course,
