@@ -204,7 +204,7 @@ fn replay(machine: &Replay, planned: &PlannedTest, dialect: Dialect, text: &str)
             continue;
         }
         for place in &places {
-            let bar = machine.bar(planned, &place);
+            let bar = machine.bar(planned, place);
             let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
             let swept = match &planned.test.path {
                 Some(TestPath::Sweep { .. }) => Some(place[&axis_of(planned)]),
