@@ -1,6 +1,6 @@
 //! Readings as a gauge wrote them, made fit for a search: spikes out, averaged to few, their noise. It knows no program.
 
-use super::marks::Seen;
+use super::seen_marks::Seen;
 use crate::statistics::{median, noise_of_rows};
 
 /// Readings over the gauge's own time.

@@ -6,31 +6,9 @@
 //! pace of the control.
 
 use super::capture::Capture;
+use super::seen_marks::Seen;
 use crate::session::Marks;
 use crate::statistics::median;
-
-/// What the marks tell of a capture's two runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
-    /// When each direction began to move and came to rest, s.
-    pub runs_s: [[f64; 2]; 2],
-    /// Standard deviation of each of these, s.
-    pub run_sigma_s: [[f64; 2]; 2],
-    /// Speed of the marks over their programmed feed, with its standard deviation.
-    pub pace: f64,
-    pub pace_sigma: f64,
-    /// Rest between the two directions' marks, s.
-    pub gap_s: f64,
-    /// Begin and end of each mark, s: readings there are none of a run's.
-    pub marks_s: [[f64; 2]; 4],
-}
-
-impl Seen {
-    /// True for times at which a mark is read.
-    pub fn hide(&self, time_s: f64) -> bool {
-        self.marks_s.iter().any(|[from, to]| (from - EDGE_S..=to + EDGE_S).contains(&time_s))
-    }
-}
 
 /// What a capture shows of marks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +21,6 @@ pub(super) enum Found {
 
 /// Readings around a mark that tell its levels, s before and after it.
 const AROUND_S: f64 = 0.4;
-/// Readings so near to a mark are hidden with it, s: ramps and filters round its ends.
-const EDGE_S: f64 = 0.03;
 /// Step of the search, s: a fifth of a move, where nine tenths of a mark's form are still explained.
 const STEP_S: f64 = 0.05;
 /// Ratio of one pace that is tried to the next.

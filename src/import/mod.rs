@@ -27,6 +27,7 @@ mod likelihood;
 mod marks;
 mod place;
 mod search;
+mod seen_marks;
 mod split;
 mod timing;
 

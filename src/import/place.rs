@@ -6,8 +6,9 @@ use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair};
 use super::error::ImportError;
 use super::likelihood::{cost, cost_at_rest, left};
-use super::marks::{Found, Seen, find};
+use super::marks::{Found, find};
 use super::search::{Candidate, Levels, descend_freely, moved, search, units};
+use super::seen_marks::Seen;
 use super::timing::Timing;
 use crate::session::{Marks, Session};
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::capture::{Averages, Capture};
 use super::course::Course;
 use super::likelihood::{Freedom, cost};
-use super::marks::Seen;
+use super::seen_marks::Seen;
 use super::timing::Timing;
 use crate::statistics::minimise_in_four;
 

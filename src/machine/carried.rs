@@ -3,8 +3,6 @@
 
 use nalgebra::Vector3;
 
-use super::serial_machine::Machine;
-
 /// A branch of rotary joints on a link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CarriedBranch {
@@ -30,15 +28,5 @@ impl CarriedJoint {
     /// Column of a recording with its positions.
     pub fn channel(&self) -> String {
         format!("{}_deg", self.name)
-    }
-}
-
-impl Machine {
-    /// The branch with a joint of this name, and its joints up to that one.
-    pub fn carried_link(&self, name: &str) -> Option<(&CarriedBranch, &[CarriedJoint])> {
-        self.carried.iter().find_map(|branch| {
-            let last = branch.joints.iter().position(|joint| joint.name == name)?;
-            Some((branch, &branch.joints[..=last]))
-        })
     }
 }

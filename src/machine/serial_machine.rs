@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::axis::Axis;
-use super::carried::CarriedBranch;
+use super::carried::{CarriedBranch, CarriedJoint};
 use super::code::StructuralCode;
 use super::directions::{Directions, DirectionsDiffer, DirectionsUnstated};
 use super::effect::Effect;
@@ -40,6 +40,14 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// The branch with a joint of this name, and its joints up to that one.
+    pub fn carried_link(&self, name: &str) -> Option<(&CarriedBranch, &[CarriedJoint])> {
+        self.carried.iter().find_map(|branch| {
+            let last = branch.joints.iter().position(|joint| joint.name == name)?;
+            Some((branch, &branch.joints[..=last]))
+        })
+    }
+
     /// A machine of these axes and nothing else: no effects, gravity along R's −z.
     pub fn plain(name: String, code: StructuralCode, directions: Directions, axes: Vec<Axis>) -> Machine {
         Machine {

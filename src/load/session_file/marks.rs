@@ -1,24 +1,11 @@
 //! The marks of a test in a session file: moves along the bar before and after each direction, with their rests.
 
-use serde::Deserialize;
-
 use super::test_file::TestFile;
 use super::test_reader::TestReader;
 use crate::load::checked_text::document::Step;
 use crate::load::checked_text::message::LoadError;
 use crate::session::Marks;
 use crate::units::shown;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MarksFile {
-    #[serde(rename = "move")]
-    move_mm: f64,
-    feed: f64,
-    hold: f64,
-    rest: f64,
-    gap: f64,
-}
 
 /// Shortest and longest move, mm: what a gauge surely shows, and the travel of long bars.
 const MOVES_MM: [f64; 2] = [0.01, 10.0];

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::marks::MarksFile;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -31,6 +30,18 @@ pub(crate) struct TestFile {
     pub(crate) marks: Option<MarksFile>,
     pub(crate) sweep: Option<SweepFile>,
     pub(crate) circle: Option<CircleFile>,
+}
+
+/// Moves along the bar before and after each direction, with their rests.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MarksFile {
+    #[serde(rename = "move")]
+    pub(crate) move_mm: f64,
+    pub(crate) feed: f64,
+    pub(crate) hold: f64,
+    pub(crate) rest: f64,
+    pub(crate) gap: f64,
 }
 
 #[derive(Deserialize)]

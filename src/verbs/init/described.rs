@@ -7,7 +7,7 @@ use fiveaxis::load::{LinkChoice, load_description};
 use fiveaxis::machine::Machine;
 use fiveaxis::template::{Wishes, plannable};
 
-use super::verb::{Arguments, table_size};
+use super::arguments::{Arguments, table_size};
 use crate::verbs::Refusal;
 
 /// Head of the file, machine and bodies of a description.

@@ -1,6 +1,8 @@
 //! `fiveaxis init`: a machine file from a data sheet or from a robot description.
 
+mod arguments;
 mod described;
 mod verb;
 
-pub use verb::{Arguments, run};
+pub use arguments::Arguments;
+pub use verb::run;

@@ -2,106 +2,19 @@
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-use clap::{Args, ValueEnum};
 use fiveaxis::chain::{Chain, sense_in_words};
 use fiveaxis::collision::World;
 use fiveaxis::machine::{Directions, Machine, StructuralCode};
 use fiveaxis::report::machine_file::machine_file;
 use fiveaxis::report::meetings::meetings_json;
-use fiveaxis::template::{Sizes, TableSize, machine_of};
+use fiveaxis::template::{Sizes, machine_of};
 use serde_json::json;
 
+use super::arguments::{Arguments, number, table_size};
 use super::described::described;
 use crate::verbs::Refusal;
-use crate::verbs::options::directions::DirectionsName;
 use crate::verbs::output::{Foreign, OutputFolder, print, print_json, write_all};
-
-/// Arguments of `init`.
-#[derive(Args)]
-#[command(
-    after_help = "Example: fiveaxis init mill.yaml --code \"[wCAXbYZt]\" --travels 650,520,475 --nose-to-table 110..585 --table 320 --tilt-above-table -60 --range A=-120..30 --directions iso841\nWithout options on a terminal it asks."
-)]
-pub struct Arguments {
-    /// Machine file to write, e.g. mill.yaml
-    pub(super) file: PathBuf,
-    /// What carries what, from workpiece to tool through the bed b, e.g. "[wCAXbYZt]"
-    #[arg(long, conflicts_with = "kind")]
-    code: Option<String>,
-    /// A common code in place of --code
-    #[arg(long, value_enum)]
-    kind: Option<Kind>,
-    /// Name of the machine
-    #[arg(long)]
-    pub(super) name: Option<String>,
-    /// Travels of X, Y and Z, mm
-    #[arg(long, value_name = "X,Y,Z")]
-    travels: Option<String>,
-    /// Smallest and largest distance between spindle nose and table top, mm
-    #[arg(long, value_name = "FROM..TO")]
-    nose_to_table: Option<String>,
-    /// Table, mm: diameter, or width x depth (along X and Y)
-    #[arg(long, value_name = "320 or 500x400")]
-    pub(super) table: Option<String>,
-    /// Range of a rotary axis, deg (repeatable); C turns ±360 and A and B ±100 unless given
-    #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
-    range: Vec<String>,
-    /// Tilting axis of the table above the table top, mm; below is negative
-    #[arg(long, allow_negative_numbers = true)]
-    tilt_above_table: Option<f64>,
-    /// From the spindle nose up to the axis about which the head tilts, mm
-    #[arg(long)]
-    pivot_to_nose: Option<f64>,
-    /// Diameter of the spindle housing, mm
-    #[arg(long, default_value_t = 140.0)]
-    pub(super) housing: f64,
-    /// An angle plate beside the table, for the tilting axis of a head
-    #[arg(long)]
-    angle_plate: bool,
-    /// Sense of the axes: what + does
-    #[arg(long, value_enum)]
-    directions: Option<DirectionsName>,
-    /// A robot description (URDF) in place of a data sheet: its axes, ranges and collision geometry
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "directions"])]
-    pub(super) urdf: Option<PathBuf>,
-    /// URDF: the link that is the bed (default: the root link)
-    #[arg(long, requires = "urdf")]
-    pub(super) root_link: Option<String>,
-    /// URDF: the link that carries the pivot (default: found by name)
-    #[arg(long, requires = "urdf")]
-    pub(super) workpiece_link: Option<String>,
-    /// URDF: the link that carries the spindle ball, its z along the spindle (default: found by name)
-    #[arg(long, requires = "urdf")]
-    pub(super) tool_link: Option<String>,
-    /// Replace a file of that name
-    #[arg(long)]
-    force: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-}
-
-/// Where the rotary axes are.
-#[derive(Clone, Copy, ValueEnum)]
-enum Kind {
-    /// Both at the table: [wCAYbXZt]
-    TableTable,
-    /// C at the table, B at the head: [wCXbYZBt]
-    TableHead,
-    /// Both at the head: [wXbYZCAt]
-    HeadHead,
-}
-
-impl Kind {
-    fn code(self) -> &'static str {
-        match self {
-            Kind::TableTable => "[wCAYbXZt]",
-            Kind::TableHead => "[wCXbYZBt]",
-            Kind::HeadHead => "[wXbYZCAt]",
-        }
-    }
-}
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
@@ -253,11 +166,6 @@ fn sizes(arguments: &Arguments) -> Result<Sizes, Refusal> {
     })
 }
 
-fn number(text: &str, option: &str) -> Result<f64, Refusal> {
-    let value = f64::from_str(text.trim()).ok().filter(|value| value.is_finite());
-    value.ok_or_else(|| format!("{option}: '{}' is no number", text.trim()).into())
-}
-
 fn numbers(text: &str, separator: char, option: &str) -> Result<Vec<f64>, Refusal> {
     text.split(separator).map(|part| number(part, option)).collect()
 }
@@ -283,15 +191,6 @@ fn named_range(text: &str) -> Result<(String, (f64, f64)), Refusal> {
         return Err(format!("--range: {name}={from}..{to} deg; a range holds 0 and lies within -3600..3600").into());
     }
     Ok((name.trim().to_string(), (from, to)))
-}
-
-pub(super) fn table_size(text: &str) -> Result<TableSize, Refusal> {
-    match text.split_once(['x', 'X', '×']) {
-        Some((width, depth)) => {
-            Ok(TableSize::Rectangle { width: number(width, "--table")?, depth: number(depth, "--table")? })
-        }
-        None => Ok(TableSize::Disc { diameter: number(text, "--table")? }),
-    }
 }
 
 /// Questions for what the options leave open.

@@ -1,0 +1,27 @@
+//! What the marks of a program tell of a capture: when its two runs began and ended. They are found in `marks`.
+
+/// Readings so near to a mark are hidden with it, s: ramps and filters round its ends.
+const EDGE_S: f64 = 0.03;
+
+/// What the marks tell of a capture's two runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    /// When each direction began to move and came to rest, s.
+    pub runs_s: [[f64; 2]; 2],
+    /// Standard deviation of each of these, s.
+    pub run_sigma_s: [[f64; 2]; 2],
+    /// Speed of the marks over their programmed feed, with its standard deviation.
+    pub pace: f64,
+    pub pace_sigma: f64,
+    /// Rest between the two directions' marks, s.
+    pub gap_s: f64,
+    /// Begin and end of each mark, s: readings there are none of a run's.
+    pub marks_s: [[f64; 2]; 4],
+}
+
+impl Seen {
+    /// True for times at which a mark is read.
+    pub fn hide(&self, time_s: f64) -> bool {
+        self.marks_s.iter().any(|[from, to]| (from - EDGE_S..=to + EDGE_S).contains(&time_s))
+    }
+}

@@ -1,0 +1,109 @@
+//! Options of `fiveaxis init`, and what is read of their text.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+use fiveaxis::template::TableSize;
+
+use crate::verbs::Refusal;
+use crate::verbs::options::directions::DirectionsName;
+
+/// Arguments of `init`.
+#[derive(Args)]
+#[command(
+    after_help = "Example: fiveaxis init mill.yaml --code \"[wCAXbYZt]\" --travels 650,520,475 --nose-to-table 110..585 --table 320 --tilt-above-table -60 --range A=-120..30 --directions iso841\nWithout options on a terminal it asks."
+)]
+pub struct Arguments {
+    /// Machine file to write, e.g. mill.yaml
+    pub(super) file: PathBuf,
+    /// What carries what, from workpiece to tool through the bed b, e.g. "[wCAXbYZt]"
+    #[arg(long, conflicts_with = "kind")]
+    pub(super) code: Option<String>,
+    /// A common code in place of --code
+    #[arg(long, value_enum)]
+    pub(super) kind: Option<Kind>,
+    /// Name of the machine
+    #[arg(long)]
+    pub(super) name: Option<String>,
+    /// Travels of X, Y and Z, mm
+    #[arg(long, value_name = "X,Y,Z")]
+    pub(super) travels: Option<String>,
+    /// Smallest and largest distance between spindle nose and table top, mm
+    #[arg(long, value_name = "FROM..TO")]
+    pub(super) nose_to_table: Option<String>,
+    /// Table, mm: diameter, or width x depth (along X and Y)
+    #[arg(long, value_name = "320 or 500x400")]
+    pub(super) table: Option<String>,
+    /// Range of a rotary axis, deg (repeatable); C turns ±360 and A and B ±100 unless given
+    #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
+    pub(super) range: Vec<String>,
+    /// Tilting axis of the table above the table top, mm; below is negative
+    #[arg(long, allow_negative_numbers = true)]
+    pub(super) tilt_above_table: Option<f64>,
+    /// From the spindle nose up to the axis about which the head tilts, mm
+    #[arg(long)]
+    pub(super) pivot_to_nose: Option<f64>,
+    /// Diameter of the spindle housing, mm
+    #[arg(long, default_value_t = 140.0)]
+    pub(super) housing: f64,
+    /// An angle plate beside the table, for the tilting axis of a head
+    #[arg(long)]
+    pub(super) angle_plate: bool,
+    /// Sense of the axes: what + does
+    #[arg(long, value_enum)]
+    pub(super) directions: Option<DirectionsName>,
+    /// A robot description (URDF) in place of a data sheet: its axes, ranges and collision geometry
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "directions"])]
+    pub(super) urdf: Option<PathBuf>,
+    /// URDF: the link that is the bed (default: the root link)
+    #[arg(long, requires = "urdf")]
+    pub(super) root_link: Option<String>,
+    /// URDF: the link that carries the pivot (default: found by name)
+    #[arg(long, requires = "urdf")]
+    pub(super) workpiece_link: Option<String>,
+    /// URDF: the link that carries the spindle ball, its z along the spindle (default: found by name)
+    #[arg(long, requires = "urdf")]
+    pub(super) tool_link: Option<String>,
+    /// Replace a file of that name
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// Where the rotary axes are.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum Kind {
+    /// Both at the table: [wCAYbXZt]
+    TableTable,
+    /// C at the table, B at the head: [wCXbYZBt]
+    TableHead,
+    /// Both at the head: [wXbYZCAt]
+    HeadHead,
+}
+
+impl Kind {
+    pub(super) fn code(self) -> &'static str {
+        match self {
+            Kind::TableTable => "[wCAYbXZt]",
+            Kind::TableHead => "[wCXbYZBt]",
+            Kind::HeadHead => "[wXbYZCAt]",
+        }
+    }
+}
+
+pub(super) fn table_size(text: &str) -> Result<TableSize, Refusal> {
+    match text.split_once(['x', 'X', '×']) {
+        Some((width, depth)) => {
+            Ok(TableSize::Rectangle { width: number(width, "--table")?, depth: number(depth, "--table")? })
+        }
+        None => Ok(TableSize::Disc { diameter: number(text, "--table")? }),
+    }
+}
+
+pub(super) fn number(text: &str, option: &str) -> Result<f64, Refusal> {
+    let value = f64::from_str(text.trim()).ok().filter(|value| value.is_finite());
+    value.ok_or_else(|| format!("{option}: '{}' is no number", text.trim()).into())
+}
