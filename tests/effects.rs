@@ -261,7 +261,7 @@ fn no_size_no_effect_and_columns_are_the_slope() {
                 off_half = off_half.max((half[test][row] - base[test][row] - linear[test][row] / 2.0).abs());
             }
         }
-        if largest == 0.0 && ["gravity-sag", "gravity-moment"].contains(&kind.name) {
+        if largest == 0.0 && kind.name == "gravity-sag" {
             // an upright axis does not turn gravity in the frame it carries
             return;
         }
@@ -271,7 +271,8 @@ fn no_size_no_effect_and_columns_are_the_slope() {
             moved.insert(kind.name);
             return;
         }
-        assert!(largest > 1e-5, "{label} moves nothing: {largest:e} mm");
+        // rounding is 1e-13; the walk's tests are slow for what grows with the square of the speed
+        assert!(largest > 1e-6, "{label} moves nothing: {largest:e} mm");
         moved.insert(kind.name);
         // second order: a quarter at half the size; lengths of some 300 mm carry rounding of 1e-13
         assert!(off < 0.02 * largest, "{label}: {off:e} of {largest:e} mm");

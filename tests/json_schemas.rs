@@ -45,7 +45,7 @@ fn machines_and_sessions() {
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     held(&["check", CHAPTER5]);
     held(&["check", HERMLE, "--at", "A=30,C=-45"]);
-    held(&["check", "examples/table-1-1/table-1-1-head-head-ba.yaml"]);
+    held(&["check", "machines/table-1-1-head-head-ba.yaml"]);
     let code = ["--code", "[wCAXbYZt]", "--travels", "650,520,475", "--nose-to-table", "110..585", "--table", "320"];
     let rest = ["--tilt-above-table", "-60", "--range", "A=-120..30", "--directions", "iso841"];
     held(&[&["init", &at("mill.yaml")], &code[..], &rest[..]].concat());

@@ -51,8 +51,10 @@ fn moment(session: &Session, place: &str, load: &str) -> Result<Vec<Vec<f64>>, E
     let chain = Chain::of(&session.machine);
     let context = Context::of(session, &chain).unwrap();
     let place = Place::Axis(session.machine.axis_index(place).unwrap());
-    let effect = Effect::new("gravity-moment", place).with("load", ParameterValue::Word(load.into()));
-    let profiles = effects::kind("gravity-moment").unwrap().shape(&context, &effect)?;
+    let effect = Effect::new("gravity-sag", place)
+        .with("load", ParameterValue::Word(load.into()))
+        .with("moment", ParameterValue::Word("own".into()));
+    let profiles = effects::kind("gravity-sag").unwrap().shape(&context, &effect)?;
     Ok(profiles.into_iter().map(|profile| profile[0].clone()).collect())
 }
 

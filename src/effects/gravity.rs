@@ -11,6 +11,7 @@ use super::contract::{
     every_component, no_check, plain_measure, word,
 };
 use super::load_frame::{of_link, rotations};
+use super::moment::{self, ABOUT};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 use nalgebra::{Matrix3, Vector3};
@@ -46,32 +47,48 @@ pub static GRAVITY_SAG: Kind = Kind {
     needs_runs: false,
     signature: Signature::Sag,
     candidates: sags,
-    candidates_of_poses: sags_of_arms,
+    candidates_of_poses: |seen| {
+        moment::moments(seen, GRAVITY_SAG.name).into_iter().chain(shifts_of_arms(seen)).collect()
+    },
     documented: Documented {
         place: "rotary axis",
         components: "all",
-        functions: "`x y z`: unit gravity in the frame of the load, `xx xy …`: its products, for a body that bends in its own frame; less their values at the zero position",
-        parameters: "`load` (link)",
+        functions: "`x y z`: unit gravity in the frame of the load, `xx xy …`: its products, for a body that bends in its own frame; less their values at the zero position; with `moment` `x y z`: `Rᵀ(g × z)` less its value there, R the rotation of the load, z the direction of the moment: what a weight turns about z whose lever is fixed in the load",
+        parameters: "`load` (link), `moment` (own, x, y, z)",
         unit: "um, arcsec per g",
     },
-    parameters: &[Parameter::word(
-        "load",
-        &[],
-        DefaultValue::Absent,
-        "link whose frame the load keeps, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
-    )],
+    parameters: &[
+        Parameter::word(
+            "load",
+            &[],
+            DefaultValue::Absent,
+            "link whose frame the load keeps, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
+        ),
+        Parameter::word(
+            "moment",
+            &ABOUT,
+            DefaultValue::Absent,
+            "the load's moment about the joint's own line or a direction of R drives, in place of gravity in the load's frame",
+        ),
+    ],
     check: no_check,
     outlets: |machine, place| match place {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => every_component(machine, axis),
         _ => Vec::new(),
     },
     measure: plain_measure,
-    functions: |_| FUNCTIONS.map(|(name, _)| name.to_string()).to_vec(),
+    functions: |effect| {
+        let count = if word(effect, "moment").is_some() { LINEAR.len() } else { FUNCTIONS.len() };
+        FUNCTIONS.iter().take(count).map(|(name, _)| name.to_string()).collect()
+    },
     profiles,
 };
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
+    if let Some(about) = word(effect, "moment") {
+        return moment::profiles(context, effect, about);
+    }
     let turned = match word(effect, "load") {
         None => of_link(context, context.chain().carried_by(axis)),
         Some(name) => rotations(context, &effect.kind, name)?,
@@ -110,7 +127,7 @@ fn sags(seen: &Observations) -> Vec<CandidateFamily> {
 const LINEAR: &[&str] = &["x", "y", "z"];
 
 /// Shifts of a joint under each link beyond it; what turns under weight is in `moment`.
-fn sags_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
+fn shifts_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
     let (machine, chain) = (seen.machine(), seen.context.chain());
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {

@@ -71,7 +71,6 @@ pub static KINDS: &[&Kind] = &[
     &surface_form::SURFACE_FORM,
     &beat::BEAT,
     &gravity::GRAVITY_SAG,
-    &moment::GRAVITY_MOMENT,
     &compliance::LOAD_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,

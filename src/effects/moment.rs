@@ -1,4 +1,4 @@
-//! Deflection of a joint under the moment of weight that a link beyond it turns about. Masses need not be known: they are in the sizes.
+//! The moment form of a sag: deflection of a joint under the moment of weight that a link beyond it turns about. Masses need not be known: they are in the sizes.
 //!
 //! A weight of size one whose lever from the joint is `r` gives the moment `z·(r × g)` about a direction z, g the unit vector of
 //! gravity. Levers of a serial arm are sums of vectors fixed in its links, so the moment of all that hangs on a joint is
@@ -7,78 +7,22 @@
 
 use nalgebra::Vector3;
 
-use super::candidates::{
-    CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, some_rows, with_word,
-};
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, some_rows, with_word};
 use super::context::Profile;
-use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, no_check, plain_measure, word,
-};
+use super::contract::word;
 use super::load_frame::{of_link, rotations};
 use super::{Context, EffectError};
 use crate::chain::LinkId;
 use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
 
-/// Coordinates of the load's frame along which levers stand out.
-const FUNCTIONS: [&str; 3] = ["x", "y", "z"];
-/// Directions of R about which a moment may act.
-const ABOUT: [&str; 3] = ["x", "y", "z"];
+/// Directions about which a moment may act: the joint's own line, or one of R at the zero position.
+pub(super) const ABOUT: [&str; 4] = ["own", "x", "y", "z"];
 
-/// Sag of a joint under a moment.
-pub static GRAVITY_MOMENT: Kind = Kind {
-    name: "gravity-moment",
-    driver: Driver::Gravity,
-    formula: "E = sum s_k m_k, m = R^T (g x z) less its value at zero; R the load's rotation, z the direction of the moment",
-    size_meaning: "deflection under the full moment",
-    cause: "weight beyond the joint stands out from its line: the gear winds up, the bearing tips",
-    remedy: "compensate by the moment of the pose, balance the load, or stiffen gear and bearing",
-    titles: &[("", "Sag at {place} under the moment of weight ({moving})")],
-    measures: Some("under the full moment"),
-    notable: Notable { length: 3.0, angle: 3.0 },
-    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Payload },
-    unseen: Unseen::Never,
-    unmoved: &[AxisKind::Rotary],
-    form_error: 0.03,
-    needs_runs: false,
-    signature: Signature::Sag,
-    candidates: none,
-    candidates_of_poses: moments,
-    documented: Documented {
-        place: "rotary axis",
-        components: "all",
-        functions: "`x y z`: `Rᵀ(g × z)` less its value at zero, R the rotation of the load, z the direction of the moment",
-        parameters: "`load` (link), `moment` (x, y, z)",
-        unit: "um, arcsec at the full moment",
-    },
-    parameters: &[
-        Parameter::word(
-            "load",
-            &[],
-            DefaultValue::Absent,
-            "link in which the lever is fixed, of the chain or of a branch under 'carried'; the link that the joint carries when not stated",
-        ),
-        Parameter::word(
-            "moment",
-            &ABOUT,
-            DefaultValue::Absent,
-            "direction of R at the zero position about which the moment acts; the joint's own line when not stated",
-        ),
-    ],
-    check: no_check,
-    outlets: |machine, place| match place {
-        Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => every_component(machine, axis),
-        _ => Vec::new(),
-    },
-    measure: plain_measure,
-    functions: |_| FUNCTIONS.map(String::from).to_vec(),
-    profiles,
-};
-
-fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+/// The moment of a load about a direction, one profile for each coordinate of the load's frame along which its lever stands out.
+pub(super) fn profiles(context: &Context, effect: &Effect, about: &str) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let machine = context.machine();
-    let about = match word(effect, "moment").and_then(|name| ABOUT.iter().position(|known| *known == name)) {
+    let about = match ABOUT.iter().skip(1).position(|known| *known == about) {
         Some(direction) => Vector3::ith(direction, 1.0),
         None => machine.axes[axis].direction,
     };
@@ -92,7 +36,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let moment = |test: usize, row: usize| {
         load[test][row].transpose() * machine.gravity.cross(&(carrier[test][row] * about)) - at_zero
     };
-    Ok((0..FUNCTIONS.len()).map(|k| context.profile(|test, row| moment(test, row)[k])).collect())
+    Ok((0..3).map(|k| context.profile(|test, row| moment(test, row)[k])).collect())
 }
 
 /// Share of the full moment below which there is none.
@@ -118,24 +62,23 @@ fn levers(seen: &Observations, axis: usize) -> Vec<String> {
 }
 
 /// Sag of a joint about its line and across under every lever beyond it: the moment of a forearm depends on where it points.
-fn moments(seen: &Observations) -> Vec<CandidateFamily> {
+pub(super) fn moments(seen: &Observations, sag: &'static str) -> Vec<CandidateFamily> {
     let machine = seen.machine();
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {
         let place = Place::Axis(axis);
-        let new = |outlets, effect| {
-            CandidateFamily::new(GRAVITY_MOMENT.name, place, outlets, PLAUSIBLE_OF_ARMS).over(vec![effect])
-        };
+        let new = |outlets, effect| CandidateFamily::new(sag, place, outlets, PLAUSIBLE_OF_ARMS).over(vec![effect]);
         let turns = has_moment(seen.context, axis, machine.axes[axis].direction);
         let mut tilts = directions(machine, axis).tilts.to_vec();
         tilts.retain(|tilt| has_moment(seen.context, axis, Vector3::ith(tilt.direction_index(), 1.0)));
         for load in levers(seen, axis) {
-            let under = with_word(GRAVITY_MOMENT.name, place, "load", &load);
+            let under = with_word(sag, place, "load", &load);
             if turns {
-                list.push(new(vec![Outlet::own(machine, axis)], under.clone()));
+                let about = ParameterValue::Word(ABOUT[0].into());
+                list.push(new(vec![Outlet::own(machine, axis)], under.clone().with("moment", about)));
             }
             for &tilt in &tilts {
-                let about = ParameterValue::Word(ABOUT[tilt.direction_index()].into());
+                let about = ParameterValue::Word(ABOUT[1 + tilt.direction_index()].into());
                 list.push(new(motion(axis, &[tilt]), under.clone().with("moment", about)));
             }
         }

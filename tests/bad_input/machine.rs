@@ -29,7 +29,7 @@ fn one_message_each() {
         (
             "unknown top key",
             format!("{MACHINE}{}", "gravty: [0, 0, -1]\n"),
-            "machine.yaml:9:1: unknown key 'gravty'; did you mean 'gravity'? (allowed: name, code, chain, directions, axes, gravity, machine_zero, gauge_length, links, effects, linear_axes, caveats, bodies, mounts, spindle, touching)",
+            "machine.yaml:9:1: unknown key 'gravty'; did you mean 'gravity'? (allowed: name, code, chain, directions, axes, gravity, machine_zero, gauge_length, links, carried, effects, linear_axes, caveats, bodies, mounts, spindle, touching)",
         ),
         (
             "a caveat of two lines",
