@@ -243,6 +243,8 @@ fn no_size_no_effect_and_columns_are_the_slope() {
     each(|machine, kind, effect| {
         let label = format!("{} at {} of {}", kind.name, effect.place.name(machine), machine.name);
         let mut session = walk(machine.clone());
+        // the walk is slow for what grows with the square of the speed
+        let effect = if kind.name == "imbalance" { effect.scaled(10.0) } else { effect };
         if kind.name == "arrival-lag" {
             as_poses(&mut session);
         }
@@ -271,8 +273,7 @@ fn no_size_no_effect_and_columns_are_the_slope() {
             moved.insert(kind.name);
             return;
         }
-        // rounding is 1e-13; the walk's tests are slow for what grows with the square of the speed
-        assert!(largest > 1e-6, "{label} moves nothing: {largest:e} mm");
+        assert!(largest > 1e-5, "{label} moves nothing: {largest:e} mm");
         moved.insert(kind.name);
         // second order: a quarter at half the size; lengths of some 300 mm carry rounding of 1e-13
         assert!(off < 0.02 * largest, "{label}: {off:e} of {largest:e} mm");

@@ -192,7 +192,7 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                 feed_mm_per_min: (index > 0).then(|| number(10.0, 5000.0)),
                 overshoot: (index == 1).then(|| number(0.0, 5.0)),
                 marks: (index % 2 == 1).then(|| Marks {
-                    move_mm: number(-0.9, 0.9),
+                    move_mm: number(0.02, 0.9) * if index == 1 { -1.0 } else { 1.0 },
                     feed_mm_per_min: number(1.0, 100.0),
                     hold_s: number(0.1, 5.0),
                     rest_s: number(0.1, 5.0),

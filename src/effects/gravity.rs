@@ -47,9 +47,7 @@ pub static GRAVITY_SAG: Kind = Kind {
     needs_runs: false,
     signature: Signature::Sag,
     candidates: sags,
-    candidates_of_poses: |seen| {
-        moment::moments(seen, GRAVITY_SAG.name).into_iter().chain(shifts_of_arms(seen)).collect()
-    },
+    candidates_of_poses: |seen| moment::moments(seen, GRAVITY_SAG.name).into_iter().chain(sags_of_arms(seen)).collect(),
     documented: Documented {
         place: "rotary axis",
         components: "all",
@@ -126,8 +124,8 @@ fn sags(seen: &Observations) -> Vec<CandidateFamily> {
 /// Functions that are linear in gravity.
 const LINEAR: &[&str] = &["x", "y", "z"];
 
-/// Shifts of a joint under each link beyond it; what turns under weight is in `moment`.
-fn shifts_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
+/// Sag of a joint under each link beyond it: the torque of a forearm depends on where the forearm points.
+fn sags_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
     let (machine, chain) = (seen.machine(), seen.context.chain());
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {
@@ -137,9 +135,14 @@ fn shifts_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
                 continue;
             }
             let load = with_word(GRAVITY_SAG.name, place, "load", &machine.axes[beyond].name);
-            let shifts = motion(axis, &[d.across[0], d.across[1], d.along]);
-            let family = CandidateFamily::new(GRAVITY_SAG.name, place, shifts, PLAUSIBLE_OF_ARMS);
-            list.push(CandidateFamily { functions: LINEAR, ..family.over(vec![load]) });
+            for outlets in [
+                vec![Outlet::own(machine, axis)],
+                motion(axis, &d.tilts),
+                motion(axis, &[d.across[0], d.across[1], d.along]),
+            ] {
+                let family = CandidateFamily::new(GRAVITY_SAG.name, place, outlets, PLAUSIBLE_OF_ARMS);
+                list.push(CandidateFamily { functions: LINEAR, ..family.over(vec![load.clone()]) });
+            }
         }
     }
     list

@@ -271,7 +271,7 @@ fn periods_of_way(seen: &Observations, axis: usize, (from, to): (f64, f64)) -> C
 }
 
 /// Orders per turn of an arm's joint about its own line: eccentric encoder or gear, and, below one, a scale error of the angle.
-const OWN_ORDERS: [&[f64]; 6] = [&[0.25], &[0.5], &[1.0], &[2.0], &[2.0, 3.0], &[1.0, 2.0, 3.0]];
+const OWN_ORDERS: [&[f64]; 5] = [&[0.25], &[0.5], &[1.0], &[2.0], &[1.0, 2.0, 3.0]];
 
 fn angles_of_arms(seen: &Observations) -> Vec<CandidateFamily> {
     let of_axis = |(axis, _)| {
