@@ -293,7 +293,7 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
     // rest, mark with its hold, rest, run
     let rests = lines.iter().enumerate().filter(|(_, line)| line.starts_with("G4 "));
     let (run, _) = rests.clone().nth(if planned.test.marks.is_some() { 2 } else { 0 }).expect("a rest");
-    let turn = run + 1;
+    let turn = (run + 1..lines.len()).find(|&k| lines[k].contains(" F")).expect("a feed");
     let with = |line: String| {
         let mut changed: Vec<&str> = lines.clone();
         changed[turn] = &line;
