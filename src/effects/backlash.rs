@@ -266,23 +266,16 @@ fn about_its_line(seen: &Observations) -> Vec<CandidateFamily> {
     seen.moving(AxisKind::Rotary).map(about).collect()
 }
 
-/// Way of a slide over a session below which it has stood, mm.
-const LEAST_WAY_MM: f64 = 1.0;
-
 /// Also of slides that only move from test to test: they stand on one or the other flank.
 fn along_its_way(seen: &Observations) -> Vec<CandidateFamily> {
     let (first, longest) = TAKE_UP_MM;
-    let has_moved = |axis: &usize| {
-        let (least, most) = seen.context.visited(*axis);
-        most - least > LEAST_WAY_MM
-    };
-    let along = |axis| {
+    let along = |(axis, _)| {
         let own = vec![Outlet::own(seen.machine(), axis)];
         CandidateFamily::new(LINEAR_BACKLASH.name, Place::Axis(axis), own, 30.0)
             .over(windups(seen, LINEAR_BACKLASH.name, axis, first))
             .refine(windup_refined(longest))
     };
-    seen.axes(AxisKind::Linear).filter(has_moved).map(along).collect()
+    seen.displaced_slides().map(along).collect()
 }
 
 fn plays(seen: &Observations) -> Vec<CandidateFamily> {

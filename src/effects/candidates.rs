@@ -56,11 +56,20 @@ impl<'a> Observations<'a> {
         turning.filter(move |_| is_seen).map(|(axis, _)| axis)
     }
 
+    /// Slides that were at different places, whether in a test or from test to test, with the ends of their way, mm.
+    pub fn displaced_slides(&self) -> impl Iterator<Item = (usize, (f64, f64))> + '_ {
+        let ways = self.axes(AxisKind::Linear).map(|axis| (axis, self.context.visited(axis)));
+        ways.filter(|(_, (from, to))| to - from > LEAST_WAY_MM)
+    }
+
     /// End of the last test, s since the session began.
     pub fn latest_s(&self) -> f64 {
         (0..self.context.tests()).map(|test| self.context.ends_at_s(test)).fold(0.0, f64::max)
     }
 }
+
+/// Way of a slide over a session below which it has stood, mm.
+const LEAST_WAY_MM: f64 = 1.0;
 
 /// Candidates that differ only in shape: one kind of effect at one place through some outlets.
 #[derive(Debug, Clone)]

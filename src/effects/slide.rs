@@ -109,18 +109,6 @@ pub static LINEAR_SCALE: Kind = Kind {
     },
 };
 
-/// Way of a slide over a session below which its errors do not show, mm.
-const LEAST_WAY_MM: f64 = 1.0;
-
-/// Slides that were at different places.
-fn slides(seen: &Observations) -> Vec<usize> {
-    let has_moved = |axis: &usize| {
-        let (least, most) = seen.context.visited(*axis);
-        most - least > LEAST_WAY_MM
-    };
-    seen.axes(AxisKind::Linear).filter(has_moved).collect()
-}
-
 /// Squareness errors by which a machine's coordinates are customarily fixed: of Y, and of Z (directions of R: 0, 1, 2).
 const CUSTOMARY: [(Component, usize); 3] = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
 
@@ -134,11 +122,11 @@ fn tilts(seen: &Observations) -> Vec<CandidateFamily> {
             CandidateFamily::new(SQUARENESS.name, Place::Axis(axis), outlets, 120.0).ranked(usize::from(!is_customary))
         })
     };
-    slides(seen).into_iter().flat_map(of_axis).collect()
+    seen.displaced_slides().flat_map(|(axis, _)| of_axis(axis)).collect()
 }
 
 fn scales(seen: &Observations) -> Vec<CandidateFamily> {
     let own = |axis: usize| vec![Outlet::own(seen.machine(), axis)];
     let scale = |axis| CandidateFamily::new(LINEAR_SCALE.name, Place::Axis(axis), own(axis), 300.0);
-    slides(seen).into_iter().map(scale).collect()
+    seen.displaced_slides().map(|(axis, _)| scale(axis)).collect()
 }

@@ -132,18 +132,11 @@ fn raised_cosine(from_centre: f64, half_width: f64, skew: f64) -> f64 {
     if from_centre.abs() < half { (1.0 + (PI * from_centre / half).cos()) / 2.0 } else { 0.0 }
 }
 
-/// Way of a slide over a session below which its straightness does not show, mm.
-const LEAST_WAY_MM: f64 = 1.0;
-
 /// Widths of bumps that are tried, as shares of the way.
 const WIDTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
 
 fn bumps_and_bows(seen: &Observations) -> Vec<CandidateFamily> {
-    let of_axis = |axis: usize| {
-        let (from, to) = seen.context.visited(axis);
-        if to - from > LEAST_WAY_MM { of_slide(seen.machine(), axis, (from, to)) } else { Vec::new() }
-    };
-    seen.axes(AxisKind::Linear).flat_map(of_axis).collect()
+    seen.displaced_slides().flat_map(|(axis, ends)| of_slide(seen.machine(), axis, ends)).collect()
 }
 
 /// Bumps and bows of a slide in each component beside its own motion, over the way on which it was.
