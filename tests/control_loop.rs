@@ -14,6 +14,7 @@ use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::{Dialect, program};
 use fiveaxis::plan::{PlannedTest, Settings, bare_session, plan};
 use fiveaxis::session::{Motion, Path as TestPath, Test};
+use nalgebra::Vector3;
 
 /// Speed relative to the feed over the whole arc.
 const PACE: [f64; 2] = [0.95, 1.05];
@@ -73,6 +74,12 @@ fn traced(run: &Path, machine: &Machine, text: &str) -> Trace {
     Trace { rows }
 }
 
+/// Ways between two positions, mm: of one ball as seen from the other, and of the linear axes together.
+fn ways(machine: &Machine, bar: &impl Fn(&[f64]) -> Vector3<f64>, from: &[f64], to: &[f64]) -> [f64; 2] {
+    let linear = (0..to.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
+    [(bar(to) - bar(from)).norm(), linear.map(|k| (to[k] - from[k]).powi(2)).sum::<f64>().sqrt()]
+}
+
 /// What one direction of a test came to: least and greatest speed relative to the feed, bar off by mm, part of the arc seen.
 fn judged(machine: &Machine, test: &Test, trace: &Trace) -> ([f64; 2], f64, f64) {
     let chain = Chain::of(machine);
@@ -86,10 +93,10 @@ fn judged(machine: &Machine, test: &Test, trace: &Trace) -> ([f64; 2], f64, f64)
     // where the path is at a row: the swept axis, or the angle about the middle of a circle
     let place = |q: &[f64]| match test.path.as_ref().expect("path") {
         TestPath::Sweep { axis, .. } => machine.axes[*axis].kind.to_file_unit(q[*axis]),
-        TestPath::Circle { plane, radius_mm, from, to, .. } => {
-            let (sin, cos) = from.to_radians().sin_cos();
-            let middle = [own.row(0)[plane.first] - radius_mm * cos, own.row(0)[plane.second] - radius_mm * sin];
-            let angle = (q[plane.second] - middle[1]).atan2(q[plane.first] - middle[0]).to_degrees();
+        TestPath::Circle { plane, from, to, .. } => {
+            // of the bar in R, whichever link a linear axis carries
+            let along = |axis: usize| bar(q).dot(&machine.axes[axis].direction);
+            let angle = along(plane.second).atan2(along(plane.first)).to_degrees();
             let half = 0.5 * (from + to);
             half + (angle - half + 180.0).rem_euclid(360.0) - 180.0
         }
@@ -120,24 +127,27 @@ fn judged(machine: &Machine, test: &Test, trace: &Trace) -> ([f64; 2], f64, f64)
     let arc = stretches.max_by(|a, b| gone(a).total_cmp(&gone(b))).expect("a stretch");
     let off = arc.iter().map(|(row, _)| (bar(&row.1).norm() - session_bar(&row.1)).abs()).fold(0.0, f64::max);
     let feed = test.feed_mm_per_min.expect("planned") / 60.0;
+    // where the bar keeps its direction the feed is that of the linear axes
+    let [seen, slides] = ways(machine, &bar, own.row(0), own.row(1));
+    let is_bar_turning = seen > 1e-3 * slides;
     let mut pace = [f64::MAX, f64::MIN];
     for pair in arc.windows(WINDOW + 1) {
         let (from, to) = (pair[0].0, pair[WINDOW].0);
-        let seen = (bar(&to.1) - bar(&from.1)).norm();
-        let linear = (0..to.1.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
-        let slides = linear.map(|k| (to.1[k] - from.1[k]).powi(2)).sum::<f64>().sqrt();
-        let way = if seen > 1e-3 * slides { seen } else { slides };
+        let [seen, slides] = ways(machine, &bar, &from.1, &to.1);
+        let way = if is_bar_turning { seen } else { slides };
         let speed = way / (to.0 - from.0) / feed;
         pace = [pace[0].min(speed), pace[1].max(speed)];
     }
     (pace, off, gone(arc) / (to - from).abs())
 }
 
-fn check(run: &Path, machine: &Machine, planned: &PlannedTest) {
+/// What is wrong with a planned test on the control, direction by direction.
+fn faults(run: &Path, machine: &Machine, planned: &PlannedTest) -> Vec<String> {
     let trace = traced(run, machine, &program(machine, planned, Dialect::LinuxCnc));
+    let mut faults = Vec::new();
     for test in planned.both_ways() {
         let (pace, off, seen) = judged(machine, &test, &trace);
-        println!(
+        let said = format!(
             "{} {}: {} mm/min kept to {:.3} … {:.3}, bar within {:.3} um of the session's, {:.1} % of the arc seen",
             machine.name,
             test.name,
@@ -147,10 +157,13 @@ fn check(run: &Path, machine: &Machine, planned: &PlannedTest) {
             off * 1e3,
             seen * 100.0
         );
-        assert!(seen > 0.98, "{}: only {seen} of the arc", test.name);
-        assert!(pace[0] > PACE[0] && pace[1] < PACE[1], "{}: {pace:?}", test.name);
-        assert!(off < BAR_MM, "{}: {off}", test.name);
+        println!("{said}");
+        // a control that stood by itself shows nothing of the arc
+        if !(seen > 0.98 && pace[0] > PACE[0] && pace[1] < PACE[1] && off < BAR_MM) {
+            faults.push(said);
+        }
     }
+    faults
 }
 
 fn planned(name: &str, feed: f64, circles: bool) -> (Machine, Vec<PlannedTest>) {
@@ -167,15 +180,18 @@ fn a_real_planner_keeps_feed_and_bar() {
     let Some(run) = control() else { return };
     if let Ok(names) = std::env::var("FIVEAXIS_CONTROL_LOOP") {
         let feed = std::env::var("FIVEAXIS_CONTROL_FEED").map_or(500.0, |feed| feed.parse().expect("mm/min"));
+        let mut faults = Vec::new();
         for name in names.split(',') {
             let (machine, tests) = planned(name, feed, true);
-            tests.iter().for_each(|planned| check(&run, &machine, planned));
+            faults.extend(tests.iter().flat_map(|planned| self::faults(&run, &machine, planned)));
         }
+        assert!(faults.is_empty(), "{faults:#?}");
         return;
     }
     // one program of arcs that carry the table along, and the control winds them beyond a full turn: it takes real time
     let (machine, tests) = planned("nutating-table-45.yaml", 1500.0, false);
     let following = tests.iter().filter(|planned| planned.is_coupled());
     let shortest = following.min_by(|a, b| a.minutes.total_cmp(&b.minutes)).expect("a following run");
-    check(&run, &machine, shortest);
+    let faults = faults(&run, &machine, shortest);
+    assert!(faults.is_empty(), "{faults:#?}");
 }
