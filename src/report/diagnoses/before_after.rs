@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use super::diagnosis::{FindingJson, RangeJson};
 use crate::diagnose::TestBeforeAfter;
 use crate::report::pictures::course::path_data;
-use crate::report::pictures::polar::{PolarPlot, PolarTrace, Stroke, escape};
+use crate::report::pictures::polar::{PolarPlot, PolarTrace, Stroke};
 use crate::report::pictures::trace_plots::{Swept, swept};
+use crate::report::wording::markup::escape;
 use crate::session::{Motion, Session, Test};
 use crate::units::UM_PER_MM;
 
