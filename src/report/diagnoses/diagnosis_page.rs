@@ -8,9 +8,9 @@ use super::chain_map::chain_map;
 use super::diagnosis::{DiagnosisJson, FindingJson};
 use super::diagnosis_text::{moved_words, verdict_words};
 use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
-    what,
+    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit, what,
 };
+use super::shape_words::shape_words;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::methods::CircleFigures;
