@@ -38,7 +38,7 @@ use fiveaxis::load::load_session;
 use fiveaxis::machine::{Effect, Outlet, ParameterValue, Place};
 use fiveaxis::report::diagnosis::diagnosis_json;
 use fiveaxis::report::diagnosis_text::verdict_words;
-use fiveaxis::report::finding_words::shape_words;
+use fiveaxis::report::shape_words::shape_words;
 use fiveaxis::session::Session;
 use noisy::recorded;
 

@@ -1,5 +1,5 @@
-//! The house: which rooms may import which, no circles among files, few files side by side, no names of effects outside the catalogue, no files and no
-//! terminal in rooms that compute.
+//! The house: which rooms may import which, no circles among files, few files side by side, short functions, no names of effects
+//! outside the catalogue, no files and no terminal in rooms that compute.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -50,6 +50,12 @@ const ONE_FILE_PER_KIND: [&str; 1] = ["effects"];
 /// Folders in which still more files lie side by side. A folder leaves this list when it has fewer, and may not come back.
 const STILL_FLAT: [&str; 0] = [];
 
+/// Most lines of a function: what a reader sees at once.
+const MOST_LINES: usize = 80;
+
+/// Most parameters of a function, the value that it is called on included.
+const MOST_PARAMETERS: usize = 7;
+
 /// Rooms whose inner rooms still import each other in circles. A room leaves this list when they do not, and may not come back.
 const STILL_ENTWINED: [&str; 0] = [];
 
@@ -90,6 +96,61 @@ fn modules() -> BTreeMap<Module, String> {
         modules.insert(path, code.join("\n"));
     }
     modules
+}
+
+/// A function as it is written.
+#[derive(Debug, PartialEq)]
+struct Function {
+    name: String,
+    lines: usize,
+    parameters: usize,
+}
+
+/// Functions of a formatted text: each ends with the first brace that stands below its beginning.
+fn functions(text: &str) -> Vec<Function> {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut list = Vec::new();
+    for (first, line) in lines.iter().enumerate() {
+        let indent = line.len() - line.trim_start().len();
+        let mut words = line.split_whitespace().skip_while(|word| word.starts_with("pub") || *word == "const");
+        let (Some("fn"), Some(named)) = (words.next(), words.next()) else { continue };
+        let is_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+        let name: String = named.chars().take_while(|letter| is_name(*letter)).collect();
+        let below = |line: &&str| line.trim_start() == "}" && line.len() == indent + 1;
+        let has_body = lines[first..].iter().find_map(|line| match line.trim_end().chars().last() {
+            Some('{') => Some(true),
+            Some(';' | '}') => Some(false),
+            _ => None,
+        });
+        let length = match has_body {
+            Some(true) => lines[first..].iter().position(below).map_or(1, |last| last + 1),
+            _ => 1,
+        };
+        let head = lines[first..].join("\n");
+        let head = &head[head.find(&name).expect("its name") + name.len()..];
+        list.push(Function { name, lines: length, parameters: parameters(head) });
+    }
+    list
+}
+
+/// Number of parameters of a function whose text begins after its name.
+fn parameters(head: &str) -> usize {
+    let head = head.replace("->", "  ");
+    let (mut depth, mut opened, mut list) = (0, 0, vec![String::new()]);
+    for letter in head.chars() {
+        depth -= i32::from(")]}>".contains(letter));
+        if opened > 0 && depth < opened {
+            break;
+        }
+        match letter {
+            '(' if depth == 0 => opened = 1,
+            ',' if depth == opened && opened > 0 => list.push(String::new()),
+            _ if opened > 0 => list.last_mut().expect("one").push(letter),
+            _ => {}
+        }
+        depth += i32::from("([{<".contains(letter));
+    }
+    list.iter().filter(|parameter| !parameter.trim().is_empty()).count()
 }
 
 /// The paths of a use tree: `a::{b, c::d}` is `a::b` and `a::c::d`.
@@ -295,6 +356,31 @@ fn few_files_lie_side_by_side() {
     for folder in STILL_FLAT {
         assert!(full.iter().any(|other| *other == folder), "{folder} has fewer files now: take it off the list");
     }
+}
+
+#[test]
+fn functions_are_read_as_they_are_written() {
+    let text = "pub fn one<F: Fn(f64, f64) -> f64>(of: F, (a, b): (f64, [f64; 2])) -> f64 {\n    of(a, b[0])\n}\n\n\
+                impl X {\n    fn two(\n        &self,\n        list: &[(f64, f64)],\n    ) {\n        {\n        }\n    }\n}\n\n\
+                trait Y {\n    fn three();\n}\n";
+    let function = |name: &str, lines, parameters| Function { name: name.into(), lines, parameters };
+    assert_eq!(functions(text), [function("one", 3, 2), function("two", 7, 2), function("three", 1, 0)]);
+}
+
+#[test]
+fn functions_are_short_and_take_few_parameters() {
+    let mut files = Vec::new();
+    files_in(&source(), &mut files);
+    let mut wrong = Vec::new();
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("source");
+        for Function { name, lines, parameters } in functions(&text) {
+            if lines > MOST_LINES || parameters > MOST_PARAMETERS {
+                wrong.push(format!("{}: {name} has {lines} lines and {parameters} parameters", file.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "split these into pieces that each mean something: {wrong:#?}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The sense of axes: words against points that the machine moves, what is refused without it, what recordings tell of it.
 
+mod shipped;
+
 use std::path::Path;
 use std::process::Command;
 
@@ -177,10 +179,7 @@ fn words_agree_with_where_points_go() {
     const SEED: u64 = 841;
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     println!("seed {SEED}");
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines");
-    let files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    let yaml = files.iter().filter(|file| file.extension().is_some_and(|ending| ending == "yaml"));
-    let mut machines: Vec<Machine> = yaml.map(|file| load_machine(file).unwrap()).collect();
+    let mut machines: Vec<Machine> = shipped::machine_files().iter().map(|file| load_machine(file).unwrap()).collect();
     for machine in &machines {
         assert_eq!(machine.directions, Some(Directions::Iso841), "{}", machine.name);
     }

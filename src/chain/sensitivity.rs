@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::geometry::{Composition, Geometry, MotionErrors, PlacedJoint};
+use super::geometry::{Composition, Geometry, MotionErrors};
 use super::link::LinkId;
 use crate::machine::AxisKind;
 
@@ -172,17 +172,16 @@ impl Geometry<'_> {
             // lever of the carried ball after the nominal motion and M, before E
             let arm = placed.moved(&way[depth + 1], q, m, self.composition);
             g = match placed.joint.kind {
-                AxisKind::Rotary => self.pull_rotary(placed, axis, arm, g, q, m, out),
-                AxisKind::Linear => self.pull_linear(placed, axis, arm, g, q, m, out),
+                AxisKind::Rotary => self.pull_rotary(axis, arm, g, q, m, out),
+                AxisKind::Linear => self.pull_linear(axis, arm, g, q, m, out),
             };
         }
         g
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// Adds the derivatives of a rotary joint; returns what pulls on what carries it.
     fn pull_rotary(
         &self,
-        placed: &PlacedJoint,
         axis: usize,
         arm: Vector3<f64>,
         g: Wrench,
@@ -190,6 +189,7 @@ impl Geometry<'_> {
         m: Option<&[f64; 6]>,
         out: &mut Sensitivity,
     ) -> Wrench {
+        let placed = &self.placed[axis];
         let exact_arm = match self.composition {
             Composition::Exact => placed.rotation * arm,
             Composition::FirstOrder => arm,
@@ -206,10 +206,9 @@ impl Geometry<'_> {
         turn_back(&g_turned, &joint.direction, joint.sign * q)
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// Adds the derivatives of a linear joint; returns what pulls on what carries it.
     fn pull_linear(
         &self,
-        placed: &PlacedJoint,
         axis: usize,
         arm: Vector3<f64>,
         g: Wrench,
@@ -217,6 +216,7 @@ impl Geometry<'_> {
         m: Option<&[f64; 6]>,
         out: &mut Sensitivity,
     ) -> Wrench {
+        let placed = &self.placed[axis];
         let joint = &placed.joint;
         let slide = placed.slide(q);
         let lever = match self.composition {

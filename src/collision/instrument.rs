@@ -1,13 +1,15 @@
-//! The ball bar of one test as solids: balls, necks, bar, cups, stems, stand and fixture. Where it stands is the test's.
+//! The ball bar of one test on a machine: where it is mounted and which of its parts may meet what. Where it stands is the test's.
+
+use std::ops::Range;
 
 use nalgebra::Vector3;
 
 use super::convex::Convex;
 use super::scene::{BarEnds, Cone, Scene};
+use super::solids::{Nose, bar_solids, stand_solids};
 use super::world::{Part, World};
-use crate::bodies::{Bodies, Kit, Mount};
-use crate::chain::Geometry;
-use crate::session::{Path, Test};
+use crate::bodies::{Bodies, Kit, Mount, SpindleSide};
+use crate::session::Test;
 
 /// A bar stays this far inside the cones of its cups, rad: cups stand and are made to some tenths of a degree, and the rim
 /// that a bar touches is half a millimetre farther, seen from 30 mm.
@@ -47,10 +49,12 @@ pub struct Instrument<'a> {
     /// World parts on which the stand stands and which hold the stem: touch by design.
     stands_on: Vec<usize>,
     clamped_by: Vec<usize>,
-    stand_parts: Vec<usize>,
-    stem_parts: Vec<usize>,
+    /// Base and stem under the pivot cup, by index.
+    stand_parts: Range<usize>,
+    /// What is clamped in the spindle: of a fixture the shank alone.
+    stem_part: usize,
     /// Parts of the bar, by index.
-    bar_parts: Vec<usize>,
+    bar_parts: Range<usize>,
     cup_parts: [usize; 2],
     ball_parts: [usize; 2],
     spindle_cup_looks: Vector3<f64>,
@@ -90,109 +94,78 @@ impl<'a> Placement<'a> {
     }
 }
 
-impl<'a> Instrument<'a> {
-    /// The instrument of a test on a machine.
-    pub fn of(world: &World, bodies: &'a Bodies, kit: &Kit, test: &Test) -> Result<Instrument<'a>, InstrumentError> {
+/// Where both balls of a test are on the machine.
+struct Links<'a> {
+    placement: Placement<'a>,
+    spindle: &'a SpindleSide,
+    pivot_frame: usize,
+    spindle_frame: usize,
+}
+
+impl<'a> Links<'a> {
+    /// The surface under the pivot and the spindle that holds the other ball, when the machine has both.
+    fn of(world: &World, bodies: &'a Bodies, kit: &Kit, test: &Test) -> Result<Links<'a>, InstrumentError> {
         let chain = world.chain();
         let pivot_link = chain.link(&test.pivot.link);
         let placement = Placement::of(bodies, kit, test, |link| chain.link(link) == pivot_link)?;
-        let no_spindle = |reason: String| InstrumentError::NoSpindle { test: test.name.clone(), reason };
         let spindle = bodies.spindle.as_ref().ok_or_else(|| {
-            no_spindle("the machine file has no 'spindle'; add its link, nose and direction".to_string())
+            no_spindle(test, "the machine file has no 'spindle'; add its link, nose and direction".to_string())
         })?;
         let (Some(pivot_link), Some(spindle_link)) = (pivot_link, chain.link(&test.spindle_ball.link)) else {
-            return Err(no_spindle("a ball is on a link that the machine has not".into()));
+            return Err(no_spindle(test, "a ball is on a link that the machine has not".into()));
         };
         if chain.link(&spindle.link) != Some(spindle_link) {
-            return Err(no_spindle(format!(
-                "the spindle ball is on link {}, the spindle on {}",
-                test.spindle_ball.link, spindle.link
-            )));
+            let (ball, spindle) = (&test.spindle_ball.link, &spindle.link);
+            return Err(no_spindle(test, format!("the spindle ball is on link {ball}, the spindle on {spindle}")));
         }
-        let (pivot_frame, spindle_frame) = (world.frame(pivot_link), world.frame(spindle_link));
+        Ok(Links { placement, spindle, pivot_frame: world.frame(pivot_link), spindle_frame: world.frame(spindle_link) })
+    }
+}
+
+/// The refusal of a test whose ball the spindle cannot hold.
+fn no_spindle(test: &Test, reason: String) -> InstrumentError {
+    InstrumentError::NoSpindle { test: test.name.clone(), reason }
+}
+
+/// Length of the bar of a test, mm, when the kit makes it.
+fn bar_length_mm(kit: &Kit, test: &Test) -> Result<f64, InstrumentError> {
+    let length_mm = test.bar_length_mm.unwrap_or(kit.bar.length_mm);
+    let made = kit.lengths_mm();
+    if made.iter().any(|&made| (made - length_mm).abs() <= kit.bar.half_stroke_mm) {
+        return Ok(length_mm);
+    }
+    let known: Vec<String> = made.iter().map(|made| made.to_string()).collect();
+    Err(InstrumentError::NoBar {
+        test: test.name.clone(),
+        found: length_mm,
+        kit: kit.name.clone(),
+        known: format!("{} mm, ± {} mm stroke", known.join(" "), kit.bar.half_stroke_mm),
+    })
+}
+
+impl<'a> Instrument<'a> {
+    /// The instrument of a test on a machine.
+    pub fn of(world: &World, bodies: &'a Bodies, kit: &Kit, test: &Test) -> Result<Instrument<'a>, InstrumentError> {
+        let Links { placement, spindle, pivot_frame, spindle_frame } = Links::of(world, bodies, kit, test)?;
         let bar_frame = world.frame_count();
         let (pivot, ball) = (test.pivot.at, test.spindle_ball.at);
         let normal = placement.mount.normal;
-        let foot = pivot - normal * placement.height_mm;
-        let bar = &kit.bar;
-        let length = test.bar_length_mm.unwrap_or(bar.length_mm);
-        let known = kit.lengths_mm();
-        if !known.iter().any(|&made| (made - length).abs() <= bar.half_stroke_mm) {
-            let known: Vec<String> = known.iter().map(|made| made.to_string()).collect();
-            let known = format!("{} mm, ± {} mm stroke", known.join(" "), bar.half_stroke_mm);
-            return Err(InstrumentError::NoBar {
-                test: test.name.clone(),
-                found: length,
-                kit: kit.name.clone(),
-                known,
-            });
-        }
-        let along = |s: f64| Vector3::new(0.0, 0.0, s);
+        let length_mm = bar_length_mm(kit, test)?;
+        let nose = Nose::of(world, test, spindle);
+        let held = nose.solids(kit, spindle_frame).map_err(|reason| no_spindle(test, reason))?;
         let mut parts = vec![
-            Part::new("pivot ball", pivot_frame, Convex::ball(pivot, bar.ball_radius_mm)),
-            Part::new("spindle ball", spindle_frame, Convex::ball(ball, bar.ball_radius_mm)),
-            Part::new("bar", bar_frame, Convex::capsule(along(0.0), along(length), bar.neck_radius_mm)),
+            Part::new("pivot ball", pivot_frame, Convex::ball(pivot, kit.bar.ball_radius_mm)),
+            Part::new("spindle ball", spindle_frame, Convex::ball(ball, kit.bar.ball_radius_mm)),
         ];
-        let mut bar_parts = vec![2];
-        // the rounded ends of the thick part stay behind the necks
-        let (from, to) = (bar.neck_length_mm + bar.radius_mm, length - bar.neck_length_mm - bar.radius_mm);
-        if to > from {
-            bar_parts.push(parts.len());
-            parts.push(Part::new("bar", bar_frame, Convex::capsule(along(from), along(to), bar.radius_mm)));
-        }
-        let cup = &kit.pivot_cup;
-        let rim = pivot - normal * cup.rim_below_ball_mm;
-        let below = rim - normal * cup.height_mm;
-        let pivot_cup = parts.len();
-        parts.push(Part::new("pivot cup", pivot_frame, Convex::cylinder(rim, below, cup.radius_mm)));
-        let stand = &kit.pivot_stand;
-        let base_top = foot + normal * stand.base_height_mm;
-        let mut stand_parts = vec![parts.len()];
-        parts.push(Part::new("pivot base", pivot_frame, Convex::cylinder(foot, base_top, stand.base_radius_mm)));
-        if (below - foot).dot(&normal) > stand.base_height_mm {
-            stand_parts.push(parts.len());
-            parts.push(Part::new("pivot stem", pivot_frame, Convex::cylinder(base_top, below, cup.stem_radius_mm)));
-        }
-        let gauge_mm = (spindle.nose - ball).dot(&spindle.direction);
-        let aside = ball - (spindle.nose - spindle.direction * gauge_mm);
-        let up = spindle.direction;
-        let spindle_cup = parts.len();
-        let looks = if aside.norm() < 1e-6 { -up } else { fixture_look(world, test, &aside.normalize(), &up) };
-        let cup = &kit.spindle_cup;
-        let rim = ball - looks * cup.rim_below_ball_mm;
-        let back = rim - looks * cup.height_mm;
-        parts.push(Part::new("spindle cup", spindle_frame, Convex::cylinder(rim, back, cup.radius_mm)));
-        // of a fixture the shank alone is in the spindle
-        let mut stem_parts = Vec::new();
-        if aside.norm() < 1e-6 {
-            if gauge_mm < cup.rim_below_ball_mm + cup.height_mm {
-                return Err(no_spindle(format!(
-                    "the spindle ball is {gauge_mm:.3} mm in front of the nose, which leaves no room for its cup ({} mm)",
-                    cup.rim_below_ball_mm + cup.height_mm
-                )));
-            }
-            stem_parts.push(parts.len());
-            let stem = Convex::cylinder(back, spindle.nose, cup.stem_radius_mm);
-            parts.push(Part::new("spindle stem", spindle_frame, stem));
-        } else {
-            let fixture = kit.fixture.as_ref().ok_or_else(|| {
-                no_spindle(format!("the spindle ball is off the tool axis and the kit '{}' has no fixture", kit.name))
-            })?;
-            // the flat bar passes behind the cup
-            let arm_end = back - looks * fixture.arm_radius_mm;
-            let root = spindle.nose - up * (spindle.nose - arm_end).dot(&up);
-            if (spindle.nose - root).dot(&up) < 0.0 {
-                return Err(no_spindle(format!(
-                    "the fixture does not fit: the ball is {gauge_mm:.3} mm in front of the nose"
-                )));
-            }
-            let arm = Convex::capsule(root, arm_end, fixture.arm_radius_mm);
-            parts.push(Part::new("fixture", spindle_frame, arm));
-            stem_parts.push(parts.len());
-            let shank = Convex::cylinder(root, spindle.nose, fixture.arm_radius_mm);
-            parts.push(Part::new("fixture", spindle_frame, shank));
-        }
-        let lever_mm = bar.neck_length_mm;
+        let mut mounted = |solids: Vec<Part>| {
+            let from = parts.len();
+            parts.extend(solids);
+            from..parts.len()
+        };
+        let bar_parts = mounted(bar_solids(&kit.bar, bar_frame, length_mm));
+        let stand_parts = mounted(stand_solids(kit, pivot_frame, pivot, normal, placement.height_mm));
+        let held_parts = mounted(held);
+        let lever_mm = kit.bar.neck_length_mm;
         let cone = |name, frame, axis, half_angle_rad, at_pivot| Cone {
             name,
             frame,
@@ -203,21 +176,21 @@ impl<'a> Instrument<'a> {
         };
         let cones = vec![
             cone("cone of the pivot cup", pivot_frame, normal, kit.pivot_cup.cone_rad, true),
-            cone("cone of the spindle cup", spindle_frame, looks, kit.spindle_cup.cone_rad, false),
+            cone("cone of the spindle cup", spindle_frame, nose.looks, kit.spindle_cup.cone_rad, false),
         ];
         Ok(Instrument {
-            stands_on: body_behind(world, pivot_frame, &foot, &normal),
-            clamped_by: body_behind(world, spindle_frame, &spindle.nose, &-up),
+            stands_on: body_behind(world, pivot_frame, &(pivot - normal * placement.height_mm), &normal),
+            clamped_by: body_behind(world, spindle_frame, &spindle.nose, &-spindle.direction),
             placement,
             parts,
             bar: BarEnds { pivot: (pivot_frame, pivot), spindle: (spindle_frame, ball) },
             cones,
-            stand_parts,
-            stem_parts,
+            cup_parts: [stand_parts.start, held_parts.start],
+            stand_parts: stand_parts.start + 1..stand_parts.end,
+            stem_part: held_parts.end - 1,
             bar_parts,
-            cup_parts: [pivot_cup, spindle_cup],
             ball_parts: [0, 1],
-            spindle_cup_looks: looks,
+            spindle_cup_looks: nose.looks,
         })
     }
 
@@ -252,7 +225,7 @@ impl<'a> Instrument<'a> {
         for part in (0..self.parts.len()).filter(|part| mounted(*part)) {
             let by_design: &[usize] = if self.stand_parts.contains(&part) {
                 &self.stands_on
-            } else if self.stem_parts.contains(&part) {
+            } else if part == self.stem_part {
                 &self.clamped_by
             } else {
                 &[]
@@ -278,25 +251,6 @@ impl<'a> Instrument<'a> {
         let held = |part: usize| self.cup_parts.contains(&part) || self.ball_parts.contains(&part);
         !(bar(one) && held(other) || bar(other) && held(one))
     }
-}
-
-/// Whether the cup of a fixture looks down the tool or outward: the way that is nearer to the bar in the middle of the test.
-fn fixture_look(world: &World, test: &Test, outward: &Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
-    let mut q: Vec<f64> =
-        (0..world.chain().axis_count()).map(|k| test.positions.get(k).copied().flatten().unwrap_or(0.0)).collect();
-    if let Some(Path::Sweep { axis, from, to, .. }) = &test.path {
-        q[*axis] = world.chain().joint(*axis).kind.from_file_unit(0.5 * (from + to));
-    } else if let Some(recording) = &test.recording {
-        for (axis, positions) in recording.axes.iter().zip(&recording.positions) {
-            q[*axis] = positions.get(positions.len() / 2).copied().unwrap_or(0.0);
-        }
-    }
-    let Ok((pivot, spindle)) = test.links(world.chain()) else { return -up };
-    let geometry = Geometry::nominal(world.chain());
-    let bar =
-        geometry.point(pivot, &test.pivot.at, &q, None) - geometry.point(spindle, &test.spindle_ball.at, &q, None);
-    let in_link = geometry.pose(spindle, &q, None).rotation.tr_mul(&bar);
-    if in_link.dot(outward) > in_link.dot(&-up) { *outward } else { -up }
 }
 
 /// Parts of the one body of a frame that is nearest to a point of a surface, as far as they lie behind the surface.

@@ -11,6 +11,7 @@ mod frames;
 mod instrument;
 mod meeting;
 mod scene;
+mod solids;
 mod sweep;
 mod travel;
 mod world;

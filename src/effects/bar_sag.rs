@@ -6,7 +6,7 @@
 //! that rests on its ends. What is constant belongs to the bar's length: both functions are less their value at `α = 0`.
 
 use super::candidates::{CandidateFamily, Observations, none, with_number};
-use super::context::Profile;
+use super::context::{Profile, SAME_BAR_MM};
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
     no_check, plain_measure,
@@ -63,15 +63,9 @@ pub static BAR_SAG: Kind = Kind {
 const BENDS: &str = "bends";
 const HANGS: &str = "hangs";
 
-/// Two bars are one when their calibrated lengths differ by less, mm.
-const SAME_BAR_MM: f64 = 0.5;
-
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let bar = effect.number("bar");
-    let concerned = |test: usize| {
-        let length = context.session().tests[test].bar_length_mm;
-        bar.is_none_or(|bar| length.is_some_and(|length| (length - bar).abs() < SAME_BAR_MM))
-    };
+    let concerned = |test: usize| bar.is_none_or(|bar| context.has_bar(test, bar));
     let sines: Profile = (0..context.tests()).map(|test| sines(context, test)).collect();
     let of = |value: fn(f64) -> f64| {
         context.profile(|test, row| if concerned(test) { value(sines[test][row]) } else { 0.0 })

@@ -18,6 +18,8 @@ const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 const MM_PER_M: f64 = 1e3;
 /// Rows through which speeds are taken.
 const SPEED_ROWS: usize = 5;
+/// Two bars are one when their calibrated lengths differ by less, mm.
+pub(super) const SAME_BAR_MM: f64 = 0.5;
 
 /// Motions of all tests of a session, with the history between them.
 #[derive(Debug, Clone)]
@@ -81,6 +83,11 @@ impl<'a> Context<'a> {
     /// Number of tests.
     pub fn tests(&self) -> usize {
         self.motions.len()
+    }
+
+    /// Whether a test is made with the bar of this calibrated length, mm.
+    pub fn has_bar(&self, test: usize, bar_mm: f64) -> bool {
+        self.session.tests[test].bar_length_mm.is_some_and(|length_mm| (length_mm - bar_mm).abs() < SAME_BAR_MM)
     }
 
     /// Tests by time.

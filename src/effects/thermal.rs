@@ -279,9 +279,6 @@ fn growth(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile
     Ok(profiles)
 }
 
-/// Two bars are one when their calibrated lengths differ by less, mm.
-const SAME_BAR_MM: f64 = 0.5;
-
 fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let mut profiles = growth(&BAR_LENGTH, context, effect)?;
     if word(effect, "growing") == Some("by-length") {
@@ -296,11 +293,8 @@ fn bar_profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, Effe
     profiles.insert(0, context.profile(|_, _| 1.0));
     if let Some(bar) = effect.number("bar") {
         for profile in &mut profiles {
-            for (test, rows) in context.session().tests.iter().zip(profile) {
-                if !test.bar_length_mm.is_some_and(|length| (length - bar).abs() < SAME_BAR_MM) {
-                    rows.fill(0.0);
-                }
-            }
+            let others = profile.iter_mut().enumerate().filter(|(test, _)| !context.has_bar(*test, bar));
+            others.for_each(|(_, rows)| rows.fill(0.0));
         }
     }
     Ok(profiles)

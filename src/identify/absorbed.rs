@@ -5,12 +5,12 @@
 //! maximisation towards restricted maximum likelihood (Laird & Ware 1982). `J C J'` has a handful of significant
 //! columns, and tests with the same rows share them.
 
-use crate::statistics::Absorbed;
-use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix};
 use rayon::prelude::*;
 
 use super::solve::Solution;
 use crate::identify::model::problem::Problem;
+use crate::statistics::{Absorbed, principal};
 
 /// Share of the absorbed variance that may be left out.
 const LEFT_OUT_SHARE: f64 = 1e-3;
@@ -72,23 +72,17 @@ fn spread(
 
 /// Few columns with nearly the same `U U'`: the leading principal components.
 fn significant(columns: &DMatrix<f64>) -> DMatrix<f64> {
-    let gram = columns.tr_mul(columns);
-    if gram.nrows() == 0 || gram.iter().any(|value| !value.is_finite()) {
-        return DMatrix::zeros(columns.nrows(), 0);
-    }
-    let eigen = SymmetricEigen::new(gram);
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let total: f64 = eigen.eigenvalues.iter().map(|value| value.max(0.0)).sum();
+    let components = principal(columns);
+    let total: f64 = components.iter().map(|(variance, _)| variance.max(0.0)).sum();
     let mut left = total;
-    let leading: Vec<_> = order
+    let leading: Vec<_> = components
         .into_iter()
-        .take_while(|&k| {
+        .take_while(|(variance, _)| {
             let goes_on = left > LEFT_OUT_SHARE * total;
-            left -= eigen.eigenvalues[k];
+            left -= variance;
             goes_on
         })
-        .map(|k| columns * eigen.eigenvectors.column(k))
+        .map(|(_, way)| columns * way)
         .collect();
     if leading.is_empty() { DMatrix::zeros(columns.nrows(), 0) } else { DMatrix::from_columns(&leading) }
 }

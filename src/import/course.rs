@@ -1,6 +1,6 @@
 //! The run of a planned pair of tests as a gauge would read it: lengths along it, and what errors may add. It knows no readings.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use super::error::ImportError;
 use crate::chain::Chain;
@@ -8,6 +8,7 @@ use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::beyond_path;
 use crate::session::{Marks, Motion, Path, Session, Setups, Test};
+use crate::statistics::principal;
 
 /// Two tests of a session that one program runs: the same path there and back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -215,22 +216,16 @@ fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<(Ve
         columns.column_mut(k).scale_mut(problem.unknowns[index].prior_sigma);
     }
     let length_mm = prediction.residual_mm.iter().map(|off| -off).collect();
-    Ok((length_mm, principal(&columns)))
+    Ok((length_mm, principal_forms(&columns)))
 }
 
 /// Principal forms of columns, each at one standard deviation.
-fn principal(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    if columns.ncols() == 0 {
-        return Vec::new();
-    }
-    let eigen = SymmetricEigen::new(columns.tr_mul(columns));
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+fn principal_forms(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let rows = columns.nrows() as f64;
-    order
+    principal(columns)
         .into_iter()
         .take(MOST)
-        .take_while(|&k| (eigen.eigenvalues[k].max(0.0) / rows).sqrt() > LEAST_MM)
-        .map(|k| (columns * eigen.eigenvectors.column(k)).iter().copied().collect())
+        .take_while(|(variance, _)| (variance.max(0.0) / rows).sqrt() > LEAST_MM)
+        .map(|(_, way)| (columns * way).iter().copied().collect())
         .collect()
 }

@@ -83,9 +83,38 @@ pub fn load_kit(file: &Path) -> Result<Kit, LoadError> {
     kit_from_yaml(file, read_limited(file, YAML_BYTES)?)
 }
 
+/// The kit that a text states, when its sizes can be made.
 fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
     let document = Document::parse(file, text)?;
     let raw: KitFile = document.read()?;
+    check_sizes(&document, &raw)?;
+    let bar = Bar {
+        length_mm: raw.bar.length,
+        extensions_mm: raw.bar.extensions,
+        half_stroke_mm: raw.bar.half_stroke,
+        radius_mm: raw.bar.radius,
+        neck_radius_mm: raw.bar.neck_radius,
+        neck_length_mm: raw.bar.neck_length,
+        ball_radius_mm: raw.bar.ball_radius,
+    };
+    Ok(Kit {
+        name: raw.name,
+        pivot_cup: cup(&document, "pivot_cup", &raw.pivot_cup, &bar)?,
+        spindle_cup: cup(&document, "spindle_cup", &raw.spindle_cup, &bar)?,
+        bar,
+        pivot_stand: PivotStand {
+            base_radius_mm: raw.pivot_stand.base_radius,
+            base_height_mm: raw.pivot_stand.base_height,
+            height_mm: raw.pivot_stand.height,
+        },
+        spindle_reach_mm: raw.spindle_reach,
+        fixture: raw.fixture.map(|f| Fixture { arms_mm: f.arms, arm_radius_mm: f.arm_radius }),
+        calibrator_mm: raw.calibrator,
+    })
+}
+
+/// Refuses sizes that nothing can have, and lists that are too long.
+fn check_sizes(document: &Document, raw: &KitFile) -> Result<(), LoadError> {
     let sizes = BTreeMap::from([
         (
             "bar",
@@ -130,51 +159,31 @@ fn kit_from_yaml(file: &Path, text: String) -> Result<Kit, LoadError> {
     if raw.pivot_stand.height[1] < raw.pivot_stand.height[0] {
         return Err(document.refuse(&[Step::Key("pivot_stand")], "height is lowest first: [45, 220]"));
     }
-    let bar = Bar {
-        length_mm: raw.bar.length,
-        extensions_mm: raw.bar.extensions,
-        half_stroke_mm: raw.bar.half_stroke,
-        radius_mm: raw.bar.radius,
-        neck_radius_mm: raw.bar.neck_radius,
-        neck_length_mm: raw.bar.neck_length,
-        ball_radius_mm: raw.bar.ball_radius,
+    Ok(())
+}
+
+/// A cup, when the bar meets its rim no sooner than the cone says.
+fn cup(document: &Document, key: &str, raw: &CupFile, bar: &Bar) -> Result<Cup, LoadError> {
+    let cup = Cup {
+        radius_mm: raw.radius,
+        rim_below_ball_mm: raw.rim_below_ball,
+        height_mm: raw.height,
+        cone_rad: raw.cone.to_radians(),
+        stem_radius_mm: raw.stem_radius,
     };
-    let cup = |key, raw: &CupFile| -> Result<Cup, LoadError> {
-        let cup = Cup {
-            radius_mm: raw.radius,
-            rim_below_ball_mm: raw.rim_below_ball,
-            height_mm: raw.height,
-            cone_rad: raw.cone.to_radians(),
-            stem_radius_mm: raw.stem_radius,
-        };
-        let most = cup.rim_angle_rad(&bar);
-        if cup.cone_rad > most {
-            return Err(document.refuse(
-                &[Step::Key(key)],
-                format!(
-                    "cone: {} lets the bar touch the cup: it meets the rim at {:.1} degrees from the cup's axis (radius {}, rim_below_ball {}, the bar's neck_radius {})",
-                    raw.cone,
-                    most.to_degrees(),
-                    raw.radius,
-                    raw.rim_below_ball,
-                    bar.neck_radius_mm
-                ),
-            ));
-        }
-        Ok(cup)
-    };
-    Ok(Kit {
-        name: raw.name,
-        pivot_cup: cup("pivot_cup", &raw.pivot_cup)?,
-        spindle_cup: cup("spindle_cup", &raw.spindle_cup)?,
-        bar,
-        pivot_stand: PivotStand {
-            base_radius_mm: raw.pivot_stand.base_radius,
-            base_height_mm: raw.pivot_stand.base_height,
-            height_mm: raw.pivot_stand.height,
-        },
-        spindle_reach_mm: raw.spindle_reach,
-        fixture: raw.fixture.map(|f| Fixture { arms_mm: f.arms, arm_radius_mm: f.arm_radius }),
-        calibrator_mm: raw.calibrator,
-    })
+    let most = cup.rim_angle_rad(bar);
+    if cup.cone_rad > most {
+        return Err(document.refuse(
+            &[Step::Key(key)],
+            format!(
+                "cone: {} lets the bar touch the cup: it meets the rim at {:.1} degrees from the cup's axis (radius {}, rim_below_ball {}, the bar's neck_radius {})",
+                raw.cone,
+                most.to_degrees(),
+                raw.radius,
+                raw.rim_below_ball,
+                bar.neck_radius_mm
+            ),
+        ));
+    }
+    Ok(cup)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use crate::import::Placement;
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::escape;
 use crate::report::wording::table::Table;
 use crate::session::Session;
 use crate::units::UM_PER_MM;

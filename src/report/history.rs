@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::history::{Course, Point, Trend};
 use crate::report::pictures::cards::{Card, cards};
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::{escape, machine_head};
 use crate::report::wording::table::Table;
 
 /// One error over the sessions.
@@ -127,12 +127,8 @@ pub fn history_json(report: &HistoryReport) -> Value {
 
 /// The page.
 pub fn history_page(report: &HistoryReport) -> String {
-    let name = escape(&report.machine);
-    let mut page = format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>History of {name}</title><style>{}</style></head><body><main><header><p class=\"kind\">History</p><h1>{name}</h1><p class=\"machine\">{} sessions</p></header>\n",
-        include_str!("page.css"),
-        report.sessions.len()
-    );
+    let says = format!("{} sessions", report.sessions.len());
+    let mut page = machine_head("History", "History", &report.machine, &says);
     let moving = report.errors.iter().filter(|error| error.trend.course != Course::Steady).count();
     let largest = report
         .errors

@@ -20,7 +20,9 @@ pub mod thesis;
 pub mod volume;
 mod wording;
 
-pub use diagnoses::{before_after, chain_map, diagnosis, diagnosis_page, diagnosis_text, finding_words, unseen};
+pub use diagnoses::{
+    before_after, chain_map, diagnosis, diagnosis_page, diagnosis_text, finding_words, shape_words, unseen,
+};
 pub use files::effect_yaml::effect_yaml;
 pub use files::yaml::{machine_yaml, session_yaml};
 pub use files::{machine_file, recording, urdf};

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::machine::{AxisKind, Machine};
 use crate::report::pictures::cards::{Card, cards};
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::{escape, machine_head};
 use crate::report::wording::table::Table;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 use crate::volume::{Cause, Figures, Part, PoseError, Share, Spread};
@@ -275,12 +275,8 @@ fn map_svg(map: &Map, largest: f64) -> String {
 
 /// The page.
 pub fn volume_page(report: &VolumeReport) -> String {
-    let name = escape(&report.machine.name);
-    let mut page = format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>Volume of {name}</title><style>{}</style></head><body><main><header><p class=\"kind\">Work volume</p><h1>{name}</h1><p class=\"machine\">Tool tip in the workpiece, {} poses</p></header>\n",
-        include_str!("page.css"),
-        report.poses.len()
-    );
+    let says = format!("Tool tip in the workpiece, {} poses", report.poses.len());
+    let mut page = machine_head("Work volume", "Volume", &report.machine.name, &says);
     let figures = rows(&report.figures);
     let heads: Vec<Card> = ["Position error", "after the zero is taken", "Direction error"]
         .into_iter()

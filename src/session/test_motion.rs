@@ -154,12 +154,11 @@ fn follow_columns(
     let geometry = Geometry::nominal(chain);
     let (pivot, spindle) = ball_links(chain, test)?;
     let kind = session.machine.axes[axis].kind;
-    let radius = test.bar_length_mm.map_or(100.0, f64::round);
     let mut columns: Vec<(usize, Vec<f64>)> = linear.iter().map(|&k| (k, Vec::with_capacity(samples.len()))).collect();
     let mut swept = Vec::with_capacity(samples.len());
     for &sample in samples {
         q[axis] = kind.from_file_unit(sample);
-        let miss = bring_bar(&geometry, test, (pivot, spindle), axis, follow, radius, &linear, &mut q);
+        let miss = bring_bar(&geometry, test, (pivot, spindle), axis, follow, &linear, &mut q);
         if miss.is_nan() || miss > 1e-6 {
             let axis = session.machine.axes[axis].name.clone();
             return Err(MotionError::CannotFollow { test: test.name.clone(), axis, miss_mm: miss });
@@ -175,19 +174,18 @@ fn follow_columns(
 }
 
 /// Sets the linear axes so that the spindle ball stands at bar length in the wanted direction; returns the miss in mm.
-#[allow(clippy::too_many_arguments)]
 fn bring_bar(
     geometry: &Geometry,
     test: &Test,
     links: (LinkId, LinkId),
     axis: usize,
     follow: Follow,
-    radius_mm: f64,
     linear: &[usize],
     q: &mut [f64],
 ) -> f64 {
     let chain = geometry.chain();
     let joint = chain.joint(axis);
+    let radius_mm = test.bar_length_mm.map_or(100.0, f64::round);
     let carrier = LinkId { depth: chain.carried_by(axis).depth - 1, ..chain.carried_by(axis) };
     let (carried, carried_at, other, other_at) = if chain.carries(axis, links.0) {
         (links.0, &test.pivot.at, links.1, &test.spindle_ball.at)

@@ -1,6 +1,21 @@
-//! The machine files that the project ships.
+//! The machine files that the project ships, and the codes of which there must be some.
 
 use std::path::{Path, PathBuf};
+
+/// The ten codes of the thesis's Table 1.1 as printed.
+#[allow(dead_code, reason = "shared by tests of which not all need it")]
+pub const TABLE_1_1: [&str; 10] = [
+    "[wXYbZABt]",
+    "[wXYbZBAt]",
+    "[wXYbZCAt]",
+    "[wXYbZCBt]",
+    "[wABXYbZt]",
+    "[wBAXYbZt]",
+    "[wCAXYbZt]",
+    "[wCBXYbZt]",
+    "[wCXYbZAt]",
+    "[wCXYbZBt]",
+];
 
 /// YAML machines in the order of their names.
 #[allow(dead_code, reason = "shared by tests of which not all need it")]
@@ -27,4 +42,12 @@ pub fn is_thorough() -> bool {
 pub fn some_machines(first: usize, every: usize) -> Vec<PathBuf> {
     let is_one = |k: usize| is_thorough() || k % every == first;
     machine_files().into_iter().enumerate().filter(|(k, _)| is_one(*k)).map(|(_, file)| file).collect()
+}
+
+/// The first machine of a structural code.
+#[allow(dead_code, reason = "shared by tests of which not all need it")]
+pub fn machine_of(code: &str) -> PathBuf {
+    let line = format!("code: \"{code}\"");
+    let is_it = |file: &PathBuf| std::fs::read_to_string(file).is_ok_and(|text| text.contains(&line));
+    machine_files().into_iter().find(is_it).unwrap_or_else(|| panic!("{code} does not ship"))
 }

@@ -5,11 +5,12 @@
 //! standard normal numbers times `q·(q/ℓ)^k/√k!·exp(−q²/2ℓ²)`. Over the positions that a session visits few combinations
 //! of these shapes move a ball at all (one, where an axis stands at zero and at one other place): those are the unknowns.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use super::unknowns::{Quantity, Unknown};
 use crate::machine::{AxisKind, Component, ComponentError, ComponentForm, ErrorName, LinearAxes, Machine, squareness};
 use crate::session::Motion;
+use crate::statistics::principal;
 use crate::units::Measure;
 
 /// Length over which the shape of a guideway or screw changes, mm: a bow of half a metre is half a wave.
@@ -64,12 +65,10 @@ impl AxisShapes {
         let values = DMatrix::from_rows(
             &positions.iter().map(|&q| nalgebra::RowDVector::from_row_slice(&terms(q, length_mm))).collect::<Vec<_>>(),
         );
-        let eigen = SymmetricEigen::new(values.tr_mul(&values));
-        let mut order: Vec<usize> = (0..TERMS).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        let shows = |k: &usize| (&values * eigen.eigenvectors.column(*k)).amax() * per_length > UNSEEN_MM;
-        let weights = order.into_iter().filter(shows).map(|k| std::array::from_fn(|j| eigen.eigenvectors[(j, k)]));
-        AxisShapes { length_mm, weights: weights.collect(), positions }
+        let components = principal(&values).into_iter().map(|(_, way)| way);
+        let shown = components.filter(|way| (&values * way).amax() * per_length > UNSEEN_MM);
+        let weights = shown.map(|way| std::array::from_fn(|term| way[term])).collect();
+        AxisShapes { length_mm, weights, positions }
     }
 
     fn at(&self, shape: usize, q: f64) -> f64 {

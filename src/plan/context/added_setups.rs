@@ -3,7 +3,7 @@
 use super::plan_context::PlanContext;
 use crate::machine::{AxisKind, Machine};
 use crate::plan::places::ball_places::{Offer, moved_site};
-use crate::plan::places::candidate::{Candidate, Candidates, PivotSite};
+use crate::plan::places::candidate::{Candidate, Candidates, PivotSite, WantedSweep};
 use crate::plan::places::following::following;
 use crate::plan::places::free_range::sweep_wanted;
 use crate::plan::places::starts::static_positions;
@@ -81,11 +81,10 @@ impl<'a> PlanContext<'a> {
             None => self.all.places.clone(),
         };
         let near = Candidates { sites: vec![self.site(site).clone()], places, ..Candidates::default() };
-        let (machine, geometry, avoid) = (self.machine, &self.geometry, &self.settings.avoid);
-        let (lengths, arc) = (self.kit.lengths_mm(), (axis, from, to));
-        let (mut list, _) = turning(machine, geometry, &near, &lengths, arc, starts, avoid, Offer::Near);
-        let kinds = &self.settings.coupled.follow;
-        list.extend(following(machine, geometry, &near, &lengths, arc, starts, avoid, kinds, Offer::Near));
+        let (machine, geometry, lengths) = (self.machine, &self.geometry, self.kit.lengths_mm());
+        let wanted = WantedSweep { axis, from, to, lengths_mm: &lengths, starts, avoid: &self.settings.avoid };
+        let (mut list, _) = turning(machine, geometry, &near, &wanted, Offer::Near);
+        list.extend(following(machine, geometry, &near, &wanted, &self.settings.coupled.follow, Offer::Near));
         for candidate in &mut list {
             candidate.site = site;
             candidate.place = place.unwrap_or(candidate.place);

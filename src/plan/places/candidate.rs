@@ -100,3 +100,16 @@ impl Misses {
 
 /// Axis regions kept out of use, mm or rad.
 pub type Avoid = Vec<(usize, f64, f64)>;
+
+/// Sweeps of one axis that setups are looked for: with which bars, over which arc, from where, outside which regions.
+pub(crate) struct WantedSweep<'a> {
+    pub axis: usize,
+    /// Ends of the widest arc, rad.
+    pub from: f64,
+    pub to: f64,
+    /// Lengths of the bars, mm.
+    pub lengths_mm: &'a [f64],
+    /// Positions by axis from which places of the linear axes are found, mm or rad.
+    pub starts: &'a [Vec<f64>],
+    pub avoid: &'a Avoid,
+}

@@ -1,7 +1,7 @@
 //! Setups that come into question for every rotary axis: places on mounts, bars, static positions. Reachable, not yet checked for collisions.
 
 use super::ball_places::{Offer, pivot_sites, spindle_places};
-use super::candidate::{Avoid, Candidate, Candidates, Coupled};
+use super::candidate::{Avoid, Candidate, Candidates, Coupled, WantedSweep};
 use super::circle_setups::circles;
 use super::following::following;
 use super::free_range::sweep_wanted;
@@ -43,12 +43,12 @@ pub(crate) fn candidates_at(
     let lengths = kit.lengths_mm();
     for &axis in &rotary {
         let Some((from, to)) = sweep_wanted(machine, axis, avoid) else { continue };
-        let mut starts = static_positions(machine, &chain, axis, avoid);
-        if offer == Offer::Common {
-            // the first one has the other rotary axes at zero
-            starts.truncate(1);
-        }
-        let (mine, misses) = turning(machine, &geometry, &all, &lengths, (axis, from, to), &starts, avoid, offer);
+        let starts = static_positions(machine, &chain, axis, avoid);
+        let wanted = WantedSweep { axis, from, to, lengths_mm: &lengths, starts: &starts, avoid };
+        // the first start has the other rotary axes at zero
+        let of_turning = if offer == Offer::Common { starts.get(..1).unwrap_or_default() } else { &starts };
+        let turned = WantedSweep { starts: of_turning, ..wanted };
+        let (mine, misses) = turning(machine, &geometry, &all, &turned, offer);
         let most = match chain.carried_by(axis).branch {
             Branch::Workpiece => MOST_SETUPS_OF_TABLES,
             Branch::Tool => MOST_SETUPS_OF_HEADS,
@@ -58,10 +58,7 @@ pub(crate) fn candidates_at(
         let mine = if offer == Offer::Common { mine } else { thinned(mine, most, is_kept) };
         all.list.extend(mine);
         all.misses.insert(axis, misses);
-        let starts = static_positions(machine, &chain, axis, avoid);
-        let kinds = &coupled.follow;
-        let more =
-            following(machine, &geometry, &all, &lengths, (axis, from, to), &starts, avoid, kinds, Offer::Spread);
+        let more = following(machine, &geometry, &all, &wanted, &coupled.follow, Offer::Spread);
         all.list.extend(thinned(more, MOST_FOLLOWING, |_| false));
     }
     if coupled.circles {

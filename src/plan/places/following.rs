@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use super::ball_places::Offer;
-use super::candidate::{Avoid, Candidate, Candidates};
+use super::candidate::{Candidate, Candidates, WantedSweep};
 use super::drive::{Drive, Swing};
 use super::pairing::{LEAST_LEVER_MM, Pairing, pairings};
 use super::slides::{Slides, arc_within};
@@ -18,15 +18,11 @@ use crate::session::{Follow, Path};
 const BARS: usize = 3;
 
 /// Setups of one axis with linear axes following, by the kinds asked for.
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn following(
     machine: &Machine,
     geometry: &Geometry,
     all: &Candidates,
-    lengths_mm: &[f64],
-    (axis, from, to): (usize, f64, f64),
-    starts: &[Vec<f64>],
-    avoid: &Avoid,
+    &WantedSweep { axis, from, to, lengths_mm, starts, avoid }: &WantedSweep,
     kinds: &[Follow],
     offer: Offer,
 ) -> Vec<Candidate> {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use super::ball_places::Offer;
-use super::candidate::{Avoid, Candidate, Candidates, Misses};
+use super::candidate::{Avoid, Candidate, Candidates, Misses, WantedSweep};
 use super::drive::Drive;
 use super::pairing::{LEAST_LEVER_MM, Pairing, SAME_LENGTH_MM, pairings};
 use super::solver::{Pull, Solved, Stance};
@@ -13,15 +13,11 @@ use crate::chain::{Geometry, LinkId};
 use crate::machine::{Axis, AxisKind, Machine};
 
 /// Setups in which one axis turns alone, and what kept others from being reachable.
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn turning(
     machine: &Machine,
     geometry: &Geometry,
     all: &Candidates,
-    lengths_mm: &[f64],
-    (axis, from, to): (usize, f64, f64),
-    starts: &[Vec<f64>],
-    avoid: &Avoid,
+    &WantedSweep { axis, from, to, lengths_mm, starts, avoid }: &WantedSweep,
     offer: Offer,
 ) -> (Vec<Candidate>, Misses) {
     let chain = geometry.chain();

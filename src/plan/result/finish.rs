@@ -58,14 +58,41 @@ impl<'a> Evaluation<'a> {
 
     /// The plan of the chosen tests in an order with few changes of pivot, then spindle ball, then bar.
     pub(crate) fn finish(&mut self, choice: Choice<'a>) -> Plan {
-        let Choice { entries, chosen } = choice;
-        let mut curve = Vec::new();
+        let curve = self.trade_off(&choice);
+        let order = few_changes(&choice);
+        let errors = forecasts(self, &order);
+        let tests = self.planned_tests(&order);
+        let goal = &self.context.settings.goal;
+        let goal_reached = errors.iter().all(|error| {
+            let goal = if error.is_angle { goal.orientation_rad } else { goal.position_mm };
+            error.determined && (error.sigma <= goal * 1.001 || error.sigma_relative <= goal * 1.001)
+        });
+        let parked: Vec<_> = tests.iter().map(|test| (test.test.name.as_str(), &test.approach)).collect();
+        let advice = crossings(self.context.machine, &self.context.settings.avoid, &parked);
+        Plan {
+            little_moves: self.little_moves(&tests),
+            tests,
+            errors,
+            minutes: curve.last().map_or(0.0, |point| point.minutes),
+            pivot_setups: curve.last().map_or(0, |point| point.pivot_setups),
+            curve,
+            considered: self.context.all.list.len() + self.context.finer.count(),
+            goal_reached,
+            one_pivot: None,
+            advice,
+        }
+    }
+
+    /// What is known after the first test, after two, and so on in the order of choice, and what it takes.
+    fn trade_off(&self, choice: &Choice) -> Vec<TradeOff> {
         let mut posterior = Posterior::before(&self.context.unknowns);
+        let mut pivots = HashSet::new();
         let mut minutes = 0.0;
-        for (count, &k) in chosen.iter().enumerate() {
-            minutes += self.cost(&entries[k], &posterior);
-            posterior.add(&entries[k].block);
-            let pivots: HashSet<usize> = chosen[..=count].iter().map(|&k| entries[k].candidate.site).collect();
+        let mut curve = Vec::new();
+        for entry in choice.chosen.iter().map(|&k| &choice.entries[k]) {
+            minutes += self.cost(entry, &posterior);
+            posterior.add(&entry.block);
+            pivots.insert(entry.candidate.site);
             let worst = |angle: bool| {
                 posterior
                     .variances()
@@ -76,97 +103,86 @@ impl<'a> Evaluation<'a> {
                     .fold(0.0, f64::max)
             };
             curve.push(TradeOff {
-                tests: count + 1,
+                tests: curve.len() + 1,
                 minutes,
                 pivot_setups: pivots.len(),
                 position_mm: worst(false),
                 orientation_rad: worst(true),
             });
         }
-        let mut order: Vec<&Entry> = chosen.iter().map(|&k| &entries[k]).collect();
-        let rank = |value: usize, of: &dyn Fn(&Candidate) -> usize| {
-            chosen.iter().position(|&k| of(entries[k].candidate) == value).unwrap_or(usize::MAX)
-        };
-        order.sort_by_key(|entry| {
-            let candidate = entry.candidate;
-            let site = rank(candidate.site, &|c| c.site);
-            let place = rank(candidate.place, &|c| c.place);
-            // a run with the spindle indexed comes right after the same run without
-            let same = chosen.iter().position(|&k| std::ptr::eq(entries[k].candidate, candidate));
-            (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis, same, entry.indexed_about)
-        });
-        let errors = forecasts(self, &order);
-        let approaches = self.approaches(&order);
+        curve
+    }
+
+    /// The tests of a plan in an order, numbered from one; those that cannot be mounted or approached are left out.
+    fn planned_tests(&mut self, order: &[&Entry]) -> Vec<PlannedTest> {
+        let approaches = self.approaches(order);
         let mut names: HashMap<String, usize> = HashMap::new();
-        let mut tests: Vec<PlannedTest> = order
-            .iter()
-            .zip(approaches)
-            .filter_map(|(entry, approach)| {
-                let (sweep, approach) = (self.measured(entry.candidate, entry.sweep.as_ref()?)?, approach?);
-                let candidate = entry.candidate;
-                let mut base = base_name(self.context.machine, candidate);
-                if entry.indexed_about.is_some() {
-                    base.push_str("-indexed");
-                }
-                let count = names.entry(base.clone()).or_default();
-                *count += 1;
-                let name = format!("{base}-{count}");
-                let site = self.context.site(candidate.site);
-                let mut test = self.test(candidate, name, (sweep.from_deg, sweep.to_deg));
-                test.spindle_ball.indexed_about = entry.indexed_about;
-                let instrument =
-                    Instrument::of(self.context.world, self.context.bodies, self.context.kit, &test).ok()?;
-                let mounting = Mounting::of(self.context.bodies, self.context.kit, &test, &instrument)?;
-                Some(PlannedTest {
-                    number: 0,
-                    placing: Placing::of(
-                        self.context.machine,
-                        self.context.kit,
-                        &test,
-                        &self.context.settings.uncertainty,
-                    ),
-                    test,
-                    axis: candidate.axis,
-                    rho_mm: candidate.solved.rho_mm,
-                    h_mm: candidate.solved.h_mm,
-                    way_radius_mm: candidate.way_radius_mm(),
-                    run: candidate.rows(self.context.machine, sweep.from_deg, sweep.to_deg).0,
-                    middle: candidate.pose((0.5 * (sweep.from_deg + sweep.to_deg)).to_radians()),
-                    minutes: self.run_minutes(entry),
-                    sweep,
-                    mount: self.context.bodies.mounts[site.mount].name.clone(),
-                    height_mm: site.height_mm,
-                    approach,
-                    mounting,
-                })
-            })
-            .collect();
+        let reached = order.iter().zip(approaches);
+        let mut tests: Vec<PlannedTest> =
+            reached.filter_map(|(entry, approach)| self.planned_test(entry, approach, &mut names)).collect();
         for (index, test) in tests.iter_mut().enumerate() {
             test.number = index + 1;
             test.test.marks = if self.context.settings.marks { marks(self, test) } else { None };
         }
-        let pivots: HashSet<usize> = order.iter().map(|entry| entry.candidate.site).collect();
-        let goal = &self.context.settings.goal;
-        let goal_reached = errors.iter().all(|error| {
-            let goal = if error.is_angle { goal.orientation_rad } else { goal.position_mm };
-            error.determined && (error.sigma <= goal * 1.001 || error.sigma_relative <= goal * 1.001)
-        });
-        let parked: Vec<_> = tests.iter().map(|test| (test.test.name.as_str(), &test.approach)).collect();
-        let advice = crossings(self.context.machine, &self.context.settings.avoid, &parked);
-        let little_moves = self.little_moves(&tests);
-        Plan {
-            little_moves,
-            tests,
-            errors,
-            minutes,
-            pivot_setups: pivots.len(),
-            curve,
-            considered: self.context.all.list.len() + self.context.finer.count(),
-            goal_reached,
-            one_pivot: None,
-            advice,
-        }
+        tests
     }
+
+    /// A test as it is planned, without its number and marks; its name counts on from those that begin alike.
+    fn planned_test(
+        &mut self,
+        entry: &Entry,
+        approach: Option<Approach>,
+        names: &mut HashMap<String, usize>,
+    ) -> Option<PlannedTest> {
+        let context = self.context;
+        let candidate = entry.candidate;
+        let (sweep, approach) = (self.measured(candidate, entry.sweep.as_ref()?)?, approach?);
+        let mut base = base_name(context.machine, candidate);
+        if entry.indexed_about.is_some() {
+            base.push_str("-indexed");
+        }
+        let count = names.entry(base.clone()).or_default();
+        *count += 1;
+        let site = context.site(candidate.site);
+        let mut test = self.test(candidate, format!("{base}-{count}"), (sweep.from_deg, sweep.to_deg));
+        test.spindle_ball.indexed_about = entry.indexed_about;
+        let instrument = Instrument::of(context.world, context.bodies, context.kit, &test).ok()?;
+        Some(PlannedTest {
+            number: 0,
+            placing: Placing::of(context.machine, context.kit, &test, &context.settings.uncertainty),
+            mounting: Mounting::of(context.bodies, context.kit, &test, &instrument)?,
+            test,
+            axis: candidate.axis,
+            rho_mm: candidate.solved.rho_mm,
+            h_mm: candidate.solved.h_mm,
+            way_radius_mm: candidate.way_radius_mm(),
+            run: candidate.rows(context.machine, sweep.from_deg, sweep.to_deg).0,
+            middle: candidate.pose((0.5 * (sweep.from_deg + sweep.to_deg)).to_radians()),
+            minutes: self.run_minutes(entry),
+            sweep,
+            mount: context.bodies.mounts[site.mount].name.clone(),
+            height_mm: site.height_mm,
+            approach,
+        })
+    }
+}
+
+/// Chosen tests in an order with few changes of pivot, then spindle ball, then bar.
+fn few_changes<'c, 'a>(choice: &'c Choice<'a>) -> Vec<&'c Entry<'a>> {
+    let Choice { entries, chosen } = choice;
+    let mut order: Vec<&Entry> = chosen.iter().map(|&k| &entries[k]).collect();
+    let rank = |value: usize, of: &dyn Fn(&Candidate) -> usize| {
+        chosen.iter().position(|&k| of(entries[k].candidate) == value).unwrap_or(usize::MAX)
+    };
+    order.sort_by_key(|entry| {
+        let candidate = entry.candidate;
+        let site = rank(candidate.site, &|c| c.site);
+        let place = rank(candidate.place, &|c| c.place);
+        // a run with the spindle indexed comes right after the same run without
+        let same = chosen.iter().position(|&k| std::ptr::eq(entries[k].candidate, candidate));
+        (site, place, (candidate.bar_mm * 1e3) as i64, candidate.axis, same, entry.indexed_about)
+    });
+    order
 }
 
 /// What a test's name begins with: `c-100`, `c-tangential-100`, `zx-100`.

@@ -7,7 +7,7 @@ use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words,
 };
 use super::unseen::{cures, minutes_words};
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::escape;
 use crate::session::Session;
 
 /// Findings and tests named in the table; the page has all.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::diagnosis::FindingJson;
 use crate::machine::AxisKind;
 use crate::readings::Kind;
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::escape;
 use crate::session::{Session, Test};
 
 /// A box of the drawing.

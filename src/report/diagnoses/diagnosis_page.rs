@@ -8,19 +8,18 @@ use super::chain_map::chain_map;
 use super::diagnosis::{DiagnosisJson, FindingJson};
 use super::diagnosis_text::{moved_words, verdict_words};
 use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
-    what,
+    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit, what,
 };
+use super::shape_words::shape_words;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::methods::CircleFigures;
 use crate::report::fits::fit_page::{circles_section, identifier};
 use crate::report::pictures::cards::{Card, cards};
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::{escape, session_head};
 use crate::report::wording::number;
 use crate::session::Session;
 
-const STYLE: &str = include_str!("../page.css");
 const OWN_STYLE: &str = include_str!("diagnosis_page.css");
 /// Tests drawn beside a finding.
 const TESTS_SHOWN: usize = 2;
@@ -35,18 +34,9 @@ pub fn diagnosis_page(
     plots: &[BeforeAfterPlots],
     circles: &[CircleFigures],
 ) -> String {
-    let mut page = String::new();
-    let title = escape(&session.name);
-    let _ = write!(
-        page,
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>Diagnosis of {title}</title>\n<style>\n{STYLE}{OWN_STYLE}</style>\n</head>\n\
-         <body>\n<main>\n<header>\n<p class=\"kind\">Ball-bar diagnosis</p>\n<h1>{title}</h1>\n\
-         <p class=\"machine\">{} <code>{}</code></p>\n</header>\n",
-        escape(&session.machine.name),
-        escape(&session.machine.code.to_string())
-    );
+    let (title, code) = (format!("Diagnosis of {}", session.name), session.machine.code.to_string());
+    let machine = (session.machine.name.as_str(), code.as_str());
+    let mut page = session_head("Ball-bar diagnosis", &title, &session.name, machine, OWN_STYLE);
     let _ = writeln!(page, "<p class=\"verdict {}\">{}</p>", identifier(json.verdict), escape(&verdict_words(json)));
     answers(&mut page, session, json);
     for warning in &json.warnings {

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use super::diagnosis::{DiagnosisJson, MovedJson};
 use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, shape_words, tests_words, unit,
+    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit,
 };
+use super::shape_words::shape_words;
 use super::unseen::{cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::report::wording::number::shown;

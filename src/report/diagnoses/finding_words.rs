@@ -1,9 +1,9 @@
-//! A finding in the words of the trade: headline, shape, place, certainty. It reads the JSON contract and computes nothing.
+//! A finding in the words of the trade: headline, place, certainty. It reads the JSON contract and computes nothing.
 
 pub use super::cause_title::what;
 use super::diagnosis::{FindingJson, NextTestJson, OtherSetupsJson, RangeJson, RivalJson, SizeJson};
-use crate::effects::{OWN, ROTARY, SLIDES, Signature, WARM, is_a, kind, signature};
-use crate::machine::{AxisKind, Effect, Machine, ParameterValue};
+use crate::effects::{Signature, kind, signature};
+use crate::machine::{AxisKind, Machine};
 
 /// A number with the digits that its uncertainty leaves.
 pub fn digits(value: f64, sigma: Option<f64>) -> String {
@@ -38,9 +38,6 @@ pub fn size_words(size: &SizeJson) -> String {
     }
 }
 
-/// Jumps further apart in time are no single one that creeps, s.
-const ONE_JUMP_S: f64 = 30.0;
-
 /// What the size measures, after the number: `to each side of every reversal`.
 fn measures(effect: &str, meaning: &str) -> String {
     let is_of_parts = ["surest of", "rms of"].iter().any(|other| meaning.starts_with(other));
@@ -71,166 +68,6 @@ pub fn time_words(seconds: f64) -> String {
         s if s < 7200.0 => format!("{:.1} min", seconds / 60.0),
         _ => format!("{:.1} h", seconds / 3600.0),
     }
-}
-
-/// The shape of an effect from its parameters, in units of files; empty when there is nothing to say.
-pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {
-    let Some(lead) = effects.first() else { return String::new() };
-    let times: Vec<f64> = effects.iter().filter_map(|effect| effect.number("time")).collect();
-    if effects.len() > 1 && times.len() == effects.len() && times.iter().any(|t| (t - times[0]).abs() > ONE_JUMP_S) {
-        return format!("{} jumps, some at one place of the axis", effects.len());
-    }
-    let axis = lead.place.axis();
-    let is_position = |name: &str| {
-        kind(&lead.kind).is_some_and(|kind| {
-            kind.parameters.iter().any(|p| p.name == name && p.unit == crate::effects::ParameterUnit::Position)
-        })
-    };
-    let file = |name: &str, value: f64| match axis {
-        Some(axis) if is_position(name) => machine.axes[axis].kind.to_file_unit(value),
-        _ => value,
-    };
-    let number = |name: &str| match lead.parameter(name) {
-        Some(ParameterValue::Number(value)) => Some(file(name, *value)),
-        _ => None,
-    };
-    let list = |name: &str| match lead.parameter(name) {
-        Some(ParameterValue::List(values)) => values.clone(),
-        _ => Vec::new(),
-    };
-    let position_unit = axis.map_or("mm", |axis| match machine.axes[axis].kind {
-        AxisKind::Linear => "mm",
-        AxisKind::Rotary => "°",
-    });
-    let joined =
-        |values: &[f64]| values.iter().map(|v| digits(*v, Some(0.02 * v.abs()))).collect::<Vec<_>>().join(", ");
-    let mut words: Vec<String> = Vec::new();
-    if let (Some(centre), Some(width)) = (number("centre"), number("width")) {
-        let name = axis.map_or("", |axis| machine.axes[axis].name.as_str());
-        words.push(format!(
-            "a bump centred at {name} = {} mm, {} mm wide",
-            digits(centre, Some(1.0)),
-            digits(width, Some(1.0))
-        ));
-    } else if !list("degrees").is_empty() {
-        words.push("a bow over the whole travel".into());
-    }
-    if is_a(&lead.kind, Signature::Lift) {
-        let late = number("hysteresis").filter(|late| *late > 0.0);
-        words.extend(
-            late.map(|late| format!("about {} {position_unit} later on the way back", digits(late, Some(0.2 * late)))),
-        );
-        let rise = number("rise").filter(|rise| *rise > 0.0);
-        words.extend(rise.map(|rise| format!("settles in about {} s (1/e)", digits(rise, Some(0.2 * rise)))));
-        if late.is_some() && rise.is_some() {
-            words.push("one feed alone does not tell these two apart".into());
-        }
-    }
-    if let Some(curvature) = number("curvature").filter(|curvature| *curvature != 0.0) {
-        let centre = digits(number("centre").unwrap_or(0.0), Some(1.0));
-        let (share, way) = (digits(10.0 * curvature.abs(), Some(1.0)), if curvature > 0.0 { "more" } else { "less" });
-        let name = axis.map_or("", |axis| machine.axes[axis].name.as_str());
-        words.push(format!("so at {name} = {centre} mm, {share} % {way} with every 100 mm further on"));
-    }
-    if let Some(degree) = number("degree") {
-        words.push(format!("spherical harmonics up to degree {degree:.0}"));
-    }
-    if let Some(turned) = number("turned") {
-        words.push(format!("lets go as the bar has turned {} ° in its cup (1/e)", digits(turned, Some(0.1 * turned))));
-    }
-    if let Some(share) = number("windup_share") {
-        match (share, number("take_up")) {
-            (share, Some(travel)) if share > 0.02 => words.push(format!(
-                "{:.0} % of it wind-up, taken up within {} {position_unit}",
-                100.0 * share,
-                digits(travel, Some(0.05 * travel))
-            )),
-            _ => words.push("free play, taken up at once".into()),
-        }
-    }
-    if !list("orders").is_empty() {
-        words.push(format!("{} per turn", joined(&list("orders"))));
-    }
-    if !list("periods").is_empty() {
-        words.push(format!("period {} mm", joined(&list("periods"))));
-    }
-    let ripple = number("order").map(|order| format!("{} per turn", joined(&[order])));
-    words.extend(ripple.or(number("period").map(|period| format!("period {} mm", joined(&[period])))));
-    if !is_a(&lead.kind, Signature::FreeCurve) && !list("tau").is_empty() {
-        let by_pose = matches!(lead.parameter("clock"), Some(ParameterValue::Word(clock)) if clock == "poses");
-        let words_of = |tau: f64| if by_pose { format!("{tau:.0} poses") } else { time_words(tau) };
-        let times: Vec<String> = list("tau").into_iter().map(words_of).collect();
-        words.push(format!("time constant{} {}", if times.len() > 1 { "s" } else { "" }, times.join(" and ")));
-    }
-    if let (true, Some(tests)) = (is_a(&lead.kind, Signature::FreeCurve), &lead.tests) {
-        words.push(format!("only in {}", tests_words(tests, 4)));
-    }
-    if let Some(ParameterValue::Word(heat)) = lead.parameter("heat") {
-        let source = match heat.as_str() {
-            OWN => Some("this axis as it moves"),
-            SLIDES => Some("the linear axes as they move"),
-            ROTARY => Some("the rotary axes as they move"),
-            _ => None,
-        };
-        words.extend(source.map(|source| format!("heated by {source}")));
-    }
-    let begins_warm = matches!(lead.parameter("begins"), Some(ParameterValue::Word(state)) if state == WARM);
-    if begins_warm && lead.parameter("channel").is_none() {
-        words.push("warm from work before the session".into());
-    }
-    if let Some(ParameterValue::Word(channel)) = lead.parameter("channel") {
-        let lag = number("lag").filter(|lag| *lag > 0.0).map(|lag| format!(" with a lag of {}", time_words(lag)));
-        words.push(format!("follows {channel}{}", lag.unwrap_or_default()));
-        if begins_warm {
-            words.push("out of balance with it as the session began".into());
-        }
-    }
-    if is_a(&lead.kind, Signature::Arrival) {
-        if let Some(ParameterValue::Word(of)) = lead.parameter("of") {
-            words.push(format!("by the speed of {of}"));
-        }
-        if let Some(ParameterValue::Word(about)) = lead.parameter("about") {
-            words.push(format!("with the arm's reach from {about}"));
-        }
-        if !list("rates").is_empty() {
-            let pace = machine.axis_names().into_iter().zip(list("rates"));
-            let pace: Vec<String> = pace.map(|(name, rate)| format!("{name} {}", digits(rate, Some(0.1)))).collect();
-            words.push(format!("top speeds to each other {}", pace.join(", ")));
-        }
-    }
-    if let Some(ParameterValue::Word(load)) = lead.parameter("load") {
-        words.push(format!("load turns with {load}"));
-    }
-    if let Some(time) = number("time") {
-        words.push(format!("at {} of the session", time_words(time)));
-    }
-    if let (Some(share), Some(time)) = (number("creep_share"), number("creep_time"))
-        && share > 0.02
-    {
-        words.push(format!("{:.0} % of it by creep over {}", 100.0 * share, time_words(time)));
-    }
-    if let Some(travel) = number("travel") {
-        words.push(format!("gone after {} {position_unit} of travel", digits(travel, Some(0.05 * travel))));
-    }
-    if let Some(hz) = number("servo_hz").filter(|hz| *hz > 0.0) {
-        words.push(format!("caught up at {} Hz", digits(hz, Some(0.05 * hz))));
-    }
-    if let Some(hz) = number("frequency") {
-        let hz = digits(hz, Some(0.01 * hz));
-        words.push(if is_a(&lead.kind, Signature::Beat) { format!("beats at {hz} Hz") } else { format!("{hz} Hz") });
-    }
-    if let Some(bar) = number("bar") {
-        words.push(format!("the bar of {bar:.2} mm"));
-    }
-    if is_a(&lead.kind, Signature::FreeCurve) {
-        let driver = match lead.parameter("driver") {
-            Some(ParameterValue::Word(word)) if word == "direction" => "position and direction",
-            Some(ParameterValue::Word(word)) => word.as_str(),
-            _ => "position",
-        };
-        words.push(format!("form unknown: a free curve over {driver}"));
-    }
-    words.join("; ")
 }
 
 /// Along which axis and from where to where.

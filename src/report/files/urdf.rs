@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::chain::{Branch, Chain, Composition, Geometry, LinkId, Pose};
 use crate::machine::{AxisKind, Machine};
-use crate::report::pictures::polar::escape;
+use crate::report::wording::markup::escape;
 
 /// Lengths in a robot description are m.
 const M_PER_MM: f64 = 1e-3;

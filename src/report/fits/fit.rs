@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::diagnose::{DataFault, Examination, Rival};
-use crate::identify::{AxisLine, Fit, Quantity, TurnedSense};
-use crate::machine::Directions;
+use crate::identify::{AxisLine, Fit, Quantity, TestFit, TurnedSense};
+use crate::machine::{Directions, Machine};
 use crate::methods::CircleFigures;
 use crate::report::wording::linear_axes::{LinearAxesJson, linear_axes_json};
 use crate::report::wording::sense_words::{SenseJson, senses_json};
@@ -211,15 +211,8 @@ fn untold_zeros(fit: &Fit) -> Vec<String> {
         .collect()
 }
 
-/// The JSON value of a fit, its axis lines, what it says of senses, and the figures of its planar circles.
-pub fn fit_json(
-    session: &Session,
-    fit: &Fit,
-    lines: &[AxisLine],
-    senses: &[TurnedSense],
-    circles: Vec<CircleFigures>,
-) -> FitJson {
-    let machine = &session.machine;
+/// Location errors by name, and what else was estimated: positions of the balls and lengths of the bar.
+fn estimates_json(machine: &Machine, fit: &Fit) -> (BTreeMap<String, LocationErrorJson>, Vec<SetupJson>) {
     let mut location_errors = BTreeMap::new();
     let mut setups = Vec::new();
     for (unknown, estimate) in fit.unknowns.iter().zip(&fit.estimates) {
@@ -250,14 +243,40 @@ pub fn fit_json(
             }),
         }
     }
+    (location_errors, setups)
+}
+
+/// What remains of a test.
+fn test_json(test: &TestFit) -> TestJson {
+    TestJson {
+        name: test.name.clone(),
+        rms_um: test.rms_mm * 1e3,
+        readings: test.kept.iter().filter(|kept| **kept).count(),
+        left_out: test.left_out.clone(),
+    }
+}
+
+/// Noise of the first sweep; of the first test when there is none.
+fn sweep_noise(fit: &Fit) -> &NoiseModel {
+    fit.noise.iter().find(|model| model.ar_mm > 0.0).or(fit.noise.first()).unwrap_or(&NO_NOISE)
+}
+
+/// The JSON value of a fit, its axis lines, what it says of senses, and the figures of its planar circles.
+pub fn fit_json(
+    session: &Session,
+    fit: &Fit,
+    lines: &[AxisLine],
+    senses: &[TurnedSense],
+    circles: Vec<CircleFigures>,
+) -> FitJson {
+    let machine = &session.machine;
+    let (location_errors, setups) = estimates_json(machine, fit);
     let noise = fit.noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / fit.noise.len().max(1) as f64;
-    let is_sweep = |model: &&NoiseModel| model.ar_mm > 0.0;
-    let sweep_noise = fit.noise.iter().find(is_sweep).or(fit.noise.first()).unwrap_or(&NO_NOISE);
     let near =
         fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|value| value.abs() < COMPARABLE_LIMIT_MM);
-    let (readings, left_out): (Vec<usize>, Vec<usize>) =
-        fit.tests.iter().map(|test| (test.kept.iter().filter(|kept| **kept).count(), test.left_out.len())).unzip();
-    let (readings, left_out): (usize, usize) = (readings.iter().sum(), left_out.iter().sum());
+    let tests: Vec<TestJson> = fit.tests.iter().map(test_json).collect();
+    let readings: usize = tests.iter().map(|test| test.readings).sum();
+    let left_out: usize = tests.iter().map(|test| test.left_out.len()).sum();
     FitJson {
         verdict: "fits",
         reason: None,
@@ -272,20 +291,11 @@ pub fn fit_json(
         location_errors,
         rms_um: fit.rms_mm * 1e3,
         noise_um: noise.sqrt() * 1e3,
-        noise: NoiseJson::of(sweep_noise),
+        noise: NoiseJson::of(sweep_noise(fit)),
         readings,
         left_out,
         rms_below_5mm_um: crate::statistics::rms(near) * 1e3,
-        tests: fit
-            .tests
-            .iter()
-            .map(|test| TestJson {
-                name: test.name.clone(),
-                rms_um: test.rms_mm * 1e3,
-                readings: test.kept.iter().filter(|kept| **kept).count(),
-                left_out: test.left_out.clone(),
-            })
-            .collect(),
+        tests,
         setups,
         cannot_tell_apart: fit.ambiguities.iter().map(|ambiguity| ambiguity.says()).collect(),
         directions: machine.directions.map(Directions::name),

@@ -7,26 +7,14 @@ use super::fit_text::{by_remedy, setup_rows, unit, verdict};
 use crate::identify::Fit;
 use crate::methods::CircleFigures;
 use crate::report::pictures::cards::{Card, cards};
-use crate::report::pictures::polar::escape;
 use crate::report::pictures::trace_plots::{PassPlots, RoundPlots};
+use crate::report::wording::markup::{escape, session_head};
 use crate::report::wording::number::shown;
-
-const STYLE: &str = include_str!("../page.css");
 
 /// The page.
 pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
-    let mut page = String::new();
-    let title = escape(&json.session);
-    let _ = write!(
-        page,
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n\
-         <body>\n<main>\n<header>\n<p class=\"kind\">Ball-bar identification</p>\n<h1>{title}</h1>\n\
-         <p class=\"machine\">{} <code>{}</code></p>\n</header>\n",
-        escape(&json.machine),
-        escape(&json.code)
-    );
+    let (name, machine) = (&json.session, (json.machine.as_str(), json.code.as_str()));
+    let mut page = session_head("Ball-bar identification", name, name, machine, "");
     figures(&mut page, json);
     errors(&mut page, json, fit);
     open_directions(&mut page, fit);

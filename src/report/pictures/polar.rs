@@ -6,6 +6,8 @@
 
 use std::fmt::Write as _;
 
+use crate::report::wording::markup::escape;
+
 /// One line of a polar plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PolarTrace {
@@ -337,22 +339,6 @@ fn dark_style() -> String {
 fn number(value: f64) -> String {
     let text = format!("{value:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()
-}
-
-/// Text that may stand in XML: markup escaped, characters that XML 1.0 forbids left out.
-pub(crate) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            letter if letter.is_control() && !matches!(letter, '\t' | '\n') => {}
-            letter => escaped.push(letter),
-        }
-    }
-    escaped
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::course::path_data;
-use super::polar::escape;
 use crate::identify::TestFit;
+use crate::report::wording::markup::escape;
 use crate::units::UM_PER_MM;
 
 /// Most crosses drawn: one for each pixel across.

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::html_text::escaped;
 use super::sheet::Sheet;
 use crate::nc::little_words;
+use crate::report::wording::markup::escape;
 
 const HOW: &str = "Nothing is mounted and the bar stays off. Turn the overrides of rapid and feed low and keep a hand on the feed \
 hold. The program stops before and after each move: tick what you have seen.";
@@ -18,12 +18,12 @@ pub(super) fn dry_run(out: &mut String, sheet: &Sheet) {
     let _ = write!(
         out,
         "<h2>Before the first test: dry run</h2><p>{}</p><p>{HOW}</p><table class=\"wide\">",
-        escaped(&sheet.dry_runs.join(", "))
+        escape(&sheet.dry_runs.join(", "))
     );
     let tool = sheet.bodies.tool_direction(sheet.machine);
     for little in &sheet.plan.little_moves {
         let words = little_words(sheet.machine, first, little, tool.as_ref());
-        let _ = write!(out, "<tr><td><span class=\"tick\"></span> {}</td></tr>", escaped(&words));
+        let _ = write!(out, "<tr><td><span class=\"tick\"></span> {}</td></tr>", escape(&words));
     }
     let _ = write!(out, "</table><p>{THEN}</p>");
 }

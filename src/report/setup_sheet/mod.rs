@@ -1,7 +1,6 @@
 //! The setup sheet: a stand-alone HTML page to print, one sheet of paper for the plan and one for each test. It computes nothing.
 
 mod dry_run;
-mod html_text;
 mod mounting;
 mod page;
 mod picture;

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::dry_run;
-use super::html_text::escaped;
 use super::mounting;
 use super::picture;
 use super::readings;
@@ -13,6 +12,7 @@ use crate::bodies::Kit;
 use crate::machine::Machine;
 use crate::nc::{Coordinates, without_machine_zero};
 use crate::plan::{Plan, PlannedTest, Settings};
+use crate::report::wording::markup::escape;
 use crate::units::Measure;
 
 /// How a setup sheet begins: a plan writes over its own sheet alone.
@@ -23,7 +23,7 @@ const STYLE: &str = include_str!("sheet.css");
 /// The page of a plan.
 pub fn setup_sheet(sheet: &Sheet) -> String {
     let mut out = String::new();
-    let title = escaped(&sheet.machine.name);
+    let title = escape(&sheet.machine.name);
     let _ = write!(
         out,
         "{MARKER}<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Setup sheet, {title}</title>\
@@ -43,8 +43,8 @@ fn overview(out: &mut String, sheet: &Sheet) {
     let _ = write!(
         out,
         "<section class=\"first\"><h1>Setup sheet: {} <small>{}</small></h1><p class=\"lead\">{} in both directions, {}, about {:.0} minutes with mounting.</p>",
-        escaped(&machine.name),
-        escaped(&machine.code.to_string()),
+        escape(&machine.name),
+        escape(&machine.code.to_string()),
         counted(plan.tests.len(), "test"),
         counted(plan.pivot_setups, "pivot setup"),
         plan.minutes
@@ -175,9 +175,9 @@ fn order(out: &mut String, sheet: &Sheet) {
             out,
             "<tr><td class=\"whole\"><span class=\"tick\"></span> {}</td><td class=\"whole\">{}</td><td>{}</td><td>{} {}° to {}°</td><td>{:.1} mm</td><td>{:.1}</td></tr>",
             index + 1,
-            escaped(&planned.test.name),
-            escaped(&mounting::changes(before, planned)),
-            escaped(&crate::report::what_moves(planned, sheet.machine)),
+            escape(&planned.test.name),
+            escape(&mounting::changes(before, planned)),
+            escape(&crate::report::what_moves(planned, sheet.machine)),
             planned.sweep.from_deg,
             planned.sweep.to_deg,
             planned.sweep.clearance_mm,
@@ -200,7 +200,7 @@ fn determined(out: &mut String, plan: &Plan) {
             measure.to_output(error.sigma),
             measure.to_output(error.sigma_relative),
             if error.determined { "" } else { "undetermined: " },
-            escaped(&error.reason),
+            escape(&error.reason),
             unit = measure.output_unit().replace("um", "µm"),
         );
     }
@@ -215,7 +215,7 @@ fn page(out: &mut String, sheet: &Sheet, index: usize, planned: &PlannedTest) {
         "<section><h2>{} of {}: {}</h2><p class=\"ticks\">{}</p>",
         index + 1,
         sheet.plan.tests.len(),
-        escaped(&planned.test.name),
+        escape(&planned.test.name),
         ["mounted", "bar zeroed", "ccw recorded", "cw recorded"]
             .map(|what| format!("<span class=\"tick\"></span> {what}"))
             .join(" "),
@@ -223,7 +223,7 @@ fn page(out: &mut String, sheet: &Sheet, index: usize, planned: &PlannedTest) {
     let _ = write!(
         out,
         "<p class=\"lead\">Mount before this test: {}</p><div class=\"pair\"><div><h3>Mount</h3>",
-        escaped(&mounting::changes(before, planned))
+        escape(&mounting::changes(before, planned))
     );
     table(out, &mounting::rows(sheet, planned));
     out.push_str("</div><div><h3>Run</h3>");
@@ -243,7 +243,7 @@ fn page(out: &mut String, sheet: &Sheet, index: usize, planned: &PlannedTest) {
 fn table(out: &mut String, rows: &[(&str, String)]) {
     out.push_str("<table>");
     for (key, value) in rows {
-        let _ = write!(out, "<tr><th>{key}</th><td>{}</td></tr>", escaped(value));
+        let _ = write!(out, "<tr><th>{key}</th><td>{}</td></tr>", escape(value));
     }
     out.push_str("</table>");
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::html_text::escaped;
+use crate::report::wording::markup::escape;
 
 /// A part in a view.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,7 +95,7 @@ pub(super) fn picture(out: &mut String, view: &View, bar_mm: f64, pair: &(String
     let _ = write!(
         out,
         "<figure><figcaption>{0}</figcaption><svg viewBox=\"{1:.1} {2:.1} {3:.1} {4:.1}\" role=\"img\" aria-label=\"{0}\">",
-        escaped(&view.side),
+        escape(&view.side),
         x - half,
         -y - half,
         2.0 * half,
@@ -113,7 +113,7 @@ pub(super) fn picture(out: &mut String, view: &View, bar_mm: f64, pair: &(String
             "<polygon {look} stroke-width=\"{:.2}\" points=\"{}\"><title>{}</title></polygon>",
             half * 0.004,
             path(&outline.points),
-            escaped(&outline.name)
+            escape(&outline.name)
         );
     }
     for way in &view.ways {
@@ -153,7 +153,7 @@ fn text(out: &mut String, at: [f64; 2], size: f64, anchor: &str, words: &str) {
         at[0],
         -at[1],
         size * 0.3,
-        escaped(words)
+        escape(words)
     );
 }
 

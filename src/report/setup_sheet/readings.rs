@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::html_text::escaped;
 use super::sheet::Sheet;
 use crate::machine::{AxisKind, Machine};
 use crate::nc::{Coordinates, ball_speed};
 use crate::plan::{OFF_LIMIT, PlannedTest};
+use crate::report::wording::markup::escape;
 use crate::session::Marks;
 
 /// Rows of the table.
@@ -146,7 +146,7 @@ pub(super) fn places(out: &mut String, sheet: &Sheet, planned: &PlannedTest) {
         let _ = write!(
             out,
             "<tr><th>{}, {}</th>",
-            escaped(&machine.axes[axis].name),
+            escape(&machine.axes[axis].name),
             machine.axes[axis].kind.position_unit()
         );
         for (_, row) in columns {

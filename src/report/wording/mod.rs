@@ -1,6 +1,7 @@
-//! Numbers, tables and words that all reports share.
+//! Numbers, tables, words and markup that all reports share.
 
 pub mod linear_axes;
+pub(crate) mod markup;
 pub mod meetings;
 pub(crate) mod number;
 pub(crate) mod sense_words;

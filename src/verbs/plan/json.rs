@@ -2,7 +2,7 @@
 
 use fiveaxis::machine::{Directions, Machine};
 use fiveaxis::nc::without_machine_zero;
-use fiveaxis::plan::{Plan, PlannedTest};
+use fiveaxis::plan::{ErrorForecast, Plan, PlannedTest, TradeOff};
 use fiveaxis::session::{Follow, Path as TestPath, Zero};
 use fiveaxis::units::Measure;
 use serde_json::{Map, Value, json};
@@ -65,76 +65,78 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
     })
 }
 
+/// What the plan adds to a test of a session: clearance, mounting, and the way from the park position.
+fn planned_parts(planned: &PlannedTest, machine: &Machine) -> Map<String, Value> {
+    let (sweep, mounting) = (&planned.sweep, &planned.mounting);
+    let arm_mm = mounting.arm.as_ref().map(|arm| round(arm.length_mm, 6));
+    let ends = sweep.ends.iter();
+    let ended: Vec<String> =
+        ends.map(|pair| pair.as_ref().map_or("axis range".into(), |(a, b)| format!("{a} – {b}"))).collect();
+    let axis_name = |axis: usize| machine.axes[axis].name.clone();
+    let in_file_unit = |axis: usize, q: f64| round(machine.axes[axis].kind.to_file_unit(q), 5);
+    let park = planned.approach.park.iter().enumerate();
+    let park: Map<String, Value> = park.map(|(k, &q)| (axis_name(k), json!(in_file_unit(k, q)))).collect();
+    let legs = planned.approach.legs.iter();
+    let legs: Vec<Value> = legs.map(|leg| json!([axis_name(leg.axis), in_file_unit(leg.axis, leg.to)])).collect();
+    let mut map = Map::new();
+    let mut put = |key: &str, value: Value| map.insert(key.into(), value);
+    put("clearance_mm", json!(round(sweep.clearance_mm, 3)));
+    put("nearest", json!([sweep.pair.0, sweep.pair.1]));
+    put("minutes", json!(round(planned.minutes * 0.5, 3)));
+    put("rho_mm", json!(round(planned.rho_mm, 6)));
+    put("h_mm", json!(round(planned.h_mm, 6)));
+    put("mount", json!(planned.mount));
+    put("height_mm", json!(planned.height_mm));
+    put(
+        "mounting",
+        json!({
+            "bar_parts_mm": mounting.bar_parts_mm,
+            "calibrator_mm": mounting.calibrator_mm,
+            "nose_to_ball_mm": round(mounting.nose_to_ball_mm, 6),
+            "arm_mm": arm_mm,
+        }),
+    );
+    put("sweep_ended_by", json!(ended));
+    put("park", Value::Object(park));
+    put("approach", json!(legs));
+    map
+}
+
+/// What an error will be known to.
+fn error_json(error: &ErrorForecast) -> Value {
+    let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
+    json!({
+        "determined": error.determined,
+        "sigma": round(measure.to_output(error.sigma), 4),
+        "sigma_relative": round(measure.to_output(error.sigma_relative), 4),
+        "unit": measure.output_unit(),
+        "visible": error.visible,
+        "by_linear_axes": error.by_linear_axes,
+        "reason": error.reason,
+    })
+}
+
+/// What is known after the first tests, and what they take.
+fn trade_off_json(point: &TradeOff) -> Value {
+    json!({
+        "tests": point.tests,
+        "minutes": round(point.minutes, 2),
+        "pivot_setups": point.pivot_setups,
+        "worst_position_um": round(Measure::Length.to_output(point.position_mm), 3),
+        "worst_orientation_arcsec": round(Measure::Angle.to_output(point.orientation_rad), 3),
+    })
+}
+
 /// The plan as one object.
 pub fn as_json(plan: &Plan, machine: &Machine) -> Value {
     let mut tests = Vec::new();
     for planned in &plan.tests {
         for mut map in session_tests(planned, machine) {
-            let sweep = &planned.sweep;
-            map.insert("clearance_mm".into(), json!(round(sweep.clearance_mm, 3)));
-            map.insert("nearest".into(), json!([sweep.pair.0, sweep.pair.1]));
-            map.insert("minutes".into(), json!(round(planned.minutes * 0.5, 3)));
-            map.insert("rho_mm".into(), json!(round(planned.rho_mm, 6)));
-            map.insert("h_mm".into(), json!(round(planned.h_mm, 6)));
-            map.insert("mount".into(), json!(planned.mount));
-            map.insert("height_mm".into(), json!(planned.height_mm));
-            let mounting = &planned.mounting;
-            let arm_mm = mounting.arm.as_ref().map(|arm| round(arm.length_mm, 6));
-            let mounted = json!({
-                "bar_parts_mm": mounting.bar_parts_mm,
-                "calibrator_mm": mounting.calibrator_mm,
-                "nose_to_ball_mm": round(mounting.nose_to_ball_mm, 6),
-                "arm_mm": arm_mm,
-            });
-            map.insert("mounting".into(), mounted);
-            let ended: Vec<Value> = sweep
-                .ends
-                .iter()
-                .map(|pair| pair.as_ref().map_or(json!("axis range"), |(a, b)| json!(format!("{a} – {b}"))))
-                .collect();
-            map.insert("sweep_ended_by".into(), json!(ended));
-            let axis_name = |axis: usize| machine.axes[axis].name.clone();
-            let in_file_unit = |axis: usize, q: f64| round(machine.axes[axis].kind.to_file_unit(q), 5);
-            let park = planned.approach.park.iter().enumerate();
-            let park: Map<String, Value> = park.map(|(k, &q)| (axis_name(k), json!(in_file_unit(k, q)))).collect();
-            map.insert("park".into(), Value::Object(park));
-            let legs = planned.approach.legs.iter();
-            let legs: Vec<Value> =
-                legs.map(|leg| json!([axis_name(leg.axis), in_file_unit(leg.axis, leg.to)])).collect();
-            map.insert("approach".into(), json!(legs));
+            map.extend(planned_parts(planned, machine));
             tests.push(Value::Object(map));
         }
     }
-    let errors: Map<String, Value> = plan
-        .errors
-        .iter()
-        .map(|error| {
-            let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
-            let value = json!({
-                "determined": error.determined,
-                "sigma": round(measure.to_output(error.sigma), 4),
-                "sigma_relative": round(measure.to_output(error.sigma_relative), 4),
-                "unit": measure.output_unit(),
-                "visible": error.visible,
-                "by_linear_axes": error.by_linear_axes,
-                "reason": error.reason,
-            });
-            (error.name.clone(), value)
-        })
-        .collect();
-    let curve: Vec<Value> = plan
-        .curve
-        .iter()
-        .map(|point| {
-            json!({
-                "tests": point.tests,
-                "minutes": round(point.minutes, 2),
-                "pivot_setups": point.pivot_setups,
-                "worst_position_um": round(Measure::Length.to_output(point.position_mm), 3),
-                "worst_orientation_arcsec": round(Measure::Angle.to_output(point.orientation_rad), 3),
-            })
-        })
-        .collect();
+    let errors: Map<String, Value> = plan.errors.iter().map(|error| (error.name.clone(), error_json(error))).collect();
     json!({
         "machine": machine.name,
         "directions": machine.directions.map(Directions::name),
@@ -145,7 +147,7 @@ pub fn as_json(plan: &Plan, machine: &Machine) -> Value {
         "goal_reached": plan.goal_reached,
         "advice": plan.advice,
         "one_pivot": plan.one_pivot.map(|one| json!({ "determined": one.determined, "minutes": round(one.minutes, 2) })),
-        "trade_off": curve,
+        "trade_off": plan.curve.iter().map(trade_off_json).collect::<Vec<Value>>(),
         "considered": plan.considered,
         "without_machine_zero": without_machine_zero(machine),
     })

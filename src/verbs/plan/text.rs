@@ -2,7 +2,7 @@
 
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::nc::without_machine_zero;
-use fiveaxis::plan::{Plan, Settings};
+use fiveaxis::plan::{Plan, PlannedTest, Settings};
 use fiveaxis::report::{approach_in_words, what_moves};
 use fiveaxis::units::Measure;
 
@@ -10,6 +10,27 @@ use super::rounding::round;
 
 /// Prints tests, forecasts and trade-off curve.
 pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
+    print_size(plan, machine);
+    let mut last = None;
+    for planned in &plan.tests {
+        let pivot = &planned.test.pivot;
+        if last != Some(pivot.at) {
+            let p = pivot.at;
+            println!(
+                "\npivot on {} ({}), ball at ({:.3}, {:.3}, {:.3}), {:.1} mm above it",
+                planned.mount, pivot.link, p.x, p.y, p.z, planned.height_mm
+            );
+            last = Some(pivot.at);
+        }
+        print_test(planned, machine, settings);
+    }
+    print_errors(plan);
+    print_curve(plan);
+    print_remarks(plan, machine, settings);
+}
+
+/// How many tests and setups, how long they take, and whether they are for a machine yet.
+fn print_size(plan: &Plan, machine: &Machine) {
     println!("{} {}", machine.name, machine.code);
     println!(
         "{} tests in both directions, {} pivot setup{}, {:.0} minutes; {} reachable setups considered",
@@ -30,43 +51,40 @@ pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
     if let Err(why) = machine.stated_directions() {
         println!("nothing here is for a machine yet: {why}");
     }
-    let mut last = None;
-    for planned in &plan.tests {
-        let test = &planned.test;
-        if last != Some(test.pivot.at) {
-            let p = test.pivot.at;
-            println!(
-                "\npivot on {} ({}), ball at ({:.3}, {:.3}, {:.3}), {:.1} mm above it",
-                planned.mount, test.pivot.link, p.x, p.y, p.z, planned.height_mm
-            );
-            last = Some(test.pivot.at);
-        }
-        let stands: Vec<String> = machine
-            .axes
-            .iter()
-            .zip(&test.positions)
-            .filter_map(|(axis, q)| Some(format!("{} {}", axis.name, round(axis.kind.to_file_unit((*q)?), 4))))
-            .collect();
-        let s = test.spindle_ball.at;
-        println!(
-            "  {:<20} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
-            test.name,
-            test.bar_length_mm.map_or("–".into(), |length| length.to_string()),
-            what_moves(planned, machine),
-            planned.sweep.from_deg,
-            planned.sweep.to_deg,
-            planned.h_mm,
-            planned.sweep.clearance_mm,
-            planned.sweep.pair.0,
-            planned.sweep.pair.1
-        );
-        let index = if test.spindle_ball.indexed_about.is_some() { ", spindle indexed by 180°" } else { "" };
-        println!("               spindle ball at ({:.3}, {:.3}, {:.3}){index}; {}", s.x, s.y, s.z, stands.join(" "));
-        println!("               {}", approach_in_words(planned, machine));
-        if let Some(feed) = test.feed_mm_per_min.filter(|feed| *feed < settings.feed_mm_per_min) {
-            println!("               at {feed} mm/min: faster, a control would not keep its feed over the arc");
-        }
+}
+
+/// One test: bar, sweep and clearance, where its ball and the other axes stand, and the way to it.
+fn print_test(planned: &PlannedTest, machine: &Machine, settings: &Settings) {
+    let test = &planned.test;
+    let stands: Vec<String> = machine
+        .axes
+        .iter()
+        .zip(&test.positions)
+        .filter_map(|(axis, q)| Some(format!("{} {}", axis.name, round(axis.kind.to_file_unit((*q)?), 4))))
+        .collect();
+    let s = test.spindle_ball.at;
+    println!(
+        "  {:<20} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
+        test.name,
+        test.bar_length_mm.map_or("–".into(), |length| length.to_string()),
+        what_moves(planned, machine),
+        planned.sweep.from_deg,
+        planned.sweep.to_deg,
+        planned.h_mm,
+        planned.sweep.clearance_mm,
+        planned.sweep.pair.0,
+        planned.sweep.pair.1
+    );
+    let index = if test.spindle_ball.indexed_about.is_some() { ", spindle indexed by 180°" } else { "" };
+    println!("               spindle ball at ({:.3}, {:.3}, {:.3}){index}; {}", s.x, s.y, s.z, stands.join(" "));
+    println!("               {}", approach_in_words(planned, machine));
+    if let Some(feed) = test.feed_mm_per_min.filter(|feed| *feed < settings.feed_mm_per_min) {
+        println!("               at {feed} mm/min: faster, a control would not keep its feed over the arc");
     }
+}
+
+/// What each error will be known to, and why one is not determined.
+fn print_errors(plan: &Plan) {
     println!("\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
     for error in &plan.errors {
         let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
@@ -81,6 +99,10 @@ pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             error.reason
         );
     }
+}
+
+/// The worst uncertainties after one test, after two, and so on.
+fn print_curve(plan: &Plan) {
     println!("\ntests  minutes  pivots  worst position  worst orientation");
     for point in &plan.curve {
         println!(
@@ -92,6 +114,10 @@ pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
             Measure::Angle.to_output(point.orientation_rad)
         );
     }
+}
+
+/// What is not reached, what would help, and what the machine file leaves open.
+fn print_remarks(plan: &Plan, machine: &Machine, settings: &Settings) {
     if !plan.goal_reached {
         let goal = &settings.goal;
         println!(

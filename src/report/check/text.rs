@@ -1,231 +1,19 @@
-//! What a machine or session file says, as terminal text and as JSON. Poses and medians come computed.
+//! A check as terminal text.
 
 use std::fmt::Write as _;
 
 use nalgebra::Vector3;
-use serde::Serialize;
 
-use crate::chain::{Pose, View};
-use crate::machine::{Axis, AxisKind, Component, Directions, DirectionsUnstated, ErrorName, Machine};
-use crate::report::wording::linear_axes::{LinearAxesJson, linear_axes_json};
-use crate::report::wording::meetings::{BodyPairs, BodyPairsJson, body_pairs_json, body_pairs_text};
+use super::facts::{
+    Placement, Senses, SessionCheck, component_names, kind_name, named_positions, rows, shown_errors,
+    without_minus_zero,
+};
+use crate::chain::View;
+use crate::machine::{Axis, AxisKind, Component, DirectionsUnstated, ErrorName, Machine};
+use crate::report::wording::linear_axes::linear_axes_json;
+use crate::report::wording::meetings::{BodyPairs, body_pairs_text};
 use crate::report::wording::number::position;
 use crate::report::wording::table::Table;
-
-/// A link's transforms: bed from link, mm.
-#[derive(Debug, Clone)]
-pub struct LinkPose {
-    pub name: String,
-    pub nominal: Pose,
-    /// With the location and component errors of the file.
-    pub with_errors: Pose,
-}
-
-/// Transforms of all links at one set of positions (mm, rad, by axis index).
-#[derive(Debug, Clone)]
-pub struct Placement {
-    pub positions: Vec<f64>,
-    pub links: Vec<LinkPose>,
-}
-
-/// The sense of every axis in words, by axis index.
-#[derive(Debug, Clone)]
-pub struct Senses {
-    pub as_read: Vec<String>,
-    /// What it would be under `iso841`, where the file states no sense; else empty.
-    pub else_iso841: Vec<String>,
-}
-
-/// What a session holds.
-#[derive(Debug, Clone, Serialize)]
-pub struct SessionCheck {
-    pub name: String,
-    pub tests: Vec<TestCheck>,
-    pub pivots: Vec<String>,
-    pub spindle_balls: Vec<String>,
-    pub bars: Vec<String>,
-}
-
-/// One test of a session.
-#[derive(Debug, Clone, Serialize)]
-pub struct TestCheck {
-    pub name: String,
-    pub rows: usize,
-    pub readings: usize,
-    /// Axis index, lowest and highest position (mm or rad).
-    #[serde(skip)]
-    pub moving: Vec<(usize, f64, f64)>,
-    pub bar_length_mm: Option<f64>,
-    /// Median of reading minus the length that the machine file predicts, mm.
-    pub median_off_mm: Option<f64>,
-}
-
-/// `fiveaxis check --json`.
-#[derive(Debug, Clone, Serialize)]
-pub struct CheckJson {
-    pub name: String,
-    pub code: String,
-    /// `iso841` or `carried` as stated; null where the file states neither, which reads as `carried`.
-    pub directions: Option<&'static str>,
-    pub axes: Vec<AxisJson>,
-    /// What the linear axes are taken to be; null without linear axes.
-    pub linear_axes: Option<LinearAxesJson>,
-    /// Further link names with the axis that carries them, `b` for the bed.
-    pub links: Vec<(String, String)>,
-    /// The zero position, then the one asked for.
-    pub placements: Vec<PlacementJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub session: Option<SessionCheck>,
-    /// Pairs of bodies, where the file has any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bodies: Option<BodyPairsJson>,
-}
-
-/// One axis.
-#[derive(Debug, Clone, Serialize)]
-pub struct AxisJson {
-    pub name: String,
-    /// `linear` or `rotary`.
-    pub kind: &'static str,
-    pub direction: [f64; 3],
-    pub origin_mm: [f64; 3],
-    /// In `position_unit`.
-    pub range: Option<[f64; 2]>,
-    /// `mm` or `deg`.
-    pub position_unit: &'static str,
-    pub reversed: bool,
-    /// What a positive command does, in words.
-    pub sense: String,
-    /// What it would do under `iso841`, where the file states no sense.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sense_iso841: Option<String>,
-    /// Location errors that the axis has, zero position included, with their values; others only when the file states them.
-    pub location_errors: Vec<ErrorJson>,
-    /// Names of component errors that the file states.
-    pub component_errors: Vec<String>,
-}
-
-/// One location error.
-#[derive(Debug, Clone, Serialize)]
-pub struct ErrorJson {
-    pub name: String,
-    pub value: f64,
-    /// `um` or `arcsec`.
-    pub unit: &'static str,
-}
-
-/// Transforms at one set of positions.
-#[derive(Debug, Clone, Serialize)]
-pub struct PlacementJson {
-    /// By axis name, mm or deg.
-    pub positions: Vec<(String, f64)>,
-    pub links: Vec<LinkJson>,
-}
-
-/// Rows of the 4 × 4 transform, bed from link, mm.
-#[derive(Debug, Clone, Serialize)]
-pub struct LinkJson {
-    pub name: String,
-    pub nominal: [[f64; 4]; 4],
-    pub with_errors: [[f64; 4]; 4],
-}
-
-/// The JSON value of a check.
-pub fn check_json(
-    machine: &Machine,
-    senses: &Senses,
-    placements: &[Placement],
-    session: Option<&SessionCheck>,
-    bodies: Option<&BodyPairs>,
-) -> CheckJson {
-    let carrier = |axis: &Option<usize>| axis.map_or("b", |axis| &machine.axes[axis].name).to_string();
-    CheckJson {
-        name: machine.name.clone(),
-        code: machine.code.to_string(),
-        directions: machine.directions.map(Directions::name),
-        axes: (0..machine.axes.len()).map(|axis| axis_json(machine, axis, senses)).collect(),
-        linear_axes: linear_axes_json(machine),
-        links: machine.link_names.iter().map(|(name, axis)| (name.clone(), carrier(axis))).collect(),
-        placements: placements.iter().map(|placement| placement_json(machine, placement)).collect(),
-        session: session.cloned(),
-        bodies: bodies.map(|pairs| body_pairs_json(machine, pairs)),
-    }
-}
-
-fn axis_json(machine: &Machine, index: usize, senses: &Senses) -> AxisJson {
-    let axis = &machine.axes[index];
-    AxisJson {
-        name: axis.name.clone(),
-        kind: kind_name(axis.kind),
-        direction: axis.direction.into(),
-        origin_mm: axis.origin.into(),
-        range: axis.range.map(|(from, to)| [position(axis.kind, from), position(axis.kind, to)]),
-        position_unit: axis.kind.position_unit(),
-        reversed: axis.reversed,
-        sense: senses.as_read.get(index).cloned().unwrap_or_default(),
-        sense_iso841: senses.else_iso841.get(index).cloned(),
-        location_errors: shown_errors(axis)
-            .map(|component| ErrorJson {
-                name: ErrorName::location(component, &axis.name).to_string(),
-                value: component.measure().to_output(axis.location_errors[component.index()]),
-                unit: component.measure().output_unit(),
-            })
-            .collect(),
-        component_errors: component_names(axis),
-    }
-}
-
-fn placement_json(machine: &Machine, placement: &Placement) -> PlacementJson {
-    PlacementJson {
-        positions: named_positions(machine, placement),
-        links: placement
-            .links
-            .iter()
-            .map(|link| LinkJson {
-                name: link.name.clone(),
-                nominal: rows(&link.nominal),
-                with_errors: rows(&link.with_errors),
-            })
-            .collect(),
-    }
-}
-
-/// Slots of an axis, its zero position and whatever else the file states.
-fn shown_errors(axis: &Axis) -> impl Iterator<Item = Component> {
-    let mut slots = axis.slots();
-    slots.extend(axis.zero_position());
-    Component::ALL.into_iter().filter(move |c| slots.contains(c) || axis.location_errors[c.index()] != 0.0)
-}
-
-fn component_names(axis: &Axis) -> Vec<String> {
-    let name = |component| ErrorName::motion(component, &axis.name).to_string();
-    axis.component_errors.iter().map(|error| name(error.component)).collect()
-}
-
-fn kind_name(kind: AxisKind) -> &'static str {
-    match kind {
-        AxisKind::Linear => "linear",
-        AxisKind::Rotary => "rotary",
-    }
-}
-
-fn named_positions(machine: &Machine, placement: &Placement) -> Vec<(String, f64)> {
-    let axes = machine.axes.iter().zip(&placement.positions);
-    axes.map(|(axis, &q)| (axis.name.clone(), position(axis.kind, q))).collect()
-}
-
-fn rows(pose: &Pose) -> [[f64; 4]; 4] {
-    let row = |k: usize| {
-        let r = &pose.rotation;
-        [r[(k, 0)], r[(k, 1)], r[(k, 2)], pose.translation_mm[k]].map(without_minus_zero)
-    };
-    [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
-}
-
-/// −0 is a zero to readers.
-fn without_minus_zero(value: f64) -> f64 {
-    value + 0.0
-}
 
 /// The terminal text of a check.
 pub fn check_text(
@@ -280,6 +68,7 @@ fn chain_words(machine: &Machine) -> String {
     words.join(" – ")
 }
 
+/// Axes with their places and ranges.
 fn axes_table(machine: &Machine) -> String {
     let mut table = Table::new(&["axis", "kind", "direction", "origin mm", "range", "unit"]);
     for axis in &machine.axes {
@@ -339,6 +128,7 @@ fn triple(value: [f64; 3], decimals: i32) -> String {
     format!("({})", short.join(", "))
 }
 
+/// Location errors that the file states or might state.
 fn errors_table(machine: &Machine) -> String {
     let mut table = Table::new(&["error", "value", "unit", "note"]);
     for axis in &machine.axes {
@@ -367,6 +157,7 @@ fn note(axis: &Axis, component: Component) -> &'static str {
     }
 }
 
+/// Tests of a session, and what they are set up with.
 fn session_text(machine: &Machine, session: &SessionCheck) -> String {
     let mut out = format!("\nSession {}: {} tests\n", session.name, session.tests.len());
     let mut table = Table::new(&["test", "rows", "readings", "bar mm", "off mm", "moving"]);
@@ -399,6 +190,7 @@ fn session_text(machine: &Machine, session: &SessionCheck) -> String {
     out
 }
 
+/// Transforms of all links at one set of positions.
 fn placement_text(machine: &Machine, placement: &Placement, has_errors: bool) -> String {
     let positions: Vec<String> = named_positions(machine, placement)
         .into_iter()
