@@ -5,14 +5,17 @@ use std::process::Command;
 
 use fiveaxis::machine::{AxisKind, Machine};
 
+use crate::exact;
+
 /// A trace takes longer than this only if the control stands, s of its clock: now and then it misses that it was resumed.
 const MOST_SECONDS: f64 = 400.0;
 /// Tries of a program before the run ends.
 const TRIES: usize = 5;
 
-/// The reference data's script and the folder of traces.
+/// What drives the axes, and the folder of its traces.
 pub struct Control {
-    script: PathBuf,
+    /// The reference data's script; `None` drives programs exactly.
+    script: Option<PathBuf>,
     traces: PathBuf,
 }
 
@@ -23,7 +26,12 @@ impl Control {
         let script = std::env::var_os("FIVEAXIS_SHARED").map_or_else(beside, PathBuf::from).join("control-loop/run");
         let path = std::env::var_os("PATH")?;
         let is_there = std::env::split_paths(&path).any(|folder| folder.join("linuxcnc").is_file());
-        (is_there && script.is_file()).then(|| Control { script, traces: traces.to_path_buf() })
+        (is_there && script.is_file()).then(|| Control { script: Some(script), traces: traces.to_path_buf() })
+    }
+
+    /// Without LinuxCNC: axes go exactly where the program says.
+    pub fn exact(traces: &Path) -> Control {
+        Control { script: None, traces: traces.to_path_buf() }
     }
 
     /// Runs a program, once for each folder of traces.
@@ -34,6 +42,10 @@ impl Control {
         if trace.is_file() {
             return trace;
         }
+        let Some(script) = &self.script else {
+            exact::trace(machine, program, &trace);
+            return trace;
+        };
         let rotary: String =
             machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).map(|axis| axis.name.as_str()).collect();
         // the script wants the letters in their order
@@ -43,7 +55,7 @@ impl Control {
             .expect("two rotary axes")
             .into();
         for _ in 0..TRIES {
-            if self.run(program, &trace, &rotary).is_some_and(|seconds| seconds < MOST_SECONDS) {
+            if run(script, program, &trace, &rotary).is_some_and(|seconds| seconds < MOST_SECONDS) {
                 return trace;
             }
             // none is written by a control that did not start
@@ -51,26 +63,26 @@ impl Control {
         }
         panic!("{}: the control stood in {TRIES} runs", program.display());
     }
+}
 
-    /// Runs a program; the time of its trace, s, if there is one.
-    fn run(&self, program: &Path, trace: &Path, rotary: &str) -> Option<f64> {
-        let speed = std::env::var("FIVEAXIS_CONTROL_SPEED").unwrap_or_else(|_| "1".into());
-        let mut command = match speed.as_str() {
-            "1" => Command::new(&self.script),
-            _ => {
-                let faster = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/control_loop/faster");
-                let mut command = Command::new(faster);
-                command.arg(speed).arg(&self.script);
-                command
-            }
-        };
-        command.arg(program).arg(trace).env("ROTARY", rotary).env("MOST_SECONDS", MOST_SECONDS.to_string());
-        if !command.output().expect("it starts").status.success() {
-            return None;
+/// Runs a program; the time of its trace, s, if there is one.
+fn run(script: &Path, program: &Path, trace: &Path, rotary: &str) -> Option<f64> {
+    let speed = std::env::var("FIVEAXIS_CONTROL_SPEED").unwrap_or_else(|_| "1".into());
+    let mut command = match speed.as_str() {
+        "1" => Command::new(script),
+        _ => {
+            let faster = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/control_loop/faster");
+            let mut command = Command::new(faster);
+            command.arg(speed).arg(script);
+            command
         }
-        let text = std::fs::read_to_string(trace).ok()?;
-        text.lines().last()?.split(',').next()?.parse().ok()
+    };
+    command.arg(program).arg(trace).env("ROTARY", rotary).env("MOST_SECONDS", MOST_SECONDS.to_string());
+    if !command.output().expect("it starts").status.success() {
+        return None;
     }
+    let text = std::fs::read_to_string(trace).ok()?;
+    text.lines().last()?.split(',').next()?.parse().ok()
 }
 
 /// The programs of a plan.
