@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use fiveaxis::machine::{AxisKind, Machine};
+use fiveaxis::machine::Machine;
 
 use crate::plain_program::{LETTERS, Move, moves};
 
-/// One radian of a rotary axis counts as this, mm.
-const MM_PER_RAD: f64 = 100.0;
+/// One degree of a rotary axis counts as this, mm: some 100 mm of lever.
+const MM_PER_DEG: f64 = 1.75;
 /// The control may already be on a neighbour of the move whose line it tells.
 const NEIGHBOURS: usize = 4;
 
@@ -18,13 +18,12 @@ pub struct Course<'m> {
     pieces: Vec<Piece>,
 }
 
-/// A straight move of the corrected program.
+/// A move of the corrected program.
 struct Piece {
-    line: usize,
-    from: Vec<f64>,
-    to: Vec<f64>,
-    /// Move of the planned program, and the shares of its time at both ends; `None`: the control drives there by itself.
-    of: Option<(usize, f64, f64)>,
+    own: Move,
+    /// Move of the planned program, and the shares of its time at both ends.
+    of: usize,
+    shares: [f64; 2],
 }
 
 /// A row of a trace and what it stands for.
@@ -45,50 +44,56 @@ impl<'m> Course<'m> {
         };
         let mut pieces = Vec::new();
         let (mut number, mut gone, mut whole) = (u32::MAX, 0.0, 0.0);
-        for piece in &corrected {
-            assert!(piece.arc.is_none(), "line {}: an arc", piece.line);
-            if piece.number != number {
-                (number, gone, whole) = (piece.number, 0.0, total(piece.number));
+        for own in &corrected {
+            if own.number != number {
+                (number, gone, whole) = (own.number, 0.0, total(own.number));
             }
             let of = planned.iter().position(|other| other.number == number).expect("a move of that number");
-            let shares = if whole > 0.0 { (gone / whole, (gone + piece.minutes) / whole) } else { (0.0, 1.0) };
-            gone += piece.minutes;
-            pieces.push(Piece {
-                line: piece.line,
-                from: positions(machine, &piece.from),
-                to: positions(machine, &piece.to),
-                of: Some((of, shares.0, shares.1)),
-            });
+            let shares = if whole > 0.0 { [gone / whole, (gone + own.minutes) / whole] } else { [0.0, 1.0] };
+            gone += own.minutes;
+            pieces.push(Piece { own: own.clone(), of, shares });
         }
         Course { machine, planned, pieces }
     }
 
     /// What positions of a trace stand for, by the line that the control told.
     pub fn place(&self, q: &[f64], line: usize) -> Place {
-        let near = self.pieces.partition_point(|piece| piece.line < line);
+        let mut at = [0.0; 6];
+        for (axis, q) in self.machine.axes.iter().zip(q) {
+            at[letter(&axis.name)] = axis.kind.to_file_unit(*q);
+        }
+        let near = self.pieces.partition_point(|piece| piece.own.line < line);
         let (first, last) = (near.saturating_sub(NEIGHBOURS), (near + NEIGHBOURS).min(self.pieces.len() - 1));
-        let nearest = self.pieces[first..=last].iter().map(|piece| (piece, self.nearest(piece, q)));
+        let nearest = self.pieces[first..=last].iter().map(|piece| (piece, nearest(&piece.own, &at)));
         let (piece, (share, _)) = nearest.min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("pieces");
-        let corrected = (0..q.len()).map(|k| piece.from[k] + share * (piece.to[k] - piece.from[k])).collect();
-        let planned = match piece.of {
-            Some((number, begin, end)) => {
-                positions(self.machine, &self.planned[number].at(begin + share * (end - begin)))
-            }
-            None => q.to_vec(),
-        };
-        Place { planned, corrected }
+        let [begin, end] = piece.shares;
+        Place {
+            planned: positions(self.machine, &self.planned[piece.of].at(begin + share * (end - begin))),
+            corrected: positions(self.machine, &piece.own.at(share)),
+        }
     }
+}
 
-    /// Share of a piece nearest to positions, and the squared distance.
-    fn nearest(&self, piece: &Piece, q: &[f64]) -> (f64, f64) {
-        let weight = |k: usize| if self.machine.axes[k].kind == AxisKind::Rotary { MM_PER_RAD } else { 1.0 };
-        let way: Vec<f64> = (0..q.len()).map(|k| weight(k) * (piece.to[k] - piece.from[k])).collect();
-        let gone: Vec<f64> = (0..q.len()).map(|k| weight(k) * (q[k] - piece.from[k])).collect();
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let square = product(&way, &way);
-        let share = if square > 0.0 { (product(&way, &gone) / square).clamp(0.0, 1.0) } else { 1.0 };
-        (share, gone.iter().zip(&way).map(|(gone, way)| (gone - share * way).powi(2)).sum())
-    }
+/// Share of a move nearest to a place, and the squared distance.
+fn nearest(own: &Move, at: &[f64; 6]) -> (f64, f64) {
+    let weight = |k: usize| if k < 3 { 1.0 } else { MM_PER_DEG };
+    let share = match own.arc {
+        Some((plane, centre, sweep)) => {
+            let angle = |place: &[f64; 6]| (place[plane[1]] - centre[1]).atan2(place[plane[0]] - centre[0]);
+            let from_middle = angle(at) - angle(&own.from) - 0.5 * sweep;
+            let turns = (from_middle / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+            0.5 + (from_middle - turns) / sweep
+        }
+        None => {
+            let way = |k: usize| weight(k) * (own.to[k] - own.from[k]);
+            let square: f64 = (0..6).map(|k| way(k).powi(2)).sum();
+            let along: f64 = (0..6).map(|k| way(k) * weight(k) * (at[k] - own.from[k])).sum();
+            if square > 0.0 { along / square } else { 1.0 }
+        }
+    };
+    let share = share.clamp(0.0, 1.0);
+    let there = own.at(share);
+    (share, (0..6).map(|k| (weight(k) * (at[k] - there[k])).powi(2)).sum())
 }
 
 /// Moves of a program whose work offset is zero.
@@ -96,8 +101,11 @@ pub fn read(text: &str) -> Vec<Move> {
     moves(text, [0.0; 6], [[0.0; 6]; 2], 0.0)
 }
 
+fn letter(name: &str) -> usize {
+    LETTERS.find(name).expect("a letter")
+}
+
 /// Positions by axis index, mm and rad.
 pub fn positions(machine: &Machine, place: &[f64; 6]) -> Vec<f64> {
-    let of = |name: &str| place[LETTERS.find(name).expect("a letter")];
-    machine.axes.iter().map(|axis| axis.kind.from_file_unit(of(&axis.name))).collect()
+    machine.axes.iter().map(|axis| axis.kind.from_file_unit(place[letter(&axis.name)])).collect()
 }

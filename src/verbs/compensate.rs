@@ -20,7 +20,7 @@ use crate::verbs::output::progress::Working;
 /// Arguments of `compensate`.
 #[derive(Args)]
 #[command(
-    after_help = "Moves become straight blocks after which the machine with its errors follows the path of the machine without; everything else stays byte for byte. What is not understood is refused with its line, or with --mark left as it is with a comment.\nExample: fiveaxis compensate part.ngc machine.yaml --errors session.yaml --offset G54:X=0,Y=0,Z=0 --tool 1=120 --out part-corrected.ngc"
+    after_help = "Moves become blocks after which the machine with its errors follows the path of the machine without; everything else stays byte for byte. What is not understood is refused with its line, or with --mark left as it is with a comment.\nExample: fiveaxis compensate part.ngc machine.yaml --errors session.yaml --offset G54:X=0,Y=0,Z=0 --tool 1=120 --out part-corrected.ngc"
 )]
 pub struct Arguments {
     /// Program in G-code; - is standard input
@@ -57,6 +57,9 @@ pub struct Arguments {
     /// Decimals of lengths (mm) and angles (deg) in words
     #[arg(long, value_name = "MM,DEG", default_value = "6,6")]
     decimals: String,
+    /// Arcs become straight blocks: for controls that take no rotary axis in G2 and G3
+    #[arg(long)]
+    straight: bool,
     /// Blocks that cannot be corrected stay as they are with a comment before them; else they end the run
     #[arg(long)]
     mark: bool,
@@ -178,6 +181,7 @@ fn settings(arguments: &Arguments) -> Result<Settings, Refusal> {
         initial: arguments.initial.clone(),
         mark: arguments.mark,
         decimals,
+        keeps_arcs: !arguments.straight,
     })
 }
 
