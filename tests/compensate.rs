@@ -263,7 +263,7 @@ fn the_tool_of_an_erring_machine_is_on_the_ideal_path() {
 fn arcs_stay_arcs_unless_straight_blocks_are_asked_for() {
     let (machine, bodies) = erring("hermle-c600u.yaml", 100);
     let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nN10 G1 X20 F500\nN20 G3 X-20 I-20 J0 F600\nN30 G2 X20 R20\n\
-                N40 G18 G91 G2 X-30 Z0 I-15 K4 C40\nN50 G90 G19 G3 Y5 Z8 J5 K1 F300\nN60 G1 X0\n";
+                N40 G18 G91 G2 X-30 Z0 I-15 K4 C40\nN50 G90 G19 G3 Y5 Z8 R7 F300\nN60 G1 X0\n";
     let [arcs, straight] = [true, false].map(|keeps_arcs| {
         let plain = Settings { keeps_arcs, tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
         corrected(&machine, &bodies, text, plain).expect("corrected")
@@ -324,7 +324,6 @@ fn a_corrected_plan_keeps_its_bar() {
             plain.tool_length_mm = Some((test.spindle_ball.at - nose).norm());
             let after = corrected(&machine, &bodies, &numbered, plain).unwrap_or_else(|why| panic!("{name}: {why}"));
             let [planned, pieces] = [&numbered, &after].map(|text| moves(text, [0.0; 6], [[0.0; 6]; 2], 0.0));
-            // errors may stand still in the gauge's place: changes along the program are compared
             let mut most = 0.0f64;
             for block in planned.iter().filter(|mv| !mv.is_rapid) {
                 let own: Vec<&Move> = pieces.iter().filter(|mv| mv.number == block.number).collect();
@@ -334,7 +333,17 @@ fn a_corrected_plan_keeps_its_bar() {
                     for look in [0.0, 0.2, 0.4, 0.6, 0.8, 1.0] {
                         let share = if minutes > 0.0 { (gone + look * piece.minutes) / minutes } else { look };
                         let wanted = bar(&nominal, block.at(share));
-                        most = most.max((bar(&actual, piece.at(look)) - wanted).abs());
+                        // the bar is off on the way there
+                        if (wanted - test.bar_length_mm.expect("bar")).abs() > 1.0 {
+                            continue;
+                        }
+                        // feeds have six digits, by which the moment of a place is a little another
+                        let driven = bar(&actual, piece.at(look));
+                        let near =
+                            [-3e-5, 0.0, 3e-5].map(|late| bar(&nominal, block.at((share + late).clamp(0.0, 1.0))));
+                        let (low, high) =
+                            (near.iter().fold(wanted, |a, b| a.min(*b)), near.iter().fold(wanted, |a, b| a.max(*b)));
+                        most = most.max(driven - high).max(low - driven);
                         before = before.max((bar(&actual, block.at(share)) - wanted).abs());
                     }
                     gone += piece.minutes;
@@ -511,22 +520,24 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
 #[test]
 fn linuxcnc_reads_corrected_programs_as_the_reader_of_this_test_does() {
     let (machine, bodies) = erring("hermle-c600u.yaml", 100);
-    let after =
-        corrected(&machine, &bodies, &program('A', 'C', -25.0), settings(Coordinates::Axes)).expect("corrected");
-    let Some(ends) = interpreted(&after) else { return };
-    let own = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
-    // the interpreter may tell a move twice where only its feed mode changes
-    let mut at = 0;
-    for mv in &own {
-        let is_it = |end: &[f64; 6]| (0..6).all(|k| (end[k] - mv.to[k]).abs() < 3e-3);
-        let found = ends[at..].iter().position(is_it);
-        let found =
-            found.unwrap_or_else(|| panic!("line {}: {:?} is not among the interpreter's moves", mv.line, mv.to));
-        assert!(found < 3, "line {}: {found} moves between", mv.line);
-        // four decimals are printed, of inches too
-        let off = (0..6).map(|k| (ends[at + found][k] - mv.to[k]).abs()).fold(0.0, f64::max);
-        assert!(off < 1.5e-3, "line {}: {off}", mv.line);
-        at += found + 1;
+    for (keeps_arcs, least) in [(true, 90), (false, 500)] {
+        let settings = Settings { keeps_arcs, ..settings(Coordinates::Axes) };
+        let after = corrected(&machine, &bodies, &program('A', 'C', -25.0), settings).expect("corrected");
+        let Some(ends) = interpreted(&after) else { return };
+        let own = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
+        // the interpreter may tell a move twice where only its feed mode changes
+        let mut at = 0;
+        for mv in &own {
+            let is_it = |end: &[f64; 6]| (0..6).all(|k| (end[k] - mv.to[k]).abs() < 3e-3);
+            let found = ends[at..].iter().position(is_it);
+            let found =
+                found.unwrap_or_else(|| panic!("line {}: {:?} is not among the interpreter's moves", mv.line, mv.to));
+            assert!(found < 3, "line {}: {found} moves between", mv.line);
+            // four decimals are printed, of inches too
+            let off = (0..6).map(|k| (ends[at + found][k] - mv.to[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 1.5e-3, "line {}: {off}", mv.line);
+            at += found + 1;
+        }
+        assert!(own.len() > least, "{}", own.len());
     }
-    assert!(own.len() > 500, "{}", own.len());
 }

@@ -149,11 +149,14 @@ fn trace_rows(session: &Session, trace: &Path) -> Vec<TraceRow> {
         .split(',')
         .filter_map(|name| machine.axis_index(name.split('_').next().expect("axis")))
         .collect();
+    let mut told = 0;
     let row = |line: &str| {
         let values: Vec<f64> = line.split(',').map(|value| value.parse().expect("number")).collect();
         let mut q = vec![0.0; machine.axes.len()];
         names.iter().zip(&values[1..]).for_each(|(&k, value)| q[k] = machine.axes[k].kind.from_file_unit(*value));
-        TraceRow { seconds: values[0], q, line: values[values.len() - 1] as usize }
+        // the control tells none in the last cycles before a stop
+        told = if values[values.len() - 1] > 0.0 { values[values.len() - 1] as usize } else { told };
+        TraceRow { seconds: values[0], q, line: told }
     };
     lines.map(row).collect()
 }

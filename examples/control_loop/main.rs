@@ -8,7 +8,7 @@
 //! `all` runs the twelve machines of [`case`] and prints their table, a NUMBER one of them, `coverage` forty machines of the first
 //! kind. `exact` drives programs exactly in LinuxCNC's place, `known` corrects for the machine as it is in place of the machine as
 //! found. LinuxCNC and the reference data's `control-loop/run` are needed (`FIVEAXIS_SHARED` names the reference data). Traces
-//! that lie in FOLDER are not run again. `FIVEAXIS_BIN` names another binary than that of the same build,
+//! of the same program that lie in FOLDER are not run again. `FIVEAXIS_BIN` names another binary than that of the same build,
 //! `FIVEAXIS_CONTROL_SPEED` runs the control's clock faster (see `faster`).
 //!
 //! The hidden machine's kinematics are those of `tests/plain_machine`, which share nothing with the library.
@@ -110,7 +110,7 @@ impl std::fmt::Display for Row {
         );
         write!(
             f,
-            "| {} | {} | {} | {first} | {rank} | {} of {} | {noise:.2}, {told:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            "| {} | {} | {} | {first} | {rank} | {} of {} | {noise:.2}, {told:.2} | {:.2} | {:.2} | {:.2} | {:.2} → {:.2} |",
             self.number,
             self.case.machine,
             self.case.concealed,
@@ -119,6 +119,7 @@ impl std::fmt::Display for Row {
             self.before.fitted_um,
             self.after.fitted_um,
             self.after.fitted_um / noise,
+            self.before.raw_um,
             self.after.raw_um,
         )?;
         for (before, after) in self.before.by_program.iter().zip(&self.after.by_program) {
@@ -155,7 +156,7 @@ fn run_case(control: &Control, folder: &Path, number: usize, seed: u64, way: Way
         true => (None, truth_file),
         false => {
             let imported = user::imported(&plan, &captures, &folder.join("imported"));
-            (Some(user::diagnosed(&imported, &folder.join("found"))), folder.join("found/machine.yaml"))
+            (Some(user::diagnosed(&imported, &folder.join("found"))), folder.join("found/session.yaml"))
         }
     };
     let within = answer.as_ref().map_or((0, 0), |answer| answer.within(&truth));

@@ -7,14 +7,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, LETTERS, LONGEST_LINE, OFFSET_NAMES, OffsetTable, Settings};
+use fiveaxis::identify::DeterminedErrors;
 use fiveaxis::load::LoadError;
+use fiveaxis::machine::{Component, ErrorName};
 use fiveaxis::report::compensate::{summary_json, summary_text};
 use fiveaxis::units::ARCSEC_PER_RAD;
 
 use super::Refusal;
 use super::output::{Foreign, StreamedFile, print, print_json};
 use crate::verbs::options::directions::DirectionsName;
-use crate::verbs::options::errors::erring_machine;
+use crate::verbs::options::errors::{ErringMachine, erring_machine};
 use crate::verbs::output::progress::Working;
 
 /// Arguments of `compensate`.
@@ -79,6 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let settings = settings(arguments)?;
     let mut erring = erring_machine(&arguments.machine, arguments.errors.as_deref(), arguments.directions)?;
     erring.machine.stated_directions().map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
+    leave_out_undetermined(&mut erring);
     let left = fiveaxis::disturbances::into_component_errors(&mut erring.machine);
     for effect in &left {
         eprintln!(
@@ -109,6 +112,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     match arguments.json {
         true => print_json(&summary_json(&erring.machine, summary, &arguments.out.display().to_string())),
         false => print(&summary_text(&erring.machine, summary, &arguments.out.display().to_string())),
+    }
+}
+
+/// Of a session's errors those that its readings determine are corrected in full: values of the others mean little.
+fn leave_out_undetermined(erring: &mut ErringMachine) {
+    let Some((_, fit)) = &erring.fit else { return };
+    let determined = DeterminedErrors::of(fit);
+    determined.put_into(&mut erring.machine);
+    let name = |&(axis, component): &(usize, usize)| {
+        ErrorName::location(Component::ALL[component], &erring.machine.axes[axis].name).to_string()
+    };
+    let names: Vec<String> = determined.left_out.iter().map(name).collect();
+    if !names.is_empty() {
+        eprintln!(
+            "fiveaxis: the readings leave {} uncertain by more than 10 µm or 10 arcsec: what they do not determine is corrected in part; identify says which tests would determine it",
+            names.join(", ")
+        );
     }
 }
 
