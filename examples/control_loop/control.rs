@@ -12,9 +12,9 @@ const MOST_SECONDS: f64 = 400.0;
 /// A plan's programs dwell at least so long, s.
 const SHORTEST_DWELL_S: f64 = 0.5;
 /// Dwells of a trace may be off by this, s.
-const LATE_S: f64 = 0.12;
+const LATE_S: f64 = 0.05;
 /// Tries of a program before the run ends.
-const TRIES: usize = 5;
+const TRIES: usize = 8;
 
 /// What drives the axes, and the folder of its traces.
 pub struct Control {
