@@ -52,6 +52,7 @@ fn corrected(coordinates: Coordinates) -> usize {
         initial: "G21 G90 G17 G94 G54 G49".into(),
         mark: false,
         decimals: [6, 6],
+        keeps_arcs: true,
     };
     let mut compensator = Compensator::new(&machine, &chain, &bodies, settings).expect("compensator");
     let mut out = Vec::new();

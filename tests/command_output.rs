@@ -227,7 +227,7 @@ fn programs_stop_spindle_and_coolant_before_the_operator_and_say_their_state() {
         assert!(at("M5").is_some_and(|line| line < stop) && at("M9").is_some_and(|line| line < stop), "{text}");
         assert!(text.to_lowercase().contains("positions in "), "{text}");
         match file.extension().and_then(|ending| ending.to_str()) {
-            Some("ngc") => assert!(text.contains("\nG64 P0.001 "), "{text}"),
+            Some("ngc") => assert!(text.contains("\nG64 P0.001 Q0 "), "{text}"),
             Some("mpf") => assert!(text.contains("\nG641 ADIS=0.001\n"), "{text}"),
             // nothing is measured in a dry run
             Some("h") if !file.ends_with("dry-run.h") => assert!(text.contains(" gauge length "), "{text}"),

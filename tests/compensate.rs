@@ -13,7 +13,7 @@ use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, NotCorrected, Settings};
 use fiveaxis::inverse::Tool;
-use fiveaxis::load::load_machine_and_bodies;
+use fiveaxis::load::{load_machine_and_bodies, standard_kit};
 use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
 use plain_machine::{Plain, distance};
 use plain_program::{LETTERS, Move, moves};
@@ -79,6 +79,7 @@ fn settings(coordinates: Coordinates) -> Settings {
         initial: String::new(),
         mark: false,
         decimals: [6, 6],
+        keeps_arcs: true,
     }
 }
 
@@ -259,6 +260,103 @@ fn the_tool_of_an_erring_machine_is_on_the_ideal_path() {
 }
 
 #[test]
+fn arcs_stay_arcs_unless_straight_blocks_are_asked_for() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nN10 G1 X20 F500\nN20 G3 X-20 I-20 J0 F600\nN30 G2 X20 R20\n\
+                N40 G18 G91 G2 X-30 Z0 I-15 K4 C40\nN50 G90 G19 G3 Y5 Z8 R7 F300\nN60 G1 X0\n";
+    let [arcs, straight] = [true, false].map(|keeps_arcs| {
+        let plain = Settings { keeps_arcs, tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
+        corrected(&machine, &bodies, text, plain).expect("corrected")
+    });
+    for after in [&arcs, &straight] {
+        let found = compare(&machine, &bodies, Coordinates::Axes, text, after, SAMPLE_MM);
+        assert!(found.tip_mm < TIP_MM, "tip {} µm", 1e3 * found.tip_mm);
+        assert!(found.direction_rad < DIRECTION_RAD, "{} rad", found.direction_rad);
+        assert!(found.feed < 1e-3, "feed off by {}", found.feed);
+    }
+    let count = |after: &str| moves(after, [0.0; 6], [G54, [0.0; 6]], LENGTH).len();
+    let is_arc = |after: &str| after.contains("G2") || after.contains("G3");
+    assert!(is_arc(&arcs) && !is_arc(&straight.replace("G21", "")));
+    println!("{} blocks with arcs, {} without", count(&arcs), count(&straight));
+    assert!(10 * count(&arcs) < count(&straight));
+    // the last block is straight again
+    let last = arcs.lines().find(|line| line.starts_with("N60")).expect("N60");
+    assert!(last.contains("G1"), "{last}");
+}
+
+/// A gauge's bar along corrected programs of a plan: marks, run-ins and arcs.
+#[test]
+fn a_corrected_plan_keeps_its_bar() {
+    for (seed, name) in ["hermle-c600u.yaml", "table-head-cb-moving-table-y.yaml", "head-head-ca-overhead-gantry.yaml"]
+        .iter()
+        .enumerate()
+    {
+        let (machine, bodies) = erring(name, 300 + seed as u64);
+        let mut wanted = fiveaxis::plan::Settings { feed_mm_per_min: 1500.0, ..Default::default() };
+        wanted.coupled.circles = true;
+        let drawn = load_machine_and_bodies(&file(name)).expect("machine").0;
+        let plan = fiveaxis::plan::plan(&drawn, &bodies, &standard_kit().expect("kit"), &wanted).expect("plan");
+        let plain = |errs| Plain { machine: &machine, errs, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
+        let (nominal, actual) = (plain(false), plain(true));
+        let mut before = 0.0f64;
+        for planned in &plan.tests {
+            let test = &planned.both_ways()[0];
+            let bar = |machine: &Plain, place: [f64; 6]| {
+                let q = positions(&nominal, Coordinates::Axes, place);
+                let of = |ball: &fiveaxis::session::Ball| machine.ball(&ball.link, ball.at.into(), &q);
+                distance(of(&test.pivot), of(&test.spindle_ball))
+            };
+            let text = fiveaxis::nc::program(&drawn, planned, fiveaxis::nc::Dialect::LinuxCnc);
+            let numbered: String = text
+                .lines()
+                .enumerate()
+                .map(
+                    |(k, line)| {
+                        if line.starts_with('G') { format!("N{} {line}\n", k + 1) } else { format!("{line}\n") }
+                    },
+                )
+                .collect();
+            // the spindle ball is the tool's tip
+            let nose = Tool::of(&machine, &bodies, Some(0.0)).expect("tool").tip_mm;
+            let mut plain = settings(Coordinates::Axes);
+            plain.offsets[0] = Some([0.0; 9]);
+            plain.initial = "G54".into();
+            plain.tool_length_mm = Some((test.spindle_ball.at - nose).norm());
+            let after = corrected(&machine, &bodies, &numbered, plain).unwrap_or_else(|why| panic!("{name}: {why}"));
+            let [planned, pieces] = [&numbered, &after].map(|text| moves(text, [0.0; 6], [[0.0; 6]; 2], 0.0));
+            let mut most = 0.0f64;
+            for block in planned.iter().filter(|mv| !mv.is_rapid) {
+                let own: Vec<&Move> = pieces.iter().filter(|mv| mv.number == block.number).collect();
+                let minutes: f64 = own.iter().map(|mv| mv.minutes).sum();
+                let mut gone = 0.0;
+                for piece in own {
+                    for look in [0.0, 0.2, 0.4, 0.6, 0.8, 1.0] {
+                        let share = if minutes > 0.0 { (gone + look * piece.minutes) / minutes } else { look };
+                        let wanted = bar(&nominal, block.at(share));
+                        // the bar is off on the way there
+                        if (wanted - test.bar_length_mm.expect("bar")).abs() > 1.0 {
+                            continue;
+                        }
+                        // feeds have six digits, by which the moment of a place is a little another
+                        let driven = bar(&actual, piece.at(look));
+                        let near =
+                            [-3e-5, 0.0, 3e-5].map(|late| bar(&nominal, block.at((share + late).clamp(0.0, 1.0))));
+                        let (low, high) =
+                            (near.iter().fold(wanted, |a, b| a.min(*b)), near.iter().fold(wanted, |a, b| a.max(*b)));
+                        most = most.max(driven - high).max(low - driven);
+                        before = before.max((bar(&actual, block.at(share)) - wanted).abs());
+                    }
+                    gone += piece.minutes;
+                }
+            }
+            println!("{name} {}: {:.3} µm", test.name, 1e3 * most);
+            assert!(most < TIP_MM, "{name} {}: {} µm", test.name, 1e3 * most);
+        }
+        assert!(before > 100.0 * TIP_MM, "{name}: {} µm", 1e3 * before);
+    }
+}
+
+#[test]
 fn everything_else_stays_byte_for_byte() {
     let (machine, bodies) = erring("hermle-c600u.yaml", 7);
     let text = "%\r\nO7001 \r\n( keep  THIS )\r\nn5 g21g90 g17 G94 G54 G49\r\nM3 S12000\r\n\r\nG0 Z10 ; up\r\nG0 X1 Y2 A-20 C3\r\n\
@@ -386,7 +484,7 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
         .expect("it runs");
     let listing = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{listing}");
-    let (mut unit, mut offset, mut tool) = (1.0, [0.0; 6], 0.0);
+    let (mut unit, mut offset, mut tool, mut plane) = (1.0, [0.0; 6], 0.0, [0, 1, 2]);
     let mut ends = Vec::new();
     for line in listing.lines() {
         let Some((head, rest)) = line.split_once('(') else { continue };
@@ -400,7 +498,19 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
             "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" => {
                 ends.push(std::array::from_fn(|k| numbers[k] * length(k) + offset[k] + if k == 2 { tool } else { 0.0 }))
             }
-            "ARC_FEED" => panic!("an arc is left: {line}"),
+            "SELECT_PLANE" => {
+                plane = match rest {
+                    rest if rest.contains("XZ") => [2, 0, 1],
+                    rest if rest.contains("YZ") => [1, 2, 0],
+                    _ => [0, 1, 2],
+                }
+            }
+            // both ends in the plane, centre, turns, the end across, rotary axes
+            "ARC_FEED" => {
+                let mut end = [0.0, 0.0, 0.0, numbers[6], numbers[7], numbers[8]];
+                [0, 1, 5].into_iter().zip(plane).for_each(|(number, axis)| end[axis] = numbers[number]);
+                ends.push(std::array::from_fn(|k| end[k] * length(k) + offset[k] + if k == 2 { tool } else { 0.0 }));
+            }
             _ => {}
         }
     }
@@ -410,22 +520,24 @@ fn interpreted(text: &str) -> Option<Vec<[f64; 6]>> {
 #[test]
 fn linuxcnc_reads_corrected_programs_as_the_reader_of_this_test_does() {
     let (machine, bodies) = erring("hermle-c600u.yaml", 100);
-    let after =
-        corrected(&machine, &bodies, &program('A', 'C', -25.0), settings(Coordinates::Axes)).expect("corrected");
-    let Some(ends) = interpreted(&after) else { return };
-    let own = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
-    // the interpreter may tell a move twice where only its feed mode changes
-    let mut at = 0;
-    for mv in &own {
-        let is_it = |end: &[f64; 6]| (0..6).all(|k| (end[k] - mv.to[k]).abs() < 3e-3);
-        let found = ends[at..].iter().position(is_it);
-        let found =
-            found.unwrap_or_else(|| panic!("line {}: {:?} is not among the interpreter's moves", mv.line, mv.to));
-        assert!(found < 3, "line {}: {found} moves between", mv.line);
-        // four decimals are printed, of inches too
-        let off = (0..6).map(|k| (ends[at + found][k] - mv.to[k]).abs()).fold(0.0, f64::max);
-        assert!(off < 1.5e-3, "line {}: {off}", mv.line);
-        at += found + 1;
+    for (keeps_arcs, least) in [(true, 90), (false, 500)] {
+        let settings = Settings { keeps_arcs, ..settings(Coordinates::Axes) };
+        let after = corrected(&machine, &bodies, &program('A', 'C', -25.0), settings).expect("corrected");
+        let Some(ends) = interpreted(&after) else { return };
+        let own = moves(&after, [0.0; 6], [G54, [0.0; 6]], LENGTH);
+        // the interpreter may tell a move twice where only its feed mode changes
+        let mut at = 0;
+        for mv in &own {
+            let is_it = |end: &[f64; 6]| (0..6).all(|k| (end[k] - mv.to[k]).abs() < 3e-3);
+            let found = ends[at..].iter().position(is_it);
+            let found =
+                found.unwrap_or_else(|| panic!("line {}: {:?} is not among the interpreter's moves", mv.line, mv.to));
+            assert!(found < 3, "line {}: {found} moves between", mv.line);
+            // four decimals are printed, of inches too
+            let off = (0..6).map(|k| (ends[at + found][k] - mv.to[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 1.5e-3, "line {}: {off}", mv.line);
+            at += found + 1;
+        }
+        assert!(own.len() > least, "{}", own.len());
     }
-    assert!(own.len() > 500, "{}", own.len());
 }

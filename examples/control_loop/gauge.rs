@@ -43,6 +43,8 @@ pub struct Reading {
     /// Positions by axis, mm and rad.
     pub q: Vec<f64>,
     pub moves: bool,
+    /// Line of the program.
+    pub line: usize,
 }
 
 /// A capture.
@@ -85,7 +87,7 @@ impl<'s> Gauge<'s> {
         let mut state = State::new();
         let begin = self.minutes;
         let mut all: Vec<Reading> = Vec::new();
-        for (k, (seconds, q)) in rows.iter().enumerate() {
+        for (k, TraceRow { seconds, q, line }) in rows.iter().enumerate() {
             let machine = self.hidden.at(&mut state, q, begin + seconds / 60.0);
             if k % (1000 / RATE) != 0 {
                 continue;
@@ -93,10 +95,16 @@ impl<'s> Gauge<'s> {
             let plain = Plain { machine: &machine, errs: true, tip: [0.0; 3], axis: [0.0, 0.0, 1.0] };
             let [one, other] = [(&test.pivot.link, pivot), (&test.spindle_ball.link, spindle)]
                 .map(|(link, at)| plain.ball(link, at, q));
-            let moves = rows.get(k + 1).is_some_and(|(_, next)| next != q);
-            all.push(Reading { seconds: *seconds, off_mm: distance(one, other) - bar, q: q.clone(), moves });
+            let moves = rows.get(k + 1).is_some_and(|next| next.q != *q);
+            all.push(Reading {
+                seconds: *seconds,
+                off_mm: distance(one, other) - bar,
+                q: q.clone(),
+                moves,
+                line: *line,
+            });
         }
-        self.minutes += rows.last().map_or(0.0, |(seconds, _)| seconds / 60.0) + PAUSE_MIN;
+        self.minutes += rows.last().map_or(0.0, |row| row.seconds / 60.0) + PAUSE_MIN;
         let noise = Normal::new(0.0, NOISE_MM).expect("normal");
         let mut readings = while_mounted(&all).to_vec();
         let begin = readings.first().map_or(0.0, |reading| reading.seconds);
@@ -123,8 +131,15 @@ fn while_mounted(all: &[Reading]) -> &[Reading] {
     &fits[first..=last]
 }
 
-/// Times and positions by axis index of a trace, s, mm and rad.
-pub fn trace_rows(session: &Session, trace: &Path) -> Vec<(f64, Vec<f64>)> {
+/// One servo period of a trace.
+pub struct TraceRow {
+    pub seconds: f64,
+    /// Positions by axis index, mm and rad.
+    pub q: Vec<f64>,
+    pub line: usize,
+}
+
+fn trace_rows(session: &Session, trace: &Path) -> Vec<TraceRow> {
     let machine = &session.machine;
     let text = std::fs::read_to_string(trace).expect("trace");
     let mut lines = text.lines();
@@ -134,11 +149,14 @@ pub fn trace_rows(session: &Session, trace: &Path) -> Vec<(f64, Vec<f64>)> {
         .split(',')
         .filter_map(|name| machine.axis_index(name.split('_').next().expect("axis")))
         .collect();
+    let mut told = 0;
     let row = |line: &str| {
         let values: Vec<f64> = line.split(',').map(|value| value.parse().expect("number")).collect();
         let mut q = vec![0.0; machine.axes.len()];
         names.iter().zip(&values[1..]).for_each(|(&k, value)| q[k] = machine.axes[k].kind.from_file_unit(*value));
-        (values[0], q)
+        // the control tells none in the last cycles before a stop
+        told = if values[values.len() - 1] > 0.0 { values[values.len() - 1] as usize } else { told };
+        TraceRow { seconds: values[0], q, line: told }
     };
     lines.map(row).collect()
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Machine};
+use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -40,6 +40,7 @@ pub struct Effect {
 }
 
 /// The machine as it really is.
+#[derive(Clone)]
 pub struct Hidden {
     pub machine: Machine,
     pub effect: Option<Effect>,
@@ -63,6 +64,25 @@ pub fn truth(machine: &Machine, random: &mut ChaCha8Rng) -> Machine {
         }
     }
     truth
+}
+
+impl Hidden {
+    /// What a machine file can say of it: location errors, and the effect if it depends on the position of its axis alone.
+    pub fn as_machine_file(&self) -> Machine {
+        let mut machine = self.machine.clone();
+        let Some(effect) = &self.effect else { return machine };
+        let wave = |frequency| ComponentForm::Fourier(vec![Harmonic { frequency, cosine: 0.0, sine: effect.size }]);
+        let form = match effect.law {
+            Law::Wave { per_turn } => wave(per_turn),
+            Law::Screw { lead_mm } => wave(TAU / lead_mm),
+            Law::Bend { over_mm } => ComponentForm::Polynomial(vec![0.0, effect.size / (over_mm * over_mm)]),
+            Law::PerMetre => ComponentForm::Polynomial(vec![effect.size / 1000.0]),
+            Law::Play { .. } | Law::Spike { .. } | Law::Growth { .. } => return machine,
+        };
+        let index = machine.axis_index(effect.axis).expect("an axis of the machine");
+        machine.axes[index].component_errors.push(ComponentError { component: effect.component, form });
+        machine
+    }
 }
 
 impl State {

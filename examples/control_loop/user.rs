@@ -77,18 +77,43 @@ pub fn diagnosed(session: &Path, folder: &Path) -> Answer {
     Answer { json, noise_um }
 }
 
-/// A program corrected for the machine as found.
+/// The planned program with N words, which stay in the corrected one.
+pub fn numbered(program: &Path, folder: &Path) -> PathBuf {
+    std::fs::create_dir_all(folder).expect("folder");
+    let out = folder.join(program.file_name().expect("name"));
+    let text = std::fs::read_to_string(program).expect("program");
+    let lines = text.lines().enumerate().map(|(k, line)| match line.starts_with('G') {
+        true => format!("N{} {line}\n", k + 1),
+        false => format!("{line}\n"),
+    });
+    std::fs::write(&out, lines.collect::<String>()).expect("written");
+    out
+}
+
+/// A program corrected for the machine as found, with the length that its head tells the operator.
 pub fn corrected(program: &Path, plan: &Path, found: &Path, folder: &Path) -> PathBuf {
     std::fs::create_dir_all(folder).expect("folder");
     let out = folder.join(program.file_name().expect("name"));
-    run(fiveaxis()
+    let text = std::fs::read_to_string(program).expect("program");
+    let told = text.lines().find_map(|line| line.strip_prefix("(gauge length ")?.split(' ').next());
+    let said = run(fiveaxis()
         .arg("compensate")
         .arg(program)
         .arg(plan.join("machine.yaml"))
         .arg("--errors")
-        .arg(found.join("machine.yaml"))
-        .args(["--initial", "G54", "--offset", "G54:", "--force", "--out"])
+        .arg(found)
+        .args([
+            "--initial",
+            "G54",
+            "--offset",
+            "G54:",
+            "--tool-length",
+            told.expect("a gauge length"),
+            "--force",
+            "--out",
+        ])
         .arg(&out));
+    std::fs::write(out.with_extension("txt"), said).expect("written");
     out
 }
 

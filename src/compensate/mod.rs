@@ -4,7 +4,7 @@
 //! bytes ─block─▶ words ─modal─▶ move ─path─▶ ideal poses ─correct─▶ axis positions ─pieces─▶ commands ─rewrite─▶ bytes
 //! ```
 //!
-//! The *ideal* path is that of the machine without errors. A block that moves is replaced by one or more straight blocks
+//! The *ideal* path is that of the machine without errors. A block that moves is replaced by one or more blocks, arcs by arcs,
 //! after which the erring machine's tool runs along the ideal path within a tolerance, in the time of the block. All other
 //! bytes stay. What is not understood is refused with its reason, never guessed.
 

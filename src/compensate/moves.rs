@@ -164,6 +164,7 @@ impl Compensator<'_> {
             tolerance_rad: self.settings.tolerance_rad,
             step_mm: 0.1f64.powi(mm as i32),
             step_deg: 0.1f64.powi(deg as i32),
+            keeps_arcs: self.settings.keeps_arcs,
         };
         // of a rapid only the end matters
         let ends = Path { from: path.to, to: path.to, arc: None };
@@ -180,7 +181,7 @@ impl Compensator<'_> {
                     return Err(why);
                 }
                 // a rapid to the end of the travel, a park position, stays where it was
-                piece.command = path.to;
+                (piece.command, piece.arc) = (path.to, None);
                 piece.positions = self.control.positions(&path.to, &piece.positions);
                 self.check_travel(&piece)?;
                 self.summary.left += 1;

@@ -1,8 +1,8 @@
-//! A move cut into straight commands after which the erring machine's tool follows the ideal path within a tolerance.
+//! A move cut into straight commands and arcs after which the erring machine's tool follows the ideal path within a tolerance.
 
 use super::command::{Control, Positions};
-use super::correct::Corrector;
-use super::path::{Path, Place};
+use super::correct::{Corrected, Corrector};
+use super::path::{Arc, ArcWords, Path, Place};
 use crate::machine::ComponentForm;
 
 /// How closely the path is followed and how finely words are written.
@@ -15,9 +15,11 @@ pub struct Fineness {
     /// Smallest steps of lengths (mm) and angles (deg) in words.
     pub step_mm: f64,
     pub step_deg: f64,
+    /// Arcs become arcs where they can.
+    pub keeps_arcs: bool,
 }
 
-/// The end of one straight command.
+/// The end of one command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// Share of the move's time at its end; 1 is the end of the move.
@@ -26,6 +28,8 @@ pub struct Piece {
     pub from_share: f64,
     /// Coordinates of the command, rounded as they are written.
     pub command: Place,
+    /// The way there, with its centre rounded as it is written; straight without one.
+    pub arc: Option<Arc>,
     /// Corrected positions of the axes.
     pub positions: Positions,
     /// What the tool's direction stays off, rad.
@@ -38,6 +42,8 @@ const LOOKS: [f64; 3] = [0.27, 0.5, 0.77];
 const USED: f64 = 0.8;
 /// Shares of a move below this are not cut any more.
 const LEAST_SHARE: f64 = 1e-7;
+/// An arc whose rise over its chord is below this share of the tolerance is written as a straight command.
+const FLAT: f64 = 0.3;
 /// Looks at a wave of a component error.
 const LOOKS_PER_WAVE: f64 = 8.0;
 
@@ -89,7 +95,7 @@ impl<'p> Pieces<'p> {
             // two halves rather than a whole and a rest
             let step = if self.step >= rest { rest } else { self.step.min(0.5 * rest) };
             let end = if step >= rest { 1.0 } else { self.share + step };
-            let piece = self.corrected(control, corrector, end);
+            let piece = self.command(control, corrector, end);
             let used = self.used(control, corrector, &piece);
             if used <= USED {
                 self.step = (step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, 2.0)).min(self.longest);
@@ -105,16 +111,55 @@ impl<'p> Pieces<'p> {
     }
 
     /// The command for a share of the way.
-    fn corrected(&self, control: &mut Control, corrector: &mut Corrector, share: f64) -> Piece {
-        let place = self.path.at(share);
-        let programmed = control.positions(&place, &[0.0; 9]);
-        let corrected = corrector.correct(&control.ideal(&programmed), &programmed);
-        let mut command = control.place(&corrected.positions);
-        for (letter, value) in command.iter_mut().enumerate() {
-            let step = if (3..6).contains(&letter) { self.fineness.step_deg } else { self.fineness.step_mm };
-            *value = (*value / step).round() * step;
+    fn command(&self, control: &mut Control, corrector: &mut Corrector, share: f64) -> Piece {
+        let (corrected, place) = self.corrected(control, corrector, share);
+        let command: Place = std::array::from_fn(|letter| self.rounded(letter, place[letter]));
+        let mut piece = Piece {
+            share,
+            from_share: self.share,
+            command,
+            arc: None,
+            positions: corrected.positions,
+            off_rad: corrected.off_rad,
+        };
+        if let Some(arc) = self.path.arc.filter(|_| self.fineness.keeps_arcs) {
+            let (_, middle) = self.corrected(control, corrector, 0.5 * (self.share + share));
+            piece.arc = self.arc_through(&arc, &middle, &command);
         }
-        Piece { share, from_share: self.share, command, positions: corrected.positions, off_rad: corrected.off_rad }
+        piece
+    }
+
+    /// Corrected positions for a share of the way, and the coordinates that command them.
+    fn corrected(&self, control: &mut Control, corrector: &mut Corrector, share: f64) -> (Corrected, Place) {
+        let programmed = control.positions(&self.path.at(share), &[0.0; 9]);
+        let corrected = corrector.correct(&control.ideal(&programmed), &programmed);
+        (corrected, control.place(&corrected.positions))
+    }
+
+    fn rounded(&self, letter: usize, value: f64) -> f64 {
+        let step = if (3..6).contains(&letter) { self.fineness.step_deg } else { self.fineness.step_mm };
+        (value / step).round() * step
+    }
+
+    /// The arc from where the control stands through a middle to an end; `None` where a straight command does as well.
+    fn arc_through(&self, own: &Arc, middle: &Place, end: &Place) -> Option<Arc> {
+        let [u, v] = own.plane;
+        // seen from the middle of the chord: along it, and across to its left
+        let (along, across) = ((0.5 * (end[u] - self.sent[u])), (0.5 * (end[v] - self.sent[v])));
+        let half = along.hypot(across);
+        let (x, y) = (middle[u] - self.sent[u] - along, middle[v] - self.sent[v] - across);
+        let (on_chord, rise) = ((x * along + y * across) / half, (y * along - x * across) / half);
+        if !rise.is_finite() || rise.abs() < FLAT * self.fineness.tolerance_mm || rise * own.sweep > 0.0 {
+            return None;
+        }
+        // equally far from both ends and from the middle
+        let left = (on_chord * on_chord + rise * rise - half * half) / (2.0 * rise);
+        let centre = [self.sent[u] + along - left * across / half, self.sent[v] + across + left * along / half];
+        let from_start = [0, 1].map(|k| {
+            let start = self.sent[own.plane[k]];
+            start + self.rounded(own.plane[k], centre[k] - start)
+        });
+        Arc::new(&self.sent, end, own.plane, ArcWords::Centre(from_start), own.sweep > 0.0, 1.0).ok()
     }
 
     /// Largest share of the tolerance that a piece uses between its ends.
@@ -122,11 +167,11 @@ impl<'p> Pieces<'p> {
         let mut most = 0.0f64;
         // what the axes cannot give, or what was off before, is no fault of the cut
         let known_rad = self.start_off.1 + piece.off_rad.max(self.sent_off_rad);
+        let way = Path { from: self.sent, to: piece.command, arc: piece.arc };
         for look in LOOKS {
             let share = self.share + look * (piece.share - self.share);
             let ideal = control.positions(&self.path.at(share), &piece.positions);
-            let commanded: Place = std::array::from_fn(|k| self.sent[k] + look * (piece.command[k] - self.sent[k]));
-            let driven = control.positions(&commanded, &piece.positions);
+            let driven = control.positions(&way.at(look), &piece.positions);
             let (ideal, actual) = (control.ideal(&ideal), corrector.pose(&driven));
             let off_mm = (actual.tip_mm - ideal.tip_mm).norm();
             let excess_mm = off_mm - self.start_off.0;

@@ -22,6 +22,8 @@ pub struct Settings {
     pub mark: bool,
     /// Decimals of lengths in mm and of angles in degrees.
     pub decimals: [usize; 2],
+    /// Arcs become arcs where they can, with rotary words of their own; else straight blocks alone.
+    pub keeps_arcs: bool,
 }
 
 /// A block that is not corrected.
@@ -53,7 +55,7 @@ impl Largest {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summary {
     pub lines: u64,
-    /// Moves that were corrected, and the straight blocks written for them.
+    /// Moves that were corrected, and the blocks written for them.
     pub moves: u64,
     pub blocks: u64,
     /// Moves that stayed because not all axes had a position yet, or because they go to machine coordinates.

@@ -1,11 +1,9 @@
 //! Blocks as they are written: words that change, words that stay, and what the control then holds.
 
-use nalgebra::Vector3;
-
 use super::block::{Block, Word};
 use super::codes::{Motion, acts_at_the_end};
 use super::modal::{FeedMode, LETTERS};
-use super::path::{Path, Place};
+use super::path::{Arc, Path, Place};
 use super::pieces::Piece;
 use super::rewrite::{Changes, feed_number, number};
 use super::state::{Compensator, Moving, Timing};
@@ -45,6 +43,20 @@ impl Compensator<'_> {
         words
     }
 
+    /// I, J, K of an arc that begins at a place.
+    fn centre_words(&self, arc: &Arc, before: &[Option<f64>; 9]) -> [(u8, String); 2] {
+        let unit = self.modal.unit_mm.unwrap_or(1.0);
+        let decimals = self.settings.decimals[0] + if unit == 1.0 { 0 } else { 2 };
+        [0, 1].map(|k| {
+            let letter = arc.plane[k];
+            let from = match self.modal.absolute_centres {
+                true => self.offset(letter).unwrap_or(0.0),
+                false => before[letter].unwrap_or(0.0),
+            };
+            (b"IJK"[letter], number((arc.centre[k] - from) / unit, decimals))
+        })
+    }
+
     /// The block itself with its words for the first piece.
     pub(super) fn first_piece(&mut self, moving: &Moving, piece: &Piece, is_cut: bool, out: &mut Vec<u8>) {
         let Moving { line, block, path, timing } = *moving;
@@ -53,7 +65,8 @@ impl Compensator<'_> {
         let before = self.sent;
         let has = |letter: u8| block.words.iter().any(|word| word.letter == letter);
         let words = self.axis_words(&piece.command, has);
-        let motion = if matches!(timing, Timing::Rapid) { Motion::Rapid } else { Motion::Line };
+        let motion = motion_of(piece, timing);
+        let centre: Vec<(u8, String)> = piece.arc.iter().flat_map(|arc| self.centre_words(arc, &before)).collect();
         let feed = self.feed_words(path, piece, &before, timing);
         let (mut said_motion, mut said_feed) = (false, false);
         for word in &block.words {
@@ -77,7 +90,9 @@ impl Compensator<'_> {
                     }
                 }
                 b'I' | b'J' | b'K' | b'R' | b'P' if path.arc.is_some() => {
-                    changes.replace(word.bytes.clone(), String::new())
+                    let own = centre.iter().find(|(other, _)| *other == word.letter);
+                    let text = own.map_or_else(String::new, |(letter, value)| format!("{}{value}", *letter as char));
+                    changes.replace(word.bytes.clone(), text);
                 }
                 b'M' if is_cut && word.code().is_some_and(acts_at_the_end) => {
                     changes.replace(word.bytes.clone(), String::new())
@@ -94,7 +109,7 @@ impl Compensator<'_> {
             changes.put_before(motion_word(motion));
         }
         self.told.motion = Some(motion);
-        for (letter, value) in words.iter().filter(|(letter, _)| !has(*letter)) {
+        for (letter, value) in words.iter().chain(&centre).filter(|(letter, _)| !has(*letter)) {
             changes.put_after(&format!("{}{value}", *letter as char));
         }
         let last = block.words.last().map_or(0, |word| word.bytes.end);
@@ -137,7 +152,13 @@ impl Compensator<'_> {
         if self.in_machine && !words.is_empty() {
             put("G53");
         }
-        for (letter, value) in &words {
+        let motion = motion_of(piece, timing);
+        if !words.is_empty() && self.told.motion != Some(motion) {
+            put(motion_word(motion));
+            self.told.motion = Some(motion);
+        }
+        let centre: Vec<(u8, String)> = piece.arc.iter().flat_map(|arc| self.centre_words(arc, &before)).collect();
+        for (letter, value) in words.iter().chain(&centre) {
             put(&format!("{}{value}", *letter as char));
         }
         if let Some((mode, value)) = self.feed_words(path, piece, &before, timing).filter(|_| !words.is_empty()) {
@@ -161,8 +182,9 @@ impl Compensator<'_> {
             Timing::Rapid => None,
             Timing::Time(minutes) => Some((FeedMode::InverseTime, 1.0 / (minutes * share))),
             Timing::Feed { mode, feed, length_mm } => {
-                let step = Vector3::from_fn(|k, _| piece.command[k] - before[k].unwrap_or(path.from[k]));
-                let ratio = step.norm() / (share * length_mm);
+                let from: Place = std::array::from_fn(|k| before[k].unwrap_or(path.from[k]));
+                let way = Path { from, to: piece.command, arc: piece.arc };
+                let ratio = way.length_mm() / (share * length_mm);
                 let is_same = !ratio.is_finite() || (ratio - 1.0).abs() < SAME_FEED;
                 Some((mode, if is_same { feed } else { feed * ratio }))
             }
@@ -207,8 +229,22 @@ impl Compensator<'_> {
     }
 }
 
+fn motion_of(piece: &Piece, timing: Timing) -> Motion {
+    match (timing, &piece.arc) {
+        (Timing::Rapid, _) => Motion::Rapid,
+        (_, None) => Motion::Line,
+        (_, Some(arc)) if arc.sweep > 0.0 => Motion::Counter,
+        _ => Motion::Clockwise,
+    }
+}
+
 fn motion_word(motion: Motion) -> &'static str {
-    if motion == Motion::Rapid { "G0" } else { "G1" }
+    match motion {
+        Motion::Rapid => "G0",
+        Motion::Clockwise => "G2",
+        Motion::Counter => "G3",
+        _ => "G1",
+    }
 }
 
 /// Words that act at the end of the block, as written.

@@ -30,8 +30,8 @@ impl Ambiguity {
 }
 
 /// A direction is open when the data leave it this uncertain: 10 µm, or the 10 arcsec that move a ball as far at 200 mm.
-const OPEN_LENGTH_MM: f64 = 10e-3;
-const OPEN_ANGLE_RAD: f64 = 10.0 / crate::units::ARCSEC_PER_RAD;
+pub(super) const OPEN_LENGTH_MM: f64 = 10e-3;
+pub(super) const OPEN_ANGLE_RAD: f64 = 10.0 / crate::units::ARCSEC_PER_RAD;
 /// Members with less than this share of the largest weight are left out of the words.
 const SMALL_WEIGHT: f64 = 0.03;
 /// Independent readings that one candidate test is worth: real sweeps of some 700 samples have about so many.

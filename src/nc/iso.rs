@@ -46,9 +46,10 @@ pub(super) fn program(
         out.push_str(&comment("identity kinematics: with xyzac-trt-kins switch by M429 before"));
     }
     let coupled = steps.iter().any(|step| matches!(step, Step::Move { .. } | Step::Arc { .. }));
-    // corners between blocks are not rounded by more than a micrometre, centres are relative; whatever ran before
+    // corners between blocks are not rounded by more than a micrometre, centres are relative; whatever ran before. Q0: LinuxCNC
+    // must not put blocks together, which leaves the path of a corrected program
     out.push_str(match dialect {
-        Dialect::LinuxCnc => "G64 P0.001 G91.1\n",
+        Dialect::LinuxCnc => "G64 P0.001 Q0 G91.1\n",
         Dialect::Sinumerik => "G641 ADIS=0.001\n",
         _ if coupled => "G64\n",
         _ => "",

@@ -7,20 +7,22 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, LETTERS, LONGEST_LINE, OFFSET_NAMES, OffsetTable, Settings};
+use fiveaxis::identify::DeterminedErrors;
 use fiveaxis::load::LoadError;
+use fiveaxis::machine::{Component, ErrorName};
 use fiveaxis::report::compensate::{summary_json, summary_text};
 use fiveaxis::units::ARCSEC_PER_RAD;
 
 use super::Refusal;
 use super::output::{Foreign, StreamedFile, print, print_json};
 use crate::verbs::options::directions::DirectionsName;
-use crate::verbs::options::errors::erring_machine;
+use crate::verbs::options::errors::{ErringMachine, erring_machine};
 use crate::verbs::output::progress::Working;
 
 /// Arguments of `compensate`.
 #[derive(Args)]
 #[command(
-    after_help = "Moves become straight blocks after which the machine with its errors follows the path of the machine without; everything else stays byte for byte. What is not understood is refused with its line, or with --mark left as it is with a comment.\nExample: fiveaxis compensate part.ngc machine.yaml --errors session.yaml --offset G54:X=0,Y=0,Z=0 --tool 1=120 --out part-corrected.ngc"
+    after_help = "Moves become blocks after which the machine with its errors follows the path of the machine without; everything else stays byte for byte. What is not understood is refused with its line, or with --mark left as it is with a comment.\nExample: fiveaxis compensate part.ngc machine.yaml --errors session.yaml --offset G54:X=0,Y=0,Z=0 --tool 1=120 --out part-corrected.ngc"
 )]
 pub struct Arguments {
     /// Program in G-code; - is standard input
@@ -57,6 +59,9 @@ pub struct Arguments {
     /// Decimals of lengths (mm) and angles (deg) in words
     #[arg(long, value_name = "MM,DEG", default_value = "6,6")]
     decimals: String,
+    /// Arcs become straight blocks: for controls that take no rotary axis in G2 and G3
+    #[arg(long)]
+    straight: bool,
     /// Blocks that cannot be corrected stay as they are with a comment before them; else they end the run
     #[arg(long)]
     mark: bool,
@@ -76,6 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let settings = settings(arguments)?;
     let mut erring = erring_machine(&arguments.machine, arguments.errors.as_deref(), arguments.directions)?;
     erring.machine.stated_directions().map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
+    leave_out_undetermined(&mut erring);
     let left = fiveaxis::disturbances::into_component_errors(&mut erring.machine);
     for effect in &left {
         eprintln!(
@@ -106,6 +112,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     match arguments.json {
         true => print_json(&summary_json(&erring.machine, summary, &arguments.out.display().to_string())),
         false => print(&summary_text(&erring.machine, summary, &arguments.out.display().to_string())),
+    }
+}
+
+/// Of a session's errors those that its readings determine are corrected in full: values of the others mean little.
+fn leave_out_undetermined(erring: &mut ErringMachine) {
+    let Some((_, fit)) = &erring.fit else { return };
+    let determined = DeterminedErrors::of(fit);
+    determined.put_into(&mut erring.machine);
+    let name = |&(axis, component): &(usize, usize)| {
+        ErrorName::location(Component::ALL[component], &erring.machine.axes[axis].name).to_string()
+    };
+    let names: Vec<String> = determined.left_out.iter().map(name).collect();
+    if !names.is_empty() {
+        eprintln!(
+            "fiveaxis: the readings leave {} uncertain by more than 10 µm or 10 arcsec: what they do not determine is corrected in part; identify says which tests would determine it",
+            names.join(", ")
+        );
     }
 }
 
@@ -178,6 +201,7 @@ fn settings(arguments: &Arguments) -> Result<Settings, Refusal> {
         initial: arguments.initial.clone(),
         mark: arguments.mark,
         decimals,
+        keeps_arcs: !arguments.straight,
     })
 }
 

@@ -100,7 +100,7 @@ pub fn moves(text: &str, start: [f64; 6], mut offset: [[f64; 6]; 2], length: f64
                 930 | 940 => mode = g as i32,
                 540 | 550 => system = g as usize - 54,
                 430 => z_length = length,
-                434 | 400 | 610 | 640 | 800 => {}
+                434 | 400 | 610 | 640 | 800 | 911 => {}
                 490 => z_length = 0.0,
                 other => panic!("G{other} in a test program"),
             }
