@@ -28,7 +28,8 @@ pub static STRAIGHTNESS: Kind = Kind {
     shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Circles },
     unseen: Unseen::Listed,
     unmoved: &[AxisKind::Linear],
-    form_error: 0.03,
+    // simulated guideways with skewed bumps that tip the carriage: heights off by 10 % in six of seven sessions
+    form_error: 0.09,
     needs_runs: false,
     signature: Signature::Straightness,
     candidates: bumps_and_bows,

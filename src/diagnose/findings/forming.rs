@@ -86,7 +86,9 @@ impl<'f, 'a> Fitted<'f, 'a> {
         let mut size = self.size_of_parts(group, &cause);
         let family = &self.families[lead.chosen.family];
         let as_judged = |shape: &Candidate| size::size_as_judged(model, shape, &cause);
-        if let Some((mean, sigma)) = over_shapes(|| self.without(&columns), (&lead.chosen, gain), family, as_judged) {
+        let form_error = size::form_error(model, &lead.chosen.effect);
+        let near = over_shapes(|| self.without(&columns), (&lead.chosen, gain, form_error), family, as_judged);
+        if let Some((mean, sigma)) = near {
             size.value = mean;
             size.sigma = size.sigma.hypot(sigma);
         }

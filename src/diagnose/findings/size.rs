@@ -64,7 +64,7 @@ pub fn size_of(
         }
     };
     let is_part_of_turn = is_a(&cause.effect, Signature::ErrorMotion) && !courses.is_whole_turn();
-    let form = if is_part_of_turn { PART_OF_TURN } else { form_error(cause) };
+    let form = if is_part_of_turn { PART_OF_TURN } else { form_error(model, &lead.effect) };
     let sigma = sigma.hypot(form * value);
     let meaning = match signature(&cause.effect) {
         _ if grows(&lead.effect) => "peak to peak over the session",
@@ -99,7 +99,7 @@ pub(crate) fn size_together(
     let courses = Trajectories::of_all(model, parts.iter().map(|(part, _)| *part));
     let value_at = |amplitudes: &[f64]| courses.largest(cause, amplitudes);
     let value = value_at(&amplitudes);
-    let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_error(cause) * value);
+    let sigma = first_order(&value_at, &amplitudes, &sub).hypot(form_error(model, &parts[0].0.effect) * value);
     SizeFound { value, sigma, ..lead }
 }
 
@@ -227,7 +227,14 @@ fn is_bump(lead: &Candidate, main: &[usize]) -> bool {
     lead.effect.parameter("width").is_some() && main.iter().all(|&k| lead.terms[k].measure == Measure::Length)
 }
 
-/// Uncertainty of a size from the form of its effect, as a share.
-fn form_error(cause: &Cause) -> f64 {
-    kind(&cause.effect).map_or(0.0, |kind| kind.form_error)
+/// Uncertainty of a size from the form of its effect, as a share. Where the axis only stands, readings show the effect at single
+/// places: what it is between them, its form must tell.
+pub(crate) fn form_error(model: &LinearModel, effect: &Effect) -> f64 {
+    let own = kind(&effect.kind).map_or(0.0, |kind| kind.form_error);
+    let bends = matches!(signature(&effect.kind), Some(Signature::Period | Signature::Straightness));
+    let only_stands = effect.place.axis().is_some_and(|axis| model.context.travelled(axis).is_none());
+    if bends && only_stands { own.max(FORM_BETWEEN_PLACES) } else { own }
 }
+
+/// Form error of a curve over the position that is seen at single places: a screw's second harmonic, the skew of a bump.
+const FORM_BETWEEN_PLACES: f64 = 0.3;

@@ -8,8 +8,8 @@ use crate::session::{Follow, Motion, Path, Session, Spread, Test};
 pub const RUN_IN: f64 = 4.0;
 /// What plans keep off a software limit, deg or mm: a control stops, or refuses the block, where it comes to stand on it.
 pub const OFF_LIMIT: f64 = 0.1;
-/// Shortest capture arc worth running, deg.
-pub const SHORTEST_DEG: f64 = 40.0;
+/// Shortest capture arc worth running, deg: a head that tilts by 20° to either side still has one.
+pub const SHORTEST_DEG: f64 = 30.0;
 
 /// Readings of rotary axes that every control can write, deg: at 500 mm half of it is 0.4 um.
 pub const GRID_DEG: f64 = 1e-4;

@@ -9,7 +9,7 @@ use crate::diagnose::model::regression::Regression;
 use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
-use crate::effects::{COLD, Signature, WARM, is_a, kind};
+use crate::effects::{COLD, Signature, WARM, is_a};
 use crate::machine::{Effect, ParameterValue};
 
 /// Time constants of growth that are tried, as shares of the session.
@@ -27,6 +27,9 @@ const SKEWS: [f64; 5] = [-0.6, -0.3, 0.0, 0.3, 0.6];
 /// Warmth of a part as the session begins, in units of long work at a steady speed.
 const WARMTHS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
+/// Shapes of a family that are all tried: the customary leads of a screw that is seen at single places.
+const FEW_SHAPES: usize = 16;
+
 /// Log odds by which shapes are no longer near by, and by which they are not even with another state in the beginning.
 const FAR_OFF: f64 = 8.0;
 const STATES_FAR_OFF: f64 = 16.0;
@@ -38,15 +41,15 @@ const STATES_FAR_OFF: f64 = 16.0;
 /// less than that are as good as each other. So log odds are divided by `1 + 2 ρ² gain` before they weigh.
 pub fn over_shapes<'s>(
     regression: impl FnOnce() -> Regression<'s, 's>,
-    (lead, gain): (&Candidate, f64),
+    (lead, gain, form_error): (&Candidate, f64, f64),
     family: &CandidateFamily,
     size: impl Fn(&Candidate) -> f64 + Sync,
 ) -> Option<(f64, f64)> {
-    if ["tau", "channel", "width"].iter().all(|name| lead.effect.parameter(name).is_none()) {
+    let few = is_a(&lead.effect.kind, Signature::Period) && family.grid.len() <= FEW_SHAPES;
+    if !few && ["tau", "channel", "width"].iter().all(|name| lead.effect.parameter(name).is_none()) {
         return None;
     }
     let regression = regression();
-    let form_error = kind(&lead.effect.kind).map_or(0.0, |kind| kind.form_error);
     let softened = 1.0 + 2.0 * form_error * form_error * gain.max(0.0);
     let tests = 0..regression.model.tests();
     let length_s = tests.map(|test| regression.model.context.ends_at_s(test)).fold(0.0, f64::max);
@@ -55,7 +58,8 @@ pub fn over_shapes<'s>(
         let shapes = effects.into_par_iter().filter_map(judged);
         shapes.filter(|shape| settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes)).collect()
     };
-    let mut shapes = counting(near_shapes(&lead.effect, length_s));
+    let near = if few { family.grid.clone() } else { near_shapes(&lead.effect, length_s) };
+    let mut shapes = counting(near);
     let best = shapes.iter().map(|shape| shape.log_odds).max_by(f64::total_cmp)?;
     if has_states(&lead.effect) {
         shapes.retain(|shape| shape.log_odds > best - STATES_FAR_OFF * softened);
