@@ -119,7 +119,11 @@ fn judged(machine: &Machine, test: &Test, trace: &Trace) -> ([f64; 2], f64, f64)
     };
     // the longest stretch on the arc that goes the test's way
     let rows: Vec<(&(f64, Vec<f64>), f64)> = trace.rows.iter().map(|row| (row, place(&row.1))).collect();
-    let stretches = rows.split(|(row, _)| !on_arc(&row.1));
+    // run-in and run-out of a full circle lie on it as well: there the angle begins anew
+    let goes_on = |a: &(&(f64, Vec<f64>), f64), b: &(&(f64, Vec<f64>), f64)| {
+        on_arc(&a.0.1) && on_arc(&b.0.1) && (a.1 - b.1).abs() < 180.0
+    };
+    let stretches = rows.chunk_by(goes_on);
     let gone = |stretch: &[(&(f64, Vec<f64>), f64)]| match stretch {
         [first, .., last] => (last.1 - first.1) * way,
         _ => 0.0,
