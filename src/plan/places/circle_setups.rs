@@ -2,6 +2,7 @@
 
 use super::candidate::{Avoid, Candidate, Candidates};
 use super::drive::{Drive, Swing};
+use super::run_in::SHORTEST_DEG;
 use super::slides::{Slides, arc_within};
 use super::solver::{Solved, Stance};
 use super::starts::static_positions;
@@ -59,7 +60,8 @@ pub(crate) fn circles(
                         open[1].atan2(open[0]).to_degrees().round().to_radians()
                     };
                     let (from, to) = (middle - std::f64::consts::PI, middle + std::f64::consts::PI);
-                    let Some((from, to)) = arc_within(machine, avoid, &positions, &swing, from, to) else { continue };
+                    let arc = arc_within(machine, avoid, &positions, &swing, (from, to), SHORTEST_DEG);
+                    let Some((from, to)) = arc else { continue };
                     list.push(Candidate {
                         axis: first,
                         site: site_index,

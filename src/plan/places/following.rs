@@ -8,6 +8,7 @@ use super::ball_places::Offer;
 use super::candidate::{Candidate, Candidates, WantedSweep};
 use super::drive::{Drive, Swing};
 use super::pairing::{LEAST_LEVER_MM, Pairing, pairings};
+use super::run_in::shortest_deg;
 use super::slides::{Slides, arc_within};
 use super::solver::{Solved, Stance};
 use crate::chain::{Geometry, LinkId};
@@ -65,7 +66,8 @@ pub(crate) fn following(
                 let Some((positions, swing)) = slides.swing(&stances, start, carried, other, bar_mm, kind) else {
                     continue;
                 };
-                let Some((from, to)) = arc_within(machine, avoid, &positions, &swing, from, to) else { continue };
+                let arc = arc_within(machine, avoid, &positions, &swing, (from, to), shortest_deg(machine, axis));
+                let Some((from, to)) = arc else { continue };
                 let h_mm = if kind == Follow::Axial { bar_mm } else { 0.0 };
                 list.push(Candidate {
                     axis,

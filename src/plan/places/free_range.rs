@@ -1,7 +1,7 @@
 //! What avoided regions leave of an axis's range, and the sweep that fits there. It places nothing.
 
 use super::candidate::Avoid;
-use super::run_in::{OFF_LIMIT, RUN_IN, SHORTEST_DEG};
+use super::run_in::{OFF_LIMIT, RUN_IN, shortest_deg};
 use crate::machine::{AxisKind, Machine};
 
 /// Parts of an axis's range outside the avoided regions in rising order, mm or rad; a rotary axis without limits has one turn
@@ -51,7 +51,7 @@ pub(crate) fn sweep_wanted(machine: &Machine, axis: usize, avoid: &Avoid) -> Opt
         let middle = ((low + high) * 0.5).clamp(low + 0.5 * turn, high - 0.5 * turn);
         return Some((middle - 0.5 * turn, middle + 0.5 * turn));
     }
-    (high - low >= SHORTEST_DEG.to_radians() - 1e-9).then_some((low, high))
+    (high - low >= shortest_deg(machine, axis).to_radians() - 1e-9).then_some((low, high))
 }
 
 #[cfg(test)]

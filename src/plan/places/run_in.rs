@@ -1,15 +1,23 @@
 //! The motion of a test as the machine makes it: run-in and run-out beyond the capture arc included, on the path's own curve.
 
 use crate::chain::Chain;
-use crate::machine::Machine;
+use crate::machine::{AxisKind, Machine};
 use crate::session::{Follow, Motion, Path, Session, Spread, Test};
 
 /// Run-in and run-out when a test states none, deg or mm.
 pub const RUN_IN: f64 = 4.0;
 /// What plans keep off a software limit, deg or mm: a control stops, or refuses the block, where it comes to stand on it.
 pub const OFF_LIMIT: f64 = 0.1;
-/// Shortest capture arc worth running, deg: a head that tilts by 20° to either side still has one.
-pub const SHORTEST_DEG: f64 = 30.0;
+/// Shortest capture arc worth running, deg.
+pub const SHORTEST_DEG: f64 = 40.0;
+/// The same as a part of an axis's travel, for one that travels little: a head that tilts by 30° to either side.
+const SHORTEST_PART: f64 = 0.5;
+
+/// Shortest capture arc of an axis, deg.
+pub fn shortest_deg(machine: &Machine, axis: usize) -> f64 {
+    let travel = machine.axes[axis].range.filter(|_| machine.axes[axis].kind == AxisKind::Rotary);
+    travel.map_or(SHORTEST_DEG, |(low, high)| SHORTEST_DEG.min(SHORTEST_PART * (high - low).to_degrees()))
+}
 
 /// Readings of rotary axes that every control can write, deg: at 500 mm half of it is 0.4 um.
 pub const GRID_DEG: f64 = 1e-4;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Avoid;
 use super::drive::Swing;
-use super::run_in::{OFF_LIMIT, RUN_IN, SHORTEST_DEG};
+use super::run_in::{OFF_LIMIT, RUN_IN};
 use super::solver::Stance;
 use crate::chain::{Chain, LinkId};
 use crate::machine::{AxisKind, Machine};
@@ -57,14 +57,15 @@ const RANGE_STEP_DEG: f64 = 2.0;
 /// resolution, r·(2°)²/8, 0.15 mm at a radius of 1 m.
 const INSIDE_MM: f64 = OFF_LIMIT + 0.15;
 
-/// The longest part of an arc over which, run-in included, the linear axes stay in range and out of avoided regions, rad.
+/// The longest part of an arc over which, run-in included, the linear axes stay in range and out of avoided regions, rad;
+/// `None` where it is shorter than some degrees.
 pub(crate) fn arc_within(
     machine: &Machine,
     avoid: &Avoid,
     middle: &[f64],
     swing: &Swing,
-    from: f64,
-    to: f64,
+    (from, to): (f64, f64),
+    shortest_deg: f64,
 ) -> Option<(f64, f64)> {
     let linear: Vec<usize> = (0..middle.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
     let limits = |k: usize| machine.axes[k].range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -105,5 +106,5 @@ pub(crate) fn arc_within(
     }
     let (first, last) = best?;
     let (from, to) = (at(first) + RUN_IN, at(last) - RUN_IN);
-    (to - from >= SHORTEST_DEG).then(|| (from.to_radians(), to.to_radians()))
+    (to - from >= shortest_deg).then(|| (from.to_radians(), to.to_radians()))
 }

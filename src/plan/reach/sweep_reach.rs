@@ -3,7 +3,7 @@
 use crate::collision::{Scene, Scratch, certify, sweep_clearance};
 use crate::machine::Machine;
 use crate::plan::places::candidate::Candidate;
-use crate::plan::places::run_in::{RUN_IN, SHORTEST_DEG};
+use crate::plan::places::run_in::{RUN_IN, shortest_deg};
 
 /// An arc certified clear with its run-in at the margin asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +98,7 @@ pub fn longest_sweep(
     // what stands between two coarse samples shortens the arc to the longer side
     for _ in 0..6 {
         let (from_deg, to_deg) = ((a + RUN_IN - 1e-9).ceil() + 0.0, (b - RUN_IN + 1e-9).floor() + 0.0);
-        if to_deg - from_deg < SHORTEST_DEG {
+        if to_deg - from_deg < shortest_deg(machine, candidate.axis) {
             break;
         }
         let (rows, angles) = candidate.rows(machine, from_deg, to_deg);

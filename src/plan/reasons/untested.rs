@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::machine::AxisKind;
 use crate::plan::context::evaluation::{Evaluation, MAX_FAILURES};
 use crate::plan::places::free_range::{sweep_wanted, widest};
-use crate::plan::places::run_in::{OFF_LIMIT, RUN_IN, SHORTEST_DEG};
+use crate::plan::places::run_in::{OFF_LIMIT, RUN_IN, shortest_deg};
 
 /// By axis: how often a pair stood in the way.
 type Pairs = BTreeMap<usize, HashMap<(String, String), usize>>;
@@ -58,9 +58,10 @@ pub(crate) fn untested(evaluation: &Evaluation, axis: usize) -> Option<String> {
 fn too_narrow(evaluation: &Evaluation, axis: usize) -> String {
     let machine = evaluation.context.machine;
     let name = &machine.axes[axis].name;
-    let least = SHORTEST_DEG + 2.0 * (RUN_IN + OFF_LIMIT);
+    let shortest = shortest_deg(machine, axis);
+    let least = shortest + 2.0 * (RUN_IN + OFF_LIMIT);
     let needs = format!(
-        "a test needs {least:.1}° ({SHORTEST_DEG:.0}° of capture, {RUN_IN:.0}° of run-in at either end, {OFF_LIMIT}° off a limit)"
+        "a test needs {least:.1}° ({shortest:.0}° of capture, {RUN_IN:.0}° of run-in at either end, {OFF_LIMIT}° off a limit)"
     );
     let degrees = |(low, high): (f64, f64)| format!("{}…{}°", tidy(low.to_degrees()), tidy(high.to_degrees()));
     let in_range = machine.axes[axis].range.map_or(f64::INFINITY, |(low, high)| (high - low).to_degrees());
@@ -74,7 +75,7 @@ fn too_narrow(evaluation: &Evaluation, axis: usize) -> String {
             "--avoid {} leaves axis {name} at most {}, {:.1}° too narrow for a sweep: {needs}; narrow the region",
             regions(evaluation, axis),
             degrees(left),
-            SHORTEST_DEG + 2.0 * RUN_IN - (left.1 - left.0).to_degrees()
+            shortest + 2.0 * RUN_IN - (left.1 - left.0).to_degrees()
         ),
         (_, None) => {
             format!(
@@ -109,7 +110,10 @@ fn in_the_way(evaluation: &Evaluation, axis: usize, reachable: usize) -> Option<
         AxisKind::Linear => None,
     };
     let of_what = match free_deg.filter(|deg| *deg < NARROW_DEG) {
-        Some(deg) => format!(" of {SHORTEST_DEG:.0}° in the {deg:.0}° that range and --avoid leave"),
+        Some(deg) => format!(
+            " of {:.0}° in the {deg:.0}° that range and --avoid leave",
+            shortest_deg(evaluation.context.machine, axis)
+        ),
         None => String::new(),
     };
     // a search gives up what proves hopeless: the rest was not looked at
