@@ -12,11 +12,14 @@ pub const OFF_LIMIT: f64 = 0.1;
 pub const SHORTEST_DEG: f64 = 40.0;
 /// The same as a part of an axis's travel, for one that travels little: a head that tilts by 30° to either side.
 const SHORTEST_PART: f64 = 0.5;
+/// A shorter arc hardly tells a shift of the pivot from a tilt, deg.
+const SHORTEST_OF_ALL_DEG: f64 = 20.0;
 
 /// Shortest capture arc of an axis, deg.
 pub fn shortest_deg(machine: &Machine, axis: usize) -> f64 {
     let travel = machine.axes[axis].range.filter(|_| machine.axes[axis].kind == AxisKind::Rotary);
-    travel.map_or(SHORTEST_DEG, |(low, high)| SHORTEST_DEG.min(SHORTEST_PART * (high - low).to_degrees()))
+    let part = |(low, high): (f64, f64)| SHORTEST_PART * (high - low).to_degrees();
+    travel.map_or(SHORTEST_DEG, |range| part(range).clamp(SHORTEST_OF_ALL_DEG, SHORTEST_DEG))
 }
 
 /// Readings of rotary axes that every control can write, deg: at 500 mm half of it is 0.4 um.
