@@ -3,7 +3,7 @@
 use super::block::{Block, Word};
 use super::codes::{Motion, acts_at_the_end};
 use super::modal::{FeedMode, LETTERS};
-use super::path::{Arc, Path, Place};
+use super::path::{Path, Place};
 use super::pieces::Piece;
 use super::rewrite::{Changes, feed_number, number};
 use super::state::{Compensator, Moving, Timing};
@@ -43,18 +43,20 @@ impl Compensator<'_> {
         words
     }
 
-    /// I, J, K of an arc that begins at a place.
-    fn centre_words(&self, arc: &Arc, before: &[Option<f64>; 9]) -> [(u8, String); 2] {
+    /// I, J, K of a piece that begins at a place; none where it is straight.
+    fn centre_words(&self, piece: &Piece, before: &[Option<f64>; 9]) -> Vec<(u8, String)> {
+        let Some(arc) = &piece.arc else { return Vec::new() };
         let unit = self.modal.unit_mm.unwrap_or(1.0);
         let decimals = self.settings.decimals[0] + if unit == 1.0 { 0 } else { 2 };
-        [0, 1].map(|k| {
+        let word = |k: usize| {
             let letter = arc.plane[k];
             let from = match self.modal.absolute_centres {
                 true => self.offset(letter).unwrap_or(0.0),
                 false => before[letter].unwrap_or(0.0),
             };
             (b"IJK"[letter], number((arc.centre[k] - from) / unit, decimals))
-        })
+        };
+        [0, 1].map(word).into()
     }
 
     /// The block itself with its words for the first piece.
@@ -66,7 +68,7 @@ impl Compensator<'_> {
         let has = |letter: u8| block.words.iter().any(|word| word.letter == letter);
         let words = self.axis_words(&piece.command, has);
         let motion = motion_of(piece, timing);
-        let centre: Vec<(u8, String)> = piece.arc.iter().flat_map(|arc| self.centre_words(arc, &before)).collect();
+        let centre = self.centre_words(piece, &before);
         let feed = self.feed_words(path, piece, &before, timing);
         let (mut said_motion, mut said_feed) = (false, false);
         for word in &block.words {
@@ -157,7 +159,7 @@ impl Compensator<'_> {
             put(motion_word(motion));
             self.told.motion = Some(motion);
         }
-        let centre: Vec<(u8, String)> = piece.arc.iter().flat_map(|arc| self.centre_words(arc, &before)).collect();
+        let centre = self.centre_words(piece, &before);
         for (letter, value) in words.iter().chain(&centre) {
             put(&format!("{}{value}", *letter as char));
         }

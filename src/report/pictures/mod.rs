@@ -2,6 +2,7 @@
 
 pub(crate) mod cards;
 pub(crate) mod course;
+pub(crate) mod frame;
 pub mod polar;
 pub mod residual_plot;
 pub mod trace_plots;

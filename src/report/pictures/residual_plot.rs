@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::course::path_data;
+use super::frame::{BOTTOM, Edges, Frame, RIGHT, WIDTH, plain};
 use crate::identify::TestFit;
 use crate::report::wording::markup::escape;
 use crate::units::UM_PER_MM;
@@ -10,58 +11,16 @@ use crate::units::UM_PER_MM;
 /// Most crosses drawn: one for each pixel across.
 const MOST_CROSSES: usize = 600;
 
-const WIDTH: f64 = 600.0;
-const HEIGHT: f64 = 230.0;
-const LEFT: f64 = 62.0;
-const RIGHT: f64 = 16.0;
-const TOP: f64 = 40.0;
-const BOTTOM: f64 = 44.0;
-
-/// Where values lie in the picture.
-struct Frame {
-    low: f64,
-    high: f64,
-    /// Largest residual drawn, µm, a whole number of steps.
-    reach_um: f64,
-    step_um: f64,
-}
-
-impl Frame {
-    fn of(abscissa: &[f64], largest_um: f64) -> Frame {
-        let step_um = round_step(largest_um.max(1e-3) / 2.0);
-        let reach_um = step_um * (largest_um / step_um).ceil().max(1.0);
-        let (low, high) = abscissa.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
-        let (low, high) = if high > low { (low, high) } else { (low - 1.0, low + 1.0) };
-        Frame { low, high, reach_um, step_um }
-    }
-
-    fn x(&self, value: f64) -> f64 {
-        LEFT + (value - self.low) / (self.high - self.low) * (WIDTH - LEFT - RIGHT)
-    }
-
-    fn y(&self, um: f64) -> f64 {
-        TOP + (1.0 - um / self.reach_um) * (HEIGHT - TOP - BOTTOM) / 2.0
-    }
-
-    /// Values of the horizontal lines, µm.
-    fn levels(&self) -> Vec<f64> {
-        let count = (self.reach_um / self.step_um).round() as i64;
-        (-count..=count).map(|k| k as f64 * self.step_um).collect()
-    }
-
-    /// Positions of the vertical lines.
-    fn ticks(&self) -> Vec<f64> {
-        let across = position_step(self.high - self.low);
-        let (first, last) = ((self.low / across - 1e-9).ceil() as i64, (self.high / across + 1e-9).floor() as i64);
-        (first..=last).map(|k| k as f64 * across).collect()
-    }
-}
+const EDGES: Edges = Edges { height: 230.0, left: 62.0, top: 40.0 };
+const HEIGHT: f64 = EDGES.height;
+const LEFT: f64 = EDGES.left;
+const TOP: f64 = EDGES.top;
 
 /// Residual over a position (`label` with its unit): readings that took part as a line, the others as crosses.
 pub fn residual_svg(name: &str, label: &str, abscissa: &[f64], fit: &TestFit) -> String {
     let sizes = fit.residual_mm.iter().zip(&fit.kept).filter(|(value, kept)| **kept && value.is_finite());
     let largest_um = sizes.map(|(value, _)| value.abs() * UM_PER_MM).fold(0.0, f64::max);
-    let frame = Frame::of(abscissa, largest_um);
+    let frame = Frame::of(EDGES, abscissa, largest_um);
     let name = escape(name);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
@@ -140,37 +99,9 @@ fn trace(svg: &mut String, frame: &Frame, abscissa: &[f64], fit: &TestFit) {
     }
 }
 
-/// Smallest step of the series 1, 2, 5 × 10ⁿ not below `wanted`.
-fn round_step(wanted: f64) -> f64 {
-    let decade = 10f64.powf(wanted.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|k| k * decade).find(|step| *step >= wanted * (1.0 - 1e-9)).unwrap_or(wanted)
-}
-
-/// Step of the position axis: round numbers, for degrees those of a protractor.
-fn position_step(span: f64) -> f64 {
-    let wanted = span / 8.0;
-    [10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0]
-        .into_iter()
-        .find(|step| *step >= wanted && wanted > 5.0)
-        .unwrap_or_else(|| round_step(wanted))
-}
-
-fn plain(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.replace('-', "−") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn steps_are_round_and_cover() {
-        assert_eq!(round_step(0.3), 0.5);
-        assert_eq!(position_step(360.0), 45.0);
-        assert_eq!(position_step(1000.0), 180.0);
-    }
 
     #[test]
     fn a_reading_left_out_is_a_cross_at_the_edge_and_breaks_the_line() {
