@@ -40,7 +40,7 @@ fn placed_among_all(planned: &Planned, seeds: std::ops::Range<u64>) {
         let (off, [(there, _), (back, _)]) = planned.compared(&drawn, &placement);
         println!("{seed}: {}: off {off:.4} sigma {:.4}", drawn.says, placement.position_sigma);
         assert!(off < REACH_DEG.max(6.0 * placement.position_sigma), "{seed}: {}: misplaced by {off}", drawn.says);
-        let pace_off = (placement.timing.pace - drawn.pace).abs();
+        let pace_off = (placement.timing.pace() - drawn.pace).abs();
         assert!(pace_off < 2e-3 + 6.0 * placement.sigma[2], "{seed}: pace off by {pace_off}");
         good += u64::from(off < REACH_DEG.max(3.0 * placement.position_sigma));
         assert!(there.readings() > 50 && back.readings() > 50, "{seed}");

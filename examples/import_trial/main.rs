@@ -1,8 +1,8 @@
 //! Places simulated captures of whole sessions, compares what is identified from them with ideal recordings, and tries captures
 //! that are to be refused. Programs are the plan's own; control, machine and gauge share no code with the library.
 //!
-//! `cargo run --release --example import_trial -- [SEED] [CAPTURES] [plain | FOLDER]`; `plain`: programs without marks; FOLDER:
-//! where LinuxCNC's traces of the programs lie or are put (LinuxCNC and the reference data's `control-loop/run` are needed for
+//! `cargo run --release --example import_trial -- [SEED] [CAPTURES] [plain | habits | FOLDER]`; `plain`: programs without marks;
+//! `habits`: controls and operators that do more than run a program as written, with marks and without; FOLDER: where LinuxCNC's traces of the programs lie or are put (LinuxCNC and the reference data's `control-loop/run` are needed for
 //! those that are not there; it runs in real time).
 
 #[path = "../../tests/captured/mod.rs"]
@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use captured::{Drawn, Erring, Kind, Planned, Trace, planned};
+use captured::{Drawn, Erring, HABITS, Habit, Kind, Planned, Trace, planned};
 use fiveaxis::identify::{Options, identify};
 use fiveaxis::import::{Feeds, Placement, place, split_session};
 use fiveaxis::machine::AxisKind;
@@ -48,9 +48,15 @@ fn main() {
     let captures: usize = arguments.next().map_or(24, |text| text.parse().expect("a number of captures"));
     let third = arguments.next();
     let marks = third.as_deref() != Some("plain");
-    let plans: Vec<Planned> = PLANS.iter().map(|(machine, feed)| planned(machine, *feed, marks)).collect();
+    let habits = third.as_deref() == Some("habits");
+    let planned_all =
+        |marks: bool| PLANS.iter().map(move |(machine, feed)| planned(machine, *feed, marks)).collect::<Vec<Planned>>();
+    let mut plans = planned_all(marks);
+    if habits {
+        plans.extend(planned_all(false));
+    }
     let mut count = Count::default();
-    if let Some(folder) = third.filter(|_| marks) {
+    if let Some(folder) = third.filter(|_| marks && !habits) {
         by_linuxcnc(&plans, Path::new(&folder), seed, captures, &mut count);
         return summary(&mut count);
     }
@@ -59,7 +65,10 @@ fn main() {
         let plan = &plans[session as usize % plans.len()];
         let seed = 1000 * seed + session;
         let all: Vec<usize> = (0..plan.pairs.len()).collect();
-        let draw = |erring: &mut Erring, pair: usize| plan.drawn(erring, pair, 100 * seed + pair as u64, Kind::Sound);
+        let draw = |erring: &mut Erring, pair: usize| {
+            let habit = if habits { HABITS[(pair + session as usize) % HABITS.len()] } else { Habit::Plain };
+            plan.drawn_by(erring, pair, 100 * seed + pair as u64, Kind::Sound, habit)
+        };
         whole_session(plan, &all, seed, &draw, &mut count);
         session += 1;
     }
@@ -162,7 +171,7 @@ fn whole_session(
             placement.position_sigma,
             1e3 * placement.left_mm,
             1e3 * placement.noise_mm,
-            placement.timing.pace - drawn.pace,
+            placement.timing.pace() - drawn.pace,
             placement.by_marks,
             if off < limit { "" } else { "<<<<" }
         );

@@ -64,10 +64,10 @@ pub enum ImportError {
         .seen_s[0], .seen_s[1]
     )]
     OtherRuns { test: String, seen_s: [f64; 2], due_s: f64 },
-    #[error(
-        "between the directions' marks lie {seen_s:.2} s, {due_s:.2} s in {test}: it is the capture of another test of the plan"
-    )]
-    OtherGap { test: String, seen_s: f64, due_s: f64 },
+    #[error("between the directions' marks lie {seen_s:.2} s, {due_s:.2} s in {test}: it is the capture of {other}")]
+    OtherGap { test: String, seen_s: f64, due_s: f64, other: String },
+    #[error("the readings fit another test of the session best: {test}")]
+    OtherTest { test: String },
     #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the first test with --test")]
     TwoTests { one: String, other: String, odds: f64 },
 }

@@ -42,14 +42,27 @@ pub(super) struct Left {
 /// Cost of a pace as far again outside of what is thought possible: more than any readings gain.
 const WALL: f64 = 1e9;
 
-/// Priors of what the control did: `pace` about the programmed feed and `ramp_s` about 0.15 s, both in logarithms.
+/// Share of captures in which the control ran its directions at two paces, and the standard deviations of the ratio's logarithm
+/// for those that kept one and for the others, by how far a pace may be from the programmed feed.
+const TWO_PACES: f64 = 0.1;
+const ONE_PACE_SIGMA: f64 = 3e-4;
+
+/// Minus twice the logarithm of a mixture of two normal densities about zero: `share` of the wider one.
+fn of_mixture(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
+    let density = |sigma: f64| (-0.5 * (off / sigma).powi(2)).exp() / sigma;
+    -2.0 * ((1.0 - share) * density(sigma) + share * density(wide)).max(f64::MIN_POSITIVE).ln()
+}
+
+/// Priors of what the control did: paces about the programmed feed and `ramp_s` about 0.15 s, both in logarithms.
 fn prior(course: &Course, timing: &Timing) -> f64 {
     let (pace_sigma, ramp_middle, ramp_sigma) = (course.feeds.sigma(), 0.15f64, 0.7);
     let [slowest, fastest] = course.feeds.range();
-    let outside = (slowest / timing.pace).max(timing.pace / fastest).max(1.0) - 1.0;
+    let outside: f64 = timing.paces.map(|pace| (slowest / pace).max(pace / fastest).max(1.0) - 1.0).iter().sum();
+    let [there, back] = timing.paces.map(f64::ln);
     WALL * outside
-        + (timing.pace.ln() / pace_sigma).powi(2)
+        + (0.5 * (there + back) / pace_sigma).powi(2)
         + 2.0 * f64::ln(pace_sigma)
+        + of_mixture(there - back, ONE_PACE_SIGMA, pace_sigma, TWO_PACES)
         + ((timing.ramp_s / ramp_middle).ln() / ramp_sigma).powi(2)
 }
 
@@ -58,23 +71,30 @@ fn prior(course: &Course, timing: &Timing) -> f64 {
 const GAP_SIGMA_S: f64 = 0.04;
 /// Share of runs whose pace is not that of the marks: blocks too short for the control's look-ahead.
 const OWN_PACE: f64 = 0.05;
+/// Share of rests that a control ends at its pleasure, and by how much, s: a slow part of it has to answer first.
+const UNEVEN: f64 = 0.1;
+pub(super) const UNEVEN_S: f64 = 0.02;
 
-/// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs and the gap; the pace
-/// is that of the marks, but for a share of runs that are slower or faster by themselves.
+/// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs and the gap, but for a
+/// share of rests that are uneven; the pace is that of the marks, but for a share of runs that are slower or faster by themselves.
 fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
     let times: f64 = (0..2)
         .map(|direction| {
             let start = timing.start_s[direction];
-            let run = [start, start + timing.moving_s(course.run_s)];
-            (0..2).map(|k| ((run[k] - seen.runs_s[direction][k]) / seen.run_sigma_s[direction][k]).powi(2)).sum::<f64>()
+            let run = [start, start + timing.moving_s(direction, course.run_s)];
+            (0..2)
+                .map(|k| {
+                    let sigma = seen.run_sigma_s[direction][k];
+                    of_mixture(run[k] - seen.runs_s[direction][k], sigma, sigma.hypot(UNEVEN_S), UNEVEN)
+                })
+                .sum::<f64>()
         })
         .sum();
-    let off = (timing.pace / seen.pace).ln();
-    let density = |sigma: f64| (-0.5 * (off / sigma).powi(2)).exp() / sigma;
-    let pace = (1.0 - OWN_PACE) * density(seen.pace_sigma) + OWN_PACE * density(course.feeds.sigma());
-    let gap = course.marks.map_or(0.0, |marks| (seen.gap_s - marks.gap_s) / GAP_SIGMA_S);
-    times + gap * gap - 2.0 * pace.max(f64::MIN_POSITIVE).ln()
+    let off = 0.5 * timing.paces.map(|pace| (pace / seen.pace).ln()).iter().sum::<f64>();
+    let pace = of_mixture(off, seen.pace_sigma, course.feeds.sigma(), OWN_PACE);
+    let gap = course.marks.filter(|_| seen.gap_is_known).map_or(0.0, |marks| (seen.gap_s - marks.gap_s) / GAP_SIGMA_S);
+    times + gap * gap + pace
 }
 
 /// Cost of a timing.

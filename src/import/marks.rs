@@ -6,6 +6,7 @@
 //! pace of the control.
 
 use super::capture::Capture;
+use super::mark_moves::{SecondHalf, ends_of};
 use super::seen_marks::Seen;
 use crate::session::Marks;
 use crate::statistics::median;
@@ -31,8 +32,6 @@ const EXPLAINED: f64 = 0.9;
 const SEEN: f64 = 0.7;
 /// Fewest readings in and around a mark.
 const FEWEST: usize = 8;
-/// Part of a move, from its lower to its upper level, whose readings lie on a straight line: ramps and filters round its ends.
-const STRAIGHT: [f64; 2] = [0.12, 0.88];
 /// Readings this near to a move are none of a level, s.
 const NEAR_S: f64 = 0.06;
 /// How alike a control counts two rests, s: two cycles of its motion.
@@ -116,72 +115,39 @@ fn of_pace(rows: &[(f64, f64)], marks: &Marks, pace: f64) -> Vec<Mark> {
     found
 }
 
-/// A move's readings about their own mean: what a line through them is made of.
-#[derive(Debug, Clone, Copy, Default)]
-struct Line {
-    count: f64,
-    time_s: f64,
-    value_mm: f64,
-    /// Σ(t−t̄)², Σ(t−t̄)(y−ȳ).
-    tt: f64,
-    ty: f64,
-}
-
-/// A mark taken apart: levels before and at its end, its two moves.
-#[derive(Debug, Clone, Copy)]
-struct Parts {
-    before_mm: f64,
-    out_mm: f64,
-    moves: [Line; 2],
-}
-
 /// What four marks tell; `None` where readings of one are missing.
 fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> Option<Seen> {
+    let mut halves = Vec::new();
     // the levels of a mark before a run are sought before it, of one after a run behind it
-    let mut parts = Vec::new();
     for (k, mark) in four.iter().enumerate() {
-        parts.push(taken_apart(rows, marks, mark, k % 2 == 0)?);
+        halves.extend(second_halves(rows, marks, mark, k % 2 == 0)?);
     }
-    let sign = marks.move_mm.signum();
-    let signs = [sign, -sign];
-    let lines: Vec<(Line, f64)> = parts.iter().flat_map(|part| part.moves.into_iter().zip(signs)).collect();
-    let (tt, ty) = lines.iter().fold((0.0, 0.0), |(tt, ty), (line, sign)| (tt + line.tt, ty + sign * line.ty));
-    let slope = ty / tt;
     let programmed = marks.feed_mm_per_min / 60.0;
-    if !(slope > 0.0 && slope.is_finite()) {
-        return None;
-    }
-    let noise_mm = noise_mm.max(LEVEL_MM);
-    let pace = slope / programmed;
-    let meets = |line: &Line, sign: f64, level_mm: f64| line.time_s + (level_mm - line.value_mm) / (sign * slope);
-    let sigma = |line: &Line, level_mm: f64| -> f64 {
-        let lever = (level_mm - line.value_mm) / slope;
-        let of_line = noise_mm / (slope * line.count.sqrt());
-        let of_slope = lever * noise_mm / (slope * tt.sqrt());
-        (of_line.powi(2) + (LEVEL_MM / slope).powi(2) + of_slope.powi(2) + CYCLES_S.powi(2)).sqrt()
-    };
+    let pace = four.iter().map(|mark| mark.pace).sum::<f64>() / 4.0;
+    let moves = ends_of(&halves, programmed * pace, noise_mm.max(LEVEL_MM))?;
+    let way_s = marks.move_mm.abs() / moves.speed;
+    // moves in order: each mark goes out, then back
+    let out_begins = |mark: usize| moves.end_s[2 * mark] - way_s - moves.ramp_s;
+    let is_back = |mark: usize| moves.end_s[2 * mark + 1];
     // a run begins a rest after the mark before it has come back, and ends a rest before the one after it goes out
-    let begin = |part: &Parts| meets(&part.moves[1], -sign, part.before_mm) + marks.rest_s;
-    let end = |part: &Parts| meets(&part.moves[0], sign, part.out_mm) - marks.move_s() / pace - marks.rest_s;
-    let [a, b, c, d] = <[Parts; 4]>::try_from(parts).ok()?;
-    // what of a mark lies outside of its run
-    let goes_out = |part: &Parts| meets(&part.moves[0], sign, part.before_mm);
-    let is_back = |part: &Parts| meets(&part.moves[1], -sign, part.before_mm);
+    let run = |before: usize| [is_back(before) + marks.rest_s, out_begins(before + 1) - marks.rest_s];
+    let sigma = |before: usize| {
+        [moves.sigma(2 * before + 1, 0.0, 0.0), moves.sigma(2 * before + 2, way_s / moves.speed, -1.0)]
+            .map(|sigma| sigma.hypot(CYCLES_S))
+    };
     Some(Seen {
-        runs_s: [[begin(&a), end(&b)], [begin(&c), end(&d)]],
-        run_sigma_s: [
-            [sigma(&a.moves[1], a.before_mm), sigma(&b.moves[0], b.out_mm)],
-            [sigma(&c.moves[1], c.before_mm), sigma(&d.moves[0], d.out_mm)],
-        ],
-        pace,
-        pace_sigma: (noise_mm / (slope * tt.sqrt())).hypot(SCALE),
-        gap_s: goes_out(&c) - is_back(&b),
-        marks_s: [&a, &b, &c, &d].map(|part| [goes_out(part), is_back(part)]),
+        runs_s: [run(0), run(2)],
+        run_sigma_s: [sigma(0), sigma(2)],
+        pace: moves.speed / programmed,
+        pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
+        gap_s: out_begins(2) - is_back(1),
+        gap_is_known: true,
+        marks_s: [0, 1, 2, 3].map(|mark| [out_begins(mark), is_back(mark)]),
     })
 }
 
-/// Levels and moves of a mark; the level at its foot is that of standing: before it, or after it where it follows a run.
-fn taken_apart(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: bool) -> Option<Parts> {
+/// The second halves of a mark's two moves with the rests behind them.
+fn second_halves(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: bool) -> Option<[SecondHalf; 2]> {
     let move_s = marks.move_s() / mark.pace;
     let out_s = mark.begin_s + move_s;
     let back_s = out_s + marks.hold_s;
@@ -197,34 +163,23 @@ fn taken_apart(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: b
     };
     let top = level(out_s + NEAR_S, back_s - NEAR_S);
     // where readings of a level are missing, the programmed move leads from the other
-    let (before_mm, out_mm) = match (foot, top) {
+    let (foot_mm, top_mm) = match (foot, top) {
         (Some(foot), Some(top)) => (foot, top),
         (Some(foot), None) => (foot, foot + marks.move_mm),
         (None, Some(top)) => (top - marks.move_mm, top),
         (None, None) => return None,
     };
-    let [low, high] = STRAIGHT.map(|part| before_mm + part * (out_mm - before_mm));
-    let line = |from: f64, to: f64| -> Line {
-        let on: Vec<(f64, f64)> =
-            near(from, to).iter().copied().filter(|row| row.1 > low.min(high) && row.1 < low.max(high)).collect();
-        let count = on.len() as f64;
-        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| on.iter().map(of).sum::<f64>() / count;
-        let (time_s, value_mm) = (mean(&|row| row.0), mean(&|row| row.1));
-        Line {
-            count,
-            time_s,
-            value_mm,
-            tt: on.iter().map(|row| (row.0 - time_s).powi(2)).sum(),
-            ty: on.iter().map(|row| (row.0 - time_s) * (row.1 - value_mm)).sum(),
-        }
-    };
-    let half = 0.5 * marks.hold_s;
-    let moves = [line(mark.begin_s - half, out_s + half), line(back_s - half, end_s + half)];
-    // the move next to the run tells when it begins or ends
-    let telling = if stands_before { &moves[1] } else { &moves[0] };
-    if telling.count < 1.0 {
-        return None;
-    }
-    let moves = moves.map(|line| if line.count < 1.0 { Line::default() } else { line });
-    Some(Parts { before_mm, out_mm, moves })
+    let sense = marks.move_mm.signum();
+    let halves = [(sense, out_s, foot_mm, top_mm), (-sense, end_s, top_mm, foot_mm)];
+    let halves = halves.map(|(sense, end_s, from_mm, to_mm)| {
+        let (most, half) = (0.5 * marks.hold_s.min(marks.rest_s), 0.5 * (from_mm + to_mm));
+        // some hundred readings tell as much as thousands
+        let all = near(end_s - move_s, end_s + most);
+        let thin = (all.len() / 300).max(1);
+        // from where the way is half done
+        let first = all.iter().rposition(|row| (row.1 - half) * sense < 0.0).map_or(0, |last| last + 1);
+        SecondHalf { rows: all[first..].iter().copied().step_by(thin).collect(), sense, end_s }
+    });
+    // end, level, and something of the slope
+    halves.iter().all(|half| half.rows.len() >= 2).then_some(halves)
 }

@@ -1,7 +1,7 @@
 //! What a gauge wrote in one piece to the recordings of a planned pair of tests: where in time its two sweeps lie. No files.
 //!
 //! A capture holds readings over the gauge's own time, from before the first run-in to after the second run-out, and no axis
-//! position. What the axes did is known but for four numbers: when each direction began to move, the pace (speed over the
+//! position. What the axes did is known but for five numbers: when each direction began to move, their paces (speed over the
 //! programmed feed) and the time in which the control ramps up. They minimise
 //! `‖y − L₀(p) − M(p)·x‖²/σ² + ‖x‖² + log det(1 + MᵀM/σ²) + priors`, y the readings, p the place along the run at each
 //! reading, L₀ the nominal length there, and M·x what balls, bar, location errors and a few µm of unknown form and hysteresis
@@ -13,10 +13,12 @@
 //! | `capture` | the readings as they come, averaged to a few hundred, their noise |
 //! | `course` | what would be read along a run? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
+//! | `mark_moves` | when did those moves end? |
 //! | `timing` | where along the run is the machine at a time? |
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `search` | which timing explains them best, and which other does nearly? |
-//! | `place` | is it to be believed, and to how many degrees? |
+//! | `uncertainty` | how well is it known, in s and in degrees? |
+//! | `place` | is it to be believed? |
 //! | `refusal` | why is it not placed? |
 //! | `split` | the recordings |
 
@@ -24,12 +26,14 @@ mod capture;
 mod course;
 mod error;
 mod likelihood;
+mod mark_moves;
 mod marks;
 mod place;
 mod search;
 mod seen_marks;
 mod split;
 mod timing;
+mod uncertainty;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};

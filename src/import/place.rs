@@ -1,15 +1,14 @@
 //! Whether the timing found is to be believed, and to how many degrees; refusals say what was found. It reads no files.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::capture::{Averages, Capture};
-use super::course::{Course, Feeds, Pair};
+use super::course::{Course, Feeds, Pair, pairs};
 use super::error::ImportError;
-use super::likelihood::{cost, cost_at_rest, left};
+use super::likelihood::{UNEVEN_S, cost_at_rest, left};
 use super::marks::{Found, find};
-use super::search::{Candidate, Levels, descend_freely, moved, search, units};
+use super::search::{Candidate, Levels, descend_apart, descend_freely, search, units};
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::uncertainty::{apart, correlated_scale, covariance, pace_sigma, position_sigma};
 use crate::session::{Marks, Session};
 
 /// A capture placed in time.
@@ -83,9 +82,9 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
         ) => {
             let elsewhere = self::placed(session, among, capture, Feeds::Any);
             match elsewhere {
-                Ok(found) if (found.timing.pace - 1.0).abs() > 0.1 => Err(ImportError::OtherFeed {
+                Ok(found) if (found.timing.pace() - 1.0).abs() > 0.1 => Err(ImportError::OtherFeed {
                     test: session.tests[found.pair.tests[0]].name.clone(),
-                    pace: found.timing.pace,
+                    pace: found.timing.pace(),
                 }),
                 _ => placed,
             }
@@ -98,9 +97,9 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
     let mut found: Vec<(Pair, Course, Vec<Candidate>)> = Vec::new();
     let mut short = None;
     let marked = marked(session, among, capture, feeds)?;
-    let levels = Levels::of(capture, marked.map(|(_, seen)| seen));
-    let levels = &levels;
-    for pair in with_such_marks(session, among, marked) {
+    let (such, seen) = with_such_marks(session, among, marked)?;
+    let levels = &Levels::of(capture, seen);
+    for pair in such {
         let course = Course::of(session, pair, feeds)?;
         let candidates = search(&course, levels);
         if candidates.is_empty() {
@@ -116,16 +115,26 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
     }
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
     let name = |pair: &Pair| session.tests[pair.tests[0]].name.clone();
-    let odds_tests = match found.as_slice() {
-        [] => return Err(short.unwrap_or(ImportError::NoPair)),
-        [_] => f64::INFINITY,
-        [one, other, ..] => 0.5 * (other.2[0].cost - one.2[0].cost),
+    let Some(least) = found.first().map(|(_, _, candidates)| candidates[0].cost) else {
+        return Err(short.unwrap_or(ImportError::NoPair));
     };
-    let next = found.get(1).map(|(pair, _, _)| name(pair));
+    // where the gap tells nothing, all tests were tried; one that was named needs only be as good as the best
+    let best = name(&found[0].0);
+    found.retain(|(pair, ..)| among.contains(pair));
+    match found.first() {
+        Some((_, _, candidates)) if 0.5 * (candidates[0].cost - least) < CLEAR => {}
+        _ => return Err(ImportError::OtherTest { test: best }),
+    }
+    let next = found.get(1).map(|(pair, _, candidates)| (name(pair), candidates[0].cost));
     let (pair, course, candidates) = found.swap_remove(0);
+    let odds_tests = next.as_ref().map_or(f64::INFINITY, |(_, cost)| 0.5 * (cost - candidates[0].cost));
     let placement = judged(&name(&pair), (pair, course), &candidates, capture, levels)?;
+    // without the gap, circles in other planes are told by their readings alone
+    let clear = if seen.is_some_and(|seen| !seen.gap_is_known) { CERTAIN } else { CLEAR };
     match next {
-        Some(other) if odds_tests < CLEAR => Err(ImportError::TwoTests { one: name(&pair), other, odds: odds_tests }),
+        Some((other, _)) if odds_tests < clear => {
+            Err(ImportError::TwoTests { one: name(&pair), other, odds: odds_tests })
+        }
         _ => Ok(Placement { odds_tests, ..placement }),
     }
 }
@@ -159,19 +168,32 @@ fn alike(one: &Marks, other: &Marks) -> bool {
     *one == Marks { gap_s: one.gap_s, ..*other }
 }
 
-/// Tests whose programs make the marks that were seen: those of that form with that gap, or the one with the nearest gap where
-/// none has it.
-fn with_such_marks(session: &Session, among: &[Pair], marked: Option<(Marks, Seen)>) -> Vec<Pair> {
-    let Some((marks, seen)) = marked else { return among.to_vec() };
-    let off = |pair: &Pair| {
-        let own = session.tests[pair.tests[0]].marks.filter(|own| alike(&marks, own));
-        own.map_or(f64::INFINITY, |own| (own.gap_s - seen.gap_s).abs())
-    };
-    let near: Vec<Pair> = among.iter().copied().filter(|pair| off(pair) < GAP_OFF_S).collect();
-    match near.is_empty() {
-        true => among.iter().copied().min_by(|one, other| off(one).total_cmp(&off(other))).into_iter().collect(),
-        false => near,
+/// Tests whose programs make the marks that were seen: those of that form with that gap. Where no test of the session has it,
+/// the operator let the second direction wait: then all of that form are sought among, and the readings tell which it is.
+fn with_such_marks(
+    session: &Session,
+    among: &[Pair],
+    marked: Option<(Marks, Seen)>,
+) -> Result<(Vec<Pair>, Option<Seen>), ImportError> {
+    let Some((marks, seen)) = marked else { return Ok((among.to_vec(), None)) };
+    let own = |pair: &Pair| session.tests[pair.tests[0]].marks.filter(|own| alike(&marks, own));
+    let is_near = |pair: &&Pair| own(pair).is_some_and(|own| (own.gap_s - seen.gap_s).abs() < GAP_OFF_S);
+    let near: Vec<Pair> = among.iter().filter(is_near).copied().collect();
+    let all = pairs(session);
+    if !near.is_empty() {
+        return Ok((near, Some(seen)));
     }
+    let (Some(other), Some(asked)) = (all.iter().find(is_near), among.first()) else {
+        let formed = all.into_iter().filter(|pair| own(pair).is_some()).collect();
+        return Ok((formed, Some(Seen { gap_is_known: false, ..seen })));
+    };
+    let name = |pair: &Pair| session.tests[pair.tests[0]].name.clone();
+    Err(ImportError::OtherGap {
+        test: name(asked),
+        seen_s: seen.gap_s,
+        due_s: own(asked).map_or(f64::NAN, |own| own.gap_s),
+        other: name(other),
+    })
 }
 
 /// The marks of some of these tests' programs that the capture shows; `None` where it shows none at all.
@@ -214,6 +236,7 @@ fn judged(
         let scale = correlated_scale(&left, &data.sigma_mm);
         data.sigma_mm.iter_mut().for_each(|sigma| *sigma *= scale);
         best = descend_freely(&course, &data, best.timing, 0.1);
+        best = descend_apart(&course, &data, best, 0.5);
     }
     let residual = left(&course, &data, &best.timing, best.freedom).residual_mm;
     let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
@@ -239,7 +262,7 @@ fn judged(
     }
     let covariance = covariance(&course, &data, &best);
     let sigma: [f64; 4] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
-    let step = units(&course, &data, best.timing.pace);
+    let step = units(&course, &data, best.timing.pace());
     let in_units = [
         sigma[0] * step[0],
         sigma[1] * step[1],
@@ -270,111 +293,29 @@ fn judged(
     })
 }
 
-/// Factor on the averages' standard deviations that what is left asks for: its size, and its correlation: n readings are
-/// worth `n / (1 + 2 Σ ρ_k)` independent ones, summed until pairs of lags no longer correlate (Geyer 1992).
-fn correlated_scale(left_mm: &[f64], sigma_mm: &[f64]) -> f64 {
-    let scaled: Vec<f64> = left_mm.iter().zip(sigma_mm).map(|(left, sigma)| left / sigma).collect();
-    let count = scaled.len().max(1);
-    let mean = (scaled.iter().map(|value| value * value).sum::<f64>() / count as f64).max(1e-12);
-    let lagged = |lag: usize| {
-        scaled.iter().zip(&scaled[lag.min(count)..]).map(|(one, other)| one * other).sum::<f64>() / count as f64 / mean
-    };
-    let mut worth = 1.0;
-    for lag in (1..count / 8).step_by(2) {
-        let pair = lagged(lag) + lagged(lag + 1);
-        if pair <= 0.0 {
-            break;
-        }
-        worth += 2.0 * pair;
-    }
-    (mean * worth).sqrt()
-}
-
 fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[f64; 4]) -> Result<(), ImportError> {
     let (first, last) = capture.ends_s();
     let before = first - timing.start_s[0];
     if before > 3.0 * sigma[0] && before > 0.02 {
         return Err(ImportError::CutAtStart { seconds: before });
     }
-    let after = timing.start_s[1] + timing.moving_s(course.run_s) - last;
+    let after = timing.start_s[1] + timing.moving_s(1, course.run_s) - last;
     if after > 3.0 * sigma[1] && after > 0.02 {
         return Err(ImportError::CutAtEnd { seconds: after });
     }
     Ok(())
 }
 
-/// Covariance of the four variables in their units: twice the inverse of the cost's second derivatives, by differences whose
-/// steps raise the cost by about one.
-fn covariance(course: &Course, data: &Averages, best: &Candidate) -> DMatrix<f64> {
-    let units = units(course, data, best.timing.pace);
-    let at = |x: &[f64; 4]| cost(course, data, &moved(course, &best.timing, &units, x), best.freedom);
-    let here = at(&[0.0; 4]);
-    let along = |k: usize, by: f64| -> [f64; 4] { std::array::from_fn(|i| if i == k { by } else { 0.0 }) };
-    let steps: Vec<f64> = (0..4)
-        .map(|k| {
-            let mut step = 1e-4;
-            while step < 1.0 && 0.5 * (at(&along(k, step)) + at(&along(k, -step))) - here < 1.0 {
-                step *= 1.6;
-            }
-            step
-        })
-        .collect();
-    let second = DMatrix::from_fn(4, 4, |i, j| {
-        let (a, b) = (steps[i], steps[j]);
-        if i == j {
-            return (at(&along(i, a)) - 2.0 * here + at(&along(i, -a))) / (a * a);
-        }
-        let both = |p: f64, q: f64| {
-            let mut x = along(i, p * a);
-            x[j] = q * b;
-            at(&x)
-        };
-        (both(1.0, 1.0) - both(1.0, -1.0) - both(-1.0, 1.0) + both(-1.0, -1.0)) / (4.0 * a * b)
-    });
-    let curvature = 0.25 * (&second + second.transpose());
-    // where rounding leaves it not positive, each variable by itself, and no better than its step
-    let alone = |k: usize| curvature[(k, k)].max(1e-3 / (steps[k] * steps[k])).recip();
-    curvature
-        .clone()
-        .cholesky()
-        .map_or_else(|| DMatrix::from_fn(4, 4, |i, j| if i == j { alone(i) } else { 0.0 }), |factor| factor.inverse())
-}
-
-/// Times in both arcs at which positions are compared.
-fn times(course: &Course, timing: &Timing) -> Vec<f64> {
-    const PLACES: usize = 12;
-    (0..2)
-        .flat_map(|direction| {
-            (0..=PLACES).map(move |k| {
-                let along = course.arc_s[0] + (course.arc_s[1] - course.arc_s[0]) * k as f64 / PLACES as f64;
-                timing.time_at(direction, along, course.run_s)
-            })
-        })
-        .collect()
-}
-
-/// Standard deviation of the pace.
-fn pace_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
-    let units = units(course, data, timing.pace);
-    let step = 1e-4;
-    let slope = DVector::from_fn(4, |k, _| {
-        let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
-        let [up, down] = [1.0, -1.0].map(|sign| moved(course, timing, &units, &by(sign)).pace);
-        (up - down) / (2.0 * step)
-    });
-    (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0).sqrt()
-}
-
-/// Refuses marks between which the run of a test does not fit, or whose gap is another test's.
+/// Refuses marks between which the run of a test does not fit.
 fn refuse_other_runs(test: &str, course: &Course, data: &Averages, timing: &Timing) -> Result<(), ImportError> {
-    let (Some(seen), Some(marks)) = (&data.marks, course.marks) else { return Ok(()) };
-    if (seen.gap_s - marks.gap_s).abs() > GAP_OFF_S {
-        return Err(ImportError::OtherGap { test: test.into(), seen_s: seen.gap_s, due_s: marks.gap_s });
-    }
-    let moving_s = timing.moving_s(course.run_s);
+    let Some(seen) = &data.marks else { return Ok(()) };
     let is_off = (0..2).any(|direction| {
-        let run = [timing.start_s[direction], timing.start_s[direction] + moving_s];
-        (0..2).any(|k| (run[k] - seen.runs_s[direction][k]).abs() > RUN_OFF * seen.run_sigma_s[direction][k])
+        let start_s = timing.start_s[direction];
+        let run = [start_s, start_s + timing.moving_s(direction, course.run_s)];
+        (0..2).any(|k| {
+            let sigma = seen.run_sigma_s[direction][k].hypot(UNEVEN_S);
+            (run[k] - seen.runs_s[direction][k]).abs() > RUN_OFF * sigma
+        })
     });
     match is_off {
         true => Err(ImportError::OtherRuns {
@@ -384,30 +325,4 @@ fn refuse_other_runs(test: &str, course: &Course, data: &Averages, timing: &Timi
         }),
         false => Ok(()),
     }
-}
-
-/// Root mean square of the path position's standard deviation over both arcs, deg or mm.
-fn position_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
-    let units = units(course, data, timing.pace);
-    let times = times(course, timing);
-    let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
-    let step = 1e-4;
-    let mut sum = 0.0;
-    for &time in &times {
-        let slope = DVector::from_fn(4, |k, _| {
-            let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
-            let [up, down] = [1.0, -1.0].map(|sign| place(&moved(course, timing, &units, &by(sign)), time));
-            (up - down) / (2.0 * step)
-        });
-        sum += (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0);
-    }
-    (sum / times.len() as f64).sqrt()
-}
-
-/// Root mean square distance of two timings' positions over both arcs, deg or mm.
-fn apart(course: &Course, one: &Timing, other: &Timing) -> f64 {
-    let times = times(course, one);
-    let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
-    let sum: f64 = times.iter().map(|&time| (place(one, time) - place(other, time)).powi(2)).sum();
-    (sum / times.len() as f64).sqrt()
 }

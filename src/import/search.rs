@@ -7,7 +7,7 @@ use super::course::Course;
 use super::likelihood::{Freedom, cost};
 use super::seen_marks::Seen;
 use super::timing::Timing;
-use crate::statistics::minimise_in_four;
+use crate::statistics::minimise_few;
 
 /// A timing with its cost.
 #[derive(Debug, Clone, Copy)]
@@ -67,6 +67,10 @@ pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
     let mut fine: Vec<Candidate> =
         few.par_iter().map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2)).collect();
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    if let Some(first) = fine.first_mut() {
+        *first = descend_apart(course, &levels.fine, *first, 0.5);
+    }
+    fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     apart(course, fine, 3, 0.05)
 }
 
@@ -76,15 +80,18 @@ const RAMPS: [f64; 4] = [0.04, 0.1, 0.25, 0.6];
 /// Timings that begin and end as marks tell, by ramp.
 fn between_marks(course: &Course, data: &Averages, seen: &Seen) -> Vec<Candidate> {
     let start_s = [seen.runs_s[0][0], seen.runs_s[1][0]];
-    let moving_s = 0.5 * seen.runs_s.iter().map(|[begin, end]| end - begin).sum::<f64>();
+    let each_s = seen.runs_s.map(|[begin, end]| end - begin);
+    let moving_s = 0.5 * (each_s[0] + each_s[1]);
     // what the pace of the marks leaves of the time, and others where the run has a pace of its own
     let left_s = (moving_s - course.run_s / seen.pace).clamp(RAMPS_S[0], RAMPS_S[1]);
     [left_s]
         .into_iter()
         .chain(RAMPS)
-        .filter(|ramp_s| moving_s > 2.0 * ramp_s)
-        .map(|ramp_s| {
-            let timing = Timing { start_s, pace: course.run_s / (moving_s - ramp_s), ramp_s };
+        .filter(|ramp_s| each_s.iter().all(|moving_s| *moving_s > 2.0 * ramp_s))
+        // directions at one pace, and each at its own
+        .flat_map(|ramp_s| [[moving_s; 2], each_s].map(|moving_s| (ramp_s, moving_s)))
+        .map(|(ramp_s, moving_s)| {
+            let timing = Timing { start_s, paces: moving_s.map(|moving_s| course.run_s / (moving_s - ramp_s)), ramp_s };
             Candidate { timing, freedom: Freedom::NONE, cost: cost(course, data, &timing, Freedom::NONE) }
         })
         .collect()
@@ -105,7 +112,7 @@ fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
             let firsts = steps(first - outside, latest - moving, step);
             firsts.into_iter().flat_map(move |one| {
                 steps(one + moving, latest, step).into_iter().map(move |other| {
-                    let timing = Timing { start_s: [one, other], pace, ramp_s: RAMP_S };
+                    let timing = Timing { start_s: [one, other], paces: [pace; 2], ramp_s: RAMP_S };
                     Candidate { timing, freedom: Freedom::NONE, cost: cost(course, data, &timing, Freedom::NONE) }
                 })
             })
@@ -125,8 +132,11 @@ fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Ve
     for candidate in sorted {
         let is_far = |other: &Candidate| {
             let [a, b] = [0, 1].map(|k| (candidate.timing.start_s[k] - other.timing.start_s[k]).abs());
-            let c = (candidate.timing.pace - other.timing.pace).abs() / other.timing.pace * course.run_s;
-            a > near_s || b > near_s || c > near_s
+            let c = (0..2).any(|k| {
+                let pace = other.timing.paces[k];
+                (candidate.timing.paces[k] - pace).abs() / pace * course.run_s > near_s
+            });
+            a > near_s || b > near_s || c
         };
         if kept.iter().all(is_far) {
             kept.push(candidate);
@@ -138,24 +148,40 @@ fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Ve
     kept
 }
 
-/// Units of the four variables: starts and time of a run, s; logarithm of the ramp.
-pub(super) fn units(course: &Course, data: &Averages, pace: f64) -> [f64; 4] {
+/// Number of variables: two starts, mean time of a run, logarithm of the ramp, difference of the two runs' times.
+pub(super) const VARIABLES: usize = 5;
+
+/// Parts of a run's time by which two runs differ: of a control that keeps one pace, and of one that does not.
+const DIFFERENCES: [f64; 2] = [2e-4, 5e-3];
+
+/// Units of the variables, s but for the logarithm.
+pub(super) fn units(course: &Course, data: &Averages, pace: f64) -> [f64; VARIABLES] {
     let run_s = course.run_s / pace;
+    let between = DIFFERENCES[0] * run_s;
     match &data.marks {
-        Some(seen) => [2.0 * seen.run_sigma_s[0][0], 2.0 * seen.run_sigma_s[1][0], 2.0 * seen.run_sigma_s[0][1], 0.5],
-        None => [0.03 * run_s, 0.03 * run_s, 0.02 * run_s, 0.5],
+        Some(seen) => {
+            let sigma_s = seen.run_sigma_s;
+            [2.0 * sigma_s[0][0], 2.0 * sigma_s[1][0], 2.0 * sigma_s[0][1], 0.5, between]
+        }
+        None => [0.03 * run_s, 0.03 * run_s, 0.02 * run_s, 0.5, between],
     }
 }
 
-/// Timing with its four variables moved, in their units: the time of a run is what marks tell, the pace follows from it.
-pub(super) fn moved(course: &Course, timing: &Timing, units: &[f64; 4], by: &[f64; 4]) -> Timing {
-    let moving_s = timing.moving_s(course.run_s) + units[2] * by[2];
+/// Timing with its variables moved, in their units: the times of the runs are what marks tell, the paces follow from them.
+pub(super) fn moved(course: &Course, timing: &Timing, units: &[f64; VARIABLES], by: &[f64; VARIABLES]) -> Timing {
     let ramp_s = (timing.ramp_s * (units[3] * by[3]).exp()).clamp(RAMPS_S[0], RAMPS_S[1]);
-    Timing {
+    let half = 0.5 * units[4] * by[4];
+    let paces = [half, -half].into_iter().enumerate().map(|(direction, half)| {
+        let moving_s = timing.moving_s(direction, course.run_s) + units[2] * by[2] + half;
+        course.run_s / (moving_s - ramp_s).max(1e-3 * course.run_s)
+    });
+    let mut timing = Timing {
         start_s: [timing.start_s[0] + units[0] * by[0], timing.start_s[1] + units[1] * by[1]],
-        pace: course.run_s / (moving_s - ramp_s).max(1e-3 * course.run_s),
         ramp_s,
-    }
+        ..*timing
+    };
+    timing.paces.iter_mut().zip(paces).for_each(|(pace, moved)| *pace = moved);
+    timing
 }
 
 /// Nelder–Mead from a start, again with smaller steps until it no longer gains.
@@ -163,11 +189,7 @@ pub(super) fn descend(course: &Course, data: &Averages, start: Timing, freedom: 
     let mut best = Candidate { timing: start, freedom, cost: cost(course, data, &start, freedom) };
     let mut size = size;
     for _ in 0..3 {
-        let units = units(course, data, best.timing.pace);
-        let from = best.timing;
-        let at = |x: &[f64; 4]| moved(course, &from, &units, x);
-        let found = at(&minimise_in_four([0.0; 4], size, |x| cost(course, data, &at(x), freedom)));
-        let next = Candidate { timing: found, freedom, cost: cost(course, data, &found, freedom) };
+        let next = stepped(course, data, &best, size, DIFFERENCES[0]);
         let gain = best.cost - next.cost;
         if gain > 0.0 {
             best = next;
@@ -178,6 +200,23 @@ pub(super) fn descend(course: &Course, data: &Averages, start: Timing, freedom: 
         size *= 0.4;
     }
     best
+}
+
+/// One search about a candidate, with first steps of `size` units and of a part of the run's time between directions.
+fn stepped(course: &Course, data: &Averages, from: &Candidate, size: f64, difference: f64) -> Candidate {
+    let mut units = units(course, data, from.timing.pace());
+    units[4] *= difference / DIFFERENCES[0];
+    let at = |x: &[f64; VARIABLES]| moved(course, &from.timing, &units, x);
+    let timing = at(&minimise_few([0.0; VARIABLES], size, |x| cost(course, data, &at(x), from.freedom)));
+    Candidate { timing, cost: cost(course, data, &timing, from.freedom), ..*from }
+}
+
+/// The same for directions that ran at two paces, kept where the readings speak for it.
+pub(super) fn descend_apart(course: &Course, data: &Averages, from: Candidate, size: f64) -> Candidate {
+    let apart = stepped(course, data, &from, size, DIFFERENCES[1]);
+    // the two kinds of pace are two valleys: down to the ground of the other before they are compared
+    let apart = descend(course, data, apart.timing, apart.freedom, 0.3 * size);
+    if apart.cost < from.cost { apart } else { from }
 }
 
 /// The same with the freedom that the readings speak for.

@@ -13,8 +13,10 @@ pub(super) struct Seen {
     /// Speed of the marks over their programmed feed, with its standard deviation.
     pub pace: f64,
     pub pace_sigma: f64,
-    /// Rest between the two directions' marks, s.
+    /// Rest between the two directions' marks, s, and whether it is that of a program: an operator may let the second
+    /// direction wait.
     pub gap_s: f64,
+    pub gap_is_known: bool,
     /// Begin and end of each mark, s: readings there are none of a run's.
     pub marks_s: [[f64; 2]; 4],
 }

@@ -15,7 +15,7 @@ pub fn recordings(
     let spikes = capture.spikes();
     [0, 1].map(|direction| {
         let [begin, end] = [course.arc_s[0], course.arc_s[1]];
-        let gone = |time: f64| timing.gone_s(time - timing.start_s[direction], course.run_s);
+        let gone = |time: f64| timing.gone_s(direction, time - timing.start_s[direction], course.run_s);
         // the second direction comes from the far end of the run
         let (enter, leave) = if direction == 0 { (begin, end) } else { (course.run_s - end, course.run_s - begin) };
         let begins_s = timing.time_at(direction, enter, course.run_s);

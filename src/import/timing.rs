@@ -5,55 +5,62 @@
 pub struct Timing {
     /// Begin of motion in each direction, s.
     pub start_s: [f64; 2],
-    /// Speed over the programmed feed.
-    pub pace: f64,
+    /// Speed over the programmed feed, of each direction.
+    pub paces: [f64; 2],
     /// Time in which the control comes to speed, and to rest, s.
     pub ramp_s: f64,
 }
 
 impl Timing {
-    /// How long one direction moves, s, for a run of `run_s` at the programmed feed.
-    pub fn moving_s(&self, run_s: f64) -> f64 {
-        run_s / self.pace + self.ramp_s
+    /// Mean speed over the programmed feed.
+    pub fn pace(&self) -> f64 {
+        0.5 * (self.paces[0] + self.paces[1])
+    }
+
+    /// How long a direction moves, s, for a run of `run_s` at the programmed feed.
+    pub fn moving_s(&self, direction: usize, run_s: f64) -> f64 {
+        run_s / self.paces[direction] + self.ramp_s
     }
 
     /// Programmed time gone `since_s` after a direction began to move, s: the speed rises evenly over the ramp, is even, and
     /// falls evenly.
-    pub fn gone_s(&self, since_s: f64, run_s: f64) -> f64 {
-        let whole = self.moving_s(run_s);
+    pub fn gone_s(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
+        let whole = self.moving_s(direction, run_s);
+        let pace = self.paces[direction];
         let ramp = self.ramp_s.max(1e-9);
         if since_s <= 0.0 {
             0.0
         } else if since_s >= whole {
             run_s
         } else if since_s < ramp {
-            0.5 * self.pace * since_s * since_s / ramp
+            0.5 * pace * since_s * since_s / ramp
         } else if since_s > whole - ramp {
-            run_s - 0.5 * self.pace * (whole - since_s).powi(2) / ramp
+            run_s - 0.5 * pace * (whole - since_s).powi(2) / ramp
         } else {
-            self.pace * (since_s - 0.5 * ramp)
+            pace * (since_s - 0.5 * ramp)
         }
     }
 
     /// Place along the first direction's run, programmed s, and the sense of the last motion: 0 before any.
     pub fn place_s(&self, time_s: f64, run_s: f64) -> (f64, f64) {
         if time_s > self.start_s[1] {
-            (run_s - self.gone_s(time_s - self.start_s[1], run_s), -1.0)
+            (run_s - self.gone_s(1, time_s - self.start_s[1], run_s), -1.0)
         } else {
-            (self.gone_s(time_s - self.start_s[0], run_s), if time_s > self.start_s[0] { 1.0 } else { 0.0 })
+            (self.gone_s(0, time_s - self.start_s[0], run_s), if time_s > self.start_s[0] { 1.0 } else { 0.0 })
         }
     }
 
     /// Time at which a direction has gone so far, s; the inverse of [`Timing::gone_s`].
     pub fn time_at(&self, direction: usize, gone_s: f64, run_s: f64) -> f64 {
-        let whole = self.moving_s(run_s);
-        let ramp_way = 0.5 * self.pace * self.ramp_s;
+        let whole = self.moving_s(direction, run_s);
+        let pace = self.paces[direction];
+        let ramp_way = 0.5 * pace * self.ramp_s;
         let since = if gone_s < ramp_way {
-            (2.0 * gone_s.max(0.0) * self.ramp_s / self.pace).sqrt()
+            (2.0 * gone_s.max(0.0) * self.ramp_s / pace).sqrt()
         } else if gone_s > run_s - ramp_way {
-            whole - (2.0 * (run_s - gone_s).max(0.0) * self.ramp_s / self.pace).sqrt()
+            whole - (2.0 * (run_s - gone_s).max(0.0) * self.ramp_s / pace).sqrt()
         } else {
-            gone_s / self.pace + 0.5 * self.ramp_s
+            gone_s / pace + 0.5 * self.ramp_s
         };
         self.start_s[direction] + since
     }

@@ -25,8 +25,9 @@ pub struct PlacedJson {
     pub start_sigma_s: [f64; 2],
     /// Begin and end of each capture arc on the gauge's clock, s.
     pub arcs_s: [[f64; 2]; 2],
-    /// Speed over the programmed feed.
+    /// Mean speed over the programmed feed, and that of each direction.
     pub pace: f64,
+    pub paces: [f64; 2],
     pub pace_sigma: f64,
     /// Time in which the control came to speed, s.
     pub ramp_s: f64,
@@ -74,7 +75,8 @@ pub fn placed_json(session: &Session, file: String, placement: &Placement, rows:
         start_s: timing.start_s,
         start_sigma_s: [placement.sigma[0], placement.sigma[1]],
         arcs_s,
-        pace: timing.pace,
+        pace: timing.pace(),
+        paces: timing.paces,
         pace_sigma: placement.sigma[2],
         ramp_s: timing.ramp_s,
         position_sigma: placement.position_sigma,

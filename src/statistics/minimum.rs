@@ -28,12 +28,12 @@ pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
     (best, least)
 }
 
-/// Nelder–Mead in four variables from `start` with first steps of `size`, restarted once to leave a collapsed simplex.
-pub fn minimise_in_four(start: [f64; 4], size: f64, cost: impl Fn(&[f64; 4]) -> f64) -> [f64; 4] {
+/// Nelder–Mead in a few variables from `start` with first steps of `size`, restarted once to leave a collapsed simplex.
+pub fn minimise_few<const N: usize>(start: [f64; N], size: f64, cost: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
     let mut best = start;
     for round in 0..2 {
         let spread = size / (1 + 2 * round) as f64;
-        let mut simplex: Vec<([f64; 4], f64)> = (0..5)
+        let mut simplex: Vec<([f64; N], f64)> = (0..=N)
             .map(|vertex| {
                 let mut x = best;
                 if vertex > 0 {
@@ -42,20 +42,21 @@ pub fn minimise_in_four(start: [f64; 4], size: f64, cost: impl Fn(&[f64; 4]) -> 
                 (x, cost(&x))
             })
             .collect();
-        for _ in 0..90 {
+        for _ in 0..22 * N + 2 {
             simplex.sort_by(|one, other| one.1.total_cmp(&other.1));
-            if simplex[4].1 - simplex[0].1 < 0.02 {
+            if simplex[N].1 - simplex[0].1 < 0.02 {
                 break;
             }
-            let centre: [f64; 4] = std::array::from_fn(|k| simplex[..4].iter().map(|(x, _)| x[k]).sum::<f64>() / 4.0);
-            let worst = simplex[4];
-            let along = |t: f64| -> [f64; 4] { std::array::from_fn(|k| centre[k] + t * (worst.0[k] - centre[k])) };
+            let centre: [f64; N] =
+                std::array::from_fn(|k| simplex[..N].iter().map(|(x, _)| x[k]).sum::<f64>() / N as f64);
+            let worst = simplex[N];
+            let along = |t: f64| -> [f64; N] { std::array::from_fn(|k| centre[k] + t * (worst.0[k] - centre[k])) };
             let try_at = |t: f64| (along(t), cost(&along(t)));
             let reflected = try_at(-1.0);
-            simplex[4] = if reflected.1 < simplex[0].1 {
+            simplex[N] = if reflected.1 < simplex[0].1 {
                 let expanded = try_at(-2.0);
                 if expanded.1 < reflected.1 { expanded } else { reflected }
-            } else if reflected.1 < simplex[3].1 {
+            } else if reflected.1 < simplex[N - 1].1 {
                 reflected
             } else {
                 let inside = try_at(if reflected.1 < worst.1 { -0.5 } else { 0.5 });
@@ -64,7 +65,7 @@ pub fn minimise_in_four(start: [f64; 4], size: f64, cost: impl Fn(&[f64; 4]) -> 
                 } else {
                     let lead = simplex[0].0;
                     for vertex in simplex.iter_mut().skip(1) {
-                        let x: [f64; 4] = std::array::from_fn(|k| lead[k] + 0.5 * (vertex.0[k] - lead[k]));
+                        let x: [f64; N] = std::array::from_fn(|k| lead[k] + 0.5 * (vertex.0[k] - lead[k]));
                         *vertex = (x, cost(&x));
                     }
                     continue;

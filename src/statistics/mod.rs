@@ -8,7 +8,7 @@ mod products;
 mod robust;
 
 pub use evidence::{BlockEvidence, judge, likeliest_prior, log_determinant};
-pub use minimum::{least_along, minimise_in_four};
+pub use minimum::{least_along, minimise_few};
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
 pub use principal::principal;
 pub use products::{Factor, ROW_STEP, add_cross_products, add_products, weighted_products};

@@ -4,7 +4,7 @@
 //! and a random walk d that has standard deviation σ_d at the end of a trace; it starts at zero, or at an offset of the whole trace. A Kalman filter
 //! with the two states (a, d) turns correlated residuals into independent ones of variance 1 (innovations).
 
-use super::minimum::minimise_in_four;
+use super::minimum::minimise_few;
 
 /// Parameters of the noise, lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -305,7 +305,7 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
         offset_mm: start.offset_mm,
     };
     let lanes = Lanes::of(traces);
-    let best = minimise_in_four(pack(&start), 0.5, |x| {
+    let best = minimise_few(pack(&start), 0.5, |x| {
         let noise = unpack(x);
         lanes.iter().map(|lanes| lanes.misfit(&noise)).sum::<f64>() + absorbed_misfit(&noise, absorbed)
     });

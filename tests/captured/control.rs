@@ -11,28 +11,61 @@ use super::nc_reader::{Act, Pace, read_iso};
 
 /// How this control runs programs.
 pub struct Manner {
-    /// Speed over the programmed feed.
-    pub pace: f64,
+    /// Speed over the programmed feed, of each direction.
+    pub paces: [f64; 2],
     /// Time in which a run comes to speed, s.
     pub ramp_s: f64,
     /// Rests before the first motion and after the last, s; programmed ones where the operator does not wait.
     rests_s: [f64; 2],
     /// Rest in place of those between the directions of a program without marks, s.
     between_s: Option<f64>,
+    /// Time in which a mark comes to speed where it is the run's: acceleration by a time constant, s.
+    mark_ramp_s: Option<f64>,
+    /// What a rest may last longer than programmed, s.
+    longer_s: f64,
+    /// A rest between the directions that is the operator's, s.
+    waits_s: f64,
 }
 
+/// What controls and operators do beside running a program as written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Habit {
+    /// Nothing.
+    Plain,
+    /// Acceleration by a time constant: marks come to speed as slowly as runs.
+    SlowMarks,
+    /// Each direction at a pace of its own.
+    TwoPaces,
+    /// Rests that are longer by what the control pleases, up to 40 ms.
+    UnevenRests,
+    /// The operator lets the second direction wait.
+    Waits,
+}
+
+pub const HABITS: [Habit; 4] = [Habit::SlowMarks, Habit::TwoPaces, Habit::UnevenRests, Habit::Waits];
+
 impl Manner {
-    pub fn drawn(random: &mut ChaCha8Rng, marked: bool) -> Manner {
+    pub fn drawn(random: &mut ChaCha8Rng, marked: bool, habit: Habit) -> Manner {
         let mut rest = || random.random_range(0.5..10.0);
         let (rests_s, between_s) = ([rest(), rest()], rest());
+        let mut pace = || 1.0 + random.random_range(-0.02..0.02);
+        let pace_there = pace();
+        let pace_back = if habit == Habit::TwoPaces { pace() } else { pace_there };
+        let ramp_s = random.random_range(0.08..0.29);
         Manner {
-            pace: 1.0 + random.random_range(-0.02..0.02),
-            ramp_s: random.random_range(0.08..0.29),
+            paces: [pace_there, pace_back],
+            ramp_s,
             rests_s,
             between_s: (!marked).then_some(between_s),
+            mark_ramp_s: (habit == Habit::SlowMarks).then_some(ramp_s),
+            longer_s: if habit == Habit::UnevenRests { 0.04 } else { 0.0 },
+            waits_s: if habit == Habit::Waits { random.random_range(0.5..10.0) } else { 0.0 },
         }
     }
 }
+
+/// The piece of a program with marks behind which lies the gap between its directions: moves out and back, run, out and back.
+const BETWEEN: usize = 4;
 
 /// One act and how long it takes as programmed, s.
 struct Leg {
@@ -127,8 +160,11 @@ pub fn timeline(machine: &Machine, text: &str, manner: &Manner, random: &mut Cha
                 legs.push(Leg { seconds, from: std::mem::replace(&mut here, to), act: act.clone() });
             }
             // marks are slow: their ramps are short
-            let ramp_s = if is_run { manner.ramp_s } else { random.random_range(0.001..0.004) };
-            let whole_s = gone / manner.pace;
+            let ramp_s = match manner.mark_ramp_s {
+                None if !is_run => random.random_range(0.001..0.004),
+                _ => manner.ramp_s,
+            };
+            let whole_s = gone / manner.paces[usize::from(piece > BETWEEN.min(of_run[1] - 1))];
             groups.push(Group { begin_s: clock, whole_s, ramp_s, legs, ends_s });
             if is_run {
                 runs.push([clock, clock + whole_s + ramp_s]);
@@ -138,7 +174,11 @@ pub fn timeline(machine: &Machine, text: &str, manner: &Manner, random: &mut Cha
         let Act::Dwell(seconds) = acts[pair[1]] else { unreachable!() };
         clock += match (pair[1] == last, manner.between_s) {
             (true, _) => manner.rests_s[1],
-            (false, None) => seconds + slow + random.random_range(0.0..0.002),
+            (false, None) => {
+                let waits_s = if piece == BETWEEN { manner.waits_s } else { 0.0 };
+                let longer_s = if manner.longer_s > 0.0 { random.random_range(0.0..manner.longer_s) } else { 0.0 };
+                seconds + slow + random.random_range(0.0..0.002) + longer_s + waits_s
+            }
             // two dwells between the directions
             (false, Some(between)) if piece == 0 => between,
             (false, Some(_)) => 0.0,

@@ -23,6 +23,7 @@ use fiveaxis::session::{LengthColumn, Path as TestPath, Recording, Session};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+pub use control::{HABITS, Habit};
 use control::{Manner, timeline};
 pub use gauge::Erring;
 use plain_machine::{Plain, distance};
@@ -77,10 +78,15 @@ pub struct Drawn {
 impl Planned {
     /// A capture of a pair's program on an erring machine.
     pub fn drawn(&self, erring: &mut Erring, pair: usize, seed: u64, kind: Kind) -> Drawn {
+        self.drawn_by(erring, pair, seed, kind, Habit::Plain)
+    }
+
+    /// The same by a control or an operator with a habit.
+    pub fn drawn_by(&self, erring: &mut Erring, pair: usize, seed: u64, kind: Kind, habit: Habit) -> Drawn {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let rate = 10f64.powf(random.random_range(1.0..3.0));
         let test = &self.session.tests[self.pairs[pair].tests[0]];
-        let manner = Manner::drawn(&mut random, test.marks.is_some());
+        let manner = Manner::drawn(&mut random, test.marks.is_some(), habit);
         let delay = random.random_range(0.0..0.5);
         let motion = timeline(&self.session.machine, &self.programs[pair], &manner, &mut random);
         let run = motion.runs_s;
@@ -96,8 +102,13 @@ impl Planned {
             let at = (random.random_range(0.1..0.6) * readings.len() as f64) as usize;
             readings.iter_mut().skip(at).for_each(|reading| *reading = 1.2 + random.random_range(-0.01..0.01));
         }
-        let says = format!("{} {rate:.0} Hz ramp {:.2} run {:.1} s", test.name, manner.ramp_s, run[0][1] - run[0][0]);
-        Drawn { capture, positions, pace: manner.pace, says }
+        let says = format!(
+            "{} {habit:?} {rate:.0} Hz ramp {:.2} run {:.1} s",
+            test.name,
+            manner.ramp_s,
+            run[0][1] - run[0][0]
+        );
+        Drawn { capture, positions, pace: 0.5 * (manner.paces[0] + manner.paces[1]), says }
     }
 
     /// A capture of a pair's program as a real control ran it.

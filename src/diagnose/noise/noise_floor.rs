@@ -1,7 +1,7 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
 use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, median, minimise_in_four, misfit, rms,
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, median, minimise_few, misfit, rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -253,7 +253,7 @@ fn fit(traces: &[&Trace]) -> NoiseModel {
         drift_mm: 0.0,
         offset_mm: 0.0,
     };
-    let best = minimise_in_four(start, 0.5, |x| {
+    let best = minimise_few(start, 0.5, |x| {
         let noise = unpack(x);
         // the fourth variable is not used; a slight pull keeps it still
         let pull = x[3] * x[3];

@@ -1,0 +1,117 @@
+//! How well a timing is known: what is left of the readings, the cost's curvature, and what both mean for axis positions.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::capture::Averages;
+use super::course::Course;
+use super::likelihood::cost;
+use super::search::{Candidate, VARIABLES, moved, units};
+use super::timing::Timing;
+
+/// Factor on the averages' standard deviations that what is left asks for: its size, and its correlation: n readings are
+/// worth `n / (1 + 2 Σ ρ_k)` independent ones, summed until pairs of lags no longer correlate (Geyer 1992).
+pub(super) fn correlated_scale(left_mm: &[f64], sigma_mm: &[f64]) -> f64 {
+    let scaled: Vec<f64> = left_mm.iter().zip(sigma_mm).map(|(left, sigma)| left / sigma).collect();
+    let count = scaled.len().max(1);
+    let mean = (scaled.iter().map(|value| value * value).sum::<f64>() / count as f64).max(1e-12);
+    let lagged = |lag: usize| {
+        scaled.iter().zip(&scaled[lag.min(count)..]).map(|(one, other)| one * other).sum::<f64>() / count as f64 / mean
+    };
+    let mut worth = 1.0;
+    for lag in (1..count / 8).step_by(2) {
+        let pair = lagged(lag) + lagged(lag + 1);
+        if pair <= 0.0 {
+            break;
+        }
+        worth += 2.0 * pair;
+    }
+    (mean * worth).sqrt()
+}
+
+/// Covariance of the variables in their units: twice the inverse of the cost's second derivatives, by differences whose
+/// steps raise the cost by about one.
+pub(super) fn covariance(course: &Course, data: &Averages, best: &Candidate) -> DMatrix<f64> {
+    let units = units(course, data, best.timing.pace());
+    let at = |x: &[f64; VARIABLES]| cost(course, data, &moved(course, &best.timing, &units, x), best.freedom);
+    let here = at(&[0.0; VARIABLES]);
+    let along = |k: usize, by: f64| -> [f64; VARIABLES] { std::array::from_fn(|i| if i == k { by } else { 0.0 }) };
+    let steps: Vec<f64> = (0..VARIABLES)
+        .map(|k| {
+            let mut step = 1e-4;
+            while step < 1.0 && 0.5 * (at(&along(k, step)) + at(&along(k, -step))) - here < 1.0 {
+                step *= 1.6;
+            }
+            step
+        })
+        .collect();
+    let second = DMatrix::from_fn(VARIABLES, VARIABLES, |i, j| {
+        let (a, b) = (steps[i], steps[j]);
+        if i == j {
+            return (at(&along(i, a)) - 2.0 * here + at(&along(i, -a))) / (a * a);
+        }
+        let both = |p: f64, q: f64| {
+            let mut x = along(i, p * a);
+            x[j] = q * b;
+            at(&x)
+        };
+        (both(1.0, 1.0) - both(1.0, -1.0) - both(-1.0, 1.0) + both(-1.0, -1.0)) / (4.0 * a * b)
+    });
+    let curvature = 0.25 * (&second + second.transpose());
+    // where rounding leaves it not positive, each variable by itself, and no better than its step
+    let alone = |k: usize| curvature[(k, k)].max(1e-3 / (steps[k] * steps[k])).recip();
+    curvature.clone().cholesky().map_or_else(
+        || DMatrix::from_fn(VARIABLES, VARIABLES, |i, j| if i == j { alone(i) } else { 0.0 }),
+        |factor| factor.inverse(),
+    )
+}
+
+/// Times in both arcs at which positions are compared.
+fn times(course: &Course, timing: &Timing) -> Vec<f64> {
+    const PLACES: usize = 12;
+    (0..2)
+        .flat_map(|direction| {
+            (0..=PLACES).map(move |k| {
+                let along = course.arc_s[0] + (course.arc_s[1] - course.arc_s[0]) * k as f64 / PLACES as f64;
+                timing.time_at(direction, along, course.run_s)
+            })
+        })
+        .collect()
+}
+
+/// Standard deviation of the pace.
+pub(super) fn pace_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+    let units = units(course, data, timing.pace());
+    let step = 1e-4;
+    let slope = DVector::from_fn(VARIABLES, |k, _| {
+        let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
+        let [up, down] = [1.0, -1.0].map(|sign| moved(course, timing, &units, &by(sign)).pace());
+        (up - down) / (2.0 * step)
+    });
+    (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0).sqrt()
+}
+
+/// Root mean square of the path position's standard deviation over both arcs, deg or mm.
+pub(super) fn position_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+    let units = units(course, data, timing.pace());
+    let times = times(course, timing);
+    let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
+    let step = 1e-4;
+    let mut sum = 0.0;
+    for &time in &times {
+        let slope = DVector::from_fn(VARIABLES, |k, _| {
+            let by = |sign: f64| std::array::from_fn(|i| if i == k { sign * step } else { 0.0 });
+            let [up, down] = [1.0, -1.0].map(|sign| place(&moved(course, timing, &units, &by(sign)), time));
+            (up - down) / (2.0 * step)
+        });
+        sum += (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0);
+    }
+    (sum / times.len() as f64).sqrt()
+}
+
+/// Root mean square distance of two timings' positions over both arcs, deg or mm.
+pub(super) fn apart(course: &Course, one: &Timing, other: &Timing) -> f64 {
+    let times = times(course, one);
+    let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
+    let sum: f64 = times.iter().map(|&time| (place(one, time) - place(other, time)).powi(2)).sum();
+    (sum / times.len() as f64).sqrt()
+}
