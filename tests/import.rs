@@ -8,7 +8,7 @@ mod captured;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use captured::{Drawn, Erring, Kind, Planned, planned};
+use captured::{Drawn, Erring, HABITS, Habit, Kind, Planned, planned};
 use fiveaxis::import::{Feeds, ImportError, Pair, place};
 use fiveaxis::load::{CaptureHints, load_capture};
 use fiveaxis::session::LengthColumn;
@@ -111,6 +111,52 @@ fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
     assert!(!placement.by_marks && off < REACH_DEG.max(3.0 * placement.position_sigma), "{off}");
 }
 
+#[test]
+fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
+    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let names = |pair: usize| planned.session.tests[planned.pairs[pair].tests[0]].name.as_str();
+    for (k, habit) in HABITS.into_iter().enumerate() {
+        for pair in [k % planned.pairs.len(), (k + 3) % planned.pairs.len()] {
+            let seed = 40 + 10 * k as u64 + pair as u64;
+            let mut erring = Erring::drawn(&planned.session.machine, seed);
+            let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, habit);
+            let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
+                Ok(placement) => placement,
+                // without the gap that tells tests apart, tests that read alike are not guessed
+                Err(ImportError::TwoTests { .. }) if habit == Habit::Waits => continue,
+                Err(why) => panic!("{}: {why}", drawn.says),
+            };
+            assert_eq!(placement.pair, planned.pairs[pair], "{}: as {}", drawn.says, names(pair));
+            let (off, _) = planned.compared(&drawn, &placement);
+            println!("{}: off {off:.4} sigma {:.4}", drawn.says, placement.position_sigma);
+            // how much longer a rest before a run is than one after it shows in nothing but the readings of the run
+            let hidden_deg = if habit == Habit::UnevenRests { 0.02 * placement.course.rate() } else { 0.0 };
+            let allowed = REACH_DEG.max(4.0 * placement.position_sigma) + hidden_deg;
+            assert!(off < allowed, "{}: misplaced by {off}", drawn.says);
+        }
+    }
+}
+
+#[test]
+fn an_override_is_placed_where_it_is_asked_for() {
+    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
+    let pair = pair.expect("a circle");
+    for (seed, part) in [(3, 0.5), (4, 0.8), (5, 1.2), (6, 1.6)] {
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Override(part));
+        let why = refusal(&planned, &planned.pairs, &drawn).to_string();
+        println!("{}: {why}", drawn.says);
+        assert!(why.contains("--any-feed"), "{part}: {why}");
+        let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Any)
+            .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
+        assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+        let (off, _) = planned.compared(&drawn, &placement);
+        println!("off {off:.4} sigma {:.4}", placement.position_sigma);
+        assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{part}: misplaced by {off}");
+    }
+}
+
 fn import(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fiveaxis")).arg("import").args(arguments).output().unwrap()
 }
@@ -209,6 +255,23 @@ fn files_of_gauges_are_read_and_others_refused() {
     assert!(same(&read("d.xml", &format!("<Test>{single}</Test>"), hints).unwrap().reading_mm));
     let stated = read("e.txt", &format!("Sample rate: 250 Hz\ndeviation_um\n{}", "1.0\n".repeat(40)), none).unwrap();
     assert!((stated.time_s[1] - 0.004).abs() < 1e-12);
+    // readings in attributes, units in a row of their own, lost readings, comments, a separator at the end of rows
+    let samples: String =
+        (0..40).map(|k| format!("<s t='{}' dev_um=\"{}\"/>", 0.1 * f64::from(k), 1.5 * f64::from(k))).collect();
+    let found =
+        read("h.xml", &format!("<Test version=\"2\">{samples}</Test>"), CaptureHints { column: hints.column, ..none });
+    let found = found.unwrap();
+    assert!(same(&found.reading_mm) && (found.time_s[39] - 3.9).abs() < 1e-12);
+    let lost = "Zeit;Abweichung\ns;µm\n0;-;\n# pause\n0,1;nan;\n0,2;1,5;\n";
+    let found = read("i.csv", lost, none).unwrap();
+    assert_eq!(found.column, LengthColumn::DeviationUm);
+    assert!(found.reading_mm[0].is_nan() && found.reading_mm[1].is_nan() && found.reading_mm[2] == 1.5e-3);
+    let clock = "time;deviation_um\n2026-11-24T10:00:59.5;1\n2026-11-24T10:01:00.25;2\n";
+    assert!((read("j.csv", clock, none).unwrap().time_s[1] - 36060.25).abs() < 1e-9);
+    // a clock of ten counts a second, a pause after the second count
+    let coarse = "time_s,deviation_um\n0,1\n0,2\n0.1,3\n0.1,4\n0.5,5\n0.6,6\n";
+    let due_s = [0.0, 0.05, 0.1, 0.15, 0.5, 0.6];
+    assert!(read("k.csv", coarse, none).unwrap().time_s.iter().zip(due_s).all(|(a, b)| (a - b).abs() < 1e-12));
     for (text, says) in [
         (
             "only words\n",
@@ -222,8 +285,16 @@ fn files_of_gauges_are_read_and_others_refused() {
             "deviation_um\n1\n2\n",
             "f.csv: has neither times nor a sampling rate; add a column time_s or say --rate with the readings a second",
         ),
-        ("time_s,deviation_um\n0,1\n0,2\n", "f.csv:3: times go from 0 to 0 s; times rise from row to row"),
+        ("time_s,deviation_um\n1,1\n0,2\n", "f.csv:3: times go from 1 to 0 s; times rise from row to row"),
+        (
+            "time_s,deviation_um\n0,1\n0,2\n",
+            "f.csv: all rows have the same time; the clock stood, or the column is another",
+        ),
         ("time_s,deviation_um\n0,1\n1,x\n", "f.csv:3: column deviation_um: 'x' is not a number; correct it"),
+        (
+            "time_s,deviation_um\n0,1\nlate,2\n",
+            "f.csv:3: column time_s: 'late' is neither a number nor a time of day; correct it",
+        ),
         (
             "time_s,deviation_um\n0,1\n1\n",
             "f.csv:3: has 1 fields where the header (line 1) has 2; the file may be cut off",

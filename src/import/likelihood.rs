@@ -71,26 +71,32 @@ fn prior(course: &Course, timing: &Timing) -> f64 {
 const GAP_SIGMA_S: f64 = 0.04;
 /// Share of runs whose pace is not that of the marks: blocks too short for the control's look-ahead.
 const OWN_PACE: f64 = 0.05;
-/// Share of rests that a control ends at its pleasure, and by how much, s: a slow part of it has to answer first.
-const UNEVEN: f64 = 0.1;
-pub(super) const UNEVEN_S: f64 = 0.02;
+/// By how much a control ends its rests at its pleasure, s, with the share of controls that do: a slow part of it has to answer
+/// first.
+const UNEVEN: [(f64, f64); 4] = [(0.0, 0.7), (5e-3, 0.1), (1e-2, 0.1), (UNEVEN_S, 0.1)];
+/// The largest of these.
+pub(super) const UNEVEN_S: f64 = 2e-2;
 
 /// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs and the gap, but for a
-/// share of rests that are uneven; the pace is that of the marks, but for a share of runs that are slower or faster by themselves.
+/// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower or faster by themselves.
 fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
-    let times: f64 = (0..2)
-        .map(|direction| {
-            let start = timing.start_s[direction];
-            let run = [start, start + timing.moving_s(direction, course.run_s)];
-            (0..2)
-                .map(|k| {
-                    let sigma = seen.run_sigma_s[direction][k];
-                    of_mixture(run[k] - seen.runs_s[direction][k], sigma, sigma.hypot(UNEVEN_S), UNEVEN)
+    // twice the negative logarithm of all four times' density, by how uneven the rests are
+    let kinds = UNEVEN.map(|(uneven_s, share)| -> f64 {
+        let of_times: f64 = (0..2)
+            .flat_map(|direction| {
+                let start = timing.start_s[direction];
+                let run = [start, start + timing.moving_s(direction, course.run_s)];
+                [0, 1].map(|k| {
+                    let sigma = seen.run_sigma_s[direction][k].hypot(uneven_s);
+                    ((run[k] - seen.runs_s[direction][k]) / sigma).powi(2) + 2.0 * sigma.ln()
                 })
-                .sum::<f64>()
-        })
-        .sum();
+            })
+            .sum();
+        of_times - 2.0 * share.ln()
+    });
+    let least = kinds.into_iter().fold(f64::INFINITY, f64::min);
+    let times = least - 2.0 * kinds.iter().map(|kind| (0.5 * (least - kind)).exp()).sum::<f64>().ln();
     let off = 0.5 * timing.paces.map(|pace| (pace / seen.pace).ln()).iter().sum::<f64>();
     let pace = of_mixture(off, seen.pace_sigma, course.feeds.sigma(), OWN_PACE);
     let gap = course.marks.filter(|_| seen.gap_is_known).map_or(0.0, |marks| (seen.gap_s - marks.gap_s) / GAP_SIGMA_S);

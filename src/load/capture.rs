@@ -7,6 +7,7 @@ use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::shortened;
 use crate::load::checked_text::text::read_limited;
 use crate::session::LengthColumn;
+use crate::statistics::median;
 
 /// What a gauge wrote.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,16 +84,44 @@ impl Raw {
                 ));
             }
         };
-        if let Some(row) = (1..time_s.len()).find(|&row| time_s[row] <= time_s[row - 1]) {
+        if let Some(row) = (1..time_s.len()).find(|&row| time_s[row] < time_s[row - 1]) {
             let message = format!("times go from {} to {} s; times rise from row to row", time_s[row - 1], time_s[row]);
             return Err(match self.lines.get(row) {
                 Some(&line) => LoadError::line(file, line, message),
                 None => LoadError::file(file, message),
             });
         }
+        let Some(time_s) = spread(time_s) else {
+            return Err(LoadError::file(
+                file,
+                "all rows have the same time; the clock stood, or the column is another",
+            ));
+        };
         let reading_mm = self.readings.iter().map(|value| value * column.unit_mm()).collect();
         Ok(CaptureFile { time_s, reading_mm, column, not_read: self.not_read })
     }
+}
+
+/// Times with repeated stamps set apart: a clock that counts more coarsely than the gauge reads gives several rows one stamp.
+/// They lie evenly up to the next stamp, or over as long as stamps are usually apart where a pause follows. `None` where no two
+/// stamps differ.
+fn spread(mut time_s: Vec<f64>) -> Option<Vec<f64>> {
+    let groups: Vec<(usize, usize)> = {
+        let begins: Vec<usize> = (0..time_s.len()).filter(|&row| row == 0 || time_s[row] > time_s[row - 1]).collect();
+        let ends = begins.iter().skip(1).copied().chain([time_s.len()]);
+        begins.iter().copied().zip(ends).collect()
+    };
+    if groups.len() == time_s.len() {
+        return Some(time_s);
+    }
+    let usual = median(groups.windows(2).map(|pair| time_s[pair[1].0] - time_s[pair[0].0]))?;
+    let next: Vec<f64> = groups.iter().skip(1).map(|(begin, _)| time_s[*begin]).collect();
+    for (k, (begin, end)) in groups.into_iter().enumerate() {
+        let room = next.get(k).map_or(usual, |next| (next - time_s[begin]).min(usual));
+        let step = room / (end - begin) as f64;
+        (begin..end).for_each(|row| time_s[row] += step * (row - begin) as f64);
+    }
+    Some(time_s)
 }
 
 /// What a name of a column or element means.
@@ -144,9 +173,48 @@ fn fields(line: &str, separator: char) -> Vec<&str> {
     parts.into_iter().map(|field| field.trim().trim_matches('"')).collect()
 }
 
+/// Fields of a row below a header of so many names; a separator at the end of a row begins no field.
+fn row_of(line: &str, separator: char, names: usize) -> Vec<&str> {
+    let mut row = fields(line, separator);
+    if row.len() == names + 1 && row.last().is_some_and(|last| last.is_empty()) {
+        row.pop();
+    }
+    row
+}
+
 fn number(field: &str, separator: char) -> Option<f64> {
     let plain = if separator == ',' { field.to_string() } else { field.replacen(',', ".", 1) };
     plain.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+/// What gauges write where there is no reading.
+const MISSING: [&str; 9] = ["", "-", "--", "---", "nan", "n/a", "na", "null", "#n/a"];
+
+/// A reading, NaN where the gauge wrote that there is none; `None` for anything else.
+fn reading(field: &str, separator: char) -> Option<f64> {
+    let is_missing = MISSING.contains(&field.to_lowercase().as_str());
+    if is_missing { Some(f64::NAN) } else { number(field, separator) }
+}
+
+/// A time: a number in the column's unit, or a time of day `hh:mm:ss.fff`, with or without a date before it, in s over `unit_s`.
+fn time(field: &str, separator: char, unit_s: f64) -> Option<f64> {
+    if let Some(value) = number(field, separator) {
+        return Some(value);
+    }
+    let clock = field.rsplit(['T', ' ']).next()?.trim_end_matches('Z');
+    let parts: Vec<f64> = clock.split(':').map(|part| number(part, separator)).collect::<Option<_>>()?;
+    let seconds = match parts.as_slice() {
+        [hours, minutes, seconds] if *minutes < 60.0 && *seconds < 60.0 => (hours * 60.0 + minutes) * 60.0 + seconds,
+        [minutes, seconds] if *seconds < 60.0 => minutes * 60.0 + seconds,
+        _ => return None,
+    };
+    Some(seconds / unit_s)
+}
+
+/// True for a row of units below a header: `s;µm`.
+fn is_units(row: &[&str], separator: char) -> bool {
+    row.iter().all(|field| number(field, separator).is_none())
+        && row.iter().any(|field| !matches!(meaning(&format!("deviation {field}")), Meaning::Readings(None)))
 }
 
 /// Readings a second that a line of a preamble states: `Sample rate: 250 Hz`.
@@ -167,18 +235,27 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         names.iter().any(is_readings) && names.iter().all(|name| number(name, separator).is_none())
     };
     let found = lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
-        let followed = lines().find(|(next, _)| *next > index)?.1;
-        // a line of words about readings is no header: numbers follow one
+        let mut followed = lines().skip_while(|(next, _)| *next <= index).map(|(_, line)| line);
+        let (first, second) = (followed.next()?, followed.next());
+        // a line of words about readings is no header: numbers follow one, or units and then numbers
         let fits = |&separator: &char| {
             let names = fields(line.trim_start_matches('#'), separator).len();
-            let row = fields(followed, separator);
-            names_readings(line, separator)
-                && row.len() == names
-                && row.iter().any(|field| number(field, separator).is_some())
+            let is_row = |line: &str| {
+                let row = row_of(line, separator, names);
+                row.len() == names && row.iter().any(|field| number(field, separator).is_some())
+            };
+            let units = Some(fields(first.trim_start_matches('#'), separator)).filter(|row| row.len() == names);
+            match names_readings(line, separator) {
+                true if is_row(first) => Some((separator, None)),
+                true if second.is_some_and(is_row) => {
+                    units.filter(|row| is_units(row, separator)).map(|row| (separator, Some(row)))
+                }
+                _ => None,
+            }
         };
-        separators.into_iter().find(fits).map(|separator| (index, line, separator))
+        separators.iter().find_map(fits).map(|(separator, units)| (index, line, separator, units))
     });
-    let Some((header, line, separator)) = found else {
+    let Some((header, line, separator, units)) = found else {
         return Err(LoadError::file(
             file,
             "has no header that names readings; a capture has columns such as time_s and deviation_um, with numbers below",
@@ -188,7 +265,8 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     let mut raw = Raw { rate_hz: None, ..Raw::default() };
     let (mut time_at, mut reading_at) = (None, None);
     for (k, name) in names.iter().enumerate() {
-        match meaning(name) {
+        let unit = units.as_ref().map_or("", |units| units[k]);
+        match meaning(&format!("{name} {unit}")) {
             Meaning::Time(unit_s) if time_at.is_none() => time_at = Some((k, unit_s)),
             Meaning::Readings(column) if reading_at.is_none() => {
                 reading_at = Some(k);
@@ -201,8 +279,10 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
     }
     let mut times = Vec::new();
-    for (index, line) in lines().skip_while(|(index, _)| *index <= header) {
-        let row = fields(line, separator);
+    let first = header + usize::from(units.is_some());
+    // comments may stand between rows
+    for (index, line) in lines().skip_while(|(index, _)| *index <= first).filter(|(_, line)| !line.starts_with('#')) {
+        let row = row_of(line, separator, names.len());
         let refuse = |message: String| LoadError::line(file, index + 1, message);
         if row.len() != names.len() {
             return Err(refuse(format!(
@@ -212,16 +292,15 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 names.len()
             )));
         }
-        let value = |k: usize| {
-            number(row[k], separator).ok_or_else(|| {
-                refuse(format!("column {}: '{}' is not a number; correct it", names[k], shortened(row[k], SHOWN)))
-            })
+        let or_refuse = |value: Option<f64>, k: usize, allowed: &str| {
+            let found = shortened(row[k], SHOWN);
+            value.ok_or_else(|| refuse(format!("column {}: '{found}' is {allowed}; correct it", names[k])))
         };
-        if let Some((k, _)) = time_at {
-            times.push(value(k)?);
+        if let Some((k, unit_s)) = time_at {
+            times.push(or_refuse(time(row[k], separator, unit_s), k, "neither a number nor a time of day")?);
         }
         if let Some(k) = reading_at {
-            raw.readings.push(if row[k].is_empty() { f64::NAN } else { value(k)? });
+            raw.readings.push(or_refuse(reading(row[k], separator), k, "not a number")?);
         }
         raw.lines.push(index + 1);
     }
@@ -229,7 +308,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     Ok(raw)
 }
 
-/// Leaves of an XML text: name, attributes and content.
+/// Leaves of an XML text, attributes among them: name, tag and content.
 fn leaves(text: &str) -> Vec<(&str, &str, &str)> {
     let mut leaves = Vec::new();
     let mut rest = text;
@@ -237,16 +316,31 @@ fn leaves(text: &str) -> Vec<(&str, &str, &str)> {
         rest = &rest[begin + 1..];
         let Some(end) = rest.find('>') else { break };
         let (tag, after) = (&rest[..end], &rest[end + 1..]);
-        if !tag.starts_with(['/', '?', '!']) && !tag.ends_with('/') {
+        if !tag.starts_with(['/', '?', '!']) {
             let name = tag.split(|c: char| c.is_whitespace()).next().unwrap_or(tag);
+            leaves.extend(attributes(&tag[name.len()..]).into_iter().map(|(name, value)| (name, "", value)));
             let content = after.find('<').map_or(after, |next| &after[..next]);
-            if after[content.len()..].starts_with(&format!("</{name}")) {
+            if !tag.ends_with('/') && after[content.len()..].starts_with(&format!("</{name}")) {
                 leaves.push((name, tag, content.trim()));
             }
         }
         rest = after;
     }
     leaves
+}
+
+/// Attributes of a tag behind its name: `t="0.1" v='2'`.
+fn attributes(tag: &str) -> Vec<(&str, &str)> {
+    let mut found = Vec::new();
+    let mut rest = tag;
+    while let Some((name, after)) = rest.split_once('=') {
+        let after = after.trim_start();
+        let Some(quote) = after.chars().next().filter(|quote| matches!(quote, '"' | '\'')) else { break };
+        let Some((value, behind)) = after[1..].split_once(quote) else { break };
+        found.push((name.trim(), value.trim()));
+        rest = behind;
+    }
+    found
 }
 
 fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
@@ -270,6 +364,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 None => series.push((name, tag.to_string(), numbers)),
             },
             _ if plain.contains("unit") => unit = plain_name(content),
+            // names of elements and their attributes, not what stands in them
             _ => raw.not_read.push(name.to_string()),
         }
     }

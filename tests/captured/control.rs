@@ -40,6 +40,8 @@ pub enum Habit {
     UnevenRests,
     /// The operator lets the second direction wait.
     Waits,
+    /// The feed override is not at 100 %.
+    Override(f64),
 }
 
 pub const HABITS: [Habit; 4] = [Habit::SlowMarks, Habit::TwoPaces, Habit::UnevenRests, Habit::Waits];
@@ -48,7 +50,8 @@ impl Manner {
     pub fn drawn(random: &mut ChaCha8Rng, marked: bool, habit: Habit) -> Manner {
         let mut rest = || random.random_range(0.5..10.0);
         let (rests_s, between_s) = ([rest(), rest()], rest());
-        let mut pace = || 1.0 + random.random_range(-0.02..0.02);
+        let part = if let Habit::Override(part) = habit { part } else { 1.0 };
+        let mut pace = || part * (1.0 + random.random_range(-0.02..0.02));
         let pace_there = pace();
         let pace_back = if habit == Habit::TwoPaces { pace() } else { pace_there };
         let ramp_s = random.random_range(0.08..0.29);
