@@ -91,11 +91,16 @@ fn polynomial<S: Simd, const U: usize>(lanes: Lanes<S, U>, x: [S::f64s; U], c: &
     sum
 }
 
-/// Sines and cosines of angles in rad, accurate to about one unit of the last place up to
-/// [`LARGEST_ANGLE_RAD`], meaningless beyond.
+/// Sines and cosines of angles in rad, accurate to about one unit of the last place; beyond [`LARGEST_ANGLE_RAD`] by the
+/// standard library.
 pub fn sines_and_cosines(angles_rad: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut sine, mut cosine) = (vec![0.0; angles_rad.len()], vec![0.0; angles_rad.len()]);
     Arch::new().dispatch(SinesCosines { angles: angles_rad, sine: &mut sine, cosine: &mut cosine });
+    for (angle, (s, c)) in angles_rad.iter().zip(sine.iter_mut().zip(&mut cosine)) {
+        if angle.abs() > LARGEST_ANGLE_RAD {
+            (*s, *c) = angle.sin_cos();
+        }
+    }
     (sine, cosine)
 }
 

@@ -48,6 +48,7 @@ use self::preflight::examine::examined;
 use self::preflight::quick_fit::strain;
 use self::preflight::small_misfit::preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
+use self::selection::screening::screening_grid::terms_by_shape;
 use self::selection::search::{floors, nothing, search_cleanly};
 use self::validation::detection_limits::{unseen_causes, unseen_senses};
 use self::validation::uncovering::uncovering_tests;
@@ -92,6 +93,7 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     let (problem, session, values) = (fine.problem, fine.context.session(), fit.values());
     let families = families(&fine);
     fine.prepare(families.iter().flat_map(|family| &family.outlets));
+    fine.set_together(terms_by_shape(&session.machine, &families));
     let (thinned, groups) = thin(session, &fine.kept);
     let thin_context = Context::of(&thinned, problem.chain)?;
     let mut coarse = fine.thinned(&thin_context, &groups);
@@ -129,7 +131,8 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     let explanation = explain(&resolutions, &floors, &families, &mut search, &layout, fault.is_some());
     // a wrong sense makes all numbers wrong: it stands first
     let mut blind_to = unseen_senses(session, &fit)?;
-    blind_to.extend(unseen_causes(&coarse, &families, &Regression::new(&coarse, &floors[1], &[], &coarse.kept)));
+    let regression = Regression::new(&coarse, &floors[1], &[], &coarse.kept);
+    blind_to.extend(unseen_causes(&coarse, &families, |columns| regression.information(columns)));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
     let diagnosis = Diagnosis::of((&fine, &families), setups, &fit, &search, explanation, fault, blind_to);
     Ok(Diagnosis { uncovered_by, ..diagnosis })

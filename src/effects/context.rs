@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::chain::{Chain, Geometry};
+use crate::chain::{Chain, Geometry, sines_and_cosines};
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Clock, Motion, MotionError, Session};
 
@@ -137,6 +137,23 @@ impl<'a> Context<'a> {
             (0..motion.rows()).map(of_row).collect()
         };
         self.motions.iter().map(in_test).collect()
+    }
+
+    /// Profiles of the cosine and the sine of so many radians per mm or rad of one axis.
+    pub fn position_waves(&self, axis: usize, per_unit: f64) -> [Profile; 2] {
+        let in_test = |motion: &Motion| {
+            let angles: Vec<f64> = motion.axis(axis).map(|q| per_unit * q).collect();
+            let stands = angles.windows(2).all(|pair| pair[0] == pair[1]);
+            match angles.first().filter(|_| stands) {
+                Some(angle) => (vec![angle.cos(); angles.len()], vec![angle.sin(); angles.len()]),
+                None => {
+                    let (sines, cosines) = sines_and_cosines(&angles);
+                    (cosines, sines)
+                }
+            }
+        };
+        let (cosines, sines) = self.motions.iter().map(in_test).unzip();
+        [cosines, sines]
     }
 
     /// Speed of an axis (mm/s or rad/s, as commanded); zero without times.

@@ -134,7 +134,9 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let frequencies = frequencies.chain(list(effect, "periods").iter().map(|period| TAU / period));
     Ok(frequencies
         .flat_map(|n| {
-            [context.position_profile(axis, |q| (n * q).cos() - 1.0), context.position_profile(axis, |q| (n * q).sin())]
+            let [mut cosines, sines] = context.position_waves(axis, n);
+            cosines.iter_mut().flatten().for_each(|value| *value -= 1.0);
+            [cosines, sines]
         })
         .collect())
 }

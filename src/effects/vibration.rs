@@ -12,6 +12,7 @@ use super::contract::{
 };
 use super::unknown::cubic;
 use super::{Context, EffectError};
+use crate::chain::sines_and_cosines;
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;
 
@@ -117,10 +118,14 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     let since =
         |test: usize, row: usize| context.session_time_s(test, row) - context.session().tests[test].started_at_s;
     let time = |test: usize, row: usize| if by_test { since(test, row) } else { context.session_time_s(test, row) };
-    let waves = [
-        context.profile(|test, row| (omega * time(test, row)).cos()),
-        context.profile(|test, row| (omega * time(test, row)).sin()),
-    ];
+    let (mut sines, mut cosines) = (Profile::new(), Profile::new());
+    for test in 0..context.tests() {
+        let angles: Vec<f64> = (0..context.motion(test).rows()).map(|row| omega * time(test, row)).collect();
+        let (sine, cosine) = sines_and_cosines(&angles);
+        sines.push(sine);
+        cosines.push(cosine);
+    }
+    let waves = [cosines, sines];
     let times = |wave: &Profile, factor: &Profile| -> Profile {
         let rows = |(wave, factor): (&Vec<f64>, &Vec<f64>)| wave.iter().zip(factor).map(|(a, b)| a * b).collect();
         wave.iter().zip(factor).map(rows).collect()

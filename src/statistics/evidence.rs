@@ -27,6 +27,27 @@ pub fn likeliest_prior(plausible: f64, evidence: impl Fn(f64) -> f64) -> f64 {
     tried.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(AMPLITUDE_PRIORS[0], |(tau, _)| tau)
 }
 
+/// The amplitude prior with the most evidence, and what was worked out with it, where evidence has one peak: from that of `near`,
+/// which is quick, up to where neither neighbour has more.
+pub fn climbed<R>(plausible: f64, near: impl Fn(f64) -> f64, evidence: impl Fn(f64) -> (f64, R)) -> (f64, R) {
+    let last = AMPLITUDE_PRIORS.iter().filter(|tau| **tau <= plausible).count().saturating_sub(1);
+    let start = likeliest_prior(plausible, near);
+    let mut at = AMPLITUDE_PRIORS.iter().position(|tau| *tau == start).unwrap_or(0);
+    let mut best = evidence(AMPLITUDE_PRIORS[at]);
+    for up in [true, false] {
+        while let Some(next) = if up { Some(at + 1).filter(|next| *next <= last) } else { at.checked_sub(1) } {
+            let other = evidence(AMPLITUDE_PRIORS[next]);
+            // of equals the larger one
+            let is_better = if up { other.0 >= best.0 } else { other.0 > best.0 };
+            if !is_better {
+                break;
+            }
+            (at, best) = (next, other);
+        }
+    }
+    best
+}
+
 /// Evidence of a block from its projected information and score, amplitudes being plausible up to `plausible`.
 pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> BlockEvidence {
     let count = z.len();

@@ -7,7 +7,7 @@ mod principal;
 mod products;
 mod robust;
 
-pub use evidence::{BlockEvidence, judge, likeliest_prior, log_determinant};
+pub use evidence::{BlockEvidence, climbed, judge, likeliest_prior, log_determinant};
 pub use minimum::{least_along, minimise_few};
 pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
 pub use principal::principal;

@@ -58,6 +58,8 @@ impl Whitener {
         let drift_step = noise.drift_mm.powi(2) / present.len().max(1) as f64;
         let ar_step = noise.ar_mm.powi(2) * (1.0 - rho * rho);
         let white = noise.white_mm.powi(2);
+        // innovation variances since the last logarithm, as their product
+        let (mut product, mut many) = (1.0f64, 0);
         // covariance of (AR, drift) before the reading
         let (mut paa, mut pad, mut pdd) = (noise.ar_mm.powi(2), 0.0, noise.offset_mm.powi(2));
         let mut log_determinant = 0.0;
@@ -69,7 +71,12 @@ impl Whitener {
                     let s = paa + 2.0 * pad + pdd + white;
                     let (ka, kd) = ((paa + pad) / s, (pad + pdd) / s);
                     gain = [ka, kd, 1.0 / s.sqrt()];
-                    log_determinant += s.ln();
+                    product *= s * LOG_SCALE;
+                    many += 1;
+                    if many == ROWS_A_LOGARITHM {
+                        log_determinant += product.ln() - many as f64 * LOG_SCALE_LN;
+                        (product, many) = (1.0, 0);
+                    }
                     let (a, d) = (paa + pad, pad + pdd);
                     paa -= ka * a;
                     pdd -= kd * d;
@@ -81,6 +88,7 @@ impl Whitener {
                 gain
             })
             .collect();
+        log_determinant += product.ln() - many as f64 * LOG_SCALE_LN;
         Whitener { gains, rho, log_determinant }
     }
 
@@ -101,38 +109,51 @@ impl Whitener {
     }
 }
 
+/// Innovation variances whose product has one logarithm: few enough that the product stays in range.
+const ROWS_A_LOGARITHM: usize = 16;
+/// Brings innovation variances of some 1e-8 mm² near 1.
+const LOG_SCALE: f64 = 1e8;
+const LOG_SCALE_LN: f64 = 18.420_680_743_952_367;
+
 /// Columns that are filtered side by side: one alone waits for its own last row.
-const SIDE_BY_SIDE: usize = 4;
+const SIDE_BY_SIDE: usize = 8;
 
 impl Whitener {
     /// Whitens columns that lie one after the other, in place.
     pub fn apply_all(&self, columns: &mut [f64]) {
-        let rows = self.gains.len();
-        let mut groups = columns.chunks_exact_mut((SIDE_BY_SIDE * rows).max(1));
-        for group in &mut groups {
-            let (first, rest) = group.split_at_mut(rows);
-            let (second, rest) = rest.split_at_mut(rows);
-            let (third, fourth) = rest.split_at_mut(rows);
-            let (mut a, mut d) = ([0.0; SIDE_BY_SIDE], [0.0; SIDE_BY_SIDE]);
-            for (row, &[ka, kd, scale]) in self.gains.iter().enumerate() {
-                let values = [first[row], second[row], third[row], fourth[row]];
-                let mut white = [0.0; SIDE_BY_SIDE];
-                if scale > 0.0 {
-                    for k in 0..SIDE_BY_SIDE {
-                        let innovation = values[k] - a[k] - d[k];
-                        a[k] += ka * innovation;
-                        d[k] += kd * innovation;
-                        white[k] = innovation * scale;
-                    }
-                }
-                for value in &mut a {
-                    *value *= self.rho;
-                }
-                [first[row], second[row], third[row], fourth[row]] = white;
+        let rows = self.gains.len().max(1);
+        let arch = pulp::Arch::new();
+        for group in columns.chunks_mut(SIDE_BY_SIDE * rows) {
+            match group.len() / rows {
+                0 => {}
+                1 => self.apply(group),
+                2 => arch.dispatch(|| self.apply_to::<2>(group)),
+                3 => arch.dispatch(|| self.apply_to::<3>(group)),
+                4 => arch.dispatch(|| self.apply_to::<4>(group)),
+                5 => arch.dispatch(|| self.apply_to::<5>(group)),
+                6 => arch.dispatch(|| self.apply_to::<6>(group)),
+                7 => arch.dispatch(|| self.apply_to::<7>(group)),
+                _ => arch.dispatch(|| self.apply_to::<SIDE_BY_SIDE>(group)),
             }
         }
-        for column in groups.into_remainder().chunks_exact_mut(rows.max(1)) {
-            self.apply(column);
+    }
+
+    /// The same for so many columns side by side.
+    #[inline(always)]
+    fn apply_to<const N: usize>(&self, columns: &mut [f64]) {
+        let rows = self.gains.len();
+        let mut each = columns.chunks_exact_mut(rows);
+        let columns: [&mut [f64]; N] = std::array::from_fn(|_| each.next().unwrap_or_default());
+        let (mut a, mut d) = ([0.0; N], [0.0; N]);
+        for (row, &[ka, kd, scale]) in self.gains.iter().enumerate() {
+            // where there is no reading all gains are zero
+            let values: [f64; N] = std::array::from_fn(|k| if scale > 0.0 { columns[k][row] } else { 0.0 });
+            for k in 0..N {
+                let innovation = values[k] - a[k] - d[k];
+                a[k] = self.rho * (a[k] + ka * innovation);
+                d[k] += kd * innovation;
+                columns[k][row] = innovation * scale;
+            }
         }
     }
 
@@ -156,11 +177,90 @@ impl Whitener {
 
 /// −2 log likelihood of residuals (NaN where there is none) under a noise model, pooled over traces.
 pub fn misfit(noise: &NoiseModel, traces: &[Vec<f64>]) -> f64 {
-    Lanes::of(traces).iter().map(|lanes| lanes.misfit(noise)).sum()
+    Pooled::of(traces).misfit(noise)
 }
 
 /// Traces that are filtered side by side: one alone waits for its own last row.
 const LANES: usize = 8;
+const ALIKE_LANES: usize = 16;
+
+/// Traces with readings in the same rows from which on their filter is worked out once for all of them.
+const LEAST_ALIKE: usize = 3;
+
+/// Traces in lanes.
+struct Pooled {
+    alike: Vec<AlikeLanes>,
+    others: Vec<Lanes>,
+}
+
+impl Pooled {
+    fn of(traces: &[Vec<f64>]) -> Pooled {
+        let mut groups: Vec<(Vec<bool>, Vec<&Vec<f64>>)> = Vec::new();
+        for trace in traces {
+            let present: Vec<bool> = trace.iter().map(|value| value.is_finite()).collect();
+            match groups.iter_mut().find(|(rows, _)| *rows == present) {
+                Some((_, group)) => group.push(trace),
+                None => groups.push((present, vec![trace])),
+            }
+        }
+        let (mut alike, mut others) = (Vec::new(), Vec::new());
+        for (present, group) in &groups {
+            match group.len() < LEAST_ALIKE {
+                true => others.extend(group),
+                false => alike.extend(group.chunks(ALIKE_LANES).map(|group| AlikeLanes::of(present, group))),
+            }
+        }
+        Pooled { alike, others: Lanes::of(others) }
+    }
+
+    /// −2 log likelihood of all of them.
+    fn misfit(&self, noise: &NoiseModel) -> f64 {
+        let arch = pulp::Arch::new();
+        let alike: f64 = self.alike.iter().map(|lanes| lanes.misfit(noise)).sum();
+        alike + self.others.iter().map(|lanes| arch.dispatch(|| lanes.filtered(noise))).sum::<f64>()
+    }
+}
+
+/// Some traces with readings in the same rows.
+struct AlikeLanes {
+    /// Number of traces.
+    traces: usize,
+    present: Vec<bool>,
+    /// Readings row by row; zero where there is none.
+    readings: Vec<[f64; ALIKE_LANES]>,
+}
+
+impl AlikeLanes {
+    fn of(present: &[bool], traces: &[&Vec<f64>]) -> AlikeLanes {
+        let reading = |lane: usize, row: usize| traces.get(lane).map_or(0.0, |trace| trace[row]);
+        let row = |(row, present): (usize, &bool)| -> [f64; ALIKE_LANES] {
+            std::array::from_fn(|lane| if *present { reading(lane, row) } else { 0.0 })
+        };
+        let readings = present.iter().enumerate().map(row).collect();
+        AlikeLanes { traces: traces.len(), present: present.to_vec(), readings }
+    }
+
+    fn misfit(&self, noise: &NoiseModel) -> f64 {
+        let whitener = Whitener::new(noise, &self.present);
+        pulp::Arch::new().dispatch(|| self.squares(&whitener)) + self.traces as f64 * whitener.log_determinant
+    }
+
+    /// Sum of the squares of the innovations in units of their variances.
+    #[inline(always)]
+    fn squares(&self, whitener: &Whitener) -> f64 {
+        let (mut a, mut d, mut sum) = ([0.0; ALIKE_LANES], [0.0; ALIKE_LANES], [0.0; ALIKE_LANES]);
+        for (values, &[ka, kd, scale]) in self.readings.iter().zip(&whitener.gains) {
+            let weight = scale * scale;
+            for k in 0..ALIKE_LANES {
+                let innovation = values[k] - a[k] - d[k];
+                sum[k] += innovation * innovation * weight;
+                a[k] = whitener.rho * (a[k] + ka * innovation);
+                d[k] += kd * innovation;
+            }
+        }
+        sum.iter().sum()
+    }
+}
 
 /// Some traces row by row, with 1 where there is a reading and 0 where there is none.
 struct Lanes {
@@ -170,9 +270,8 @@ struct Lanes {
 }
 
 impl Lanes {
-    fn of(traces: &[Vec<f64>]) -> Vec<Lanes> {
+    fn of(mut order: Vec<&Vec<f64>>) -> Vec<Lanes> {
         // traces of similar length share lanes
-        let mut order: Vec<&Vec<f64>> = traces.iter().collect();
         order.sort_by_key(|trace| std::cmp::Reverse(trace.len()));
         let lanes = |group: &[&Vec<f64>]| {
             let longest = group.iter().map(|trace| trace.len()).max().unwrap_or(0);
@@ -189,10 +288,6 @@ impl Lanes {
     }
 
     /// −2 log likelihood of all of them.
-    fn misfit(&self, noise: &NoiseModel) -> f64 {
-        pulp::Arch::new().dispatch(|| self.filtered(noise))
-    }
-
     #[inline(always)]
     fn filtered(&self, noise: &NoiseModel) -> f64 {
         let rho = noise.ar_rho;
@@ -230,12 +325,6 @@ impl Lanes {
     }
 }
 
-/// Innovation variances whose product has one logarithm: few enough that the product stays in range.
-const ROWS_A_LOGARITHM: usize = 16;
-/// Brings innovation variances of some 1e-8 mm² near 1.
-const LOG_SCALE: f64 = 1e8;
-const LOG_SCALE_LN: f64 = 18.420_680_743_952_367;
-
 /// Smallest noise that a fit may find, mm: a twentieth of the last digit of a recording, so that ideal traces can be fitted.
 pub const NOISE_FLOOR_MM: f64 = 5e-6;
 
@@ -253,13 +342,10 @@ fn absorbed_misfit(noise: &NoiseModel, absorbed: &[Absorbed]) -> f64 {
     absorbed
         .iter()
         .map(|group| {
-            let whitener = Whitener::new(noise, &group.present);
-            let squares = |values: &Vec<f64>| -> f64 {
-                column.clone_from(values);
-                whitener.apply(&mut column);
-                column.iter().map(|value| value * value).sum()
-            };
-            group.columns.iter().map(squares).sum::<f64>()
+            column.clear();
+            group.columns.iter().for_each(|values| column.extend_from_slice(values));
+            Whitener::new(noise, &group.present).apply_all(&mut column);
+            column.iter().map(|value| value * value).sum::<f64>()
         })
         .sum()
 }
@@ -304,10 +390,10 @@ pub fn fit_noise(traces: &[Vec<f64>], absorbed: &[Absorbed], start: Option<Noise
         drift_mm: x[3].exp().max(NOISE_FLOOR_MM),
         offset_mm: start.offset_mm,
     };
-    let lanes = Lanes::of(traces);
+    let pooled = Pooled::of(traces);
     let best = minimise_few(pack(&start), 0.5, |x| {
         let noise = unpack(x);
-        lanes.iter().map(|lanes| lanes.misfit(&noise)).sum::<f64>() + absorbed_misfit(&noise, absorbed)
+        pooled.misfit(&noise) + absorbed_misfit(&noise, absorbed)
     });
     unpack(&best)
 }

@@ -41,54 +41,54 @@ impl WithSimd for Products<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        // sixteen sums and eight operands need thirty-two registers
-        if S::REGISTER_COUNT >= 32 { self.all_tiles::<S, 4>(simd) } else { self.all_tiles::<S, 2>(simd) }
+        // sixteen sums and eight operands need thirty-two registers, eight sums and six operands sixteen
+        if S::REGISTER_COUNT >= 32 { self.all_tiles::<S, 4, 4>(simd) } else { self.all_tiles::<S, 4, 2>(simd) }
     }
 }
 
 impl Products<'_> {
     #[inline(always)]
-    fn all_tiles<S: Simd, const T: usize>(&mut self, simd: S) {
+    fn all_tiles<S: Simd, const L: usize, const R: usize>(&mut self, simd: S) {
         let (left_count, right_count) = (self.left.len() / self.rows, self.right.len() / self.rows);
-        let mut a = 0;
-        while a < left_count {
-            let mut b = 0;
-            while b < right_count && (self.pairs == Pairs::All || b <= a) {
-                self.tile::<S, T>(simd, (a, left_count), (b, right_count));
-                b += T;
+        for a in (0..left_count).step_by(L) {
+            let last = if self.pairs == Pairs::All { right_count } else { right_count.min(a + L) };
+            for b in (0..last).step_by(R) {
+                self.tile::<S, L, R>(simd, (a, left_count), (b, right_count));
             }
-            a += T;
         }
     }
 
-    /// Columns `a..a+T` times columns `b..b+T`; columns beyond the last repeat it and are dropped.
+    /// Columns `a..a+L` times columns `b..b+R`; columns beyond the last repeat it and are dropped.
     #[inline(always)]
-    fn tile<S: Simd, const T: usize>(
+    fn tile<S: Simd, const L: usize, const R: usize>(
         &mut self,
         simd: S,
         (a, left_count): (usize, usize),
         (b, right_count): (usize, usize),
     ) {
-        let mut sums = [[simd.splat_f64s(0.0); T]; T];
-        let (mut left, mut right) = ([0; T], [0; T]);
-        for k in 0..T {
-            left[k] = (a + k).min(left_count - 1) * self.rows;
-            right[k] = (b + k).min(right_count - 1) * self.rows;
-        }
-        let mut row = 0;
-        while row < self.rows {
-            let end = (row + S::F64_LANES).min(self.rows);
-            let (mut x, mut y) = ([simd.splat_f64s(0.0); T], [simd.splat_f64s(0.0); T]);
-            for k in 0..T {
-                x[k] = load(simd, &self.left[left[k] + row..left[k] + end]);
-                y[k] = load(simd, &self.right[right[k] + row..right[k] + end]);
-            }
-            for i in 0..T {
-                for j in 0..T {
-                    sums[i][j] = simd.mul_add_e_f64s(x[i], y[j], sums[i][j]);
+        let whole = self.rows / S::F64_LANES;
+        let (left, left_ends) = columns::<S, L>(self.left, self.rows, (a, left_count));
+        let (right, right_ends) = columns::<S, R>(self.right, self.rows, (b, right_count));
+        let left = left.map(|column| &column[..whole]);
+        let right = right.map(|column| &column[..whole]);
+        let mut sums = [[simd.splat_f64s(0.0); R]; L];
+        for row in 0..whole {
+            let y: [S::f64s; R] = std::array::from_fn(|j| right[j][row]);
+            for i in 0..L {
+                let x = left[i][row];
+                for j in 0..R {
+                    sums[i][j] = simd.mul_add_e_f64s(x, y[j], sums[i][j]);
                 }
             }
-            row = end;
+        }
+        if self.rows > whole * S::F64_LANES {
+            let y: [S::f64s; R] = std::array::from_fn(|j| simd.partial_load_f64s(right_ends[j]));
+            for i in 0..L {
+                let x = simd.partial_load_f64s(left_ends[i]);
+                for j in 0..R {
+                    sums[i][j] = simd.mul_add_e_f64s(x, y[j], sums[i][j]);
+                }
+            }
         }
         let is_lower = self.pairs == Pairs::Lower;
         for (i, row) in sums.iter().enumerate().take_while(|(i, _)| a + i < left_count) {
@@ -100,10 +100,18 @@ impl Products<'_> {
     }
 }
 
+/// Some columns in whole registers, and what is left of each.
 #[inline(always)]
-fn load<S: Simd>(simd: S, from: &[f64]) -> S::f64s {
-    let (vectors, tail) = S::as_simd_f64s(from);
-    if tail.is_empty() { vectors[0] } else { simd.partial_load_f64s(tail) }
+fn columns<S: Simd, const T: usize>(
+    all: &[f64],
+    rows: usize,
+    (first, count): (usize, usize),
+) -> ([&[S::f64s]; T], [&[f64]; T]) {
+    let parts: [(&[S::f64s], &[f64]); T] = std::array::from_fn(|k| {
+        let begins = (first + k).min(count - 1) * rows;
+        S::as_simd_f64s(&all[begins..begins + rows])
+    });
+    (parts.map(|(whole, _)| whole), parts.map(|(_, end)| end))
 }
 
 /// Rows of [`weighted_products`] are filled up to a multiple of this.

@@ -32,12 +32,15 @@ pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Cand
 
 /// The proposal that tells lead and rivals apart best; of those alike the shortest.
 fn judged(
-    longer: &Longer,
+    longer: &mut Longer,
     proposals: &[Proposal],
     finding: &Finding,
     lead: &(Cause, &Candidate),
     rivals: &[(Cause, &Candidate)],
 ) -> Option<NextTest> {
+    let terms = || std::iter::once(lead).chain(rivals).flat_map(|(_, candidate)| &candidate.terms);
+    longer.model.prepare(terms().map(|term| &term.outlet));
+    let longer = &*longer;
     let model = &longer.model;
     let columns =
         |candidate: &Candidate| -> Option<Vec<Column>> { model.columns(&candidate.effect, &candidate.terms).ok() };

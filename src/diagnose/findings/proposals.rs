@@ -45,7 +45,7 @@ pub struct Layout<'l> {
 impl Layout<'_> {
     /// Lays the session out once more with the tests of all proposals behind its own, each run or not; `None` where a test
     /// cannot be computed.
-    pub fn with<R>(&self, proposals: &[Proposal], judge: impl FnOnce(&Longer) -> Option<R>) -> Option<R> {
+    pub fn with<R>(&self, proposals: &[Proposal], judge: impl FnOnce(&mut Longer) -> Option<R>) -> Option<R> {
         let mut session = self.session.clone();
         let mut kept = self.kept.to_vec();
         let mut of_proposal = Vec::new();
@@ -65,7 +65,7 @@ impl Layout<'_> {
         let mut noise = self.noise.to_vec();
         let sweep = *noise.iter().find(|noise| noise.ar_mm > 0.0).or(noise.first())?;
         noise.resize(model.tests(), sweep);
-        judge(&Longer { model, noise, of_proposal, run: self.session.tests.len() })
+        judge(&mut Longer { model, noise, of_proposal, run: self.session.tests.len() })
     }
 }
 
@@ -80,6 +80,11 @@ pub struct Longer<'l> {
 }
 
 impl Longer<'_> {
+    /// Tests that were run, and those of each proposal.
+    pub fn groups(&self) -> Vec<Range<usize>> {
+        std::iter::once(0..self.run).chain(self.of_proposal.iter().cloned()).collect()
+    }
+
     /// Rows that take part if these proposals are run.
     pub fn rows_with(&self, proposals: &[usize]) -> Vec<Vec<bool>> {
         let takes_part =

@@ -4,11 +4,10 @@
 //! `N_gg`; what is left of the others is `N_gg − Σ N_gL N_LL⁻¹ N_Lg`. A vibration has a cosine and a sine in each of fifty
 //! tests: the work then grows with the tests and not with their cube.
 
-use crate::statistics::{BlockEvidence, likeliest_prior, log_determinant};
+use crate::statistics::{BlockEvidence, climbed, log_determinant};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
-use super::linear_model::CrossProducts;
-use super::whitened::Products;
+use super::products::Products;
 
 /// Columns that were fitted, all in units of their priors.
 #[derive(Clone)]
@@ -26,8 +25,6 @@ pub struct EliminatedNormal {
     local: Vec<Option<Local>>,
     /// By test: the shared columns that it sees, as places among them.
     seen: Vec<Vec<usize>>,
-    /// By test: the shared columns behind the unknowns that act there.
-    shared_in: Vec<Vec<usize>>,
     /// Number of unknowns of the fit: the first columns.
     unknowns: usize,
 }
@@ -50,8 +47,6 @@ struct Basis {
     mix: DMatrix<f64>,
     /// Products with the shared columns that the test sees: directions × seen.
     with_seen: DMatrix<f64>,
-    /// What was fitted, in these directions.
-    amplitudes: DVector<f64>,
 }
 
 /// Information of a direction, in units of its prior's, below which it is left out.
@@ -65,12 +60,7 @@ impl Basis {
             eigen.eigenvectors[(a, shown[k])] / (eigen.eigenvalues[shown[k]] + 1.0).sqrt()
         });
         let with_seen = mix.transpose() * with_seen;
-        Basis { mix, with_seen, amplitudes: DVector::zeros(shown.len()) }
-    }
-
-    /// Takes amplitudes of the columns: `mixᵀ N_LL` is the inverse of `mix`.
-    fn set(&mut self, gram: &DMatrix<f64>, own: &DVector<f64>) {
-        self.amplitudes = self.mix.transpose() * (gram * own + own);
+        Basis { mix, with_seen }
     }
 }
 
@@ -82,6 +72,33 @@ struct Block {
     cross: DMatrix<f64>,
     z: DVector<f64>,
     test: usize,
+}
+
+impl Block {
+    /// Factor of its matrix with amplitudes drawn from N(0, τ²).
+    fn factor(&self, tau: f64) -> Cholesky<f64, Dyn> {
+        let own = self.columns.len();
+        definite(&self.gram + DMatrix::identity(own, own) / (tau * tau))
+    }
+
+    /// Its evidence without what it has in common with others.
+    fn alone(&self, tau: f64) -> f64 {
+        let factor = self.factor(tau);
+        let log_ratio = 2.0 * self.columns.len() as f64 * tau.ln() + log_determinant(&factor);
+        0.5 * (self.z.dot(&factor.solve(&self.z)) - log_ratio)
+    }
+}
+
+/// Columns of single tests with a prior.
+struct Solved {
+    tau: f64,
+    evidence: f64,
+    /// Fall of the weighted sum of squares.
+    chi2: f64,
+    /// By block: amplitudes without the shared columns, and how they follow those.
+    parts: Vec<(DVector<f64>, DMatrix<f64>)>,
+    /// Amplitudes of the shared columns.
+    v: DVector<f64>,
 }
 
 impl EliminatedNormal {
@@ -122,7 +139,7 @@ impl EliminatedNormal {
                 }
                 let basis = Basis::new(&gram, &with_seen);
                 let columns = own.iter().map(|&a| seen[a]).collect();
-                (Local { columns, factor, with_seen, basis }, gram)
+                Local { columns, factor, with_seen, basis }
             }));
             all_seen.push(places);
             own_right.push(readings);
@@ -132,20 +149,23 @@ impl EliminatedNormal {
         let mut explained = right.dot(&solved);
         let mut amplitudes = DVector::zeros(is_local.len());
         shared.iter().zip(solved.iter()).for_each(|(&i, value)| amplitudes[i] = *value);
-        for ((local, seen), readings) in locals.iter_mut().zip(&all_seen).zip(&own_right) {
-            let Some((local, gram)) = local else { continue };
+        for ((local, seen), readings) in locals.iter().zip(&all_seen).zip(&own_right) {
+            let Some(local) = local else { continue };
             explained += readings.dot(&local.factor.solve(readings));
             let by_shared = DVector::from_iterator(seen.len(), seen.iter().map(|&place| solved[place]));
             let own = local.factor.solve(&(readings - &local.with_seen * by_shared));
             local.columns.iter().zip(own.iter()).for_each(|(&i, value)| amplitudes[i] = *value);
-            local.basis.set(gram, &own);
         }
-        let unknowns = beyond.len();
-        let local = locals.into_iter().map(|local| local.map(|(local, _)| local)).collect();
-        let shared_in =
-            seen.iter().map(|seen| seen.iter().filter(|&&i| i >= unknowns && !is_local[i]).copied().collect());
-        let shared_in = shared_in.collect();
-        EliminatedNormal { amplitudes, explained, shared, normal, factor, local, seen: all_seen, shared_in, unknowns }
+        EliminatedNormal {
+            amplitudes,
+            explained,
+            shared,
+            normal,
+            factor,
+            local: locals,
+            seen: all_seen,
+            unknowns: beyond.len(),
+        }
     }
 
     /// Covariance of all amplitudes.
@@ -168,41 +188,18 @@ impl EliminatedNormal {
         &follow * own * follow.transpose() + alone
     }
 
-    /// Columns of a test as products are taken with them: the shared ones behind the unknowns, then those of the test alone in
-    /// the directions of their basis. `present` numbers the columns given, `rows` numbers each, behind the unknowns.
-    pub fn as_it_has_them(&self, test: usize, present: &[usize], columns: &[f64], rows: usize) -> Vec<f64> {
-        let column = |i: usize| {
-            let place = present.iter().position(|&k| k + self.unknowns == i);
-            place.map(|place| &columns[place * rows..(place + 1) * rows])
-        };
-        let mut all: Vec<f64> = Vec::new();
-        for &i in &self.shared_in[test] {
-            all.extend(column(i).unwrap_or_default());
-        }
-        let Some(local) = &self.local[test] else { return all };
-        let own: Vec<&[f64]> = local.columns.iter().filter_map(|&i| column(i)).collect();
-        for direction in local.basis.mix.column_iter() {
-            let mut mixed = vec![0.0; rows];
-            for (column, share) in own.iter().zip(direction.iter()) {
-                mixed.iter_mut().zip(*column).for_each(|(sum, value)| *sum += share * value);
-            }
-            all.extend(mixed);
-        }
-        all
-    }
-
-    /// Projected `G` and `z` of a block; `with_accepted` are its products with the columns behind the unknowns, by test.
-    pub fn projected(&self, products: &Products, with_accepted: &[CrossProducts]) -> (DMatrix<f64>, DVector<f64>) {
+    /// Projected `G` and `z` of a block; `with_accepted` are its products with the columns behind the unknowns: those × own.
+    pub fn projected(&self, products: &Products, with_accepted: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
         let (mut gram, mut z) = (products.gram(), self.score(products, with_accepted));
         let mut cross = self.shared_rows(products, with_accepted);
         let raw_diagonal: Vec<f64> = (0..z.len()).map(|j| gram[(j, j)]).collect();
         let all: Vec<usize> = (0..z.len()).collect();
-        for (test, with_accepted) in with_accepted.iter().enumerate() {
-            let Some(local) = &self.local[test] else { continue };
-            let own = self.rows_of(test, with_accepted, &all);
+        for (local, seen) in self.local.iter().zip(&self.seen) {
+            let Some(local) = local else { continue };
+            let own = self.rows_of(local, with_accepted, &all);
             gram -= own.transpose() * &own;
             let taken = local.basis.with_seen.transpose() * &own;
-            for (b, &place) in self.seen[test].iter().enumerate() {
+            for (b, &place) in seen.iter().enumerate() {
                 let mut row = cross.row_mut(place);
                 row -= taken.row(b);
             }
@@ -220,35 +217,22 @@ impl EliminatedNormal {
     }
 
     /// Products of a block with what the fit leaves of the readings.
-    pub fn score(&self, products: &Products, with_accepted: &[CrossProducts]) -> DVector<f64> {
-        let unknowns = products.cross.nrows();
+    pub fn score(&self, products: &Products, with_accepted: &DMatrix<f64>) -> DVector<f64> {
+        let accepted = self.amplitudes.len() - self.unknowns;
         let mut z = products.z.clone();
-        z -= products.cross.tr_mul(&self.amplitudes.rows(0, unknowns));
-        for (test, with) in with_accepted.iter().enumerate() {
-            let shared = self.shared_in[test].iter().map(|&i| self.amplitudes[i]);
-            let own = self.local[test].iter().flat_map(|local| local.basis.amplitudes.iter().copied());
-            for (a, amplitude) in shared.chain(own).enumerate().take(with.values.nrows()) {
-                with.columns.iter().enumerate().for_each(|(b, &j)| z[j] -= amplitude * with.values[(a, b)]);
-            }
-        }
+        z -= products.cross.tr_mul(&self.amplitudes.rows(0, self.unknowns));
+        z -= with_accepted.tr_mul(&self.amplitudes.rows(self.unknowns, accepted));
         z
     }
 
     /// Products of a block with the shared columns.
-    fn shared_rows(&self, products: &Products, with_accepted: &[CrossProducts]) -> DMatrix<f64> {
-        let unknowns = products.cross.nrows();
+    fn shared_rows(&self, products: &Products, with_accepted: &DMatrix<f64>) -> DMatrix<f64> {
         let mut cross = DMatrix::zeros(self.shared.len(), products.z.len());
-        let mut places = vec![None; self.amplitudes.len()];
         for (place, &i) in self.shared.iter().enumerate() {
-            places[i] = Some(place);
-            if i < unknowns {
-                cross.row_mut(place).copy_from(&products.cross.row(i));
-            }
-        }
-        for (with, shared) in with_accepted.iter().zip(&self.shared_in) {
-            for (a, &i) in shared.iter().enumerate().take(with.values.nrows()) {
-                let Some(place) = places[i] else { continue };
-                with.columns.iter().enumerate().for_each(|(b, &j)| cross[(place, j)] += with.values[(a, b)]);
+            let mut row = cross.row_mut(place);
+            match i.checked_sub(self.unknowns) {
+                Some(accepted) => row.copy_from(&with_accepted.row(accepted)),
+                None => row.copy_from(&products.cross.row(i)),
             }
         }
         cross
@@ -261,7 +245,7 @@ impl EliminatedNormal {
     pub fn judge_by_test(
         &self,
         products: &Products,
-        with_accepted: &[CrossProducts],
+        with_accepted: &DMatrix<f64>,
         homes: &[usize],
         plausible: f64,
     ) -> BlockEvidence {
@@ -271,39 +255,15 @@ impl EliminatedNormal {
         let mut columns = vec![Vec::new(); self.seen.len()];
         homes.iter().enumerate().for_each(|(j, &home)| columns[home].push(j));
         let of_tests = columns.into_iter().enumerate().filter(|(_, columns)| !columns.is_empty());
-        let blocks: Vec<Block> = of_tests
-            .map(|(test, columns)| self.block(test, columns, products, &with_accepted[test], (&cross, &z)))
-            .collect();
-        let log_normal = log_determinant(&self.factor);
-        let solved = |tau: f64| {
-            let mut normal = self.normal.clone();
-            let mut u = DVector::zeros(self.shared.len());
-            let (mut log_ratio, mut square) = (2.0 * count as f64 * tau.ln() - log_normal, 0.0);
-            let mut parts = Vec::with_capacity(blocks.len());
-            for block in &blocks {
-                let own = block.columns.len();
-                let factor = definite(&block.gram + DMatrix::identity(own, own) / (tau * tau));
-                log_ratio += log_determinant(&factor);
-                let x = factor.solve(&block.z);
-                let follow = factor.solve(&block.cross.transpose());
-                square += block.z.dot(&x);
-                let seen = &self.seen[block.test];
-                let taken = &block.cross * &follow;
-                let pull = &block.cross * &x;
-                for (a, &i) in seen.iter().enumerate() {
-                    u[i] += pull[a];
-                    seen.iter().enumerate().for_each(|(b, &j)| normal[(i, j)] -= taken[(a, b)]);
-                }
-                parts.push((x, follow));
-            }
-            let factor = definite(normal);
-            let v = factor.solve(&u);
-            log_ratio += log_determinant(&factor);
-            square += u.dot(&v);
-            (0.5 * (square - log_ratio), square, parts, v)
-        };
-        let tau = likeliest_prior(plausible, |tau| solved(tau).0);
-        let (evidence, chi2, parts, v) = solved(tau);
+        let blocks: Vec<Block> =
+            of_tests.map(|(test, columns)| self.block(test, columns, products, with_accepted, (&cross, &z))).collect();
+        // alone, without what their columns share, the blocks tell the likeliest prior nearly: the search begins there
+        let alone = |tau: f64| blocks.iter().map(|block| block.alone(tau)).sum::<f64>();
+        let (_, solved) = climbed(plausible, alone, |tau| {
+            let solved = self.solved(&blocks, count, tau);
+            (solved.evidence, solved)
+        });
+        let Solved { tau, evidence, chi2, parts, v } = solved;
         let mut amplitudes = vec![0.0; count];
         for (block, (x, follow)) in blocks.iter().zip(parts) {
             let seen = &self.seen[block.test];
@@ -315,14 +275,39 @@ impl EliminatedNormal {
         BlockEvidence { log_evidence: evidence - 1.0, chi2, tau, amplitudes }
     }
 
+    /// Evidence of the columns of single tests with amplitudes drawn from N(0, τ²), and what they are fitted to.
+    fn solved(&self, blocks: &[Block], count: usize, tau: f64) -> Solved {
+        let mut normal = self.normal.clone();
+        let mut u = DVector::zeros(self.shared.len());
+        let (mut log_ratio, mut chi2) = (2.0 * count as f64 * tau.ln() - log_determinant(&self.factor), 0.0);
+        let mut parts = Vec::with_capacity(blocks.len());
+        for block in blocks {
+            let factor = block.factor(tau);
+            log_ratio += log_determinant(&factor);
+            let x = factor.solve(&block.z);
+            let follow = factor.solve(&block.cross.transpose());
+            chi2 += block.z.dot(&x);
+            let seen = &self.seen[block.test];
+            let taken = &block.cross * &follow;
+            let pull = &block.cross * &x;
+            for (a, &i) in seen.iter().enumerate() {
+                u[i] += pull[a];
+                seen.iter().enumerate().for_each(|(b, &j)| normal[(i, j)] -= taken[(a, b)]);
+            }
+            parts.push((x, follow));
+        }
+        let factor = definite(normal);
+        let v = factor.solve(&u);
+        log_ratio += log_determinant(&factor);
+        chi2 += u.dot(&v);
+        Solved { tau, evidence: 0.5 * (chi2 - log_ratio), chi2, parts, v }
+    }
+
     /// Products of some columns with those that act in a test alone: directions of their basis × columns.
-    fn rows_of(&self, test: usize, with_accepted: &CrossProducts, columns: &[usize]) -> DMatrix<f64> {
-        let first = self.shared_in[test].len();
-        let directions = with_accepted.values.nrows().saturating_sub(first);
-        let places: Vec<Option<usize>> = columns.iter().map(|j| with_accepted.columns.binary_search(j).ok()).collect();
-        DMatrix::from_fn(directions, columns.len(), |a, b| {
-            places[b].map_or(0.0, |b| with_accepted.values[(first + a, b)])
-        })
+    fn rows_of(&self, local: &Local, with_accepted: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
+        let place = |a: usize| local.columns[a] - self.unknowns;
+        let own = DMatrix::from_fn(local.columns.len(), columns.len(), |a, b| with_accepted[(place(a), columns[b])]);
+        local.basis.mix.tr_mul(&own)
     }
 
     /// A candidate's columns in one test.
@@ -331,7 +316,7 @@ impl EliminatedNormal {
         test: usize,
         columns: Vec<usize>,
         products: &Products,
-        with_accepted: &CrossProducts,
+        with_accepted: &DMatrix<f64>,
         (cross, z): (&DMatrix<f64>, &DVector<f64>),
     ) -> Block {
         let own = columns.len();
@@ -339,7 +324,7 @@ impl EliminatedNormal {
         let mut gram = products.gram_in(test, &columns);
         let mut with_seen = DMatrix::from_fn(seen.len(), own, |a, b| cross[(seen[a], columns[b])]);
         if let Some(local) = &self.local[test] {
-            let rows = self.rows_of(test, with_accepted, &columns);
+            let rows = self.rows_of(local, with_accepted, &columns);
             gram -= rows.transpose() * &rows;
             with_seen -= local.basis.with_seen.transpose() * &rows;
         }

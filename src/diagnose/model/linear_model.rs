@@ -1,6 +1,5 @@
 //! A fitted session laid out for the search: residuals, sensitivities and the columns of what has been fitted already.
 
-use crate::statistics::add_cross_products;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -36,6 +35,8 @@ pub struct LinearModel<'a> {
     gains: HashMap<Outlet, Vec<Vec<f64>>>,
     /// Functions of effects over the rows of the context, whichever of them take part.
     shapes: Arc<Shapes>,
+    /// By the name of a shape: the terms of all families that have it.
+    together: Arc<HashMap<String, Vec<Term>>>,
     /// What decides in a search of it.
     pub thresholds: Thresholds,
 }
@@ -68,10 +69,23 @@ impl<'a> LinearModel<'a> {
             nuisance.push(columns);
             sensitivities.push(all);
         }
-        let (gains, shapes, thresholds) = (HashMap::new(), Arc::default(), Thresholds::default());
+        let (gains, shapes, together) = (HashMap::new(), Arc::default(), Arc::default());
+        let thresholds = Thresholds::default();
         let unknowns = problem.unknowns.iter().zip(values);
         let beyond = unknowns.map(|(unknown, value)| (value - unknown.prior_mean) / unknown.prior_sigma).collect();
-        LinearModel { context, problem, residual_mm, kept, nuisance, beyond, sensitivities, gains, shapes, thresholds }
+        LinearModel {
+            context,
+            problem,
+            residual_mm,
+            kept,
+            nuisance,
+            beyond,
+            sensitivities,
+            gains,
+            shapes,
+            together,
+            thresholds,
+        }
     }
 
     /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
@@ -88,6 +102,7 @@ impl<'a> LinearModel<'a> {
             sensitivities: Vec::new(),
             gains: HashMap::new(),
             shapes: Arc::default(),
+            together: self.together.clone(),
             thresholds: self.thresholds,
         };
         for (test, groups) in groups.iter().enumerate() {
@@ -132,6 +147,7 @@ impl<'a> LinearModel<'a> {
             sensitivities: self.sensitivities.clone(),
             gains: self.gains.clone(),
             shapes: self.shapes.clone(),
+            together: self.together.clone(),
             thresholds: self.thresholds,
         }
     }
@@ -144,6 +160,16 @@ impl<'a> LinearModel<'a> {
                 self.gains.insert(*outlet, gains);
             }
         }
+    }
+
+    /// States the terms of all families that have a shape, by its name: their products are worked out together.
+    pub fn set_together(&mut self, together: HashMap<String, Vec<Term>>) {
+        self.together = Arc::new(together);
+    }
+
+    /// Terms of all families that have the shape of this name.
+    pub(super) fn together(&self, name: &str) -> Option<&[Term]> {
+        self.together.get(name).map(Vec::as_slice)
     }
 
     /// Whether any test was recorded in time: static poses have no noise floor but the residual itself.
@@ -231,43 +257,39 @@ impl<'a> LinearModel<'a> {
         (0..self.tests()).map(in_test).collect()
     }
 
-    /// Products of the columns of terms with others over the same rows, by test; `others` holds those one after the other.
-    pub fn products_with(&self, (profiles, terms): (&[Profile], &[Term]), others: &[Vec<f64>]) -> Vec<CrossProducts> {
+    /// Columns of terms whose functions are known, to be written test by test.
+    pub fn shape<'s>(&'s self, profiles: &'s [Profile], terms: &'s [Term]) -> Shape<'s> {
         let (gains, of_term) = self.gains_of(terms);
-        let mut column = Vec::new();
-        let in_test = |(test, others): (usize, &Vec<f64>)| {
-            let (mut block, mut own) = (Vec::new(), Vec::new());
-            if !others.is_empty() {
-                for (j, term) in terms.iter().enumerate() {
-                    column_in(&gains[of_term[j]][test], &profiles[term.function][test], (term, test), &mut column);
-                    if !column.is_empty() {
-                        own.push(j);
-                        block.extend_from_slice(&column);
-                    }
-                }
-            }
-            CrossProducts::of(others, (own, &block), self.residual_mm[test].len())
-        };
-        others.iter().enumerate().map(in_test).collect()
+        Shape { profiles, terms, gains, of_term }
     }
 }
 
-/// Products of columns with others over the rows of one test.
-#[derive(Debug, Clone)]
-pub struct CrossProducts {
-    /// The columns that have values there.
-    pub columns: Vec<usize>,
-    /// Others × columns.
-    pub values: DMatrix<f64>,
+/// Columns of terms, written test by test.
+pub struct Shape<'s> {
+    profiles: &'s [Profile],
+    terms: &'s [Term],
+    gains: Vec<Gains<'s>>,
+    /// By term: which of the gains is its own.
+    of_term: Vec<usize>,
 }
 
-impl CrossProducts {
-    /// Products of columns that lie one after the other, `rows` numbers each, with others that do so.
-    pub fn of(left: &[f64], (columns, right): (Vec<usize>, &[f64]), rows: usize) -> CrossProducts {
-        let others = left.len().checked_div(rows).unwrap_or(0);
-        let mut sums = vec![0.0; others * columns.len()];
-        add_cross_products(left, right, rows, &mut sums);
-        CrossProducts { values: DMatrix::from_row_slice(others, columns.len(), &sums), columns }
+impl Shape<'_> {
+    /// Number of its columns.
+    pub fn columns(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// Writes the columns that act in a test one after the other into `block`, and which they are into `present`.
+    pub fn fill(&self, test: usize, block: &mut Vec<f64>, present: &mut Vec<usize>) {
+        block.clear();
+        present.clear();
+        for (j, term) in self.terms.iter().enumerate() {
+            let before = block.len();
+            column_in(&self.gains[self.of_term[j]][test], &self.profiles[term.function][test], (term, test), block);
+            if block.len() > before {
+                present.push(j);
+            }
+        }
     }
 }
 
@@ -277,19 +299,23 @@ fn column(gains: &[Vec<f64>], profile: &Profile, term: &Term) -> Column {
         column_in(&gains[test], &profile[test], (term, test), &mut column);
         column
     };
-    Column { by_test: (0..gains.len()).map(in_test).collect() }
+    Column::new((0..gains.len()).map(in_test).collect())
 }
 
-/// Column of a term in one test; empty where it does nothing.
+/// Adds the column of a term in one test to what stands before it; nothing where it does nothing.
 fn column_in(gain: &[f64], profile: &[f64], (term, test): (&Term, usize), column: &mut Vec<f64>) {
-    column.clear();
     if term.test.is_some_and(|only| only != test) {
         return;
     }
+    let before = column.len();
     let unit = 1.0 / display(term.measure);
-    column.extend(gain.iter().zip(profile).map(|(gain, value)| gain * value * unit));
-    if column.iter().all(|value| value.abs() < 1e-12) {
-        column.clear();
+    column.resize(before + gain.len().min(profile.len()), 0.0);
+    let own = &mut column[before..];
+    pulp::Arch::new().dispatch(|| {
+        own.iter_mut().zip(gain).zip(profile).for_each(|((own, gain), value)| *own = gain * value * unit);
+    });
+    if column[before..].iter().all(|value| value.abs() < 1e-12) {
+        column.truncate(before);
     }
 }
 
@@ -337,7 +363,20 @@ impl Term {
 /// Change of the readings per display unit of a term, mm, by test; empty where it has none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    pub by_test: Vec<Vec<f64>>,
+    pub by_test: Arc<Vec<Vec<f64>>>,
+}
+
+impl Column {
+    /// Values by test.
+    pub fn new(by_test: Vec<Vec<f64>>) -> Column {
+        Column { by_test: Arc::new(by_test) }
+    }
+
+    /// The one test in which it acts, if it is one.
+    pub fn home(&self) -> Option<usize> {
+        let mut present = (0..self.by_test.len()).filter(|&test| !self.by_test[test].is_empty());
+        present.next().filter(|_| present.next().is_none())
+    }
 }
 
 fn derivative(problem: &Problem, test: usize, k: usize, s: &Sensitivity) -> f64 {

@@ -2,9 +2,11 @@
 
 pub(crate) mod decimate;
 pub(crate) mod eliminated;
+pub(crate) mod fitted_column;
 pub(crate) mod linear_model;
 pub(crate) mod long_recordings;
 pub(crate) mod prior_penalty;
+pub(crate) mod products;
 pub(crate) mod regression;
 pub(crate) mod shapes;
 pub(crate) mod whitened;

@@ -11,9 +11,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::eliminated::EliminatedNormal;
-use super::linear_model::{Column, CrossProducts, LinearModel, Term};
+use super::fitted_column::FittedColumn;
+use super::linear_model::{Column, LinearModel, Term};
 use super::prior_penalty::PriorPenalty;
-use super::whitened::{LastShape, Products, WhitenedData};
+use super::products::Products;
+use super::shapes::name;
+use super::whitened::{LastShape, ShapeProducts, WhitenedData, fill};
 use crate::effects::Profile;
 use crate::machine::Effect;
 use crate::statistics::{BlockEvidence, judge};
@@ -23,13 +26,8 @@ use crate::statistics::{BlockEvidence, judge};
 pub struct Regression<'g, 'a> {
     pub model: &'g LinearModel<'a>,
     whitened: Arc<WhitenedData<'g, 'a>>,
-    /// By test: whitened columns that it sees, one after the other, the whitened readings last.
-    white: Vec<Vec<f64>>,
-    /// Places of a test's columns among all.
-    seen: Vec<Vec<usize>>,
-    /// By test: the accepted columns that act, as [`EliminatedNormal`] has them, whitened twice: their products with a column are those
-    /// of both whitened.
-    twice: Vec<Vec<f64>>,
+    /// Accepted columns.
+    columns: Vec<Arc<FittedColumn>>,
     /// What was fitted.
     fitted: EliminatedNormal,
     /// Prior sigma of the accepted columns, display units.
@@ -60,52 +58,22 @@ impl<'g, 'a> Regression<'g, 'a> {
     pub fn on(whitened: Arc<WhitenedData<'g, 'a>>, accepted: &[Accepted]) -> Regression<'g, 'a> {
         let model = whitened.model;
         let nuisance = model.problem.unknowns.len();
-        let count = nuisance + accepted.len();
-        let parts: Vec<_> = (0..model.tests())
+        let columns: Vec<Arc<FittedColumn>> =
+            accepted.par_iter().map(|accepted| whitened.fitted_column(&accepted.column)).collect();
+        let accepted_prior: Vec<f64> = accepted.iter().map(|accepted| accepted.prior).collect();
+        let parts: Vec<(Vec<usize>, Vec<f64>)> = (0..model.tests())
             .into_par_iter()
-            .map(|test| {
-                let rows = model.residual_mm[test].len();
-                let (unknowns, readings) = whitened.columns(test);
-                let present: Vec<usize> =
-                    (0..accepted.len()).filter(|&k| !accepted[k].column.by_test[test].is_empty()).collect();
-                let mut own = Vec::with_capacity(present.len() * rows);
-                for &k in &present {
-                    let Accepted { column, prior } = &accepted[k];
-                    own.extend(column.by_test[test].iter().map(|value| value * prior));
-                }
-                whitened.whiten(test, &mut own);
-                let mut twice = own.clone();
-                twice.chunks_exact_mut(rows.max(1)).for_each(|column| whitened.whiten_transposed(test, column));
-                let white = [unknowns, &own, readings].concat();
-                let mut seen = model.problem.tests[test].columns.clone();
-                seen.extend(present.iter().map(|k| nuisance + k));
-                let width = seen.len() + 1;
-                let mut sums = vec![0.0; width * width];
-                add_products(&white, rows, width, &mut sums);
-                (white, seen, sums, (present, twice))
-            })
+            .map(|test| normal_sums(&whitened, (&columns, &accepted_prior), test))
             .collect();
-        let (mut all_white, mut all_seen, mut all_twice, mut all_sums) = (vec![], vec![], vec![], vec![]);
-        for (white, seen, sums, twice) in parts {
-            all_white.push(white);
-            all_sums.push(sums);
-            all_seen.push(seen);
-            all_twice.push(twice);
-        }
+        let (seen, sums): (Vec<Vec<usize>>, Vec<Vec<f64>>) = parts.into_iter().unzip();
         let beyond = &model.beyond;
-        let readings: f64 = all_sums.iter().filter_map(|sums| sums.last()).sum();
+        let readings: f64 = sums.iter().filter_map(|sums| sums.last()).sum();
         let total = readings + beyond.iter().map(|beyond| beyond * beyond).sum::<f64>();
-        let is_local = |k: usize| accepted[k].column.by_test.iter().filter(|column| !column.is_empty()).count() == 1;
-        let local: Vec<bool> = (0..count).map(|i| i >= nuisance && is_local(i - nuisance)).collect();
-        let fitted = EliminatedNormal::new(&local, beyond, &all_seen, &all_sums);
+        let mut local = vec![false; nuisance];
+        local.extend(columns.iter().map(|column| column.home.is_some()));
+        let fitted = EliminatedNormal::new(&local, beyond, &seen, &sums);
         let misfit = total - fitted.explained;
-        let twice = all_twice
-            .iter()
-            .enumerate()
-            .map(|(test, (present, twice))| fitted.as_it_has_them(test, present, twice, model.residual_mm[test].len()));
-        let twice = twice.collect();
-        let accepted_prior = accepted.iter().map(|accepted| accepted.prior).collect();
-        Regression { model, whitened, white: all_white, seen: all_seen, twice, fitted, accepted_prior, misfit }
+        Regression { model, whitened, columns, fitted, accepted_prior, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
@@ -156,30 +124,45 @@ impl<'g, 'a> Regression<'g, 'a> {
 
     /// Projected `G` and `z` of a block.
     pub fn project(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
-        let products = self.whitened.products(columns, &mut LastShape::default());
-        self.fitted.projected(&products, &self.with_accepted(columns))
+        self.fitted.projected(&self.whitened.products(columns), &self.with_accepted(columns))
     }
 
-    /// Products of the accepted columns with others, by test.
-    fn with_accepted(&self, columns: &[Column]) -> Vec<CrossProducts> {
-        let in_test = |(test, twice): (usize, &Vec<f64>)| {
-            let acts = |&j: &usize| !twice.is_empty() && !columns[j].by_test[test].is_empty();
-            let own: Vec<usize> = (0..columns.len()).filter(acts).collect();
-            let block: Vec<f64> = own.iter().flat_map(|&j| columns[j].by_test[test].iter().copied()).collect();
-            CrossProducts::of(twice, (own, &block), self.model.residual_mm[test].len())
-        };
-        self.twice.iter().enumerate().map(in_test).collect()
+    /// What the readings say of each column of a block: the diagonal of the projected `G`.
+    pub fn information(&self, columns: &[Column]) -> Vec<f64> {
+        self.project(columns).0.diagonal().iter().copied().collect()
+    }
+
+    /// Products of the accepted columns, in units of their priors, with others: accepted × others.
+    fn with_accepted(&self, columns: &[Column]) -> DMatrix<f64> {
+        let model: Vec<&Arc<FittedColumn>> = self.columns.iter().collect();
+        let mut last = LastShape::default();
+        let sums = self.whitened.sums_with(&model, columns.len(), &mut last, |test, block, present| {
+            fill(columns, test, block, present);
+        });
+        self.in_priors(DMatrix::from_fn(sums.len(), columns.len(), |i, j| sums[i][j]))
+    }
+
+    /// Products with the accepted columns, these in units of their priors.
+    fn in_priors(&self, mut with: DMatrix<f64>) -> DMatrix<f64> {
+        self.accepted_prior.iter().enumerate().for_each(|(i, prior)| with.row_mut(i).scale_mut(*prior));
+        with
+    }
+
+    /// Products of a shape, and those with the accepted columns.
+    fn of_shape(
+        &self,
+        shape: (usize, &str),
+        columns: (&[Profile], &[Term]),
+        last: &mut LastShape,
+    ) -> (Products, DMatrix<f64>) {
+        let ShapeProducts { products, with } = self.whitened.products_of(shape, columns, &self.columns, last);
+        (products, self.in_priors(with))
     }
 
     /// Judges a block whose amplitudes are plausible up to `plausible` display units.
     pub fn judge(&self, columns: &[Column], plausible: f64) -> BlockEvidence {
-        let products = self.whitened.products(columns, &mut LastShape::default());
-        let mut homes = Vec::with_capacity(columns.len());
-        for column in columns {
-            let mut present = (0..column.by_test.len()).filter(|&test| !column.by_test[test].is_empty());
-            homes.push(present.next().filter(|_| present.next().is_none()));
-        }
-        self.judge_products(&products, &self.with_accepted(columns), &homes, plausible)
+        let homes: Vec<Option<usize>> = columns.iter().map(Column::home).collect();
+        self.judge_products(&self.whitened.products(columns), &self.with_accepted(columns), &homes, plausible)
     }
 
     /// Judges a shape of the family with this number; what was worked out for it at another stage is used again.
@@ -190,8 +173,18 @@ impl<'g, 'a> Regression<'g, 'a> {
         plausible: f64,
         last: &mut LastShape,
     ) -> BlockEvidence {
-        let products = self.whitened.products_of((family, effect), (profiles, terms), last);
-        let with_accepted = self.model.products_with((profiles, terms), &self.twice);
+        self.judge_named((family, &name(effect)), (profiles, terms), plausible, last)
+    }
+
+    /// The same of a shape whose name is known.
+    pub(crate) fn judge_named(
+        &self,
+        shape: (usize, &str),
+        (profiles, terms): (&[Profile], &[Term]),
+        plausible: f64,
+        last: &mut LastShape,
+    ) -> BlockEvidence {
+        let (products, with_accepted) = self.of_shape(shape, (profiles, terms), last);
         let homes: Vec<Option<usize>> = terms.iter().map(|term| term.test).collect();
         self.judge_products(&products, &with_accepted, &homes, plausible)
     }
@@ -202,8 +195,9 @@ impl<'g, 'a> Regression<'g, 'a> {
         (family, effect): (usize, &Effect),
         (profiles, terms): (&[Profile], &[Term]),
     ) -> Vec<(Vec<usize>, DMatrix<f64>, DVector<f64>)> {
-        let products = self.whitened.products_of((family, effect), (profiles, terms), &mut LastShape::default());
-        let left = self.fitted.score(&products, &self.model.products_with((profiles, terms), &self.twice));
+        let (products, with_accepted) =
+            self.of_shape((family, &name(effect)), (profiles, terms), &mut LastShape::default());
+        let left = self.fitted.score(&products, &with_accepted);
         let in_test = |test: usize| {
             let own: Vec<usize> = (0..terms.len()).filter(|&k| terms[k].test == Some(test)).collect();
             let z = DVector::from_iterator(own.len(), own.iter().map(|&k| left[k]));
@@ -217,7 +211,7 @@ impl<'g, 'a> Regression<'g, 'a> {
     fn judge_products(
         &self,
         products: &Products,
-        with_accepted: &[CrossProducts],
+        with_accepted: &DMatrix<f64>,
         homes: &[Option<usize>],
         plausible: f64,
     ) -> BlockEvidence {
@@ -235,20 +229,66 @@ impl<'g, 'a> Regression<'g, 'a> {
 
     /// What is left of the data, whitened twice: its product with a column is the column's score.
     pub fn matched(&self) -> Vec<Vec<f64>> {
-        (0..self.model.tests())
-            .map(|test| {
-                let rows = self.model.residual_mm[test].len();
-                let (base, readings) = self.white[test].split_at(self.seen[test].len() * rows);
-                let mut left = readings.to_vec();
-                for (column, &k) in base.chunks_exact(rows.max(1)).zip(&self.seen[test]) {
-                    let amplitude = self.fitted.amplitudes[k];
-                    left.iter_mut().zip(column).for_each(|(left, value)| *left -= amplitude * value);
-                }
-                self.whitened.whiten_transposed(test, &mut left);
-                left
-            })
-            .collect()
+        let nuisance = self.model.problem.unknowns.len();
+        let in_test = |test: usize| {
+            let rows = self.model.residual_mm[test].len();
+            let seen = &self.model.problem.tests[test].columns;
+            let (base, readings) = self.whitened.base(test).split_at(seen.len() * rows);
+            let mut left = readings.to_vec();
+            let mut take = |column: &[f64], amplitude: f64| {
+                left.iter_mut().zip(column).for_each(|(left, value)| *left -= amplitude * value);
+            };
+            for (column, &k) in base.chunks_exact(rows.max(1)).zip(seen) {
+                take(column, self.fitted.amplitudes[k]);
+            }
+            for (k, (column, prior)) in self.columns.iter().zip(&self.accepted_prior).enumerate() {
+                take(&column.white[test], self.fitted.amplitudes[nuisance + k] * prior);
+            }
+            self.whitened.whiten_transposed(test, &mut left);
+            left
+        };
+        (0..self.model.tests()).map(in_test).collect()
     }
+}
+
+/// The columns of the unknowns and of a model that a test sees, as places among all, and the products of all pairs, those with
+/// the readings last (row by row, lower triangle), the model's columns in units of their priors.
+fn normal_sums(
+    whitened: &WhitenedData,
+    (columns, priors): (&[Arc<FittedColumn>], &[f64]),
+    test: usize,
+) -> (Vec<usize>, Vec<f64>) {
+    let model = whitened.model;
+    let rows = model.residual_mm[test].len();
+    let present: Vec<usize> = (0..columns.len()).filter(|&k| !columns[k].white[test].is_empty()).collect();
+    let mut seen = model.problem.tests[test].columns.clone();
+    let unknowns = seen.len();
+    seen.extend(present.iter().map(|k| model.problem.unknowns.len() + k));
+    let (base, own) = (whitened.base_sums(test), present.len());
+    let mut with_each_other = vec![0.0; own * own];
+    let white: Vec<f64> = present.iter().flat_map(|&k| columns[k].white[test].iter().copied()).collect();
+    add_products(&white, rows, own, &mut with_each_other);
+    let width = seen.len() + 1;
+    let mut sums = vec![0.0; width * width];
+    for a in 0..unknowns {
+        let own = a * (unknowns + 1);
+        sums[a * width..a * width + a + 1].copy_from_slice(&base[own..own + a + 1]);
+    }
+    let readings = seen.len() * width;
+    let last = unknowns * (unknowns + 1);
+    sums[readings..readings + unknowns].copy_from_slice(&base[last..last + unknowns]);
+    sums[readings + seen.len()] = base[last + unknowns];
+    for (i, &k) in present.iter().enumerate() {
+        let (row, with_base) = ((unknowns + i) * width, &columns[k].with_base[test]);
+        for (sum, value) in sums[row..].iter_mut().zip(&with_base[..unknowns]) {
+            *sum = priors[k] * value;
+        }
+        for (j, &other) in present.iter().enumerate().take(i + 1) {
+            sums[row + unknowns + j] = priors[k] * priors[other] * with_each_other[i * own + j];
+        }
+        sums[readings + unknowns + i] = priors[k] * with_base[unknowns];
+    }
+    (seen, sums)
 }
 
 /// Columns of single tests from which on a block is judged test by test.

@@ -1,18 +1,20 @@
 //! A session under one noise: readings and unknowns whitened once, and the products of shapes that were judged before. It fits nothing.
 
 use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products};
+use std::borrow::Cow;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::linear_model::{Column, LinearModel, Term};
-use super::shapes::name;
+use super::fitted_column::{FittedColumn, id};
+use super::linear_model::{Column, LinearModel, Shape, Term};
+use super::products::{Gram, Products, TestGram, sum};
 use crate::effects::Profile;
-use crate::machine::Effect;
 
-/// Most values of products that are kept, 8 bytes each.
+/// Most values of products that are kept, and of columns of models, 8 bytes each.
 const MOST_VALUES: usize = 32_000_000;
 
 /// Readings and unknowns of a session, whitened.
@@ -21,107 +23,64 @@ pub struct WhitenedData<'g, 'a> {
     whiteners: Vec<Whitener>,
     /// By test: whitened columns of the unknowns that it sees, one after the other, the whitened readings last.
     white: Vec<Vec<f64>>,
+    /// By test: their products with each other, row by row, lower triangle.
+    sums: Vec<Vec<f64>>,
     known: Mutex<Known>,
+    columns: Mutex<KnownColumns>,
 }
 
-/// Products of shapes that were judged before.
+/// Shapes that were judged before.
 #[derive(Default)]
 struct Known {
-    by_shape: HashMap<(usize, String), Arc<Products>>,
+    by_shape: HashMap<String, Arc<KnownShape>>,
     values: usize,
 }
 
-/// Products of a block's whitened columns: with each other, with the unknowns and with the readings.
-#[derive(Debug, Clone)]
-pub struct Products {
-    gram: Gram,
-    /// Unknowns × columns.
-    pub cross: DMatrix<f64>,
-    pub z: DVector<f64>,
+/// Columns of models that were fitted before.
+#[derive(Default)]
+struct KnownColumns {
+    by_id: HashMap<usize, Arc<FittedColumn>>,
+    values: usize,
 }
 
-/// Products with each other over all tests, or by test where every column acts in one test alone.
-#[derive(Debug, Clone)]
-enum Gram {
-    Whole(DMatrix<f64>),
-    ByTest(Vec<Option<Arc<TestGram>>>),
+/// What is known of a shape.
+pub struct KnownShape {
+    /// Terms of its columns: those of all families that have the shape.
+    terms: Vec<Term>,
+    products: Products,
+    with: Mutex<With>,
 }
 
-impl Products {
-    /// Products with each other over all tests.
-    pub fn gram(&self) -> DMatrix<f64> {
-        match &self.gram {
-            Gram::Whole(gram) => gram.clone(),
-            Gram::ByTest(tests) => sum(tests.iter().flatten(), self.z.len()),
-        }
-    }
-
-    /// The same of some columns that act in one test alone.
-    pub fn gram_in(&self, test: usize, columns: &[usize]) -> DMatrix<f64> {
-        let count = columns.len();
-        match &self.gram {
-            Gram::Whole(gram) => DMatrix::from_fn(count, count, |a, b| gram[(columns[a], columns[b])]),
-            Gram::ByTest(tests) => {
-                let Some(own) = &tests[test] else { return DMatrix::zeros(count, count) };
-                let places: Vec<Option<usize>> = columns.iter().map(|j| own.present.binary_search(j).ok()).collect();
-                DMatrix::from_fn(count, count, |a, b| match (places[a], places[b]) {
-                    (Some(a), Some(b)) => own.product(a, b),
-                    _ => 0.0,
-                })
-            }
-        }
-    }
-
-    /// Numbers that it holds.
-    fn values(&self) -> usize {
-        let gram = match &self.gram {
-            Gram::Whole(gram) => gram.len(),
-            Gram::ByTest(tests) => tests.iter().flatten().map(|own| own.sums.len()).sum(),
-        };
-        gram + self.cross.len() + self.z.len()
-    }
-}
-
-/// Sum over tests of the products of `count` columns.
-fn sum<'t>(tests: impl Iterator<Item = &'t Arc<TestGram>>, count: usize) -> DMatrix<f64> {
-    let mut gram = DMatrix::zeros(count, count);
-    for own in tests {
-        for (a, &j) in own.present.iter().enumerate() {
-            own.present.iter().enumerate().for_each(|(b, &k)| gram[(j, k)] += own.product(a, b));
-        }
-    }
-    gram
-}
-
-/// Products with each other of the columns that act in a test.
-#[derive(Debug)]
-struct TestGram {
-    present: Vec<usize>,
-    /// Row by row, lower triangle.
+/// Products of a shape with columns of models that act in several tests.
+#[derive(Default)]
+struct With {
+    ids: Vec<usize>,
+    /// Column of a model after column, one number for each of the shape's.
     sums: Vec<f64>,
 }
 
-impl TestGram {
-    /// Product of two of the present columns.
-    fn product(&self, a: usize, b: usize) -> f64 {
-        self.sums[a.max(b) * self.present.len() + a.min(b)]
-    }
+/// Products of some columns of a shape, and those with the columns of a model (model × own).
+pub struct ShapeProducts {
+    pub products: Products,
+    pub with: DMatrix<f64>,
 }
 
 /// Products of a block in one test: with each other, and with what the test sees, the readings last.
-#[derive(Debug, Clone)]
 struct TestProducts {
+    /// The columns that act there, as they are, one after the other.
+    block: Vec<f64>,
     gram: Arc<TestGram>,
     cross: Vec<f64>,
 }
 
-/// Columns in one test with their products.
-type Remembered = (Vec<Vec<f64>>, TestProducts);
-
 /// The columns last judged with their products, by test: neighbouring shapes share those of most tests.
 #[derive(Default)]
 pub struct LastShape {
-    by_test: Vec<Option<Remembered>>,
+    by_test: Vec<Option<TestProducts>>,
+    block: Vec<f64>,
+    white: Vec<f64>,
+    present: Vec<usize>,
+    sums: Vec<f64>,
 }
 
 impl<'g, 'a> WhitenedData<'g, 'a> {
@@ -137,17 +96,25 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
                 seen.iter().for_each(|&k| white.extend(model.nuisance[test].column(k).iter()));
                 white.extend(residual);
                 whitener.apply_all(&mut white);
-                (whitener, white)
+                let width = seen.len() + 1;
+                let mut sums = vec![0.0; width * width];
+                add_products(&white, residual.len(), width, &mut sums);
+                (whitener, (white, sums))
             })
             .collect();
-        let (whiteners, white) = parts.into_iter().unzip();
-        WhitenedData { model, whiteners, white, known: Mutex::default() }
+        let (whiteners, parts): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        let (white, sums) = parts.into_iter().unzip();
+        WhitenedData { model, whiteners, white, sums, known: Mutex::default(), columns: Mutex::default() }
     }
 
-    /// Whitened columns of the unknowns that a test sees, and its readings.
-    pub fn columns(&self, test: usize) -> (&[f64], &[f64]) {
-        let readings = self.model.residual_mm[test].len();
-        self.white[test].split_at(self.white[test].len() - readings)
+    /// Whitened columns of the unknowns that a test sees, one after the other, its readings last.
+    pub fn base(&self, test: usize) -> &[f64] {
+        &self.white[test]
+    }
+
+    /// Products of these with each other, row by row, lower triangle.
+    pub fn base_sums(&self, test: usize) -> &[f64] {
+        &self.sums[test]
     }
 
     /// Whitens columns of a test that lie one after the other, in place.
@@ -160,81 +127,240 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         self.whiteners[test].apply_transposed(column);
     }
 
-    /// Products of a shape of the family with this number.
+    /// A column of a model, whitened.
+    pub fn fitted_column(&self, column: &Column) -> Arc<FittedColumn> {
+        if let Some(known) = locked(&self.columns).by_id.get(&id(column)) {
+            return known.clone();
+        }
+        let whiten = |test: usize, rows: &mut [f64]| self.whiten(test, rows);
+        let fitted = Arc::new(FittedColumn::new(column, whiten, |test| self.base(test)));
+        let mut known = locked(&self.columns);
+        if known.values + fitted.values() <= MOST_VALUES {
+            known.values += fitted.values();
+            known.by_id.insert(fitted.id(), fitted.clone());
+        }
+        fitted
+    }
+
+    /// Products of the shape with this name of the family with this number, also with columns of a model.
     pub fn products_of(
         &self,
-        (family, effect): (usize, &Effect),
+        (family, name): (usize, &str),
         (profiles, terms): (&[Profile], &[Term]),
+        model: &[Arc<FittedColumn>],
         last: &mut LastShape,
-    ) -> Arc<Products> {
-        let key = (family, name(effect));
-        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(products) = known().by_shape.get(&key) {
-            return products.clone();
+    ) -> ShapeProducts {
+        let together = self.model.together(name).and_then(|all| Some((all, places(all, terms)?)));
+        let own = || Cow::Owned(format!("{family} {name}"));
+        let (key, all, places) = match together {
+            Some((all, places)) => (Cow::Borrowed(name), all, Some(places)),
+            None => (own(), terms, None),
+        };
+        let known = locked(&self.known).by_shape.get(key.as_ref()).cloned();
+        let known = known.unwrap_or_else(|| {
+            let products = self.products_of_shape(&self.model.shape(profiles, all), last);
+            let known = Arc::new(KnownShape { terms: all.to_vec(), products, with: Mutex::default() });
+            self.keep(key.into_owned(), &known);
+            known
+        });
+        let with = self.products_with(&known, profiles, model, last);
+        // of the families that share a shape most have a few of its columns
+        match places {
+            Some(places) => {
+                ShapeProducts { products: known.products.of_some(&places), with: with.select_columns(&places) }
+            }
+            None => ShapeProducts { products: known.products.clone(), with },
         }
-        let products = Arc::new(self.products(&self.model.columns_of(profiles, terms), last));
-        let mut known = known();
-        if known.values + products.values() <= MOST_VALUES {
-            known.values += products.values();
-            known.by_shape.insert(key, products.clone());
+    }
+
+    /// Remembers a shape as long as there is room.
+    fn keep(&self, key: String, shape: &Arc<KnownShape>) {
+        let mut known = locked(&self.known);
+        let values = shape.products.values();
+        if known.values + values <= MOST_VALUES {
+            known.values += values;
+            known.by_shape.insert(key, shape.clone());
         }
-        products
+    }
+
+    /// Products of a shape with columns of a model: model × own. Of those that act in one test alone there may be very many,
+    /// each soon worked out: they are not kept.
+    fn products_with(
+        &self,
+        known: &KnownShape,
+        profiles: &[Profile],
+        model: &[Arc<FittedColumn>],
+        last: &mut LastShape,
+    ) -> DMatrix<f64> {
+        let count = known.terms.len();
+        let mut with = locked(&known.with);
+        let new: Vec<&Arc<FittedColumn>> = model.iter().filter(|column| !with.ids.contains(&column.id())).collect();
+        let mut sums = Vec::new();
+        if !new.is_empty() {
+            let shape = self.model.shape(profiles, &known.terms);
+            sums = self.sums_with(&new, count, last, |test, block, present| shape.fill(test, block, present));
+        }
+        let place = |with: &With, id: usize| with.ids.iter().position(|other| *other == id);
+        let mut all = DMatrix::zeros(model.len(), count);
+        for (i, column) in model.iter().enumerate() {
+            if let Some(at) = place(&with, column.id()) {
+                (0..count).for_each(|j| all[(i, j)] = with.sums[at * count + j]);
+            } else if let Some(at) = new.iter().position(|other| other.id() == column.id()) {
+                (0..count).for_each(|j| all[(i, j)] = sums[at][j]);
+            }
+        }
+        for (column, sums) in new.iter().zip(&sums).filter(|(column, _)| column.home.is_none()) {
+            with.ids.push(column.id());
+            with.sums.extend(sums);
+        }
+        all
+    }
+
+    /// Products of `count` columns with columns of a model, by these; `fill` tells the columns in a test.
+    pub fn sums_with(
+        &self,
+        model: &[&Arc<FittedColumn>],
+        count: usize,
+        last: &mut LastShape,
+        fill: impl Fn(usize, &mut Vec<f64>, &mut Vec<usize>),
+    ) -> Vec<Vec<f64>> {
+        let mut all = vec![vec![0.0; count]; model.len()];
+        let twice: Vec<&[Vec<f64>]> =
+            model.iter().map(|column| column.twice(|test, rows| self.whiten_transposed(test, rows))).collect();
+        let LastShape { block, white: stack, present, sums, .. } = last;
+        for test in 0..self.model.tests() {
+            if twice.iter().all(|column| column[test].is_empty()) {
+                continue;
+            }
+            fill(test, block, present);
+            if present.is_empty() {
+                continue;
+            }
+            let acting: Vec<usize> = (0..twice.len()).filter(|&k| !twice[k][test].is_empty()).collect();
+            stack.clear();
+            acting.iter().for_each(|&k| stack.extend_from_slice(&twice[k][test]));
+            sums.clear();
+            sums.resize(present.len() * acting.len(), 0.0);
+            add_cross_products(block, stack, self.model.residual_mm[test].len(), sums);
+            for (&j, sums) in present.iter().zip(sums.chunks_exact(acting.len())) {
+                acting.iter().zip(sums).for_each(|(&k, sum)| all[k][j] += sum);
+            }
+        }
+        all
     }
 
     /// Products of a block.
-    pub fn products(&self, columns: &[Column], last: &mut LastShape) -> Products {
-        let count = columns.len();
-        let mut grams = Vec::with_capacity(self.model.tests());
-        let mut products = Products {
-            gram: Gram::ByTest(Vec::new()),
-            cross: DMatrix::zeros(self.model.problem.unknowns.len(), count),
-            z: DVector::zeros(count),
-        };
-        last.by_test.resize(self.model.tests(), None);
-        for (test, memory) in last.by_test.iter_mut().enumerate() {
-            let same = |(remembered, _): &Remembered| {
-                columns.len() == remembered.len()
-                    && columns.iter().zip(remembered).all(|(column, before)| column.by_test[test] == *before)
-            };
-            if !memory.as_ref().is_some_and(same) {
-                let own = || columns.iter().map(|column| column.by_test[test].clone()).collect();
-                *memory = self.test_products(test, columns).map(|sums| (own(), sums));
-            }
-            grams.push(memory.as_ref().map(|(_, sums)| sums.gram.clone()));
-            let Some((_, sums)) = memory else { continue };
-            let own = sums.gram.present.len();
-            let seen = &self.model.problem.tests[test].columns;
-            for (local, &k) in seen.iter().enumerate() {
-                for (a, &j) in sums.gram.present.iter().enumerate() {
-                    products.cross[(k, j)] += sums.cross[local * own + a];
-                }
-            }
-            for (a, &j) in sums.gram.present.iter().enumerate() {
-                products.z[j] += sums.cross[seen.len() * own + a];
-            }
-        }
-        let acts_once = |column: &Column| column.by_test.iter().filter(|rows| !rows.is_empty()).count() < 2;
-        products.gram = match columns.iter().all(acts_once) {
-            true => Gram::ByTest(grams),
-            false => Gram::Whole(sum(grams.iter().flatten(), count)),
-        };
-        products
+    pub fn products(&self, columns: &[Column]) -> Products {
+        self.products_in(0..self.model.tests(), columns)
     }
 
-    /// What one test adds to the products of a block; `None` when the block does nothing there.
-    fn test_products(&self, test: usize, columns: &[Column]) -> Option<TestProducts> {
-        let present: Vec<usize> = (0..columns.len()).filter(|&j| !columns[j].by_test[test].is_empty()).collect();
+    /// Products of a block over some tests.
+    pub fn products_in(&self, tests: Range<usize>, columns: &[Column]) -> Products {
+        self.products_by(tests, columns.len(), &mut LastShape::default(), |test, block, present| {
+            fill(columns, test, block, present);
+        })
+    }
+
+    /// Products of the unknowns with each other over some tests.
+    pub fn normal_in(&self, tests: Range<usize>) -> DMatrix<f64> {
+        let count = self.model.problem.unknowns.len();
+        let mut normal = DMatrix::zeros(count, count);
+        for test in tests {
+            let seen = &self.model.problem.tests[test].columns;
+            let product = |a: usize, b: usize| self.sums[test][a.max(b) * (seen.len() + 1) + a.min(b)];
+            for (a, &i) in seen.iter().enumerate() {
+                seen.iter().enumerate().for_each(|(b, &j)| normal[(i, j)] += product(a, b));
+            }
+        }
+        normal
+    }
+
+    /// Products of a shape.
+    fn products_of_shape(&self, shape: &Shape, last: &mut LastShape) -> Products {
+        self.products_by(0..self.model.tests(), shape.columns(), last, |test, block, present| {
+            shape.fill(test, block, present)
+        })
+    }
+
+    /// Products of `count` columns over some tests; `fill` tells the columns in a test.
+    fn products_by(
+        &self,
+        tests: Range<usize>,
+        count: usize,
+        last: &mut LastShape,
+        fill: impl Fn(usize, &mut Vec<f64>, &mut Vec<usize>),
+    ) -> Products {
+        let mut cross = DMatrix::zeros(self.model.problem.unknowns.len(), count);
+        let mut z = DVector::zeros(count);
+        let mut acts = vec![0; count];
+        last.by_test.resize_with(self.model.tests(), || None);
+        for test in tests {
+            fill(test, &mut last.block, &mut last.present);
+            self.update(test, last);
+            let Some(sums) = &last.by_test[test] else { continue };
+            let present = &sums.gram.present;
+            let seen = &self.model.problem.tests[test].columns;
+            for (&k, row) in seen.iter().zip(sums.cross.chunks_exact(present.len())) {
+                present.iter().zip(row).for_each(|(&j, sum)| cross[(k, j)] += sum);
+            }
+            for (&j, sum) in present.iter().zip(&sums.cross[seen.len() * present.len()..]) {
+                z[j] += sum;
+                acts[j] += 1;
+            }
+        }
+        let grams = last.by_test.iter().map(|sums| sums.as_ref().map(|sums| sums.gram.clone()));
+        let gram = match acts.iter().all(|tests| *tests < 2) {
+            true => Gram::ByTest(grams.collect()),
+            false => Gram::Whole(sum(last.by_test.iter().flatten().map(|sums| &sums.gram), count)),
+        };
+        Products { gram, cross, z }
+    }
+
+    /// Works out what one test adds to the products of a block, unless the block is there what the last one was.
+    fn update(&self, test: usize, last: &mut LastShape) {
+        let LastShape { by_test, block, white, present, .. } = last;
+        let memory = &mut by_test[test];
         if present.is_empty() {
-            return None;
+            *memory = None;
+            return;
+        }
+        if memory.as_ref().is_some_and(|memory| memory.gram.present == *present && memory.block == *block) {
+            return;
         }
         let rows = self.model.residual_mm[test].len();
         let (own, seen) = (present.len(), self.model.problem.tests[test].columns.len());
-        let mut block = Vec::with_capacity(rows * own);
-        present.iter().for_each(|&j| block.extend_from_slice(&columns[j].by_test[test]));
-        self.whiteners[test].apply_all(&mut block);
-        let (mut sums, mut cross) = (vec![0.0; own * own], vec![0.0; (seen + 1) * own]);
-        add_products(&block, rows, own, &mut sums);
-        add_cross_products(&self.white[test], &block, rows, &mut cross);
-        Some(TestProducts { gram: Arc::new(TestGram { present, sums }), cross })
+        white.clone_from(block);
+        self.whiteners[test].apply_all(white);
+        let mut sums = vec![0.0; own * own];
+        add_products(white, rows, own, &mut sums);
+        let mut before = memory.take();
+        let mut cross = before.as_mut().map(|before| std::mem::take(&mut before.cross)).unwrap_or_default();
+        cross.clear();
+        cross.resize((seen + 1) * own, 0.0);
+        add_cross_products(&self.white[test], white, rows, &mut cross);
+        let mut kept = before.map(|before| before.block).unwrap_or_default();
+        std::mem::swap(&mut kept, block);
+        *memory =
+            Some(TestProducts { block: kept, gram: Arc::new(TestGram { present: present.clone(), sums }), cross });
     }
+}
+
+/// Columns in one test, one after the other, and which of them act there.
+pub fn fill(columns: &[Column], test: usize, block: &mut Vec<f64>, present: &mut Vec<usize>) {
+    block.clear();
+    present.clear();
+    for (j, column) in columns.iter().enumerate().filter(|(_, column)| !column.by_test[test].is_empty()) {
+        present.push(j);
+        block.extend_from_slice(&column.by_test[test]);
+    }
+}
+
+/// Places of terms among all of a shape; `None` where one is not among them.
+fn places(all: &[Term], terms: &[Term]) -> Option<Vec<usize>> {
+    terms.iter().map(|term| all.iter().position(|other| other == term)).collect()
+}
+
+/// Nothing panics while it holds a lock; what is behind it is whole in any case.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

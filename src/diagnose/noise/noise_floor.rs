@@ -218,25 +218,65 @@ impl Trace {
 
     /// Weighted sum of squares left by the curve, and the log determinants of the restricted likelihood.
     fn reml(&self, noise: &NoiseModel) -> (f64, f64) {
-        let whitener = Whitener::new(noise, &self.present);
+        Alike::of(&[self]).first().map_or((0.0, 0.0), |alike| alike.reml(noise))
+    }
+}
+
+/// Traces with readings in the same rows and the same free curves: what the curves are among themselves is worked out once.
+struct Alike<'t> {
+    present: &'t [bool],
+    traces: usize,
+    /// The curves' functions one after the other, then the readings of each trace.
+    columns: Vec<f64>,
+}
+
+impl<'t> Alike<'t> {
+    fn of(traces: &[&'t Trace]) -> Vec<Alike<'t>> {
+        let mut groups: Vec<Alike> = Vec::new();
+        for trace in traces {
+            let rows = trace.present.len();
+            let (curves, readings) = trace.columns.split_at(trace.columns.len() - rows);
+            let known = groups.iter_mut().find(|group| {
+                group.present == trace.present && group.columns[..group.columns.len() - group.traces * rows] == *curves
+            });
+            match known {
+                Some(group) => {
+                    group.traces += 1;
+                    group.columns.extend_from_slice(readings);
+                }
+                None => groups.push(Alike { present: &trace.present, traces: 1, columns: trace.columns.clone() }),
+            }
+        }
+        groups
+    }
+
+    /// The same of all of them together.
+    fn reml(&self, noise: &NoiseModel) -> (f64, f64) {
+        let whitener = Whitener::new(noise, self.present);
         let rows = self.present.len();
         let mut columns = self.columns.clone();
         whitener.apply_all(&mut columns);
         let width = columns.len() / rows;
-        let count = width - 1;
+        let count = width - self.traces;
         let mut sums = vec![0.0; width * width];
         add_products(&columns, rows, width, &mut sums);
         // at half the sampling rate sine and cosine of a line are one
         let ridge = |i: usize, j: usize| if i == j { 1.0 + 1e-9 } else { 1.0 };
         let gram = DMatrix::from_fn(count, count, |i, j| ridge(i, j) * sums[i.max(j) * width + i.min(j)]);
-        let right = DVector::from_column_slice(&sums[count * width..count * width + count]);
-        let squares = sums[width * width - 1];
+        let traces = || (count..width).map(|k| &sums[k * width..k * width + k + 1]);
+        let squares: f64 = traces().filter_map(|sums| sums.last()).sum();
+        let many = self.traces as f64;
         match Cholesky::new(gram) {
             Some(factor) => {
                 let log_gram = 2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>();
-                (squares - right.dot(&factor.solve(&right)), whitener.log_determinant + log_gram)
+                let taken = |sums: &[f64]| {
+                    let right = DVector::from_column_slice(&sums[..count]);
+                    right.dot(&factor.solve(&right))
+                };
+                let taken: f64 = traces().map(taken).sum();
+                (squares - taken, many * (whitener.log_determinant + log_gram))
             }
-            None => (squares, whitener.log_determinant),
+            None => (squares, many * whitener.log_determinant),
         }
     }
 }
@@ -253,11 +293,12 @@ fn fit(traces: &[&Trace]) -> NoiseModel {
         drift_mm: 0.0,
         offset_mm: 0.0,
     };
+    let alike = Alike::of(traces);
     let best = minimise_few(start, 0.5, |x| {
         let noise = unpack(x);
         // the fourth variable is not used; a slight pull keeps it still
         let pull = x[3] * x[3];
-        pull + traces.iter().map(|trace| trace.reml(&noise)).map(|(misfit, logs)| misfit + logs).sum::<f64>()
+        pull + alike.iter().map(|alike| alike.reml(&noise)).map(|(misfit, logs)| misfit + logs).sum::<f64>()
     });
     unpack(&best)
 }

@@ -1,5 +1,8 @@
 //! Lines in the spectrum of residuals over time. What makes them is for others to say.
 
+use std::ops::Range;
+
+use crate::chain::sines_and_cosines;
 use crate::diagnose::model::linear_model::LinearModel;
 
 /// A frequency at which the traces together are louder than beside it.
@@ -32,7 +35,11 @@ pub fn lines(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Line> {
     let highest = 0.48 / finest;
     let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
     let frequency = |k: usize| lowest + (highest - lowest) * k as f64 / count as f64;
-    let power: Vec<f64> = (0..count).map(|k| traces.iter().map(|trace| trace.power(frequency(k))).sum()).collect();
+    let all: Vec<f64> = (0..count).map(frequency).collect();
+    let mut power = vec![0.0; count];
+    for trace in &traces {
+        power.iter_mut().zip(trace.powers(&all)).for_each(|(sum, own)| *sum += own);
+    }
     let prominence = |k: usize| {
         let mut near = power[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(count)].to_vec();
         near.sort_by(f64::total_cmp);
@@ -114,8 +121,9 @@ pub fn aliased(model: &LinearModel, residual_mm: &[Vec<f64>], lines: &[f64]) -> 
     let count = (((highest - lowest) * 2.0 * longest) as usize).clamp(1, MOST_FREQUENCIES);
     let frequency = |place: f64| lowest + (highest - lowest) * place / count as f64;
     let mut loudness = vec![0.0; count];
+    let all: Vec<f64> = (0..count).map(|k| frequency(k as f64)).collect();
     for trace in &traces {
-        let power: Vec<f64> = (0..count).map(|k| trace.power_or_alias(frequency(k as f64))).collect();
+        let power = trace.powers_or_aliases(&all);
         for (k, sum) in loudness.iter_mut().enumerate() {
             *sum += power[k.saturating_sub(WANDERS)..(k + WANDERS + 1).min(count)].iter().fold(0.0, |a, b| b.max(a));
         }
@@ -226,26 +234,68 @@ impl Trace {
 
     /// Power at a frequency, in units of the trace's variance.
     fn power(&self, hz: f64) -> f64 {
-        if hz > 0.5 / self.step_s { 1.0 } else { self.power_or_alias(hz) }
+        self.powers(&[hz])[0]
     }
 
-    /// The same for frequencies that the trace is sampled too slowly for: that of what it shows instead.
+    /// The same at several.
+    fn powers(&self, hz: &[f64]) -> Vec<f64> {
+        let shown: Vec<f64> = hz.iter().copied().filter(|hz| *hz <= 0.5 / self.step_s).collect();
+        let mut powers = self.powers_or_aliases(&shown).into_iter();
+        hz.iter().map(|hz| if *hz > 0.5 / self.step_s { 1.0 } else { powers.next().unwrap_or(1.0) }).collect()
+    }
+
+    /// The same also at a frequency that the trace is sampled too slowly for: that of what it shows instead.
     fn power_or_alias(&self, hz: f64) -> f64 {
-        let step = self.step_s;
-        let (mut re, mut im) = (0.0, 0.0);
-        // rows are near enough to even spacing for a rotation that is renewed now and then, and behind every gap
-        let (ds, dc) = (std::f64::consts::TAU * hz * step).sin_cos();
-        let (mut s, mut c) = (0.0, 1.0);
-        let mut last = f64::NEG_INFINITY;
-        for (row, (time, v)) in self.time_s.iter().zip(&self.value).enumerate() {
-            (s, c) = match row % RENEWED == 0 || time - last > GAP * step {
-                true => (std::f64::consts::TAU * hz * time).sin_cos(),
-                false => (s * dc + c * ds, c * dc - s * ds),
-            };
-            last = *time;
-            re += v * c;
-            im += v * s;
+        self.powers_or_aliases(&[hz])[0]
+    }
+
+    /// The same at several.
+    fn powers_or_aliases(&self, hz: &[f64]) -> Vec<f64> {
+        let arch = pulp::Arch::new();
+        let runs = self.runs();
+        let of_lanes = |hz: &[f64]| {
+            let lanes: [f64; LANES] = std::array::from_fn(|k| hz[k.min(hz.len() - 1)]);
+            let squares = arch.dispatch(|| self.squares(&runs, lanes));
+            squares.into_iter().take(hz.len()).map(|square| square / self.squares.max(f64::MIN_POSITIVE))
+        };
+        hz.chunks(LANES).flat_map(of_lanes).collect()
+    }
+
+    /// Runs of rows over which a rotation goes on: rows are near enough to even spacing for one that is renewed now and then, and
+    /// behind every gap.
+    fn runs(&self) -> Vec<Range<usize>> {
+        let is_new = |row: &usize| {
+            row % RENEWED == 0 || self.time_s[*row] - self.time_s[row.saturating_sub(1)] > GAP * self.step_s
+        };
+        let begins: Vec<usize> = (0..self.value.len()).filter(is_new).collect();
+        let ends = begins.iter().skip(1).copied().chain([self.value.len()]);
+        begins.iter().copied().zip(ends).map(|(from, to)| from..to).collect()
+    }
+
+    /// Squared amplitudes at some frequencies, side by side.
+    #[inline(always)]
+    fn squares(&self, runs: &[Range<usize>], hz: [f64; LANES]) -> [f64; LANES] {
+        let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+        let omega = hz.map(|hz| std::f64::consts::TAU * hz);
+        let (ds, dc) = sines_and_cosines(&omega.map(|omega| omega * self.step_s));
+        let angles: Vec<f64> = runs.iter().flat_map(|run| omega.map(|omega| omega * self.time_s[run.start])).collect();
+        let (sines, cosines) = sines_and_cosines(&angles);
+        for (run, (sine, cosine)) in runs.iter().zip(sines.chunks_exact(LANES).zip(cosines.chunks_exact(LANES))) {
+            let mut s: [f64; LANES] = std::array::from_fn(|k| sine[k]);
+            let mut c: [f64; LANES] = std::array::from_fn(|k| cosine[k]);
+            for v in &self.value[run.clone()] {
+                for k in 0..LANES {
+                    re[k] += v * c[k];
+                    im[k] += v * s[k];
+                }
+                for k in 0..LANES {
+                    (s[k], c[k]) = (s[k] * dc[k] + c[k] * ds[k], c[k] * dc[k] - s[k] * ds[k]);
+                }
+            }
         }
-        (re * re + im * im) / self.squares.max(f64::MIN_POSITIVE)
+        std::array::from_fn(|k| re[k] * re[k] + im[k] * im[k])
     }
 }
+
+/// Frequencies that are looked up side by side.
+const LANES: usize = 8;

@@ -26,7 +26,7 @@ pub(crate) fn walk_of_the_zero(model: &LinearModel, end_mm: f64) -> Vec<Accepted
                 time_s.iter().map(at).collect()
             };
             let by_test = (0..model.tests()).map(in_test).collect();
-            Accepted { column: Column { by_test }, prior: 1e3 * end_mm / waves }
+            Accepted { column: Column::new(by_test), prior: 1e3 * end_mm / waves }
         })
         .collect()
 }

@@ -1,8 +1,8 @@
 //! A set of effects with what it leaves of the readings. Which effects belong in it is for the search to say.
 
+pub(crate) use super::selected::JointFit;
 use super::selected::{Candidate, Search, SelectedEffect, SelectionContext, Step};
 use crate::diagnose::model::linear_model::LinearModel;
-use crate::diagnose::model::prior_penalty::PriorPenalty;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::{likely_noise, masked};
 use crate::statistics::{NoiseModel, misfit};
@@ -19,21 +19,13 @@ impl Start {
     }
 }
 
-/// What a search has found so far.
-#[derive(Clone)]
-pub(crate) struct JointFit {
-    /// Accepted columns on all rows and on averaged ones.
-    pub(crate) columns: [Vec<Accepted>; 2],
-    pub(crate) found: Vec<SelectedEffect>,
-    pub(crate) residual_mm: Vec<Vec<f64>>,
-    /// How far balls, bars and location errors are then from what was stated of them.
-    pub(crate) pulls: PriorPenalty,
-    pub(crate) noise: Vec<NoiseModel>,
-    pub(crate) best_left: f64,
-}
-
 impl JointFit {
+    /// Nothing: the same for every set that is begun.
     pub(crate) fn empty(selection: &SelectionContext) -> JointFit {
+        selection.empty.get_or_init(|| JointFit::of_nothing(selection)).clone()
+    }
+
+    fn of_nothing(selection: &SelectionContext) -> JointFit {
         let fine = selection.resolutions.fine;
         let regression = Regression::on(selection.whitened[0].clone(), &[]);
         let (residual_mm, pulls) = (regression.residual_mm(&[]), regression.pulls());

@@ -1,7 +1,7 @@
 //! Which few effects the evidence demands: a set is grown, then exchanged for better ones. No words, no proof.
 
 use crate::statistics::NoiseModel;
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
 
 use super::joint_fit::{JointFit, Start, mean_square, rest_of};
@@ -102,6 +102,7 @@ fn search_then(
         whitened,
         steps: Cell::new(0),
         balls_are_round: Cell::new(false),
+        empty: OnceCell::new(),
     };
     let mut joint = JointFit::empty(&selection);
     let start = Start::of(&selection, &joint);

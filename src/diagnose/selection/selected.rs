@@ -3,7 +3,7 @@
 use crate::effects::{Signature, is_a};
 use crate::statistics::BlockEvidence;
 use crate::statistics::NoiseModel;
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
 
 use super::limits::Limits;
@@ -106,6 +106,8 @@ pub(crate) struct SelectionContext<'w, 'g, 'a> {
     pub(crate) steps: Cell<usize>,
     /// Balls out of round are not looked at: what the machine does says as much.
     pub(crate) balls_are_round: Cell<bool>,
+    /// The set of no effects, once asked for.
+    pub(crate) empty: OnceCell<JointFit>,
 }
 
 /// One step of a search: what it finds and what is left then.
@@ -114,4 +116,17 @@ pub(crate) struct Step {
     pub(crate) residual_mm: Vec<Vec<f64>>,
     pub(crate) pulls: PriorPenalty,
     pub(crate) noise: Vec<NoiseModel>,
+}
+
+/// What a search has found so far.
+#[derive(Clone)]
+pub(crate) struct JointFit {
+    /// Accepted columns on all rows and on averaged ones.
+    pub(crate) columns: [Vec<Accepted>; 2],
+    pub(crate) found: Vec<SelectedEffect>,
+    pub(crate) residual_mm: Vec<Vec<f64>>,
+    /// How far balls, bars and location errors are then from what was stated of them.
+    pub(crate) pulls: PriorPenalty,
+    pub(crate) noise: Vec<NoiseModel>,
+    pub(crate) best_left: f64,
 }

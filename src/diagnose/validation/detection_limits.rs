@@ -1,8 +1,7 @@
 //! What a session cannot show: the smallest size of every cause that its recordings would reveal. It looks at no residual.
 
 use crate::diagnose::cause::Cause;
-use crate::diagnose::model::linear_model::{LinearModel, Term};
-use crate::diagnose::model::regression::Regression;
+use crate::diagnose::model::linear_model::{Column, LinearModel, Term};
 use crate::diagnose::selection::naming::{cause_of, unit};
 use crate::diagnose::selection::screening::candidates::{family_terms, terms};
 use crate::effects::CandidateFamily;
@@ -41,8 +40,21 @@ fn notable(kind: &Kind, is_angle: bool) -> f64 {
     if is_angle { kind.notable.angle } else { kind.notable.length }
 }
 
-/// Causes that the session does not show at notable sizes.
-pub fn unseen_causes(model: &LinearModel, families: &[CandidateFamily], regression: &Regression) -> Vec<Unseen> {
+/// Causes that the session does not show at notable sizes; `information` tells what the readings say of an effect's terms, one
+/// by one.
+pub fn unseen_causes(
+    model: &LinearModel,
+    families: &[CandidateFamily],
+    information: impl Fn(&[Column]) -> Vec<f64>,
+) -> Vec<Unseen> {
+    unseen_of(model, families, &|effect, terms| Some(information(&model.columns(effect, terms).ok()?)))
+}
+
+/// What the readings say of an effect's terms, one by one, in display units to the power of −2.
+pub(super) type Information<'i> = dyn Fn(&Effect, &[Term]) -> Option<Vec<f64>> + 'i;
+
+/// The same by terms.
+pub(super) fn unseen_of(model: &LinearModel, families: &[CandidateFamily], information: &Information) -> Vec<Unseen> {
     let machine = model.context.machine();
     let mut list: Vec<Unseen> = Vec::new();
     let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
@@ -63,9 +75,8 @@ pub fn unseen_causes(model: &LinearModel, families: &[CandidateFamily], regressi
             }
             seen.push(key);
             let own: Vec<Term> = terms.iter().filter(|term| term.outlet == *outlet).copied().collect();
-            let Ok(columns) = model.columns(effect, &own) else { continue };
-            let (information, _) = regression.project(&columns);
-            let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
+            let Some(shown) = information(effect, &own) else { continue };
+            let smallest = smallest(shown.into_iter().fold(0.0, f64::max));
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
             if smallest.is_none_or(|smallest| smallest > notable(kind, is_angle)) {
@@ -76,12 +87,12 @@ pub fn unseen_causes(model: &LinearModel, families: &[CandidateFamily], regressi
                     test: kind.shown_by.words(machine, family.place),
                 });
             } else if kind.signature == Signature::ErrorMotion && is_axial(machine, outlet) {
-                list.extend(unseen_once_a_turn(model, family.place, outlet, regression));
+                list.extend(unseen_once_a_turn(model, family.place, outlet, information));
             }
         }
     }
-    unseen_slips(model, families, regression, &mut list);
-    unseen_of_any_form(model, families, regression, &mut list);
+    unseen_slips(model, families, information, &mut list);
+    unseen_of_any_form(model, families, information, &mut list);
     unmoved(machine, families, &mut list);
     list
 }
@@ -114,12 +125,11 @@ fn is_axial(machine: &Machine, outlet: &Outlet) -> bool {
 
 /// Motion along a rotary axis once a turn: to a bar that sweeps a cone it looks like a tilt of the axis, whatever higher
 /// orders show.
-fn unseen_once_a_turn(model: &LinearModel, place: Place, outlet: &Outlet, regression: &Regression) -> Option<Unseen> {
+fn unseen_once_a_turn(model: &LinearModel, place: Place, outlet: &Outlet, information: &Information) -> Option<Unseen> {
     let machine = model.context.machine();
     let effect = Effect::new(ROTARY_ERROR_MOTION.name, place).with("orders", ParameterValue::List(vec![1.0]));
-    let columns = model.columns(&effect, &terms(machine, &effect, std::slice::from_ref(outlet))).ok()?;
-    let (information, _) = regression.project(&columns);
-    let weakest = (0..columns.len()).map(|k| information[(k, k)]).fold(f64::INFINITY, f64::min);
+    let shown = information(&effect, &terms(machine, &effect, std::slice::from_ref(outlet)))?;
+    let weakest = shown.into_iter().fold(f64::INFINITY, f64::min);
     let smallest = smallest(weakest);
     smallest.is_none_or(|smallest| smallest > notable(&ROTARY_ERROR_MOTION, false)).then(|| Unseen {
         cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
@@ -130,7 +140,7 @@ fn unseen_once_a_turn(model: &LinearModel, place: Place, outlet: &Outlet, regres
 }
 
 /// Slips of a ball between two tests that the session does not show, at the least visible moment.
-fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], regression: &Regression, list: &mut Vec<Unseen>) {
+fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], information: &Information, list: &mut Vec<Unseen>) {
     let machine = model.context.machine();
     let tests = &model.context.session().tests;
     let runs_at =
@@ -144,15 +154,12 @@ fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], regression: &
             );
             for effect in between {
                 let terms = family_terms(machine, family, effect, model.tests());
-                let Ok(columns) = model.columns(effect, &terms) else { continue };
-                let (information, _) = regression.project(&columns);
-                for (k, term) in terms.iter().enumerate().take(columns.len()) {
+                let Some(shown) = information(effect, &terms) else { continue };
+                for (term, own) in terms.iter().zip(shown) {
                     match least.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
-                        Some((_, at, shown)) if information[(k, k)] < *shown => {
-                            (*at, *shown) = (effect, information[(k, k)])
-                        }
+                        Some((_, at, least)) if own < *least => (*at, *least) = (effect, own),
                         Some(_) => {}
-                        None => least.push((term.outlet, effect, information[(k, k)])),
+                        None => least.push((term.outlet, effect, own)),
                     }
                 }
             }
@@ -176,7 +183,7 @@ fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], regression: &
 fn unseen_of_any_form(
     model: &LinearModel,
     families: &[CandidateFamily],
-    regression: &Regression,
+    information: &Information,
     list: &mut Vec<Unseen>,
 ) {
     let machine = model.context.machine();
@@ -194,9 +201,8 @@ fn unseen_of_any_form(
             seen.push(*outlet);
             let measure = outlet.measure(machine);
             let own = terms(machine, effect, std::slice::from_ref(outlet));
-            let Ok(columns) = model.columns(effect, &own) else { continue };
-            let (information, _) = regression.project(&columns);
-            let smallest = smallest((0..columns.len()).map(|k| information[(k, k)]).fold(0.0, f64::max));
+            let Some(shown) = information(effect, &own) else { continue };
+            let smallest = smallest(shown.into_iter().fold(0.0, f64::max));
             let smallest = smallest.filter(|value| *value < 1e5);
             if smallest.is_some_and(|smallest| smallest <= HIDES_ANY_FORM) {
                 continue;

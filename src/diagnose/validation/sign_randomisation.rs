@@ -143,9 +143,8 @@ fn shown_runs(model: &LinearModel, columns: &[&Column], run_of_row: &[Vec<usize>
 fn with_signs(column: &Column, run_of_row: &[Vec<usize>], signs: Option<&[f64]>) -> Column {
     let Some(signs) = signs else { return column.clone() };
     let by_test = column.by_test.iter().zip(run_of_row);
-    Column {
-        by_test: by_test
-            .map(|(values, runs)| values.iter().zip(runs).map(|(v, &run)| v * signs[run]).collect())
-            .collect(),
-    }
+    let signed = |(values, runs): (&Vec<f64>, &Vec<usize>)| -> Vec<f64> {
+        values.iter().zip(runs).map(|(value, &run)| value * signs[run]).collect()
+    };
+    Column::new(by_test.map(signed).collect())
 }

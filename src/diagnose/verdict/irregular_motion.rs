@@ -138,7 +138,7 @@ pub fn standing(model: &LinearModel, place: &str) -> Vec<Accepted> {
     let alone = |test: usize| {
         let mut by_test = vec![Vec::new(); model.tests()];
         by_test[test] = gains[test].iter().map(|gain| gain * per_unit).collect();
-        Accepted { column: Column { by_test }, prior: STANDS_OFF }
+        Accepted { column: Column::new(by_test), prior: STANDS_OFF }
     };
     (0..model.tests()).filter(|&test| !gains[test].is_empty()).map(alone).collect()
 }

@@ -60,7 +60,7 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
         for &column in &finding.columns {
             let amplitude = told.regression.accepted(column);
             let by_test = &told.columns[column].column.by_test;
-            for (sum, rows) in parts[index].1.iter_mut().zip(by_test) {
+            for (sum, rows) in parts[index].1.iter_mut().zip(by_test.iter()) {
                 sum.iter_mut().zip(rows).for_each(|(sum, row)| *sum += row * amplitude);
             }
         }

@@ -40,6 +40,8 @@ pub struct PreparedTest {
     pub reading_mm: Vec<f64>,
     /// Indices of the unknowns on which this test's readings depend.
     pub columns: Vec<usize>,
+    /// Of the columns that are displacements of a linear axis: which one, and its shape at every row.
+    slide_shapes: Vec<(usize, Vec<f64>)>,
 }
 
 /// Prediction of one test.
@@ -68,7 +70,7 @@ impl<'a> Problem<'a> {
                 None => vec![f64::NAN; motion.rows()],
             };
             let poses = Poses::from_rows(motion.axis_count, &motion.positions).with_sines(chain);
-            Ok(PreparedTest { motion, poses, links, reading_mm, columns: Vec::new() })
+            Ok(PreparedTest { motion, poses, links, reading_mm, columns: Vec::new(), slide_shapes: Vec::new() })
         });
         let tests = tests.collect::<Result<Vec<_>, FitError>>()?;
         let composition = Composition::Exact;
@@ -93,7 +95,25 @@ impl<'a> Problem<'a> {
     fn find_columns(&mut self) {
         for test in 0..self.tests.len() {
             self.tests[test].columns = self.reaching(test);
+            self.tests[test].slide_shapes = self.slide_shapes(test);
         }
+    }
+
+    /// Of a test's columns that are displacements of a linear axis: which one, and its shape at every row.
+    fn slide_shapes(&self, test: usize) -> Vec<(usize, Vec<f64>)> {
+        let prepared = &self.tests[test];
+        let shape_of = |(column, &index): (usize, &usize)| {
+            let Quantity::Slide { axis, shape, .. } = self.unknowns[index].quantity else { return None };
+            let (mut last, mut there) = (f64::NAN, 0.0);
+            let at = |q: f64| {
+                if q != last {
+                    (last, there) = (q, self.slides.at(axis, shape, q));
+                }
+                there
+            };
+            Some((column, prepared.motion.axis(axis).map(at).collect()))
+        };
+        prepared.columns.iter().enumerate().filter_map(shape_of).collect()
     }
 
     /// Unknowns on which a test's readings depend, by topology, setup and, for the way of a linear axis, its motion.
@@ -255,18 +275,13 @@ impl<'a> Problem<'a> {
     /// that the length is linear in them.
     fn add_slides(&self, test: usize, values: &[f64], prediction: &mut Prediction) {
         let prepared = &self.tests[test];
-        for (column, &index) in prepared.columns.iter().enumerate() {
-            let Quantity::Slide { axis, shape, .. } = self.unknowns[index].quantity else { continue };
-            let (mut last, mut factor) = (f64::NAN, 0.0);
-            let derivatives = prediction.jacobian.column_mut(column);
-            for ((derivative, residual), q) in
-                derivatives.into_iter().zip(&mut prediction.residual_mm).zip(prepared.motion.axis(axis))
+        for (column, shape) in &prepared.slide_shapes {
+            let value = values[prepared.columns[*column]];
+            let derivatives = prediction.jacobian.column_mut(*column);
+            for ((derivative, residual), factor) in derivatives.into_iter().zip(&mut prediction.residual_mm).zip(shape)
             {
-                if q != last {
-                    (last, factor) = (q, self.slides.at(axis, shape, q));
-                }
                 *derivative *= factor;
-                *residual -= *derivative * values[index];
+                *residual -= *derivative * value;
             }
         }
     }

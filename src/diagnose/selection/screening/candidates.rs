@@ -8,12 +8,27 @@ use crate::machine::{Effect, Machine, Outlet, ParameterValue};
 
 /// All families for a session, those of one place together.
 pub fn families(model: &LinearModel) -> Vec<CandidateFamily> {
-    let seen = observations(model);
+    families_seen(model, &observations(model))
+}
+
+/// Families whatever the residuals are: without those for which only residuals say what to try.
+pub fn families_of_design(model: &LinearModel) -> Vec<CandidateFamily> {
+    let seen = Observations {
+        context: model.context,
+        setups: model.problem.setups,
+        lines_hz: Vec::new(),
+        ripples: vec![Vec::new(); model.context.machine().axes.len()],
+        jumps_s: vec![Vec::new(); model.tests()],
+    };
+    families_seen(model, &seen)
+}
+
+fn families_seen(model: &LinearModel, seen: &Observations) -> Vec<CandidateFamily> {
     let offered = |kind: &&Kind| {
-        let families = (kind.candidates)(&seen);
+        let families = (kind.candidates)(seen);
         match model.has_sweeps() {
             true => families,
-            false => in_poses(kind, families).into_iter().chain((kind.candidates_of_poses)(&seen)).collect(),
+            false => in_poses(kind, families).into_iter().chain((kind.candidates_of_poses)(seen)).collect(),
         }
     };
     let mut list: Vec<CandidateFamily> = KINDS.iter().flat_map(offered).collect();

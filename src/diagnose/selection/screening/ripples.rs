@@ -1,10 +1,13 @@
 //! Ripples of residuals along an axis that wander with time. What makes them is for others to say.
 
+use crate::chain::sines_and_cosines;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::effects::Ripple;
 use crate::machine::Outlet;
+use crate::statistics::add_cross_products;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Readings of a test that are looked at.
 const ROWS: usize = 160;
@@ -51,18 +54,18 @@ pub fn ripples(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Ripple>
     }
     let (ripple, beat) = (TAU / span, 1.0 / longest);
     let (along, in_time) = (ripple / FINER as f64, beat / FINER as f64);
-    let beats: Vec<Vec<(f64, f64)>> = tests.iter().map(|rows| phasors(rows, in_time)).collect();
-    let least_hz = LEAST_BEATS * beat;
-    let mut cells: Vec<(Ripple, f64)> = (2 * FINER..MOST_RIPPLES * FINER)
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            let per_unit = k as f64 * along;
-            let loud = loudness_by_beat(&tests, &beats, per_unit);
-            let waves =
-                (1..).zip(loud).map(move |(m, loud)| (Ripple { per_unit, hz: f64::from(m) * in_time, least_hz }, loud));
-            waves.filter(|(wave, _)| wave.hz >= wave.least_hz)
-        })
+    let (ripples, beats) = (2 * FINER..MOST_RIPPLES * FINER, 1..MOST_BEATS * FINER + 1);
+    let of_tests: Vec<Vec<f64>> = tests
+        .par_iter()
+        .map(|rows| loudness_of_all(rows, (ripples.clone(), along), (beats.clone(), in_time)))
         .collect();
+    let mut loud = vec![0.0; ripples.len() * beats.len()];
+    of_tests.iter().for_each(|own| loud.iter_mut().zip(own).for_each(|(sum, own)| *sum += own));
+    let least_hz = LEAST_BEATS * beat;
+    let waves = ripples.flat_map(|k| beats.clone().map(move |m| (k, m)));
+    let wave = |(k, m): (usize, usize)| Ripple { per_unit: k as f64 * along, hz: m as f64 * in_time, least_hz };
+    let mut cells: Vec<(Ripple, f64)> =
+        waves.map(wave).zip(loud).filter(|(wave, _)| wave.hz >= wave.least_hz).collect();
     cells.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut chosen: Vec<Ripple> = Vec::new();
     for (wave, _) in cells {
@@ -104,52 +107,67 @@ fn rows(model: &LinearModel, axis: usize, gain: &[f64], test: usize) -> Option<R
     (q.len() > 8 && weight > 0.0).then_some(Rows { q, t, score, weight, middle_s })
 }
 
-/// Amplitude of a wave that runs with (+) or against (−) the position in one test.
-fn amplitude(rows: &Rows, wave: Ripple, sign: f64) -> (f64, f64) {
-    let phase = |(q, t): (&f64, &f64)| wave.per_unit * q + sign * TAU * wave.hz * t;
-    let phases = rows.q.iter().zip(&rows.t).map(phase);
-    phases.zip(&rows.score).fold((0.0, 0.0), |(re, im), (phase, score)| {
-        let (sin, cos) = phase.sin_cos();
-        (re + score * cos, im + score * sin)
-    })
-}
-
-/// Turns of a test's readings by every beat, beat after beat.
-fn phasors(rows: &Rows, in_time: f64) -> Vec<(f64, f64)> {
-    let beats = 1..=MOST_BEATS * FINER;
-    beats.flat_map(|m| rows.t.iter().map(move |t| (TAU * m as f64 * in_time * t).sin_cos())).collect()
-}
-
-/// [`loudness`] of a ripple with every beat.
-fn loudness_by_beat(tests: &[Rows], beats: &[Vec<(f64, f64)>], per_unit: f64) -> Vec<f64> {
-    let mut loud = vec![0.0; MOST_BEATS * FINER];
-    for (rows, beats) in tests.iter().zip(beats) {
-        let ripple = rows.q.iter().zip(&rows.score).map(|(q, score)| {
-            let (sin, cos) = (per_unit * q).sin_cos();
-            (score * sin, score * cos)
-        });
-        let ripple: Vec<(f64, f64)> = ripple.collect();
-        for (loud, turns) in loud.iter_mut().zip(beats.chunks(ripple.len())) {
-            let (mut cc, mut ss, mut cs, mut sc) = (0.0, 0.0, 0.0, 0.0);
-            for ((sin, cos), (turn_sin, turn_cos)) in ripple.iter().zip(turns) {
-                cc += cos * turn_cos;
-                ss += sin * turn_sin;
-                cs += cos * turn_sin;
-                sc += sin * turn_cos;
-            }
-            // both directions: (cc - ss)² + (cs + sc)² and (cc + ss)² + (sc - cs)²
-            *loud += 2.0 * (cc * cc + ss * ss + cs * cs + sc * sc) / rows.weight;
-        }
+/// Amplitudes, as cosine and sine, of a wave that runs with the position in one test, and of one that runs against it.
+fn amplitudes(rows: &Rows, wave: Ripple) -> [(f64, f64); 2] {
+    let (ripple, turns) = (turned(&rows.q, wave.per_unit), turned(&rows.t, TAU * wave.hz));
+    let (mut cc, mut ss, mut cs, mut sc) = (0.0, 0.0, 0.0, 0.0);
+    let scores = rows.score.iter().zip(ripple.0.iter().zip(&ripple.1)).zip(turns.0.iter().zip(&turns.1));
+    for ((score, (sin, cos)), (turn_sin, turn_cos)) in scores {
+        cc += score * cos * turn_cos;
+        ss += score * sin * turn_sin;
+        cs += score * cos * turn_sin;
+        sc += score * sin * turn_cos;
     }
-    loud
+    [(cc - ss, sc + cs), (cc + ss, sc - cs)]
+}
+
+/// Sines and cosines of so many radians per unit.
+fn turned(places: &[f64], per_unit: f64) -> (Vec<f64>, Vec<f64>) {
+    let angles: Vec<f64> = places.iter().map(|place| per_unit * place).collect();
+    sines_and_cosines(&angles)
+}
+
+/// Sines of a test's readings by every multiple of a phase per unit, then their cosines, multiple after multiple.
+fn phasors(places: &[f64], multiples: Range<usize>, per_unit: f64) -> Vec<f64> {
+    let mut all = Vec::with_capacity(2 * multiples.len() * places.len());
+    for m in multiples {
+        let (sin, cos) = turned(places, m as f64 * per_unit);
+        all.extend(sin);
+        all.extend(cos);
+    }
+    all
+}
+
+/// [`loudness`] in a test of every ripple with every beat, ripple after ripple; both are multiples of a phase per unit.
+fn loudness_of_all(
+    rows: &Rows,
+    (ripples, along): (Range<usize>, f64),
+    (beats, in_time): (Range<usize>, f64),
+) -> Vec<f64> {
+    let count = rows.q.len();
+    let mut scored = phasors(&rows.q, ripples.clone(), along);
+    for column in scored.chunks_exact_mut(count) {
+        column.iter_mut().zip(&rows.score).for_each(|(value, score)| *value *= score);
+    }
+    let turns = phasors(&rows.t, beats.clone(), in_time);
+    let mut sums = vec![0.0; 4 * ripples.len() * beats.len()];
+    add_cross_products(&scored, &turns, count, &mut sums);
+    let width = 2 * beats.len();
+    let of_ripple = |sums: &[f64]| -> Vec<f64> {
+        let (sines, cosines) = sums.split_at(width);
+        let squares = |m: usize| -> f64 {
+            [sines[m], sines[m + 1], cosines[m], cosines[m + 1]].iter().map(|sum| sum * sum).sum()
+        };
+        // both directions: (cc - ss)² + (cs + sc)² and (cc + ss)² + (sc - cs)²
+        (0..beats.len()).map(|m| 2.0 * squares(2 * m) / rows.weight).collect()
+    };
+    sums.chunks_exact(2 * width).flat_map(of_ripple).collect()
 }
 
 /// Squares of the amplitudes of both directions, each test with a phase of its own.
 fn loudness(tests: &[Rows], wave: Ripple) -> f64 {
-    let of_test = |rows: &Rows| {
-        let both = [1.0, -1.0].map(|sign| amplitude(rows, wave, sign));
-        both.iter().map(|(re, im)| re * re + im * im).sum::<f64>() / rows.weight
-    };
+    let of_test =
+        |rows: &Rows| amplitudes(rows, wave).iter().map(|(re, im)| re * re + im * im).sum::<f64>() / rows.weight;
     tests.iter().map(of_test).sum()
 }
 
@@ -186,8 +204,7 @@ fn in_phase(tests: &[Rows], wave: Ripple, beat: f64) -> (Ripple, f64) {
     if session <= 0.0 {
         return (wave, 0.0);
     }
-    let shown: Vec<[(f64, f64); 2]> =
-        tests.iter().map(|rows| [1.0, -1.0].map(|sign| amplitude(rows, wave, sign))).collect();
+    let shown: Vec<[(f64, f64); 2]> = tests.iter().map(|rows| amplitudes(rows, wave)).collect();
     let together = |off: f64| -> f64 {
         let of_sign = |k: usize, sign: f64| {
             let sum = tests.iter().zip(&shown).fold((0.0, 0.0), |(re, im), (rows, shown)| {

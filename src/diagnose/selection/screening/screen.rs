@@ -4,13 +4,16 @@ use rayon::prelude::*;
 
 use super::candidates::family_terms;
 use super::screening_grid::ScreeningGrid;
+use crate::chain::sines_and_cosines;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
+use crate::diagnose::model::shapes::name;
 use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
 use crate::effects::{Profile, Signature, is_a};
 use crate::machine::{Effect, ParameterValue};
+use crate::statistics::BlockEvidence;
 
 /// The stage at which a family is judged: all rows for fast ones.
 pub fn stage_of<'s, 'g, 'a>(
@@ -29,36 +32,51 @@ const LONG_GRID: usize = 24;
 pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells: &ScreeningGrid) -> Vec<Candidate> {
     let machine = regressions[0].model.context.machine();
     let matched = regressions[0].matched();
+    let has_long_grid = |family: &&CandidateFamily| {
+        family.fast && is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID
+    };
+    // families that differ in further outlets alone have the same loudest periods
+    let mut long: Vec<&CandidateFamily> = Vec::new();
+    for family in families.iter().filter(has_long_grid) {
+        if !long.iter().any(|other| have_one_look(other, family)) {
+            long.push(family);
+        }
+    }
+    let looks: Vec<Vec<usize>> =
+        long.par_iter().map(|family| loudest(stage_of(regressions, family).model, family, &matched)).collect();
+    let look = |family: &CandidateFamily| long.iter().position(|other| have_one_look(other, family));
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
         .filter_map(|(index, family)| {
             let regression = stage_of(regressions, family);
             let mut last = LastShape::default();
-            let mut judged = |effect: &Effect, terms: &[Term], profiles: &[Profile]| {
-                let judgement = regression.judge_shape((index, effect), (profiles, terms), family.plausible, &mut last);
-                let log_odds = judgement.log_evidence;
-                // the columns follow when the candidate is refined
-                let columns = Vec::new();
-                Candidate { family: index, effect: effect.clone(), terms: terms.to_vec(), columns, log_odds, judgement }
+            let mut judged = |name: &str, terms: &[Term], profiles: &[Profile]| {
+                regression.judge_named((index, name), (profiles, terms), family.plausible, &mut last)
             };
-            let better = |a: &Candidate, b: &Candidate| a.log_odds.total_cmp(&b.log_odds);
+            let better = |a: &(&Effect, BlockEvidence), b: &(&Effect, BlockEvidence)| {
+                a.1.log_evidence.total_cmp(&b.1.log_evidence)
+            };
             let best = if family.fast {
-                let grid: Vec<&Effect> = if is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID {
-                    loudest(regression.model, family, &matched)
-                } else {
-                    family.grid.iter().collect()
+                let grid: Vec<&Effect> = match Some(family).filter(has_long_grid).and_then(look) {
+                    Some(look) => looks[look].iter().map(|&index| &family.grid[index]).collect(),
+                    None => family.grid.iter().collect(),
                 };
                 let cells = grid.into_iter().filter_map(|effect| {
                     let terms = family_terms(machine, family, effect, regression.model.tests());
-                    Some(judged(effect, &terms, &regression.model.profiles(effect).ok()?))
+                    Some((effect, judged(&name(effect), &terms, &regression.model.profiles(effect).ok()?)))
                 });
                 cells.max_by(better)
             } else {
                 let cells = cells.of_family(index).iter();
-                cells.map(|cell| judged(cell.effect, &cell.terms, &cell.profiles)).max_by(better)
+                cells.map(|cell| (cell.effect, judged(&cell.name, &cell.terms, &cell.profiles))).max_by(better)
             };
-            let mut best = best?;
+            let (effect, judgement) = best?;
+            let log_odds = judgement.log_evidence;
+            let terms = family_terms(machine, family, effect, regression.model.tests());
+            // the columns follow when the candidate is refined
+            let columns = Vec::new();
+            let mut best = Candidate { family: index, effect: effect.clone(), terms, columns, log_odds, judgement };
             best.log_odds -= (family.grid.len() as f64).ln() + family.rarity;
             Some(best)
         })
@@ -67,8 +85,14 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
     list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     list
 }
+
+/// Whether two families with long grids have the same shapes and first outlet.
+fn have_one_look(one: &CandidateFamily, other: &CandidateFamily) -> bool {
+    one.outlets.first() == other.outlets.first() && one.place == other.place && one.grid == other.grid
+}
+
 /// The periods of a grid whose sine or cosine the matched residual holds most of, over tests in which the axis moves.
-fn loudest<'f>(model: &LinearModel, family: &'f CandidateFamily, matched: &[Vec<f64>]) -> Vec<&'f Effect> {
+fn loudest(model: &LinearModel, family: &CandidateFamily, matched: &[Vec<f64>]) -> Vec<usize> {
     let Some(axis) = family.place.axis() else { return Vec::new() };
     let gains = model.gains(&family.outlets[0]);
     let tests: Vec<usize> = (0..model.tests())
@@ -85,7 +109,7 @@ fn loudest<'f>(model: &LinearModel, family: &'f CandidateFamily, matched: &[Vec<
     let frequencies: Vec<f64> = family.grid.iter().map(|effect| angular_frequency(effect).unwrap_or(0.0)).collect();
     let mut order: Vec<(usize, f64)> = powers(&rows, &frequencies).into_iter().enumerate().collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
-    order.into_iter().take(SPECTRAL_CELLS).map(|(index, _)| &family.grid[index]).collect()
+    order.into_iter().take(SPECTRAL_CELLS).map(|(index, _)| index).collect()
 }
 
 /// How much of a score each of some evenly spaced angular frequencies holds; a row is a position, its score and its weight.
@@ -95,24 +119,61 @@ fn powers(rows: &[(f64, f64, f64)], frequencies: &[f64]) -> Vec<f64> {
         _ => 0.0,
     };
     let first = frequencies.first().copied().unwrap_or(0.0);
+    let turned = |per_unit: f64| sines_and_cosines(&rows.iter().map(|(q, ..)| per_unit * q).collect::<Vec<_>>());
     // one turn of every row's phasor leads from a frequency to the next
-    let turns: Vec<(f64, f64)> = rows.iter().map(|(q, ..)| (step * q).sin_cos()).collect();
-    let mut phasors: Vec<(f64, f64)> = rows.iter().map(|(q, ..)| (first * q).sin_cos()).collect();
-    frequencies
-        .iter()
-        .map(|_| {
-            let (mut c, mut s, mut cc, mut ss) = (0.0, 0.0, 0.0, 0.0);
-            for ((&(_, gm, gg), phasor), (turn_sin, turn_cos)) in rows.iter().zip(&mut phasors).zip(&turns) {
-                let (sin, cos) = *phasor;
-                c += gm * cos;
-                s += gm * sin;
-                cc += gg * cos * cos;
-                ss += gg * sin * sin;
-                *phasor = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+    let (turn_sines, turn_cosines) = turned(step);
+    let (sines, cosines) = turned(first);
+    let mut groups: Vec<Phasors> = (0..rows.len())
+        .step_by(LANES)
+        .map(|from| {
+            let at = |of: &dyn Fn(usize) -> f64| {
+                std::array::from_fn(|k| if from + k < rows.len() { of(from + k) } else { 0.0 })
+            };
+            Phasors {
+                score: at(&|row| rows[row].1),
+                weight: at(&|row| rows[row].2),
+                sin: at(&|row| sines[row]),
+                cos: at(&|row| cosines[row]),
+                turn_sin: at(&|row| turn_sines[row]),
+                turn_cos: at(&|row| turn_cosines[row]),
             }
-            c * c / cc.max(f64::MIN_POSITIVE) + s * s / ss.max(f64::MIN_POSITIVE)
         })
-        .collect()
+        .collect();
+    let arch = pulp::Arch::new();
+    frequencies.iter().map(|_| arch.dispatch(|| power_and_turn(&mut groups))).collect()
+}
+
+/// Rows that are looked at side by side.
+const LANES: usize = 8;
+
+/// Some rows with their phasors at a frequency.
+struct Phasors {
+    score: [f64; LANES],
+    weight: [f64; LANES],
+    sin: [f64; LANES],
+    cos: [f64; LANES],
+    turn_sin: [f64; LANES],
+    turn_cos: [f64; LANES],
+}
+
+/// What the rows hold of the frequency at which their phasors are; these are turned to the next one.
+#[inline(always)]
+fn power_and_turn(groups: &mut [Phasors]) -> f64 {
+    let (mut c, mut s, mut cc, mut ss) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for Phasors { score, weight, sin, cos, turn_sin, turn_cos } in groups {
+        for k in 0..LANES {
+            c[k] += score[k] * cos[k];
+            s[k] += score[k] * sin[k];
+            cc[k] += weight[k] * cos[k] * cos[k];
+            ss[k] += weight[k] * sin[k] * sin[k];
+        }
+        for k in 0..LANES {
+            (sin[k], cos[k]) =
+                (sin[k] * turn_cos[k] + cos[k] * turn_sin[k], cos[k] * turn_cos[k] - sin[k] * turn_sin[k]);
+        }
+    }
+    let [c, s, cc, ss] = [c, s, cc, ss].map(|lanes| lanes.iter().sum::<f64>());
+    c * c / cc.max(f64::MIN_POSITIVE) + s * s / ss.max(f64::MIN_POSITIVE)
 }
 
 /// Phase per mm or rad of the first order or period of an effect.

@@ -1,20 +1,42 @@
 //! Shapes of the slow candidates worked out once: every stage and every fold of a search looks at the same ones. No data.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::candidates::family_terms;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
+use crate::diagnose::model::shapes::name;
 use crate::effects::CandidateFamily;
 use crate::effects::{Profile, kind};
-use crate::machine::Effect;
+use crate::machine::{Effect, Machine};
 
 /// A candidate shape with its functions at every row.
 pub struct Cell<'f> {
     pub effect: &'f Effect,
+    /// Name of its shape.
+    pub name: Arc<str>,
     pub terms: Vec<Term>,
     pub profiles: Arc<Vec<Profile>>,
+}
+
+/// By the name of a shape, the terms of all families that have it: most families differ in outlets alone, and share what is
+/// worked out for their columns.
+pub fn terms_by_shape(machine: &Machine, families: &[CandidateFamily]) -> HashMap<String, Vec<Term>> {
+    let mut by_shape: HashMap<String, Vec<Term>> = HashMap::new();
+    // amplitudes of single tests are many
+    for family in families.iter().filter(|family| !family.by_test) {
+        for effect in &family.grid {
+            let all = by_shape.entry(name(effect)).or_default();
+            for term in family_terms(machine, family, effect, 0) {
+                if !all.contains(&term) {
+                    all.push(term);
+                }
+            }
+        }
+    }
+    by_shape
 }
 
 /// Cells of every family that is judged on averaged rows; fast families have none.
@@ -25,25 +47,27 @@ pub struct ScreeningGrid<'f> {
 impl<'f> ScreeningGrid<'f> {
     /// Shapes over the rows of `coarse`. Families that differ in outlets alone share them.
     pub fn of(coarse: &LinearModel, families: &'f [CandidateFamily]) -> ScreeningGrid<'f> {
-        let mut distinct: Vec<&Effect> = Vec::new();
+        let mut distinct: Vec<(&Effect, Arc<str>)> = Vec::new();
+        let mut places: HashMap<Arc<str>, usize> = HashMap::new();
         let slow = |family: &&CandidateFamily| !family.fast;
         for effect in families.iter().filter(slow).flat_map(|family| &family.grid) {
-            // families with the same shapes follow each other closely
-            if !distinct.iter().rev().any(|other| *other == effect) {
-                distinct.push(effect);
+            let name: Arc<str> = name(effect).into();
+            if !places.contains_key(&name) {
+                places.insert(name.clone(), distinct.len());
+                distinct.push((effect, name));
             }
         }
         let shapes: Vec<Option<Arc<Vec<Profile>>>> = distinct
             .par_iter()
-            .map(|effect| kind(&effect.kind)?.shape(coarse.context, effect).ok().map(Arc::new))
+            .map(|(effect, _)| kind(&effect.kind)?.shape(coarse.context, effect).ok().map(Arc::new))
             .collect();
         let machine = coarse.context.machine();
         let cells = |family: &'f CandidateFamily| -> Vec<Cell<'f>> {
             let grid = family.grid.iter().filter(|_| !family.fast);
             grid.filter_map(|effect| {
-                let index = distinct.iter().position(|other| *other == effect)?;
-                let profiles = shapes[index].clone()?;
-                Some(Cell { effect, terms: family_terms(machine, family, effect, coarse.tests()), profiles })
+                let index = *places.get(name(effect).as_str())?;
+                let (profiles, name) = (shapes[index].clone()?, distinct[index].1.clone());
+                Some(Cell { effect, name, terms: family_terms(machine, family, effect, coarse.tests()), profiles })
             })
             .collect()
         };

@@ -252,7 +252,7 @@ fn direction_of(regression: &Regression, candidate: &Candidate) -> Option<[f64; 
         let in_test = |(test, motion): (usize, &Vec<f64>)| -> Vec<f64> {
             gains[test].iter().zip(motion).map(|(gain, motion)| 1e-3 * gain * motion).collect()
         };
-        Column { by_test: motion.iter().enumerate().map(in_test).collect() }
+        Column::new(motion.iter().enumerate().map(in_test).collect())
     });
     unit(regression.judge(&columns, 10.0).amplitudes.into_iter())
 }
