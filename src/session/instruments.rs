@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::ball::Ball;
 use super::motion::Motion;
-use super::second_socket::second_socket;
+use super::second_socket::{scatter_mm, second_socket};
 use super::test::Session;
 use crate::chain::{Chain, Composition, Geometry};
 use crate::readings::{Kind, Located, Scalar, Sighting, locate};
+use crate::statistics::median;
 
 /// A link with the tag of what is mounted there.
 type Mounting = (String, Option<String>);
@@ -139,6 +140,28 @@ fn sightings(session: &Session, chain: &Chain, first: usize) -> Vec<Sighting> {
         .collect()
 }
 
+/// Refuses a test whose rows put the ball, which is at `ball_mm` on its link, into two sockets.
+fn refuse_second_sockets(
+    session: &Session,
+    chain: &Chain,
+    tests: &[usize],
+    ball_mm: Vector3<f64>,
+) -> Result<(), (String, String)> {
+    let places_in = |&index: &usize| -> Vec<Vector3<f64>> {
+        sightings(session, chain, index).iter().map(|s| s.rotation * ball_mm + s.translation_mm).collect()
+    };
+    let places: Vec<Vec<Vector3<f64>>> = tests.iter().map(places_in).collect();
+    let scatters_mm: Vec<f64> = places.iter().map(|places| scatter_mm(places)).collect();
+    for (own, (&index, places)) in tests.iter().zip(&places).enumerate() {
+        let others = scatters_mm.iter().enumerate().filter(|(other, _)| *other != own).map(|(_, scatter)| *scatter);
+        if let Some(message) = second_socket(places, median(others).unwrap_or(0.0)) {
+            let test = &session.tests[index];
+            return Err((test.reading.part().map_or(&test.name, |part| &part.of).clone(), message));
+        }
+    }
+    Ok(())
+}
+
 /// Ball and all its sockets at once: `C·s + c = o` for every row, linear in the ball's place s and the sockets' o.
 fn place_sockets(
     session: &mut Session,
@@ -184,14 +207,7 @@ fn place_sockets(
     }
     let Some(found) = normal.cholesky().map(|factor| factor.solve(&right)) else { return Ok(()) };
     let part = |from: usize| Vector3::new(found[from], found[from + 1], found[from + 2]);
-    for &index in &with {
-        let places: Vec<Vector3<f64>> =
-            sightings(session, chain, index).iter().map(|s| s.rotation * part(0) + s.translation_mm).collect();
-        if let Some(message) = second_socket(&places) {
-            let test = &session.tests[index];
-            return Err((test.reading.part().map_or(&test.name, |part| &part.of).clone(), message));
-        }
-    }
+    refuse_second_sockets(session, chain, &with, part(0))?;
     for test in &mut session.tests {
         let is_ball = mounting(&test.spindle_ball) == *ball
             && test.reading.part().is_some_and(|part| part.kind == Kind::SamePoint);

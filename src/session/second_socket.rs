@@ -4,15 +4,17 @@ use nalgebra::Vector3;
 
 /// Groups nearer to each other than so many times their own spread are one.
 const APART: f64 = 4.0;
-/// The same in mm: sockets are not nearer to each other.
-const LEAST_MM: f64 = 5.0;
+/// The same in mm. The places are those of the nominal chain, whose dimensions are off by millimetres: poses from two sides put one
+/// ball in two places. Sockets are farther from each other than balls are thick.
+const LEAST_MM: f64 = 15.0;
 /// Rows that a group needs.
 const LEAST_ROWS: usize = 3;
 /// Rounds in which rows find the nearer group.
 const ROUNDS: usize = 20;
 
-/// What is wrong with the places of a ball (mm, row by row, of the nominal chain) that should be one place; `None`: nothing.
-pub(super) fn second_socket(places: &[Vector3<f64>]) -> Option<String> {
+/// What is wrong with the places of a ball (mm, row by row, of the nominal chain) that should be one place; `None`: nothing. `others_mm`
+/// is how far the places of other sockets scatter: so far off is the nominal chain.
+pub(super) fn second_socket(places: &[Vector3<f64>], others_mm: f64) -> Option<String> {
     let groups = halves(places)?;
     let rows = |wanted: bool| groups.iter().enumerate().filter(move |(_, group)| **group == wanted).map(|(row, _)| row);
     let (one, other) = (rows(false).count(), rows(true).count());
@@ -23,7 +25,7 @@ pub(super) fn second_socket(places: &[Vector3<f64>]) -> Option<String> {
     let apart_mm = (centres[0] - centres[1]).norm();
     let off = |(row, group): (usize, &bool)| (places[row] - centres[usize::from(*group)]).norm_squared();
     let spread_mm = (groups.iter().enumerate().map(off).sum::<f64>() / places.len() as f64).sqrt();
-    if apart_mm < LEAST_MM || apart_mm < APART * spread_mm {
+    if apart_mm < LEAST_MM || apart_mm < APART * spread_mm.max(others_mm) {
         return None;
     }
     let fewer = other <= one;
@@ -34,6 +36,12 @@ pub(super) fn second_socket(places: &[Vector3<f64>]) -> Option<String> {
         one.min(other),
         places.len()
     ))
+}
+
+/// How far places scatter about their mean, mm.
+pub(super) fn scatter_mm(places: &[Vector3<f64>]) -> f64 {
+    let middle = mean(places.iter().copied());
+    (places.iter().map(|place| (place - middle).norm_squared()).sum::<f64>() / places.len().max(1) as f64).sqrt()
 }
 
 /// Group of every row, about two means that start at the places farthest from each other.

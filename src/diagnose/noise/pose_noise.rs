@@ -1,6 +1,6 @@
 //! Which readings belong to one pose, how far they count as one, and what of a residual they share. It fits no effects.
 
-use crate::statistics::{median, rms};
+use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, median, rms};
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
@@ -87,6 +87,17 @@ pub fn squares_by_class(model: &LinearModel, residual_mm: &[Vec<f64>]) -> [(f64,
         }
     }
     sums.map(|(sum, count)| (sum / count.max(1) as f64, count))
+}
+
+/// White noise as loud as a residual, by noise class, of which so many readings count as one; noise that was stated stays.
+pub(crate) fn white_by_class(model: &LinearModel, residual_mm: &[Vec<f64>], as_one: f64) -> Vec<NoiseModel> {
+    let white = squares_by_class(model, residual_mm)
+        .map(|(square, _)| NoiseModel::white((square * as_one).sqrt().max(NOISE_FLOOR_MM)));
+    let of_test = |test: &Test| match test.reading.stated_noise_mm() {
+        Some(noise_mm) => NoiseModel::white(noise_mm),
+        None => white[test.reading.noise_class()],
+    };
+    model.context.session().tests.iter().map(of_test).collect()
 }
 
 /// Size of a test's residual beside that of the first class that has readings.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
+use super::loaded::left_by_a_load;
 use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION};
 use crate::identify::{Fit, Options, identify};
@@ -148,6 +149,10 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
         |fit: &Fit| rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|v| v.is_finite()));
     let refitted_left = (all_mm(&refitted) / all_mm(fit)).powi(2);
     if refitted_left > MOST_LEFT_REFITTED {
+        return None;
+    }
+    // one load that leaves no more says it with fewer numbers
+    if left_by_a_load(session, fit).is_some_and(|left_by_load| left_by_load <= refitted_left) {
         return None;
     }
     let left = left.min(refitted_left);

@@ -4,6 +4,7 @@ pub(crate) mod axis_lines;
 pub(crate) mod ball_places;
 pub(crate) mod exchanged;
 pub(crate) mod frames;
+pub(crate) mod loaded;
 pub(crate) mod misplaced;
 pub(crate) mod restated;
 pub(crate) mod standing;
