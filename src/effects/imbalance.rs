@@ -1,7 +1,8 @@
 //! Displacement of a turning part that grows with the square of its speed: imbalance against the springs of bearing and frame. Resonance is not modelled.
 //!
-//! `E = (ω/ω₁)² (a cos q + b sin q)`, ω the speed of the axis, ω₁ one turn a second: below its resonance a part gives way to the
-//! centrifugal force m·e·ω² in proportion. What keeps its size at every speed is error motion.
+//! `E = (ω/ω₁)² (a cos q + b sin q)`, ω the speed of the axis over the turn about a row, ω₁ one turn a second: below its resonance a part
+//! gives way to the centrifugal force m·e·ω² in proportion. Faster changes of the speed are those of the readings of the angle: the
+//! part's inertia forbids them. What keeps its size at every speed is error motion.
 
 use std::f64::consts::TAU;
 
@@ -40,7 +41,7 @@ pub static IMBALANCE: Kind = Kind {
     documented: Documented {
         place: "rotary axis",
         components: "all but own",
-        functions: "`cos`, `sin` of q times the square of the speed in turns a second",
+        functions: "`cos`, `sin` of q times the square of the speed over the turn about a row, in turns a second",
         parameters: "–",
         unit: "um, arcsec at one turn a second",
     },
@@ -57,7 +58,8 @@ pub static IMBALANCE: Kind = Kind {
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
-    let pull = |test: usize, row: usize| (context.speed(test, row, axis) / TAU).powi(2);
+    let speeds: Vec<Vec<f64>> = (0..context.tests()).map(|test| speeds_of_turns(context, test, axis)).collect();
+    let pull = |test: usize, row: usize| (speeds[test][row] / TAU).powi(2);
     let q = |test: usize, row: usize| context.motion(test).row(row)[axis];
     Ok(vec![
         context.profile(|test, row| pull(test, row) * q(test, row).cos()),
@@ -65,8 +67,29 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
     ])
 }
 
+/// Speed of an axis over the turn about each row, or over what of it was recorded, rad/s; zero without times.
+fn speeds_of_turns(context: &Context, test: usize, axis: usize) -> Vec<f64> {
+    let motion = context.motion(test);
+    let rows = motion.rows();
+    let Some(time) = &motion.time_s else { return vec![0.0; rows] };
+    let q = |row: usize| motion.row(row)[axis];
+    let (mut first, mut last) = (0, 0);
+    let of_row = |row: usize| {
+        while first < row && (q(row) - q(first)).abs() > 0.5 * TAU {
+            first += 1;
+        }
+        last = last.max(row);
+        while last + 1 < rows && (q(last + 1) - q(row)).abs() <= 0.5 * TAU {
+            last += 1;
+        }
+        let passed = time[last] - time[first];
+        if passed > 0.0 { (q(last) - q(first)) / passed } else { 0.0 }
+    };
+    (0..rows).map(of_row).collect()
+}
+
 /// Sizes up to this are plausible, µm or arcsec: a large rotor is soft beside a machine tool.
-const PLAUSIBLE: f64 = 300.0;
+const PLAUSIBLE: f64 = 3000.0;
 
 /// Ratio of the fastest to the slowest test from which what grows with speed may show.
 const SPEEDS: f64 = 1.3;
