@@ -159,6 +159,35 @@ fn imbalance_grows_with_the_square_and_form_passes_the_sensors_in_turn() {
     }
 }
 
+#[test]
+fn imbalance_does_not_follow_what_the_angle_jitters() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = rotor(folder.path(), 1.0);
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    for test in &mut session.tests {
+        let angles = &mut test.recording.as_mut().unwrap().positions[0];
+        angles.iter_mut().for_each(|angle| *angle += random.random_range(-5e-3..5e-3));
+    }
+    let profiles = shape(&session, &Effect::new("imbalance", Place::Axis(0)));
+    let largest = profiles.iter().flat_map(|p| &p[0]).fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    // half a turn takes half a second: 5 mrad at either end are 0.02 rad/s of 2 pi, twice that in the square
+    assert!((largest - 1.0).abs() < 0.01, "seed {SEED}: {largest}");
+}
+
+#[test]
+fn a_mount_drifts_from_the_first_pose_to_the_last() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = socket(folder.path(), false).unwrap();
+    let at = session.tests[0].pivot.at;
+    let drift = |link: &str, x: f64| {
+        let place = ParameterValue::List(vec![x, at.y, at.z]);
+        let effect = Effect::new("mount-drift", Place::Pivot).with("at", place);
+        shape(&session, &effect.with("link", ParameterValue::Word(link.into())))[0][0][25]
+    };
+    assert!((drift("w", at.x) - 25.0 / 39.0).abs() < 1e-12);
+    assert_eq!((drift("w", at.x + 1.0), drift("C", at.x)), (0.0, 0.0));
+}
+
 /// Poses in which the slides keep a ball on a turned head in its socket; `moved`: from row 26 on in another one, 50 mm away.
 fn socket(folder: &Path, moved: bool) -> Result<Session, String> {
     let machine = "name: slides\ncode: \"[wbXYZBCt]\"\naxes:\n  B: {origin: [0, 0, 0]}\n  C: {origin: [0, 0, 0]}\n";

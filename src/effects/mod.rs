@@ -26,6 +26,7 @@ mod history;
 mod imbalance;
 mod load_frame;
 mod moment;
+mod mount_drift;
 mod reversal_spike;
 mod slide;
 mod slip;
@@ -85,6 +86,7 @@ pub static KINDS: &[&Kind] = &[
     &timing::TRIGGER_LATENCY,
     &slip::PIVOT_SLIP,
     &slip::BALL_SLIP,
+    &mount_drift::MOUNT_DRIFT,
     &ball_seat::BALL_FORM,
     &ball_seat::CUP_STICTION,
     &vibration::VIBRATION,
