@@ -265,7 +265,7 @@ impl Trace {
     /// behind every gap.
     fn runs(&self) -> Vec<Range<usize>> {
         let is_new = |row: &usize| {
-            row % RENEWED == 0 || self.time_s[*row] - self.time_s[row.saturating_sub(1)] > GAP * self.step_s
+            row.is_multiple_of(RENEWED) || self.time_s[*row] - self.time_s[row.saturating_sub(1)] > GAP * self.step_s
         };
         let begins: Vec<usize> = (0..self.value.len()).filter(is_new).collect();
         let ends = begins.iter().skip(1).copied().chain([self.value.len()]);
