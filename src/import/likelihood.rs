@@ -45,7 +45,7 @@ const WALL: f64 = 1e9;
 /// Share of captures in which the control ran its directions at two paces, and the standard deviations of the ratio's logarithm
 /// for those that kept one and for the others, by how far a pace may be from the programmed feed.
 const TWO_PACES: f64 = 0.1;
-const ONE_PACE_SIGMA: f64 = 3e-4;
+const ONE_PACE_SIGMA: f64 = 5e-5;
 
 /// Minus twice the logarithm of a mixture of two normal densities about zero: `share` of the wider one.
 fn of_mixture(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
@@ -73,7 +73,7 @@ const GAP_SIGMA_S: f64 = 0.04;
 const OWN_PACE: f64 = 0.05;
 /// By how much a control ends its rests at its pleasure, s, with the share of controls that do: a slow part of it has to answer
 /// first.
-const UNEVEN: [(f64, f64); 4] = [(0.0, 0.7), (5e-3, 0.1), (1e-2, 0.1), (UNEVEN_S, 0.1)];
+const UNEVEN: [(f64, f64); 4] = [(0.0, 0.85), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05)];
 /// The largest of these.
 pub(super) const UNEVEN_S: f64 = 2e-2;
 

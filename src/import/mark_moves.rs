@@ -34,11 +34,11 @@ pub(super) struct Moves {
     covariance: DMatrix<f64>,
 }
 
-/// Middle and standard deviation of the logarithm of a ramp that is thought possible, s: from milliseconds to a time constant.
-const RAMP_S: f64 = 0.02;
-const RAMP_SPREAD: f64 = 1.5;
+/// Two kinds of control, with the share of each and the middle, s, and the standard deviation of the logarithm of their ramps: the
+/// acceleration of slides of 0.2 to 1 m/s² at the speed of a mark, and a time constant whatever the speed.
+const KINDS: [(f64, f64, f64); 2] = [(0.8, 4e-3, 0.7), (0.2, 0.12, 0.6)];
 /// Ramps from which the search begins, s.
-const RAMPS_S: [f64; 2] = [0.01, 0.15];
+const RAMPS_S: [f64; 2] = [0.005, 0.15];
 /// How well the first guess of an end is known where readings of its move are missing, s.
 const GUESS_S: f64 = 0.05;
 /// Gauss–Newton steps for end and level of one move.
@@ -114,6 +114,15 @@ fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
     (end_s, level, squares.map(|off| off * off).sum())
 }
 
+/// Minus twice the logarithm of a ramp's prior density, and the standard deviation of its logarithm there.
+fn prior(ramp_s: f64) -> (f64, f64) {
+    let kinds = KINDS.map(|(share, middle_s, spread)| {
+        (share / spread * (-0.5 * ((ramp_s / middle_s).ln() / spread).powi(2)).exp(), spread)
+    });
+    let likeliest = if kinds[0].0 > kinds[1].0 { kinds[0].1 } else { kinds[1].1 };
+    (-2.0 * (kinds[0].0 + kinds[1].0).max(f64::MIN_POSITIVE).ln(), likeliest)
+}
+
 /// Ends, speed and ramp of all moves; `speed` is a first guess, mm/s, `sigma_mm` the noise of a reading. `None` where the
 /// readings do not determine them.
 pub(super) fn ends_of(halves: &[SecondHalf], speed: f64, sigma_mm: f64) -> Option<Moves> {
@@ -122,7 +131,7 @@ pub(super) fn ends_of(halves: &[SecondHalf], speed: f64, sigma_mm: f64) -> Optio
     let cost = |x: &[f64; 2], ramp: Ramp| {
         let (speed, ramp) = at(x, ramp);
         let squares: f64 = halves.iter().map(|half| ended(half, speed, ramp).2).sum();
-        squares / (sigma_mm * sigma_mm) + ((ramp.lasts_s / RAMP_S).ln() / RAMP_SPREAD).powi(2)
+        squares / (sigma_mm * sigma_mm) + prior(ramp.lasts_s).0
     };
     let (ramp, x) = [false, true]
         .into_iter()
@@ -153,7 +162,7 @@ pub(super) fn ends_of(halves: &[SecondHalf], speed: f64, sigma_mm: f64) -> Optio
     let variance = (squares / spare).max(sigma_mm * sigma_mm);
     normal /= variance;
     (0..ends).for_each(|k| normal[(k, k)] += GUESS_S.powi(-2));
-    normal[(ends + 1, ends + 1)] += (RAMP_SPREAD * ramp_s).powi(-2);
+    normal[(ends + 1, ends + 1)] += (prior(ramp_s).1 * ramp_s).powi(-2);
     let covariance = normal.cholesky()?.inverse().view((0, 0), (ends + 2, ends + 2)).into_owned();
     (speed > 0.0 && end_s.iter().all(|end| end.is_finite())).then_some(Moves { end_s, speed, ramp_s, covariance })
 }

@@ -152,7 +152,7 @@ fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Ve
 pub(super) const VARIABLES: usize = 5;
 
 /// Parts of a run's time by which two runs differ: of a control that keeps one pace, and of one that does not.
-const DIFFERENCES: [f64; 2] = [2e-4, 5e-3];
+const DIFFERENCES: [f64; 2] = [5e-5, 5e-3];
 
 /// Units of the variables, s but for the logarithm.
 pub(super) fn units(course: &Course, data: &Averages, pace: f64) -> [f64; VARIABLES] {
