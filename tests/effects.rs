@@ -243,8 +243,8 @@ fn no_size_no_effect_and_columns_are_the_slope() {
     each(|machine, kind, effect| {
         let label = format!("{} at {} of {}", kind.name, effect.place.name(machine), machine.name);
         let mut session = walk(machine.clone());
-        // the walk is slow for what grows with the square of the speed
-        let effect = if kind.name == "imbalance" { effect.scaled(10.0) } else { effect };
+        // the walk goes to and fro within a turn: slow for what grows with the square of the speed over a turn
+        let effect = if kind.name == "imbalance" { effect.scaled(1e4) } else { effect };
         if kind.name == "arrival-lag" {
             as_poses(&mut session);
         }

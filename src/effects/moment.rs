@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, some_rows, with_word};
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, with_word};
 use super::context::Profile;
 use super::contract::word;
 use super::load_frame::{of_link, rotations};
@@ -50,19 +50,15 @@ fn has_moment(context: &Context, axis: usize, about: Vector3<f64>) -> bool {
     carrier.iter().flatten().any(|rotation| gravity.cross(&(rotation * about)).norm() > LEAST_MOMENT)
 }
 
-/// Links that hang beyond an axis: those of the chain in which gravity turns, and those of branches.
+/// Links of the branches that hang beyond an axis.
 fn levers(seen: &Observations, axis: usize) -> Vec<String> {
     let (machine, chain) = (seen.machine(), seen.context.chain());
-    let turns = |&beyond: &usize| {
-        chain.carries(axis, chain.carried_by(beyond)) && seen.context.gravity_turns_in(beyond, some_rows)
-    };
-    let of_chain = (0..machine.axes.len()).filter(turns).map(|beyond| machine.axes[beyond].name.clone());
     let hanging =
         machine.carried.iter().filter(|branch| branch.on.is_some_and(|on| chain.carries(axis, chain.carried_by(on))));
-    of_chain.chain(hanging.flat_map(|branch| &branch.joints).map(|joint| joint.name.clone())).collect()
+    hanging.flat_map(|branch| &branch.joints).map(|joint| joint.name.clone()).collect()
 }
 
-/// Sag of a joint about its line and across under the moment of what hangs beyond it, link by link: it depends on where each points.
+/// Sag of a joint about its line and across under branches that hang beyond it: the moment of another arm depends on where that points.
 pub(super) fn moments(seen: &Observations, sag: &'static str) -> Vec<CandidateFamily> {
     let machine = seen.machine();
     let mut list = Vec::new();

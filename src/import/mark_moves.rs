@@ -196,7 +196,9 @@ mod tests {
                 for (k, (end, due)) in moves.end_s.iter().zip(due).enumerate() {
                     let off = end - due;
                     assert!(off.abs() < 3.0 * moves.sigma(k, 0.0, 0.0) + 1e-4, "{ramp_s} {step_s}: {off}");
-                    assert!(moves.sigma(k, 0.0, 0.0) < 3e-3, "{ramp_s} {step_s}: ± {}", moves.sigma(k, 0.0, 0.0));
+                    // a ramp that falls between two readings moves an end by half of it
+                    let most = 2e-3 + 0.2 * step_s;
+                    assert!(moves.sigma(k, 0.0, 0.0) < most, "{ramp_s} {step_s}: ± {}", moves.sigma(k, 0.0, 0.0));
                 }
                 assert!((moves.speed - 1.0).abs() < 5e-3, "{}", moves.speed);
             }

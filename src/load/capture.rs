@@ -226,15 +226,30 @@ fn stated_rate(line: &str) -> Option<f64> {
     words.next_back()?.replace(',', ".").parse().ok().filter(|rate| *rate > 0.0)
 }
 
-fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
-    let lines = || text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+/// Where a table's header stands and how its fields are parted.
+struct Header<'t> {
+    index: usize,
+    line: &'t str,
+    separator: char,
+    /// The row of units below it, if there is one.
+    units: Option<Vec<&'t str>>,
+}
+
+/// Lines with something on them, with their numbers from 0.
+fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// The first line that names readings and is followed by numbers.
+fn header(text: &str) -> Option<Header<'_>> {
+    let lines = || filled(text);
     let separators = [';', '\t', ',', ' '];
     let is_readings = |name: &&str| matches!(meaning(name), Meaning::Readings(_));
     let names_readings = |line: &str, separator: char| {
         let names = fields(line.trim_start_matches('#'), separator);
         names.iter().any(is_readings) && names.iter().all(|name| number(name, separator).is_none())
     };
-    let found = lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
+    lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
         let mut followed = lines().skip_while(|(next, _)| *next <= index).map(|(_, line)| line);
         let (first, second) = (followed.next()?, followed.next());
         // a line of words about readings is no header: numbers follow one, or units and then numbers
@@ -253,9 +268,13 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 _ => None,
             }
         };
-        separators.iter().find_map(fits).map(|(separator, units)| (index, line, separator, units))
-    });
-    let Some((header, line, separator, units)) = found else {
+        separators.iter().find_map(fits).map(|(separator, units)| Header { index, line, separator, units })
+    })
+}
+
+fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
+    let lines = || filled(text);
+    let Some(Header { index: header, line, separator, units }) = header(text) else {
         return Err(LoadError::file(
             file,
             "has no header that names readings; a capture has columns such as time_s and deviation_um, with numbers below",

@@ -249,8 +249,14 @@ pub fn is_unfinished(folder: &Path) -> bool {
 /// Moves all files of every finished set to their places; when one cannot be moved, all go back.
 pub fn finish(folder: &Path) -> Result<(), Refusal> {
     for moves in own_folders(folder, &[MOVES]) {
-        let list = fs::read_to_string(moves.join(LIST))
-            .map_err(|why| format!("{} cannot be read: {why}; remove its folder", moves.join(LIST).display()))?;
+        let list = match fs::read_to_string(moves.join(LIST)) {
+            Ok(list) => list,
+            // a run that was killed while it removed the folder: all had taken its place
+            Err(why) if why.kind() == ErrorKind::NotFound => String::new(),
+            Err(why) => {
+                return Err(format!("{} cannot be read: {why}; remove its folder", moves.join(LIST).display()).into());
+            }
+        };
         let outcome = list.lines().try_for_each(|line| one_move(folder, &moves, line));
         if let Err(why) = &outcome {
             list.lines().for_each(|line| undo(folder, &moves, line));
