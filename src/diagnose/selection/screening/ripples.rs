@@ -57,7 +57,7 @@ pub fn ripples(model: &LinearModel, axis: usize, outlet: &Outlet) -> Vec<Ripple>
     let (ripples, beats) = (2 * FINER..MOST_RIPPLES * FINER, 1..MOST_BEATS * FINER + 1);
     let of_tests: Vec<Vec<f64>> = tests
         .par_iter()
-        .map(|rows| loudness_of_all(rows, (ripples.clone(), along), (beats.clone(), in_time)))
+        .map(|rows| loudness_of_all(rows, (ripples.clone(), along), (beats.clone(), TAU * in_time)))
         .collect();
     let mut loud = vec![0.0; ripples.len() * beats.len()];
     of_tests.iter().for_each(|own| loud.iter_mut().zip(own).for_each(|(sum, own)| *sum += own));
