@@ -3,7 +3,7 @@
 use super::ripples::ripples;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::noise::spectrum::{aliased, lines};
-use crate::effects::{CandidateFamily, KINDS, Kind, Observations, PLAUSIBLE_OF_ARMS, Signature, kind};
+use crate::effects::{CandidateFamily, KINDS, Kind, Observations, Signature, kind};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue};
 
 /// All families for a session, those of one place together.
@@ -38,6 +38,9 @@ fn families_seen(model: &LinearModel, seen: &Observations) -> Vec<CandidateFamil
     list
 }
 
+/// Amplitudes up to this are plausible for a joint of an arm, µm or arcsec, whatever causes them; what loads it may bend it more.
+const PLAUSIBLE_OF_JOINTS: f64 = 300.0;
+
 /// What static poses can show of the families of a kind.
 fn in_poses(kind: &Kind, mut families: Vec<CandidateFamily>) -> Vec<CandidateFamily> {
     let grows = matches!(kind.signature, Signature::Growth | Signature::BarLength);
@@ -45,7 +48,7 @@ fn in_poses(kind: &Kind, mut families: Vec<CandidateFamily>) -> Vec<CandidateFam
         |family: &CandidateFamily| grows && family.grid.iter().all(|effect| effect.parameter("tau").is_some());
     families.retain(|family| !kind.needs_runs && !needs_times(family));
     for family in &mut families {
-        family.plausible = family.plausible.max(PLAUSIBLE_OF_ARMS);
+        family.plausible = family.plausible.max(PLAUSIBLE_OF_JOINTS);
         // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
         family.fast = kind.signature == Signature::Period;
     }
