@@ -1,4 +1,4 @@
-//! Sines and cosines of many angles at once, in registers; not for angles beyond [`LARGEST_ANGLE_RAD`].
+//! Sines and cosines of many angles at once, in registers; one by one for angles beyond [`LARGEST_ANGLE_RAD`].
 //!
 //! Reduction to |r| ≤ π/4 by three parts of π/2 (Cody and Waite), then the minimax polynomials of fdlibm's `k_sin` and
 //! `k_cos`. The first two parts have 33 bits, so that their products with the quadrant are exact with or without

@@ -168,7 +168,7 @@ impl CandidateFamily {
 
 /// Amplitudes up to this are plausible for an arm, µm or arcsec: arms of a metre sag by some hundreds of them, a torso that carries two
 /// arms by thousands. How large the amplitudes of a block are is for its evidence to say.
-pub const PLAUSIBLE_OF_ARMS: f64 = 3000.0;
+pub(super) const PLAUSIBLE_OF_ARMS: f64 = 3000.0;
 
 /// An effect that is not looked for.
 pub(super) fn none(_seen: &Observations) -> Vec<CandidateFamily> {

@@ -6,13 +6,13 @@
 use super::candidates::{CandidateFamily, Observations, none};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, plain_measure, single_function, word,
+    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
+    single_function,
 };
+use super::named_ball::{self, NamedBall, naming};
 use super::{Context, EffectError};
-use crate::machine::{Effect, Outlet, ParameterValue, Place};
-use crate::session::{Ball, Setup};
-use nalgebra::Vector3;
+use crate::machine::{Effect, Outlet, Place};
+use crate::session::Setup;
 
 /// Drift of what stands still while the machine takes its poses.
 pub static MOUNT_DRIFT: Kind = Kind {
@@ -40,17 +40,10 @@ pub static MOUNT_DRIFT: Kind = Kind {
         parameters: "`link`, `at`",
         unit: "um",
     },
-    parameters: &[
-        Parameter::word("link", &[], DefaultValue::Absent, "link of the instrument or socket concerned"),
-        Parameter {
-            name: "at",
-            unit: ParameterUnit::Plain,
-            count: 3,
-            default: DefaultValue::Absent,
-            bounds: (-1e6, 1e6),
-            meaning: "place of the instrument or socket concerned, mm; without link and at: all of them",
-        },
-    ],
+    parameters: &named_ball::parameters(
+        "link of the instrument or socket concerned",
+        "place of the instrument or socket concerned, mm; without link and at: all of them",
+    ),
     check: no_check,
     outlets: |_, place| {
         if place == Place::Pivot { (0..3).map(Outlet::Pivot).collect() } else { Vec::new() }
@@ -60,21 +53,11 @@ pub static MOUNT_DRIFT: Kind = Kind {
     profiles,
 };
 
-/// Places closer than this are one place, mm.
-const SAME_PLACE_MM: f64 = 1e-3;
-
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
-    let at = match list(effect, "at") {
-        [x, y, z] => Some(Vector3::new(*x, *y, *z)),
-        _ => None,
-    };
-    let link = word(effect, "link");
-    let concerned = |ball: &Ball| {
-        at.is_none_or(|at| (ball.at - at).norm() < SAME_PLACE_MM) && link.is_none_or(|link| ball.link == link)
-    };
+    let concerned = NamedBall::of(effect);
     Ok(vec![context.profile(|test, row| {
         let entry = &context.session().tests[test];
-        if entry.reading.is_gap() || !concerned(&entry.pivot) {
+        if entry.reading.is_gap() || !concerned.is(&entry.pivot) {
             return 0.0;
         }
         let number = |row: usize| context.pose_number(test, row);
@@ -92,10 +75,7 @@ fn drifts(seen: &Observations) -> Vec<CandidateFamily> {
     let of_setup = |setup: &Setup| {
         let test = &tests[setup.first_test];
         test.reading.part()?;
-        let ball = &test.pivot;
-        let effect = Effect::new(MOUNT_DRIFT.name, Place::Pivot)
-            .with("link", ParameterValue::Word(ball.link.clone()))
-            .with("at", ParameterValue::List(vec![ball.at.x, ball.at.y, ball.at.z]));
+        let effect = naming(Effect::new(MOUNT_DRIFT.name, Place::Pivot), &test.pivot);
         let outlets = (0..3).map(Outlet::Pivot).collect();
         Some(CandidateFamily::new(MOUNT_DRIFT.name, Place::Pivot, outlets, PLAUSIBLE).over(vec![effect]))
     };

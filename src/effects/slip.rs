@@ -6,13 +6,17 @@ use super::candidates::{CandidateFamily, Observations, Refined, none, with_numbe
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, plain_measure, single_function, word,
+    no_check, plain_measure, single_function,
 };
+use super::named_ball::{self, NamedBall, SAME_PLACE_MM, naming};
 use super::{Context, EffectError};
-use crate::machine::{Effect, Outlet, ParameterValue, Place};
+use crate::machine::{Effect, Outlet, Place};
 use crate::session::{Ball, Test};
-use nalgebra::Vector3;
 
+const LINK_AND_PLACE: [Parameter; 2] = named_ball::parameters(
+    "link of the ball concerned",
+    "place of the ball concerned, mm; without link and at: the ball of the test in or before which it slips",
+);
 const PARAMETERS: &[Parameter] = &[
     Parameter::number("time", ParameterUnit::Plain, DefaultValue::Required, (-1e9, 1e9), "session time of the slip, s"),
     Parameter::number(
@@ -29,15 +33,8 @@ const PARAMETERS: &[Parameter] = &[
         (1e-3, 1e7),
         "time constant of the creep, s",
     ),
-    Parameter::word("link", &[], DefaultValue::Absent, "link of the ball concerned"),
-    Parameter {
-        name: "at",
-        unit: ParameterUnit::Plain,
-        count: 3,
-        default: DefaultValue::Absent,
-        bounds: (-1e6, 1e6),
-        meaning: "place of the ball concerned, mm; without link and at: the ball of the test in or before which it slips",
-    },
+    LINK_AND_PLACE[0],
+    LINK_AND_PLACE[1],
 ];
 
 /// Slip of the pivot cup.
@@ -112,9 +109,6 @@ pub static BALL_SLIP: Kind = Kind {
     profiles: |context, effect| slip(&BALL_SLIP, context, effect, |test| &context.session().tests[test].spindle_ball),
 };
 
-/// Places closer than this are one place, mm.
-const SAME_PLACE_MM: f64 = 1e-3;
-
 fn slip<'a>(
     kind: &Kind,
     context: &Context,
@@ -123,18 +117,12 @@ fn slip<'a>(
 ) -> Result<Vec<Profile>, EffectError> {
     let number = |name| kind.number(context, effect, name);
     let (time, creep_share, creep_time) = (number("time"), number("creep_share"), number("creep_time"));
-    let at = match list(effect, "at") {
-        [x, y, z] => Some(Vector3::new(*x, *y, *z)),
-        _ => None,
-    };
-    let link = word(effect, "link");
+    let named = NamedBall::of(effect);
     // unless named, the ball is the one mounted when it happened
     let mounted = context.order().iter().copied().find(|&test| context.ends_at_s(test) >= time).map(&ball);
-    let concerned = |ball: &Ball| match (at, link, mounted) {
-        (None, None, Some(mounted)) => is_one(ball, mounted),
-        (at, link, _) => {
-            at.is_none_or(|at| (ball.at - at).norm() < SAME_PLACE_MM) && link.is_none_or(|link| ball.link == link)
-        }
+    let concerned = |ball: &Ball| match (&named, mounted) {
+        (NamedBall { at: None, link: None }, Some(mounted)) => is_one(ball, mounted),
+        _ => named.is(ball),
     };
     Ok(vec![context.profile(|test, row| {
         let since = context.session_time_s(test, row) - time;
@@ -186,11 +174,11 @@ fn slips(
         let before = (index > 0).then_some(JUST_BEFORE);
         let moments = before.into_iter().chain(MOMENTS).map(|share| from + share * (to - from));
         let ball = ball(own);
-        grid.extend(moments.chain(seen.jumps_s[test].iter().copied()).map(|time| {
-            with_number(kind.name, place, "time", time)
-                .with("link", ParameterValue::Word(ball.link.clone()))
-                .with("at", ParameterValue::List(vec![ball.at.x, ball.at.y, ball.at.z]))
-        }));
+        grid.extend(
+            moments
+                .chain(seen.jumps_s[test].iter().copied())
+                .map(|time| naming(with_number(kind.name, place, "time", time), ball)),
+        );
     }
     let shape = vec![
         Refined::number("time", (0.0, seen.latest_s()), 3.0),

@@ -137,8 +137,8 @@ fn step(
     }
     let factor = Cholesky::new(matrix)?;
     let scaled = factor.solve(&right);
-    // no unknown moves by more sigmas than the whole step (Cauchy and Schwarz); far off the minimum that says enough, at a
-    // tenth of the cost
+    // no unknown moves by more sigmas than the whole step (Cauchy and Schwarz); far off the minimum that says enough, and
+    // spares as much work as the factor takes
     let whole = scaled.dot(&right).max(0.0).sqrt();
     let relative = if whole > EXACT_BELOW {
         whole

@@ -1,9 +1,7 @@
 //! The moves along the bar that a program makes around its runs, found in the readings: when each run began and ended, and the pace.
 //!
 //! A mark changes the length by tenths of a millimetre within half a second, which no run does. Where one lies is told by how
-//! well its form explains the readings around it. Then each move is a straight line: it ends where that line meets the level at
-//! which the bar stands afterwards, so lost motion, which delays a move's begin, shifts nothing. Its slope over all moves is the
-//! pace of the control.
+//! well its form explains the readings around it. When its moves ended is fitted in `mark_moves`.
 
 use super::capture::Capture;
 use super::mark_moves::{SecondHalf, ends_of};

@@ -1,4 +1,4 @@
-//! Whether the timing found is to be believed, and to how many degrees; refusals say what was found. It reads no files.
+//! Whether the timing found is to be believed; refusals say what was found. How well it is known is in `uncertainty`. It reads no files.
 
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair, pairs};

@@ -383,7 +383,6 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 None => series.push((name, tag.to_string(), numbers)),
             },
             _ if plain.contains("unit") => unit = plain_name(content),
-            // names of elements and their attributes, not what stands in them
             _ => raw.not_read.push(name.to_string()),
         }
     }

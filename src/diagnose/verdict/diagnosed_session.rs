@@ -1,15 +1,11 @@
 //! A session as diagnosed: effects in its machine, errors and places of balls and bars fitted beside them. It searches nothing.
 
-use nalgebra::Vector3;
-
 use super::diagnosis::{DiagnoseError, Diagnosis};
 use crate::chain::Chain;
+use crate::effects::{NamedBall, name_place};
 use crate::identify::{self, Problem, fitted_session};
-use crate::machine::{Effect, ParameterValue, Place};
+use crate::machine::{Effect, Place};
 use crate::session::{Ball, Session, Setups, Test};
-
-/// Stated places nearer than this are one, as in the session file.
-const SAME_PLACE_MM: f64 = 1e-3;
 
 /// The session whose simulation predicts its recordings.
 ///
@@ -37,15 +33,11 @@ fn follow_ball(effect: &mut Effect, stated: &Session, fitted: &[Test]) {
         Place::SpindleBall => |test| &test.spindle_ball,
         _ => return,
     };
-    let Some(ParameterValue::List(at)) = effect.parameter("at") else { return };
-    let is_link = |name: &str| match effect.parameter("link") {
-        Some(ParameterValue::Word(link)) => link == name,
-        _ => true,
-    };
-    let named = Vector3::from_iterator(at.iter().copied().chain([0.0; 3]).take(3));
-    let concerned = |test: &Test| (ball(test).at - named).norm() < SAME_PLACE_MM && is_link(&ball(test).link);
-    if let Some(index) = stated.tests.iter().position(concerned) {
-        let at = ball(&fitted[index]).at;
-        effect.set("at", ParameterValue::List(vec![at.x, at.y, at.z]));
+    let named = NamedBall::of(effect);
+    if named.at.is_none() {
+        return;
+    }
+    if let Some(index) = stated.tests.iter().position(|test| named.is(ball(test))) {
+        name_place(effect, ball(&fitted[index]));
     }
 }
