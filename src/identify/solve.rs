@@ -50,21 +50,34 @@ const STEP_TOLERANCE: f64 = 1e-3;
 /// Size of a whole step in posterior sigmas above which it counts as its largest part: fifty tolerances. A fit goes on for a
 /// step or two more where its parts are within the tolerance by then, never less.
 const EXACT_BELOW: f64 = 50.0 * STEP_TOLERANCE;
+/// Share of a step at which its bend is measured: short enough for a second derivative, long enough for rounding.
+const AHEAD: f64 = 0.1;
+/// Largest correction for the bend, of the step; beyond it higher orders count (Transtrum and Sethna: 0.75).
+const MOST_BEND: f64 = 0.75;
 /// Huber's constant: residuals beyond so many scales count linearly.
 const HUBER: f64 = 1.5;
 
 /// Minimises weighted residuals and priors from `start`.
 pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solution {
-    minimise_until(problem, start, weighting, 0.0)
+    minimise_until(problem, start, weighting, Until { least_gain: 0.0, steps: MAX_STEPS })
 }
 
-/// As [`minimise`], but ends with the first undamped step that lowers the cost by less than `least_gain` of it: where only the
-/// size of the residuals is asked for. Huber's weights change with the residuals, so that the last steps are many and short.
-pub fn minimise_until(problem: &Problem, start: &[f64], weighting: &Weighting, least_gain: f64) -> Solution {
-    let solution = descend(problem, start, (weighting, Damping::ByData), least_gain);
+/// How far a descent is taken.
+#[derive(Debug, Clone, Copy)]
+pub struct Until {
+    /// Share of the cost that an undamped step must gain, or the descent ends with it.
+    pub least_gain: f64,
+    /// Most steps with either kind of damping.
+    pub steps: usize,
+}
+
+/// As [`minimise`], but only so far: where the size of the residuals alone is asked for. Huber's weights change with the
+/// residuals, so that the last steps are many and short.
+pub fn minimise_until(problem: &Problem, start: &[f64], weighting: &Weighting, until: Until) -> Solution {
+    let solution = descend(problem, start, (weighting, Damping::ByData), until);
     match solution.converged {
         true => solution,
-        false => descend(problem, &solution.values, (weighting, Damping::ByPriors), least_gain),
+        false => descend(problem, &solution.values, (weighting, Damping::ByPriors), until),
     }
 }
 
@@ -78,23 +91,25 @@ enum Damping {
     ByPriors,
 }
 
-fn descend(problem: &Problem, start: &[f64], (weighting, kind): (&Weighting, Damping), least_gain: f64) -> Solution {
+fn descend(problem: &Problem, start: &[f64], (weighting, kind): (&Weighting, Damping), until: Until) -> Solution {
     let mut values = start.to_vec();
     let (mut normal, mut residual_mm) = normal_equations(problem, &values, weighting);
     let mut cost = normal.cost + prior_cost(problem, &values);
     let mut damping = 0.0;
     let mut converged = false;
-    for _ in 0..MAX_STEPS {
+    for _ in 0..until.steps {
         let Some((step, relative)) = step(problem, &values, &normal, (damping, kind)) else {
             damping = (damping * 10.0f64).max(1e-3);
             continue;
         };
+        let step =
+            if damping > 0.0 { bent(problem, &values, &normal, &step, (weighting, damping, kind)) } else { step };
         let trial: Vec<f64> = values.iter().zip(step.iter()).map(|(value, step)| value + step).collect();
         let (next, next_residual) = normal_equations(problem, &trial, weighting);
         let next_cost = next.cost + prior_cost(problem, &trial);
         // rounding of the sum must not reject the last, tiny steps
         if next_cost <= cost * (1.0 + 1e-12) + 1e-12 {
-            let is_little = damping == 0.0 && cost - next_cost < least_gain * cost;
+            let is_little = damping == 0.0 && cost - next_cost < until.least_gain * cost;
             (values, normal, residual_mm, cost) = (trial, next, next_residual, next_cost);
             // a damped step is short wherever it stands: what counts is how far the minimum is without
             let left = if damping == 0.0 { relative } else { undamped_step(problem, &values, &normal) };
@@ -126,16 +141,11 @@ fn step(
     (damping, kind): (f64, Damping),
 ) -> Option<(DVector<f64>, f64)> {
     let count = values.len();
-    let mut matrix = normal.information.clone();
-    for k in 0..count {
-        let by = if kind == Damping::ByData { 1.0 + matrix[(k, k)] } else { 1.0 };
-        matrix[(k, k)] += 1.0 + damping * by;
-    }
+    let factor = factor(normal, (damping, kind))?;
     let mut right = normal.gradient.clone();
     for (k, unknown) in problem.unknowns.iter().enumerate() {
         right[k] -= (values[k] - unknown.prior_mean) / unknown.prior_sigma;
     }
-    let factor = Cholesky::new(matrix)?;
     let scaled = factor.solve(&right);
     // no unknown moves by more sigmas than the whole step (Cauchy and Schwarz); far off the minimum that says enough, and
     // spares as much work as the factor takes
@@ -149,6 +159,72 @@ fn step(
     let step =
         DVector::from_iterator(count, scaled.iter().zip(&problem.unknowns).map(|(s, unknown)| s * unknown.prior_sigma));
     step.iter().all(|value| value.is_finite()).then_some((step, relative))
+}
+
+/// Factor of the damped equations; `None` when they are not solvable.
+fn factor(normal: &Normal, (damping, kind): (f64, Damping)) -> Option<Cholesky<f64, Dyn>> {
+    let mut matrix = normal.information.clone();
+    for k in 0..matrix.nrows() {
+        let by = if kind == Damping::ByData { 1.0 + matrix[(k, k)] } else { 1.0 };
+        matrix[(k, k)] += 1.0 + damping * by;
+    }
+    Cholesky::new(matrix)
+}
+
+/// A damped step with its first correction for the bend of the valley that it follows ("geodesic acceleration"; Transtrum and
+/// Sethna, Improvements to the Levenberg–Marquardt algorithm, arXiv 1201.5885): the predictions' second derivative along the
+/// step, by a difference. The step itself where the correction is not small beside it.
+fn bent(
+    problem: &Problem,
+    values: &[f64],
+    normal: &Normal,
+    step: &DVector<f64>,
+    (weighting, damping, kind): (&Weighting, f64, Damping),
+) -> DVector<f64> {
+    let Some(factor) = factor(normal, (damping, kind)) else { return step.clone() };
+    let ahead: Vec<f64> = values.iter().zip(step.iter()).map(|(value, step)| value + AHEAD * step).collect();
+    let (here, there) = (problem.geometry(values), problem.geometry(&ahead));
+    let parts: Vec<Vec<f64>> = (0..problem.tests.len())
+        .into_par_iter()
+        .map(|test| {
+            let columns = &problem.tests[test].columns;
+            let mut prediction = problem.predict(test, &here, values);
+            let residual_there = problem.predict(test, &there, &ahead).residual_mm;
+            let along = DVector::from_iterator(columns.len(), columns.iter().map(|&index| step[index]));
+            let straight = &prediction.jacobian * along;
+            let mut second = DVector::zeros(straight.len());
+            for row in 0..straight.len() {
+                let change = prediction.residual_mm[row] - residual_there[row];
+                let value = 2.0 * (change - AHEAD * straight[row]) / AHEAD.powi(2);
+                second[row] = if value.is_finite() { value } else { 0.0 };
+            }
+            let last = columns.len();
+            prediction.jacobian = prediction.jacobian.insert_column(last, 0.0);
+            prediction.jacobian.set_column(last, &second);
+            weigh(&mut prediction, test, weighting);
+            let rows = prediction.jacobian.nrows();
+            let (jacobian, second) = prediction.jacobian.as_slice().split_at(rows * last);
+            let mut gradient = vec![0.0; last];
+            add_cross_products(jacobian, second, rows, &mut gradient);
+            gradient
+        })
+        .collect();
+    let mut right = DVector::zeros(values.len());
+    for (gradient, test) in parts.iter().zip(&problem.tests) {
+        for (value, &index) in gradient.iter().zip(&test.columns) {
+            right[index] -= value * problem.unknowns[index].prior_sigma;
+        }
+    }
+    let scaled = factor.solve(&right);
+    let sigma = |k: usize| problem.unknowns[k].prior_sigma;
+    let acceleration = DVector::from_iterator(values.len(), (0..values.len()).map(|k| scaled[k] * sigma(k)));
+    let size = |v: &DVector<f64>| (0..values.len()).map(|k| (v[k] / sigma(k)).powi(2)).sum::<f64>().sqrt();
+    let is_small = 2.0 * size(&acceleration) <= MOST_BEND * size(step);
+    if is_small && acceleration.iter().all(|value| value.is_finite()) {
+        step + 0.5 * acceleration
+    } else {
+        step.clone()
+    }
 }
 
 /// Diagonal of the inverse of a factored matrix `L·Lᵀ`: squared lengths of the columns of `L⁻¹`, a sixth of the work of the

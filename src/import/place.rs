@@ -52,9 +52,9 @@ const NOISES: f64 = 3.0;
 const GAP_OFF_S: f64 = 0.12;
 /// Most standard deviations by which a run may begin or end beside its marks.
 const RUN_OFF: f64 = 6.0;
-/// Least certainty of a position, deg or mm: where the length changes so little, a misplaced reading is none by its length; beyond
-/// it an arc cannot be told from its run-in.
-const LIMIT: f64 = 10.0;
+/// Least certainty of a position, deg or mm: 2° turn 3.5 % of an error into the one beside it. Beyond it the noise of a bar that
+/// stands looks like a run too often.
+const LIMIT: f64 = 2.0;
 
 /// Places a capture on the best of some pairs of tests. With [`Feeds::Programmed`] a capture that fits at another feed alone
 /// is refused: so does many a capture of another program.
@@ -129,8 +129,8 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
     let (pair, course, candidates) = found.swap_remove(0);
     let odds_tests = next.as_ref().map_or(f64::INFINITY, |(_, cost)| 0.5 * (cost - candidates[0].cost));
     let placement = judged(&name(&pair), (pair, course), &candidates, capture, levels)?;
-    // without the gap, circles in other planes are told by their readings alone
-    let clear = if seen.is_some_and(|seen| !seen.gap_is_known) { CERTAIN } else { CLEAR };
+    // without the gap between marks, tests are told by their readings alone
+    let clear = if seen.is_some_and(|seen| seen.gap_is_known) { CLEAR } else { CERTAIN };
     match next {
         Some((other, _)) if odds_tests < clear => {
             Err(ImportError::TwoTests { one: name(&pair), other, odds: odds_tests })

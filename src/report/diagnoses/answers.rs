@@ -35,7 +35,7 @@ pub(super) fn answers(page: &mut String, session: &Session, json: &DiagnosisJson
         let [what, place, sure, to_do] = row.each_ref().map(|text| escape(text));
         let _ = writeln!(
             page,
-            "<tr><td>{number}</td><th scope=\"row\">{what}</th><td>{place}</td><td>{sure}</td><td>{to_do}</td></tr>"
+            "<tr><td>{number}</td><th scope=\"row\">{what}</th><td data-of=\"where\">{place}</td><td data-of=\"how sure\">{sure}</td><td data-of=\"what to do\">{to_do}</td></tr>"
         );
     }
     page.push_str("</tbody></table>\n");
@@ -70,7 +70,8 @@ fn of_finding(session: &Session, finding: &FindingJson) -> Answer {
 /// Without a finding: what to do next is the test that would show most of what stays hidden.
 fn of_nothing(session: &Session, json: &DiagnosisJson) -> Answer {
     let hidden = json.blind_to.len();
-    let next = cures(session, json).into_iter().next().map(|cure| {
+    // of equal ones the first, which is the shortest
+    let next = cures(session, json).into_iter().rev().max_by_key(|cure| cure.causes.len()).map(|cure| {
         let time = cure.minutes.map(|minutes| format!(" ({})", minutes_words(minutes))).unwrap_or_default();
         format!("{}{time}: shows {} of the {hidden}", cure.says, cure.causes.len())
     });

@@ -22,6 +22,8 @@ struct Node {
 const BOX_WIDTH: f64 = 92.0;
 const BOX_HEIGHT: f64 = 46.0;
 const GAP: f64 = 30.0;
+/// Letters that a box holds at the usual size; smaller beyond.
+const LONG_LABEL: usize = 9;
 const LEFT: f64 = 24.0;
 const CHAIN_Y: f64 = 44.0;
 const BELOW_Y: f64 = 150.0;
@@ -153,8 +155,9 @@ fn draw(svg: &mut String, node: &Node, findings: &[FindingJson]) {
     let raised = if node.note.is_empty() { 5.0 } else { -1.0 };
     let _ = writeln!(
         svg,
-        "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"600\">{}</text>",
+        "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"600\"{}>{}</text>",
         middle(node) + raised,
+        if node.label.len() > LONG_LABEL { " font-size=\"12\"" } else { "" },
         escape(&node.label)
     );
     if !node.note.is_empty() {
