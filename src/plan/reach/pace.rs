@@ -13,6 +13,9 @@ const ROTARY_DEG_PER_S2: f64 = 300.0;
 /// Share of the acceleration that a look-ahead spends in a block that it joins to its neighbours: while one slows down the
 /// next speeds up (LinuxCNC halves it).
 const JOINED: f64 = 0.5;
+/// Share of the acceleration that is left along an arc: a control keeps the rest for the one towards the middle, and halves
+/// both where it may join blocks (seen on LinuxCNC: a quarter of the axes' acceleration).
+const ALONG_ARC: f64 = 0.25;
 /// Part of the run-in that a ramp may fill: the rest is for jerk limits.
 const RAMP: f64 = 0.75;
 /// Most that a straight block may change the bar's length, mm: below the 0.5 um of a gauge, with room for the digits that
@@ -37,7 +40,7 @@ fn fastest_rad_per_s(machine: &Machine, candidate: &Candidate) -> f64 {
     let beyond = |slides_mm: f64| RUN_IN.to_radians() / slides_mm.to_radians().max(1.0);
     match &candidate.drive {
         Drive::Turn => ramp(rotary, RUN_IN.to_radians()),
-        Drive::Circle(..) => ramp(SLIDE_MM_PER_S2 / bar, RUN_IN / bar),
+        Drive::Circle(..) => ramp(ALONG_ARC * SLIDE_MM_PER_S2 / bar, RUN_IN / bar),
         Drive::Follow(follow, swing) => {
             // slides go on the first radius; a chord of theirs lies inside it, by this much along the bar
             let (slides_mm, along_mm) = match follow {
@@ -46,11 +49,11 @@ fn fastest_rad_per_s(machine: &Machine, candidate: &Candidate) -> f64 {
                 Follow::Axial | Follow::None => (rho, 0.0),
             };
             let acceleration = rotary.min(SLIDE_MM_PER_S2 / slides_mm);
-            let fastest = ramp(acceleration, beyond(slides_mm));
             match plane_circle(machine, swing) {
-                true => fastest,
+                true => ramp(ALONG_ARC * acceleration, beyond(slides_mm)),
                 // a block must be so long that it can be entered and left at full speed: v²/a
                 false => {
+                    let fastest = ramp(acceleration, beyond(slides_mm));
                     let block = block_deg(along_mm).to_radians();
                     fastest.min((JOINED * acceleration * block).sqrt()).min(block / LEAST_BLOCK_S)
                 }

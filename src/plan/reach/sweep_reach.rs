@@ -106,11 +106,18 @@ pub fn longest_sweep(
             Ok(_) => return Ok(ClearArc { from_deg, to_deg, ends }),
             Err(hit) => {
                 let deg = angle_at(&angles, hit.at_row);
+                // on to where nothing is close, a degree at a time: certifying costs a hundred poses
                 if deg - a > b - deg {
                     b = deg - 1.0;
+                    while b > a && close(b, scratch) {
+                        b -= 1.0;
+                    }
                     ends[1] = Some(hit.pair);
                 } else {
                     a = deg + 1.0;
+                    while a < b && close(a, scratch) {
+                        a += 1.0;
+                    }
                     ends[0] = Some(hit.pair);
                 }
             }
