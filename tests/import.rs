@@ -7,6 +7,7 @@ mod captured;
 
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use captured::{Drawn, Erring, HABITS, Habit, Kind, Planned, planned};
 use fiveaxis::import::{Feeds, ImportError, Pair, place};
@@ -16,6 +17,10 @@ use serde_json::Value;
 
 /// Axis positions that a placement must reach where the readings tell more, deg.
 const REACH_DEG: f64 = 0.05;
+
+/// The plan that most tests share, its programs with marks and without.
+static MARKED: LazyLock<Planned> = LazyLock::new(|| planned("hermle-c600u.yaml", 1500.0, true));
+static PLAIN: LazyLock<Planned> = LazyLock::new(|| planned("hermle-c600u.yaml", 1500.0, false));
 
 fn count(usual: u64) -> u64 {
     std::env::var("FIVEAXIS_CAPTURES").map_or(usual, |count| count.parse().expect("a number of captures"))
@@ -50,11 +55,11 @@ fn placed_among_all(planned: &Planned, seeds: std::ops::Range<u64>) {
 
 #[test]
 fn captures_with_marks_are_placed_among_all_tests() {
-    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let planned = &*MARKED;
     // circles in YZ and ZX, which move alike, are among them
     assert!(planned.session.tests.iter().any(|test| test.name.starts_with("zx")));
     assert!(planned.session.tests.iter().all(|test| test.marks.is_some()));
-    placed_among_all(&planned, 0..count(planned.pairs.len() as u64));
+    placed_among_all(planned, 0..count(planned.pairs.len() as u64));
 }
 
 fn refusal(planned: &Planned, among: &[Pair], drawn: &Drawn) -> ImportError {
@@ -67,14 +72,14 @@ fn refusal(planned: &Planned, among: &[Pair], drawn: &Drawn) -> ImportError {
 #[test]
 fn what_was_cut_off_or_stood_still_is_refused() {
     for marks in [true, false] {
-        let planned = planned("hermle-c600u.yaml", 1500.0, marks);
+        let planned = if marks { &*MARKED } else { &*PLAIN };
         // a circle, whose readings tell much, and the example tries others
         let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
         let pair = pair.expect("a circle");
         let mut erring = Erring::drawn(&planned.session.machine, 5);
         for kind in [Kind::CutAtStart, Kind::CutAtEnd, Kind::BarOff, Kind::Standing] {
             let drawn = planned.drawn(&mut erring, pair, 5, kind);
-            let why = refusal(&planned, &[planned.pairs[pair]], &drawn);
+            let why = refusal(planned, &[planned.pairs[pair]], &drawn);
             println!("{marks} {kind:?} {}: {why}", drawn.says);
             match (kind, marks) {
                 (Kind::BarOff, _) => assert!(matches!(why, ImportError::BarOff { .. }), "{why}"),
@@ -89,10 +94,10 @@ fn what_was_cut_off_or_stood_still_is_refused() {
 
 #[test]
 fn another_program_s_capture_is_refused() {
-    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let planned = &*MARKED;
     let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, 5), 1, 5, Kind::Sound);
     for (k, &other) in planned.pairs.iter().enumerate().filter(|(k, _)| *k != 1) {
-        let why = refusal(&planned, &[other], &drawn);
+        let why = refusal(planned, &[other], &drawn);
         println!("{} as {k}: {why}", drawn.says);
         let told =
             matches!(why, ImportError::OtherGap { .. } | ImportError::OtherRuns { .. } | ImportError::OtherFeed { .. });
@@ -102,7 +107,7 @@ fn another_program_s_capture_is_refused() {
 
 #[test]
 fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
-    let planned = planned("hermle-c600u.yaml", 1500.0, false);
+    let planned = &*PLAIN;
     let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
     let pair = pair.expect("a circle");
     let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, 7), pair, 7, Kind::Sound);
@@ -113,7 +118,7 @@ fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
 
 #[test]
 fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
-    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let planned = &*MARKED;
     let names = |pair: usize| planned.session.tests[planned.pairs[pair].tests[0]].name.as_str();
     for (k, habit) in HABITS.into_iter().enumerate() {
         for pair in [k % planned.pairs.len(), (k + 3) % planned.pairs.len()] {
@@ -139,13 +144,13 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
 
 #[test]
 fn an_override_is_placed_where_it_is_asked_for() {
-    let planned = planned("hermle-c600u.yaml", 1500.0, true);
+    let planned = &*MARKED;
     let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
     let pair = pair.expect("a circle");
     for (seed, part) in [(3, 0.5), (4, 0.8), (5, 1.2), (6, 1.6)] {
         let mut erring = Erring::drawn(&planned.session.machine, seed);
         let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Override(part));
-        let why = refusal(&planned, &planned.pairs, &drawn).to_string();
+        let why = refusal(planned, &planned.pairs, &drawn).to_string();
         println!("{}: {why}", drawn.says);
         assert!(why.contains("--any-feed"), "{part}: {why}");
         let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Any)
