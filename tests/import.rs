@@ -86,6 +86,7 @@ fn what_was_cut_off_or_stood_still_is_refused() {
                 (Kind::CutAtStart | Kind::CutAtEnd, true) => {
                     assert!(matches!(why, ImportError::MarksMissing { .. }), "{why}");
                 }
+                (Kind::Standing, true) => assert!(matches!(why, ImportError::NoMarks { .. }), "{why}"),
                 _ => {}
             }
         }

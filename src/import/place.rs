@@ -76,6 +76,7 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
                 | ImportError::Unexplained { .. }
                 | ImportError::OtherRuns { .. }
                 | ImportError::MarksMissing { .. }
+                | ImportError::NoMarks { .. }
                 | ImportError::TooShort { .. },
             ),
             Feeds::Programmed,
@@ -218,7 +219,13 @@ fn marked(
             Found::None => {}
         }
     }
-    missing.map_or(Ok(None), Err)
+    // marks are a thousand times the noise: without one the program did not run, or ran without them
+    let of_all = among.iter().all(|pair| session.tests[pair.tests[0]].marks.is_some());
+    match (missing, among.first()) {
+        (Some(why), _) => Err(why),
+        (None, Some(pair)) if of_all => Err(ImportError::NoMarks { test: session.tests[pair.tests[0]].name.clone() }),
+        _ => Ok(None),
+    }
 }
 
 fn judged(
