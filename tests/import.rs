@@ -121,6 +121,7 @@ fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
 fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
     let planned = &*MARKED;
     let names = |pair: usize| planned.session.tests[planned.pairs[pair].tests[0]].name.as_str();
+    let mut in_doubt = Vec::new();
     for (k, habit) in HABITS.into_iter().enumerate() {
         for pair in [k % planned.pairs.len(), (k + 3) % planned.pairs.len()] {
             let seed = 40 + 10 * k as u64 + pair as u64;
@@ -130,6 +131,11 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
                 Ok(placement) => placement,
                 // without the gap that tells tests apart, tests that read alike are not guessed
                 Err(ImportError::TwoTests { .. }) if habit == Habit::Waits => continue,
+                // a run of three seconds may leave two places open: that is said, and not guessed
+                Err(why @ ImportError::TwoPlaces { .. }) => {
+                    in_doubt.push(format!("{}: {why}", drawn.says));
+                    continue;
+                }
                 Err(why) => panic!("{}: {why}", drawn.says),
             };
             assert_eq!(placement.pair, planned.pairs[pair], "{}: as {}", drawn.says, names(pair));
@@ -141,6 +147,7 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
             assert!(off < allowed, "{}: misplaced by {off}", drawn.says);
         }
     }
+    assert!(in_doubt.len() <= 1, "{in_doubt:#?}");
 }
 
 #[test]

@@ -106,24 +106,26 @@ pub fn longest_sweep(
             Ok(_) => return Ok(ClearArc { from_deg, to_deg, ends }),
             Err(hit) => {
                 let deg = angle_at(&angles, hit.at_row);
-                // on to where nothing is close, a degree at a time: certifying costs a hundred poses
                 if deg - a > b - deg {
-                    b = deg - 1.0;
-                    while b > a && close(b, scratch) {
-                        b -= 1.0;
-                    }
+                    b = beyond_hit(deg, -1.0, a, |deg| close(deg, scratch));
                     ends[1] = Some(hit.pair);
                 } else {
-                    a = deg + 1.0;
-                    while a < b && close(a, scratch) {
-                        a += 1.0;
-                    }
+                    a = beyond_hit(deg, 1.0, b, |deg| close(deg, scratch));
                     ends[0] = Some(hit.pair);
                 }
             }
         }
     }
     Err(ends.into_iter().flatten().next().unwrap_or_else(|| nearest(0.5 * (a + b), scratch)))
+}
+
+/// The first place beyond a hit where nothing is close, a degree at a time: certifying costs a hundred poses.
+fn beyond_hit(hit: f64, step: f64, end: f64, mut close: impl FnMut(f64) -> bool) -> f64 {
+    let mut deg = hit + step;
+    while (end - deg) * step > 0.0 && close(deg) {
+        deg += step;
+    }
+    deg
 }
 
 /// The path's angle at a place between two rows, deg.
