@@ -119,9 +119,9 @@ fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
 
 #[test]
 fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
-    let planned = &*MARKED;
+    // at 1500 mm/min the shortest run takes 2.8 s: two paces leave two places open there, which is refused
+    let planned = planned("hermle-c600u.yaml", 500.0, true);
     let names = |pair: usize| planned.session.tests[planned.pairs[pair].tests[0]].name.as_str();
-    let mut in_doubt = Vec::new();
     for (k, habit) in HABITS.into_iter().enumerate() {
         for pair in [k % planned.pairs.len(), (k + 3) % planned.pairs.len()] {
             let seed = 40 + 10 * k as u64 + pair as u64;
@@ -131,11 +131,6 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
                 Ok(placement) => placement,
                 // without the gap that tells tests apart, tests that read alike are not guessed
                 Err(ImportError::TwoTests { .. }) if habit == Habit::Waits => continue,
-                // a run of three seconds may leave two places open: that is said, and not guessed
-                Err(why @ ImportError::TwoPlaces { .. }) => {
-                    in_doubt.push(format!("{}: {why}", drawn.says));
-                    continue;
-                }
                 Err(why) => panic!("{}: {why}", drawn.says),
             };
             assert_eq!(placement.pair, planned.pairs[pair], "{}: as {}", drawn.says, names(pair));
@@ -147,7 +142,6 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
             assert!(off < allowed, "{}: misplaced by {off}", drawn.says);
         }
     }
-    assert!(in_doubt.len() <= 1, "{in_doubt:#?}");
 }
 
 #[test]
