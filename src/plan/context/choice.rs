@@ -12,8 +12,17 @@ pub(crate) struct Entry<'c> {
     pub candidate: &'c Candidate,
     pub block: Rc<Block>,
     pub sweep: Option<ClearArc>,
+    /// Before there is a sweep: an arc that it does not exceed, where samples were looked at, deg.
+    pub at_most_deg: Option<(f64, f64)>,
     /// Direction of R about which the spindle is indexed by 180° for this run.
     pub indexed_about: Option<usize>,
+}
+
+impl Entry<'_> {
+    /// True when nothing is known of the arc but the axis's range.
+    pub fn is_whole(&self) -> bool {
+        self.sweep.is_none() && self.at_most_deg.is_none()
+    }
 }
 
 /// Candidates looked at and the indices of those chosen, in order.

@@ -1,12 +1,12 @@
 //! Which candidates are clear: their sweeps, and the ways to the starts of these. What is found is remembered; nothing is chosen here.
 
-use super::evaluation::Evaluation;
+use super::evaluation::{EndedBy, Evaluation};
 use crate::collision::{Instrument, NoWay};
 use crate::plan::places::candidate::Candidate;
 use crate::plan::places::run_in::RUN_IN;
 use crate::plan::reach::approach::Approach;
 use crate::plan::reach::pace::feed_mm_per_min;
-use crate::plan::reach::sweep_reach::{ClearArc, ClearSweep, longest_sweep, measured};
+use crate::plan::reach::sweep_reach::{ClearArc, ClearSweep, SampledArc, certified_sweep, measured, sampled_sweep};
 use crate::session::{Ball, Test};
 
 impl<'a> Evaluation<'a> {
@@ -73,26 +73,55 @@ impl<'a> Evaluation<'a> {
         matches!(self.arcs.get(&std::ptr::from_ref(candidate)), Some(Some(_)))
     }
 
+    /// The longest arc of a candidate's samples that are clear: at most so long is its clear sweep. Remembers what forbids one.
+    pub fn sampled(&mut self, candidate: &'a Candidate) -> Option<SampledArc> {
+        if let Some(known) = self.sampled_arcs.get(&std::ptr::from_ref(candidate)) {
+            return known.clone();
+        }
+        let found = self.instrument(candidate).map(|instrument| {
+            let scene = instrument.scene(self.context.world);
+            let margin_mm = self.context.settings.margin_mm;
+            sampled_sweep(&scene, self.context.machine, candidate, margin_mm, &mut self.scratch)
+        });
+        let arc = match found {
+            Some(Err(pair)) => {
+                self.remember_forbidden(candidate, pair);
+                None
+            }
+            found => found.and_then(Result::ok),
+        };
+        self.sampled_arcs.insert(candidate, arc.clone());
+        arc
+    }
+
     fn clear_anew(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {
-        let arc = (candidate.from.to_degrees(), candidate.to.to_degrees());
-        let test = self.test(candidate, String::new(), arc);
-        let instrument = Instrument::of(self.context.world, self.context.bodies, self.context.kit, &test).ok()?;
+        let sampled = self.sampled(candidate)?;
+        let instrument = self.instrument(candidate)?;
         let scene = instrument.scene(self.context.world);
-        let found =
-            longest_sweep(&scene, self.context.machine, candidate, self.context.settings.margin_mm, &mut self.scratch);
-        // reasons speak of the setups that every plan begins with
-        let is_added = self.context.is_added(candidate);
-        let (pairs, pair) = match found {
+        let margin_mm = self.context.settings.margin_mm;
+        match certified_sweep(&scene, self.context.machine, candidate, sampled, margin_mm, &mut self.scratch) {
             Ok(sweep) => match self.no_way(candidate, &sweep) {
                 None => return Some(sweep),
-                Some(pair) => (&mut self.blocked_ways, pair),
+                Some(pair) if !self.context.is_added(candidate) => count(&mut self.blocked_ways, candidate, pair),
+                Some(_) => {}
             },
-            Err(pair) => (&mut self.forbidden, pair),
-        };
-        if !is_added {
-            *pairs.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
+            Err(pair) => self.remember_forbidden(candidate, pair),
         }
         None
+    }
+
+    /// Reasons speak of the setups that every plan begins with.
+    fn remember_forbidden(&mut self, candidate: &Candidate, pair: (String, String)) {
+        if !self.context.is_added(candidate) {
+            count(&mut self.forbidden, candidate, pair);
+        }
+    }
+
+    /// The bar with its cups as a candidate mounts them.
+    fn instrument(&self, candidate: &Candidate) -> Option<Instrument<'a>> {
+        let arc = (candidate.from.to_degrees(), candidate.to.to_degrees());
+        let test = self.test(candidate, String::new(), arc);
+        Instrument::of(self.context.world, self.context.bodies, self.context.kit, &test).ok()
     }
 
     /// A clear arc of a candidate with its least clearance.
@@ -115,4 +144,9 @@ impl<'a> Evaluation<'a> {
         }
         first.or_else(|| Some(("every park position".into(), "region kept out of use".into())))
     }
+}
+
+/// One more sweep of the candidate's axis that a pair ends.
+fn count(pairs: &mut EndedBy, candidate: &Candidate, pair: (String, String)) {
+    *pairs.entry(candidate.axis).or_default().entry(pair).or_default() += 1;
 }

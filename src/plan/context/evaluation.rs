@@ -18,7 +18,7 @@ use crate::plan::information::unknowns::{Balls, Unknowns};
 use crate::plan::places::candidate::Candidate;
 use crate::plan::places::run_in::RUN_IN;
 use crate::plan::reach::pace::feed_mm_per_min;
-use crate::plan::reach::sweep_reach::ClearArc;
+use crate::plan::reach::sweep_reach::{ClearArc, SampledArc};
 
 /// Minutes to mount and align a pivot.
 const PIVOT_MIN: f64 = 8.0;
@@ -42,6 +42,9 @@ pub(crate) struct WholeArc {
     alone: Vec<f64>,
 }
 
+/// By axis: how often a pair ended a sweep or a way.
+pub(crate) type EndedBy = BTreeMap<usize, HashMap<(String, String), usize>>;
+
 /// Something known of candidates, by their address in `all`.
 type ByCandidate<T> = HashMap<*const Candidate, T, BuildHasherDefault<Mix>>;
 
@@ -55,7 +58,8 @@ pub(crate) struct Evaluation<'a> {
     pub goals: Vec<f64>,
     /// For each wanted error: what lengths of reachable setups show of it if nothing stands in their way.
     pub observability: Vec<Observability>,
-    /// Arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
+    /// Arcs of samples and clear arcs found before, by the candidate's address in `all`: the same setup comes up in several searches.
+    pub sampled_arcs: ByCandidate<Option<SampledArc>>,
     pub arcs: ByCandidate<Option<ClearArc>>,
     /// What whole arcs tell, by the candidate's address in `all`, and the variances that they leave alone: likewise.
     pub whole_arcs: RefCell<ByCandidate<WholeArc>>,
@@ -68,9 +72,9 @@ pub(crate) struct Evaluation<'a> {
     /// Some runs have the spindle indexed.
     pub is_indexed: bool,
     /// By axis: how often a pair ended or forbade a sweep.
-    pub forbidden: BTreeMap<usize, HashMap<(String, String), usize>>,
+    pub forbidden: EndedBy,
     /// The same for the ways to the starts of sweeps that would be clear.
-    pub blocked_ways: BTreeMap<usize, HashMap<(String, String), usize>>,
+    pub blocked_ways: EndedBy,
 }
 
 impl<'a> Evaluation<'a> {
@@ -82,6 +86,7 @@ impl<'a> Evaluation<'a> {
             context,
             scratch: Scratch::default(),
             observability: Vec::new(),
+            sampled_arcs: ByCandidate::default(),
             arcs: ByCandidate::default(),
             whole_arcs: RefCell::default(),
             promises: RefCell::default(),
@@ -95,8 +100,8 @@ impl<'a> Evaluation<'a> {
 
     /// A candidate's information over its sweep.
     pub fn entry(&self, candidate: &'a Candidate, sweep: Option<ClearArc>) -> Entry<'a> {
-        let block = match sweep {
-            Some(_) => Rc::new(self.block(candidate, sweep.as_ref())),
+        let block = match &sweep {
+            Some(sweep) => Rc::new(self.block(candidate, Some((sweep.from_deg, sweep.to_deg)))),
             None => {
                 let mut whole_arcs = self.whole_arcs.borrow_mut();
                 let known = whole_arcs
@@ -105,13 +110,26 @@ impl<'a> Evaluation<'a> {
                 known.block.clone()
             }
         };
-        Entry { candidate, block, sweep, indexed_about: None }
+        Entry { candidate, block, sweep, at_most_deg: None, indexed_about: None }
+    }
+
+    /// A candidate's information over an arc that its clear sweep does not exceed.
+    pub fn entry_at_most(&self, candidate: &'a Candidate, arc: &SampledArc) -> Entry<'a> {
+        let at_most_deg = arc.capture_deg();
+        let whole = self.entry(candidate, None);
+        match arc.is_whole() {
+            true => Entry { at_most_deg: Some(at_most_deg), ..whole },
+            false => {
+                let block = Rc::new(self.block(candidate, Some(at_most_deg)));
+                Entry { block, at_most_deg: Some(at_most_deg), ..whole }
+            }
+        }
     }
 
     /// Variances of the wanted errors if this test were the first, pivots and bars unknown.
     pub fn variances_alone(&self, entry: &Entry, before: &Posterior) -> Vec<f64> {
         let mut whole_arcs = self.whole_arcs.borrow_mut();
-        match whole_arcs.get_mut(&std::ptr::from_ref(entry.candidate)).filter(|_| entry.sweep.is_none()) {
+        match whole_arcs.get_mut(&std::ptr::from_ref(entry.candidate)).filter(|_| entry.is_whole()) {
             Some(known) if known.alone.is_empty() => {
                 known.alone = before.variances_with(&entry.block);
                 known.alone.clone()
@@ -121,9 +139,9 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    fn block(&self, candidate: &Candidate, sweep: Option<&ClearArc>) -> Block {
-        let (from, to) = match sweep {
-            Some(clear) => (clear.from_deg.to_radians(), clear.to_deg.to_radians()),
+    fn block(&self, candidate: &Candidate, arc_deg: Option<(f64, f64)>) -> Block {
+        let (from, to) = match arc_deg {
+            Some((from_deg, to_deg)) => (from_deg.to_radians(), to_deg.to_radians()),
             None => (candidate.from, candidate.to),
         };
         let site = self.context.site(candidate.site);
@@ -166,10 +184,11 @@ impl<'a> Evaluation<'a> {
 
     /// Both directions of a test, min.
     pub fn run_minutes(&self, entry: &Entry) -> f64 {
-        let arc = entry
-            .sweep
-            .as_ref()
-            .map_or(entry.candidate.to - entry.candidate.from, |sweep| (sweep.to_deg - sweep.from_deg).to_radians());
+        let sweep_deg = entry.sweep.as_ref().map(|sweep| (sweep.from_deg, sweep.to_deg));
+        let arc = match sweep_deg.or(entry.at_most_deg) {
+            Some((from_deg, to_deg)) => (to_deg - from_deg).to_radians(),
+            None => entry.candidate.to - entry.candidate.from,
+        };
         let way = (arc + 2.0 * RUN_IN.to_radians()) * entry.candidate.way_radius_mm();
         let feed = feed_mm_per_min(self.context.machine, entry.candidate, self.context.settings.feed_mm_per_min);
         2.0 * (way / feed + RUN_MIN)

@@ -1,4 +1,7 @@
 //! How far an axis sweeps before something comes too close: coarse search, bisection, then a certified check. One candidate at a time.
+//!
+//! Samples cost a quarter of certifying, and no certified arc is longer than the sampled one: a search ranks by samples and
+//! certifies what it is about to take.
 
 use crate::collision::{Scene, Scratch, certify, sweep_clearance};
 use crate::machine::Machine;
@@ -40,6 +43,38 @@ pub fn measured(scene: &Scene, arc: &ClearArc, rows: &[Vec<f64>], scratch: &mut 
     ClearSweep { from_deg, to_deg, clearance_mm: least.mm, pair: least.pair, ends }
 }
 
+/// The longest arc without a close sample, run-in included: no clear arc is longer, but for what lies between samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SampledArc {
+    from_deg: f64,
+    to_deg: f64,
+    /// Pair that ends it at either side, if it is not the axis's range.
+    ends: [Option<(String, String)>; 2],
+}
+
+impl SampledArc {
+    /// The capture arc that is left of it, whole degrees.
+    pub fn capture_deg(&self) -> (f64, f64) {
+        ((self.from_deg + RUN_IN - 1e-9).ceil() + 0.0, (self.to_deg - RUN_IN + 1e-9).floor() + 0.0)
+    }
+
+    /// True when no pair ends it.
+    pub fn is_whole(&self) -> bool {
+        self.ends.iter().all(Option::is_none)
+    }
+
+    /// The pair that makes it too short.
+    fn forbidding(self, scene: &Scene, candidate: &Candidate, scratch: &mut Scratch) -> (String, String) {
+        let middle_deg = 0.5 * (self.from_deg + self.to_deg);
+        self.ends.into_iter().flatten().next().unwrap_or_else(|| nearest(scene, candidate, middle_deg, scratch))
+    }
+
+    fn is_too_short(&self, machine: &Machine, candidate: &Candidate) -> bool {
+        let (from_deg, to_deg) = self.capture_deg();
+        to_deg - from_deg < shortest_deg(machine, candidate.axis)
+    }
+}
+
 /// Longest certified sweep within the candidate's arc (the run-in lies outside), or what forbids one.
 pub fn longest_sweep(
     scene: &Scene,
@@ -48,9 +83,28 @@ pub fn longest_sweep(
     margin_mm: f64,
     scratch: &mut Scratch,
 ) -> Result<ClearArc, (String, String)> {
-    let close =
-        |deg: f64, scratch: &mut Scratch| scene.closer_than(&candidate.pose(deg.to_radians()), margin_mm, scratch);
-    let nearest = |deg: f64, scratch: &mut Scratch| scene.clearance(&candidate.pose(deg.to_radians()), scratch).pair;
+    let sampled = sampled_sweep(scene, machine, candidate, margin_mm, scratch)?;
+    certified_sweep(scene, machine, candidate, sampled, margin_mm, scratch)
+}
+
+fn is_close(scene: &Scene, candidate: &Candidate, deg: f64, margin_mm: f64, scratch: &mut Scratch) -> bool {
+    scene.closer_than(&candidate.pose(deg.to_radians()), margin_mm, scratch)
+}
+
+fn nearest(scene: &Scene, candidate: &Candidate, deg: f64, scratch: &mut Scratch) -> (String, String) {
+    scene.clearance(&candidate.pose(deg.to_radians()), scratch).pair
+}
+
+/// The longest arc of samples that are clear, its ends to 0.2°, or what forbids one.
+pub(crate) fn sampled_sweep(
+    scene: &Scene,
+    machine: &Machine,
+    candidate: &Candidate,
+    margin_mm: f64,
+    scratch: &mut Scratch,
+) -> Result<SampledArc, (String, String)> {
+    let close = |deg: f64, scratch: &mut Scratch| is_close(scene, candidate, deg, margin_mm, scratch);
+    let nearest = |deg: f64, scratch: &mut Scratch| nearest(scene, candidate, deg, scratch);
     let (low, high) = (candidate.from.to_degrees() - RUN_IN, candidate.to.to_degrees() + RUN_IN);
     let count = ((high - low) / COARSE_DEG).ceil().max(1.0);
     let step = (high - low) / count;
@@ -75,7 +129,7 @@ pub fn longest_sweep(
         }
     }
     let Some((first, last)) = best else { return Err(nearest(at(count / 2), scratch)) };
-    let mut ends = [None, None];
+    let mut arc = SampledArc { from_deg: at(first), to_deg: at(last), ends: [None, None] };
     let edge = |inside: f64, outside: f64, scratch: &mut Scratch| {
         let (mut inside, mut outside) = (inside, outside);
         while (outside - inside).abs() > 0.2 {
@@ -84,39 +138,53 @@ pub fn longest_sweep(
         }
         (inside, outside)
     };
-    let (mut a, mut b) = (at(first), at(last));
     if first > 0 {
-        let (inside, outside) = edge(a, at(first - 1), scratch);
-        a = inside;
-        ends[0] = Some(nearest(outside, scratch));
+        let (inside, outside) = edge(arc.from_deg, at(first - 1), scratch);
+        arc.from_deg = inside;
+        arc.ends[0] = Some(nearest(outside, scratch));
     }
     if last < count {
-        let (inside, outside) = edge(b, at(last + 1), scratch);
-        b = inside;
-        ends[1] = Some(nearest(outside, scratch));
+        let (inside, outside) = edge(arc.to_deg, at(last + 1), scratch);
+        arc.to_deg = inside;
+        arc.ends[1] = Some(nearest(outside, scratch));
     }
-    // what stands between two coarse samples shortens the arc to the longer side
+    match arc.is_too_short(machine, candidate) {
+        true => Err(arc.forbidding(scene, candidate, scratch)),
+        false => Ok(arc),
+    }
+}
+
+/// The longest certified sweep within a sampled arc: what stands between two samples shortens it to the longer side.
+pub(crate) fn certified_sweep(
+    scene: &Scene,
+    machine: &Machine,
+    candidate: &Candidate,
+    mut arc: SampledArc,
+    margin_mm: f64,
+    scratch: &mut Scratch,
+) -> Result<ClearArc, (String, String)> {
     for _ in 0..6 {
-        let (from_deg, to_deg) = ((a + RUN_IN - 1e-9).ceil() + 0.0, (b - RUN_IN + 1e-9).floor() + 0.0);
-        if to_deg - from_deg < shortest_deg(machine, candidate.axis) {
+        if arc.is_too_short(machine, candidate) {
             break;
         }
+        let (from_deg, to_deg) = arc.capture_deg();
         let (rows, angles) = candidate.rows(machine, from_deg, to_deg);
         match certify(scene, &rows, margin_mm, scratch) {
-            Ok(_) => return Ok(ClearArc { from_deg, to_deg, ends }),
+            Ok(_) => return Ok(ClearArc { from_deg, to_deg, ends: arc.ends }),
             Err(hit) => {
                 let deg = angle_at(&angles, hit.at_row);
-                if deg - a > b - deg {
-                    b = beyond_hit(deg, -1.0, a, |deg| close(deg, scratch));
-                    ends[1] = Some(hit.pair);
+                let close = |deg| is_close(scene, candidate, deg, margin_mm, scratch);
+                if deg - arc.from_deg > arc.to_deg - deg {
+                    arc.to_deg = beyond_hit(deg, -1.0, arc.from_deg, close);
+                    arc.ends[1] = Some(hit.pair);
                 } else {
-                    a = beyond_hit(deg, 1.0, b, |deg| close(deg, scratch));
-                    ends[0] = Some(hit.pair);
+                    arc.from_deg = beyond_hit(deg, 1.0, arc.to_deg, close);
+                    arc.ends[0] = Some(hit.pair);
                 }
             }
         }
     }
-    Err(ends.into_iter().flatten().next().unwrap_or_else(|| nearest(0.5 * (a + b), scratch)))
+    Err(arc.forbidding(scene, candidate, scratch))
 }
 
 /// The first place beyond a hit where nothing is close, a degree at a time: certifying costs a hundred poses.

@@ -159,9 +159,14 @@ impl<'a> Evaluation<'a> {
                     search.dead[k] = true;
                     continue;
                 }
-                match self.clear(candidate) {
-                    Some(sweep) => {
-                        search.entries[k] = self.entry(candidate, Some(sweep));
+                // what samples leave of the arc bounds its gain; certified is what still leads
+                let looked_at = match search.entries[k].at_most_deg {
+                    None => self.sampled(candidate).map(|arc| self.entry_at_most(candidate, &arc)),
+                    Some(_) => self.clear(candidate).map(|sweep| self.entry(candidate, Some(sweep))),
+                };
+                match looked_at {
+                    Some(entry) => {
+                        search.entries[k] = entry;
                         heap.push(Bound::new(f64::MAX, k, 0));
                     }
                     None => {

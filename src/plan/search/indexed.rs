@@ -56,6 +56,7 @@ impl<'a> Evaluation<'a> {
                 candidate: twin.candidate,
                 block: Rc::new(twin.block.indexed(about)),
                 sweep: twin.sweep.clone(),
+                at_most_deg: None,
                 indexed_about: Some(about),
             };
             posterior.add(&twin.block);

@@ -70,23 +70,55 @@ impl<'a> Evaluation<'a> {
             .filter(|&k| self.observability[k].is_seen && variances[k] > (SEEN * self.goals[k]).powi(2))
             .map(|k| self.context.unknowns.errors[k].0)
             .collect();
-        let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-        for k in 0..search.entries.len() {
-            let candidate = search.entries[k].candidate;
-            if !axes.contains(&candidate.axis) || search.dead[k] || !self.may_mount(search, k) {
-                continue;
-            }
-            if !self.is_clear(search, k) {
-                continue;
-            }
-            groups.entry((candidate.axis, candidate.site)).or_default().push(k);
-        }
         let members = |group: &Vec<usize>| -> Vec<usize> {
             group.iter().step_by(group.len().div_ceil(CLEAR_MEMBERS)).copied().collect()
         };
-        let pairs = groups.values().flat_map(|group| self.gaining_pairs(search, worth, &members(group)));
-        // the first of equals, so that plans repeat
-        pairs.reduce(|best, pair| if pair.0 > best.0 { pair } else { best }).map(|(_, pair)| pair)
+        loop {
+            let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+            for k in 0..search.entries.len() {
+                let candidate = search.entries[k].candidate;
+                if !search.dead[k]
+                    && axes.contains(&candidate.axis)
+                    && self.may_mount(search, k)
+                    && self.may_be_clear(search, k)
+                {
+                    groups.entry((candidate.axis, candidate.site)).or_default().push(k);
+                }
+            }
+            let mut pairs: Vec<(f64, [usize; 2])> =
+                groups.values().flat_map(|group| self.gaining_pairs(search, worth, &members(group))).collect();
+            // the first of equals, so that plans repeat
+            pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let (best, all_clear) = self.best_clear(search, worth, &pairs);
+            if best.is_some() || all_clear {
+                return best;
+            }
+        }
+    }
+
+    /// The best of pairs that are clear, from what samples promise of them, best first; and whether all looked at are clear.
+    fn best_clear(
+        &mut self,
+        search: &mut Search<'a>,
+        worth: f64,
+        pairs: &[(f64, [usize; 2])],
+    ) -> (Option<[usize; 2]>, bool) {
+        let (mut best, mut all_clear): (Option<(f64, [usize; 2])>, bool) = (None, true);
+        for &(promise, pair) in pairs {
+            if best.is_some_and(|(rate, _)| rate >= promise) {
+                break;
+            }
+            if !pair.iter().all(|&k| self.is_clear(search, k)) {
+                all_clear = false;
+                continue;
+            }
+            if let Some(&(rate, _)) = self.gaining_pairs(search, worth, &pair).first()
+                && best.is_none_or(|(best, _)| rate > best)
+            {
+                best = Some((rate, pair));
+            }
+        }
+        (best.map(|(_, pair)| pair), all_clear)
     }
 
     /// Pairs of members that fit in the time left and gain enough, with their gain per minute.

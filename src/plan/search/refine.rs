@@ -174,7 +174,9 @@ impl<'a> Evaluation<'a> {
                 if refinement.checks_left == 0 {
                     return None;
                 }
-                let Some(tests) = self.cleared(set, others, refinement) else { continue };
+                let checked = others.iter().flatten().count();
+                refinement.checks_left = refinement.checks_left.saturating_sub(checked);
+                let Some(tests) = self.moved(set, &others, Self::as_clear) else { continue };
                 let start = Set { standing: self.standing(&tests, refinement.demand), tests };
                 let is_quicker = |found: &Set| found.standing.minutes < set.standing.minutes - LEAST_FALL;
                 if let Some(found) = self.descend(start, refinement).filter(is_quicker) {
@@ -219,10 +221,9 @@ impl<'a> Evaluation<'a> {
                 break;
             }
             refinement.checks_left = refinement.checks_left.saturating_sub(1);
-            let Some(sweep) = self.clear(candidate) else { continue };
-            let mut tests = set.tests.clone();
-            tests[out] = self.entry(candidate, Some(sweep));
-            self.keep_better(&mut best, set, tests, refinement);
+            let mut others: Way<'a> = vec![None; set.tests.len()];
+            others[out] = Some(candidate);
+            self.keep_if_clear(&mut best, set, &others, refinement);
         }
         best
     }
@@ -233,9 +234,9 @@ impl<'a> Evaluation<'a> {
         ways.extend(self.turns(set, step));
         let mut best: Option<Set<'a>> = None;
         for (_, others) in self.foreseen_moves(set, ways, refinement.demand).into_iter().take(CHECKED) {
-            if let Some(tests) = self.cleared(set, others, refinement) {
-                self.keep_better(&mut best, set, tests, refinement);
-            }
+            let checked = others.iter().flatten().count();
+            refinement.checks_left = refinement.checks_left.saturating_sub(checked);
+            self.keep_if_clear(&mut best, set, &others, refinement);
         }
         best
     }
@@ -252,36 +253,52 @@ impl<'a> Evaluation<'a> {
         moves
     }
 
-    /// The tests of a set after a move, if all are clear.
-    fn cleared(
+    /// Keeps a set after a move if it is clear and costs less than the one it came from and than the best so far.
+    ///
+    /// Samples tell first whether it can: no clear arc is longer than they leave.
+    fn keep_if_clear(
+        &mut self,
+        best: &mut Option<Set<'a>>,
+        set: &Set<'a>,
+        others: &Way<'a>,
+        refinement: &Refinement<'_, 'a>,
+    ) {
+        let most = best.as_ref().map_or(set.standing.cost() - LEAST_FALL, |best| best.standing.cost());
+        for look in [Self::as_sampled, Self::as_clear] {
+            let Some(tests) = self.moved(set, others, look) else { return };
+            let standing = self.standing(&tests, refinement.demand);
+            if standing.cost() >= most {
+                return;
+            }
+            if tests.iter().all(|test| test.sweep.is_some()) {
+                *best = Some(Set { tests, standing });
+                return;
+            }
+        }
+    }
+
+    /// The tests of a set after a move, each as a look at it shows it; `None` when one is not clear.
+    fn moved(
         &mut self,
         set: &Set<'a>,
-        others: Way<'a>,
-        refinement: &mut Refinement<'_, 'a>,
+        others: &Way<'a>,
+        look: fn(&mut Self, &'a Candidate) -> Option<Entry<'a>>,
     ) -> Option<Vec<Entry<'a>>> {
         let moved = set.tests.iter().zip(others).map(|(test, other)| match other {
-            Some(other) => {
-                refinement.checks_left = refinement.checks_left.saturating_sub(1);
-                self.clear(other).map(|sweep| self.entry(other, Some(sweep)))
-            }
+            Some(other) => look(self, other),
             None => Some(test.clone()),
         });
         moved.collect()
     }
 
-    /// Keeps a set that costs less than the one it came from and than the best so far.
-    fn keep_better(
-        &self,
-        best: &mut Option<Set<'a>>,
-        from: &Set<'a>,
-        tests: Vec<Entry<'a>>,
-        refinement: &Refinement<'_, 'a>,
-    ) {
-        let standing = self.standing(&tests, refinement.demand);
-        let most = best.as_ref().map_or(from.standing.cost() - LEAST_FALL, |best| best.standing.cost());
-        if standing.cost() < most {
-            *best = Some(Set { tests, standing });
-        }
+    fn as_clear(&mut self, candidate: &'a Candidate) -> Option<Entry<'a>> {
+        self.clear(candidate).map(|sweep| self.entry(candidate, Some(sweep)))
+    }
+
+    /// A candidate with its clear arc where that is known, else with what samples leave of it.
+    fn as_sampled(&mut self, candidate: &'a Candidate) -> Option<Entry<'a>> {
+        self.sampled(candidate)?;
+        self.as_known(candidate)
     }
 
     /// For each pivot and way: the setups of the tests that stand on it, from beside.
@@ -347,12 +364,13 @@ impl<'a> Evaluation<'a> {
         self.context.setups_at(site, &like).map(|list| list.iter().collect()).unwrap_or_default()
     }
 
-    /// A candidate as far as it is known: with its clear arc, or with the whole one; `None` when it is not clear.
+    /// A candidate as far as it is known: with its clear arc, with what samples leave, or whole; `None` when it is not clear.
     fn as_known(&self, candidate: &'a Candidate) -> Option<Entry<'a>> {
-        match self.arcs.get(&std::ptr::from_ref(candidate)) {
-            Some(None) => None,
-            Some(Some(arc)) => Some(self.entry(candidate, Some(arc.clone()))),
-            None => Some(self.entry(candidate, None)),
+        let address = std::ptr::from_ref(candidate);
+        match (self.arcs.get(&address), self.sampled_arcs.get(&address)) {
+            (Some(known), _) => known.clone().map(|arc| self.entry(candidate, Some(arc))),
+            (None, Some(known)) => known.as_ref().map(|arc| self.entry_at_most(candidate, arc)),
+            (None, None) => Some(self.entry(candidate, None)),
         }
     }
 

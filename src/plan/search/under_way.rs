@@ -54,6 +54,18 @@ impl<'a> Evaluation<'a> {
         search.entries[k].sweep.is_some()
     }
 
+    /// Looks at samples of an entry's arc unless that is done; false when nothing of it is clear.
+    pub(crate) fn may_be_clear(&mut self, search: &mut Search<'a>, k: usize) -> bool {
+        if search.entries[k].is_whole() {
+            let candidate = search.entries[k].candidate;
+            match self.sampled(candidate) {
+                Some(arc) => search.entries[k] = self.entry_at_most(candidate, &arc),
+                None => search.dead[k] = true,
+            }
+        }
+        !search.dead[k]
+    }
+
     /// Takes a test that was found clear in another search, if it fits in the time left.
     pub(crate) fn take_again(&self, search: &mut Search<'a>, known: &Entry<'a>) {
         let listed = search.entries.iter().position(|entry| std::ptr::eq(entry.candidate, known.candidate));
