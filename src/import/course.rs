@@ -175,13 +175,32 @@ impl Course {
     }
 }
 
+/// A place between two entries of a table.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    before: usize,
+    share: f64,
+}
+
+impl Node {
+    /// The place of a node with its fraction in tables of this many entries, two at least.
+    pub fn of(node: f64, entries: usize) -> Node {
+        let before = (node.floor().max(0.0) as usize).min(entries.saturating_sub(2));
+        Node { before, share: node - before as f64 }
+    }
+
+    /// Value of a table there.
+    pub fn of_table(self, table: &[f64]) -> f64 {
+        match table.get(self.before..self.before + 2) {
+            Some([one, next]) => one + self.share * (next - one),
+            _ => table.first().copied().unwrap_or(0.0),
+        }
+    }
+}
+
 /// Value of a table between two of its entries.
 pub(super) fn interpolated(table: &[f64], at: f64) -> f64 {
-    let before = (at.floor().max(0.0) as usize).min(table.len().saturating_sub(2));
-    match table.get(before + 1) {
-        Some(next) => table[before] + (at - before as f64) * (next - table[before]),
-        None => table.first().copied().unwrap_or(0.0),
-    }
+    Node::of(at, table.len()).of_table(table)
 }
 
 /// Node with its fraction at as many even times as there are nodes.

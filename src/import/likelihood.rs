@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::capture::Averages;
-use super::course::{Course, interpolated};
+use super::course::{Course, Node, interpolated};
 use super::timing::Timing;
 use crate::statistics::log_determinant;
 
@@ -119,22 +119,24 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
     let mut right = Vec::with_capacity(rows);
     for (&time, (&value, &sigma)) in data.time_s.iter().zip(data.value_mm.iter().zip(&data.sigma_mm)) {
         let (place, sense) = timing.place_s(time, course.run_s);
-        let node = course.node(place);
-        right.push((value - interpolated(&course.length_mm, node) + middle) / sigma);
-        model.extend(course.components.iter().map(|component| interpolated(component, node) / sigma));
+        let node = Node::of(course.node(place), course.length_mm.len());
+        right.push((value - node.of_table(&course.length_mm) + middle) / sigma);
+        model.extend(course.components.iter().map(|component| node.of_table(component) / sigma));
         model.push(ZERO_MM / sigma);
         model.push(drift_mm * ((time - first) / (last - first) - 0.5) / sigma);
         if freedom != Freedom::NONE {
             let sigma = sigma / freedom.0;
             let (sin, cos) = (TAU * place / course.run_s).sin_cos();
             model.extend([1.0, sin, cos].map(|form| HYSTERESIS_MM * sense * form / sigma));
-            for k in 1..=FORM_HARMONICS {
-                let (sin, cos) = (TAU * k as f64 * place / course.run_s).sin_cos();
-                model.extend([FORM_MM * sin / sigma, FORM_MM * cos / sigma]);
+            // each harmonic from the one before: the first one's sine and cosine are dear
+            let (mut sin_k, mut cos_k) = (sin, cos);
+            for _ in 0..FORM_HARMONICS {
+                model.extend([FORM_MM * sin_k / sigma, FORM_MM * cos_k / sigma]);
+                (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
             }
         }
     }
-    let fit = ridge(&model, &right, width);
+    let fit = ridge(model, right, width);
     let norms: f64 = data.sigma_mm.iter().map(|sigma| 2.0 * sigma.ln()).sum();
     let residual_mm = fit.residual.iter().zip(&data.sigma_mm).map(|(off, sigma)| off * sigma).collect();
     Left { cost: fit.cost + norms + prior(course, timing) + of_marks(course, data, timing), residual_mm }
@@ -149,7 +151,7 @@ pub(super) fn cost_at_rest(data: &Averages) -> f64 {
     }
     let right: Vec<f64> = data.value_mm.iter().zip(&data.sigma_mm).map(|(value, sigma)| value / sigma).collect();
     let norms: f64 = data.sigma_mm.iter().map(|sigma| 2.0 * sigma.ln()).sum();
-    ridge(&model, &right, 2).cost + norms
+    ridge(model, right, 2).cost + norms
 }
 
 fn width(course: &Course, freedom: Freedom) -> usize {
@@ -159,25 +161,19 @@ fn width(course: &Course, freedom: Freedom) -> usize {
 
 struct Ridge {
     cost: f64,
-    residual: Vec<f64>,
+    residual: DVector<f64>,
 }
 
 /// Least squares with unit priors, coefficients integrated out: `yᵀ(1 + MMᵀ)⁻¹y + log det(1 + MᵀM)`, M row by row.
-fn ridge(model: &[f64], right: &[f64], width: usize) -> Ridge {
+fn ridge(model: Vec<f64>, right: Vec<f64>, width: usize) -> Ridge {
+    let right = DVector::from_vec(right);
+    // rows of M are columns here
+    let rows = DMatrix::from_vec(width, right.len(), model);
     let mut normal = DMatrix::identity(width, width);
-    let mut product = DVector::zeros(width);
-    for (row, y) in model.chunks_exact(width).zip(right) {
-        for j in 0..width {
-            product[j] += row[j] * y;
-            // the lower triangle is what the factor reads
-            (j..width).for_each(|i| normal[(i, j)] += row[i] * row[j]);
-        }
-    }
+    normal.gemm(1.0, &rows, &rows.transpose(), 1.0);
     // only readings that are not finite can spoil it
-    let Some(factor) = Cholesky::new(normal) else { return Ridge { cost: f64::NAN, residual: right.to_vec() } };
-    let solution = factor.solve(&product);
-    let off = |row: &[f64], y: &f64| y - row.iter().zip(solution.iter()).map(|(a, b)| a * b).sum::<f64>();
-    let residual: Vec<f64> = model.chunks_exact(width).zip(right).map(|(row, y)| off(row, y)).collect();
-    let squares: f64 = residual.iter().chain(solution.iter()).map(|value| value * value).sum();
-    Ridge { cost: squares + log_determinant(&factor), residual }
+    let Some(factor) = Cholesky::new(normal) else { return Ridge { cost: f64::NAN, residual: right } };
+    let solution = factor.solve(&(&rows * &right));
+    let residual = right - rows.tr_mul(&solution);
+    Ridge { cost: residual.norm_squared() + solution.norm_squared() + log_determinant(&factor), residual }
 }
