@@ -48,6 +48,8 @@ pub(crate) struct Reached {
     /// Σ ln max(σ², goal²) with pivots and bars unknown.
     pub worth: f64,
     pub minutes: f64,
+    /// Minutes, and some for runs in straight blocks.
+    pub cost: f64,
     pub pivots: usize,
 }
 

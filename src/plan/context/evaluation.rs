@@ -17,7 +17,7 @@ use crate::plan::information::posterior::Posterior;
 use crate::plan::information::unknowns::{Balls, Unknowns};
 use crate::plan::places::candidate::Candidate;
 use crate::plan::places::run_in::RUN_IN;
-use crate::plan::reach::pace::feed_mm_per_min;
+use crate::plan::reach::pace::{feed_mm_per_min, is_in_blocks};
 use crate::plan::reach::sweep_reach::{ClearArc, SampledArc};
 
 /// Minutes to mount and align a pivot.
@@ -30,6 +30,8 @@ const BAR_MIN: f64 = 3.0;
 pub(crate) const INDEX_MIN: f64 = 1.0;
 /// Minutes around each run: approach, trigger, retreat.
 const RUN_MIN: f64 = 0.5;
+/// Minutes that a test in arcs may cost more than one in straight blocks: controls keep their feed less evenly there.
+const BLOCKS_MIN: f64 = 0.5;
 /// Differences of Σ ln max(σ², goal²) that are none: undetermined errors shift a little with the number of pivots.
 pub(crate) const SAME_WORTH: f64 = 0.02;
 /// Setups of one axis that may prove not clear before the rest is given up.
@@ -164,8 +166,14 @@ impl<'a> Evaluation<'a> {
         self.context.unknowns.block(&self.context.geometry, balls, &poses, to - from)
     }
 
-    /// Minutes that a test adds to what is mounted already.
+    /// What a test costs beside what is mounted already: its minutes, and some for a run in straight blocks.
     pub fn cost(&self, entry: &Entry, mounted: &Posterior) -> f64 {
+        let in_blocks = is_in_blocks(self.context.machine, entry.candidate);
+        self.minutes(entry, mounted) + if in_blocks { BLOCKS_MIN } else { 0.0 }
+    }
+
+    /// Minutes that a test adds to what is mounted already.
+    pub fn minutes(&self, entry: &Entry, mounted: &Posterior) -> f64 {
         let mounting: f64 = entry
             .block
             .nuisances
@@ -209,7 +217,7 @@ impl<'a> Evaluation<'a> {
                 let more = one.determined.cmp(&other.determined);
                 more.is_gt() || more.is_eq() && one.worth < other.worth
             }
-            None => as_good && one.minutes <= other.minutes,
+            None => as_good && one.cost <= other.cost,
         }
     }
 
@@ -217,9 +225,10 @@ impl<'a> Evaluation<'a> {
     pub fn reached(&self, choice: &Choice) -> Reached {
         let blocks: Vec<&Block> = choice.chosen.iter().map(|&k| &*choice.entries[k].block).collect();
         let mut posterior = Posterior::before_with_loose_setups(&self.context.unknowns);
-        let mut minutes = 0.0;
+        let (mut minutes, mut cost) = (0.0, 0.0);
         for &k in &choice.chosen {
-            minutes += self.cost(&choice.entries[k], &posterior);
+            minutes += self.minutes(&choice.entries[k], &posterior);
+            cost += self.cost(&choice.entries[k], &posterior);
             posterior.add(&choice.entries[k].block);
         }
         let pivots: HashSet<usize> = choice.chosen.iter().map(|&k| choice.entries[k].candidate.site).collect();
@@ -227,6 +236,7 @@ impl<'a> Evaluation<'a> {
             determined: fitted(&self.context.unknowns, &blocks).iter().filter(|error| error.is_determined()).count(),
             worth: self.worth(&posterior.variances()),
             minutes,
+            cost,
             pivots: pivots.len(),
         }
     }

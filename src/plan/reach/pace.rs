@@ -67,6 +67,12 @@ fn block_deg(radius_mm: f64) -> f64 {
     (8.0 * CHORD_MM / radius_mm.max(1e-9)).sqrt().to_degrees().min(STEP_DEG)
 }
 
+/// True when slides follow on what a control draws only in straight blocks, which it joins with short changes of feed: on
+/// LinuxCNC by one cycle's acceleration, 1 mm/s, for some 10 ms at each joint.
+pub(crate) fn is_in_blocks(machine: &Machine, candidate: &Candidate) -> bool {
+    matches!(&candidate.drive, Drive::Follow(_, swing) if !plane_circle(machine, swing))
+}
+
 /// Slides within this of a circle draw it, relative to their reach.
 const ROUND: f64 = 1e-9;
 

@@ -90,7 +90,7 @@ impl<'a> Evaluation<'a> {
         let mut minutes = 0.0;
         let mut curve = Vec::new();
         for entry in choice.chosen.iter().map(|&k| &choice.entries[k]) {
-            minutes += self.cost(entry, &posterior);
+            minutes += self.minutes(entry, &posterior);
             posterior.add(&entry.block);
             pivots.insert(entry.candidate.site);
             let worst = |angle: bool| {

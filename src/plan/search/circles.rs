@@ -49,8 +49,8 @@ impl<'a> Evaluation<'a> {
             }
         }
         for k in best.map(|(.., circles)| circles).unwrap_or_default() {
-            let cost = self.cost(&search.entries[k], &search.posterior);
-            if self.budget.is_none_or(|budget| search.minutes + cost <= budget) {
+            let minutes = self.minutes(&search.entries[k], &search.posterior);
+            if self.budget.is_none_or(|budget| search.minutes + minutes <= budget) {
                 self.take(search, k);
             }
         }

@@ -126,7 +126,8 @@ impl<'a> Evaluation<'a> {
                 continue;
             }
             let cost = self.cost(&search.entries[k], &search.posterior);
-            if self.budget.is_some_and(|budget| search.minutes + cost > budget) {
+            let minutes = || search.minutes + self.minutes(&search.entries[k], &search.posterior);
+            if self.budget.is_some_and(|budget| minutes() > budget) {
                 continue;
             }
             if seen < round {

@@ -27,7 +27,7 @@ impl<'a> Evaluation<'a> {
             let reached = self.reached(&choice);
             let better = |other: &Reached| {
                 let more = reached.determined.cmp(&other.determined);
-                let quicker = reached.worth < other.worth + SAME_WORTH && reached.minutes < other.minutes;
+                let quicker = reached.worth < other.worth + SAME_WORTH && reached.cost < other.cost;
                 more.is_gt() || more.is_eq() && (reached.worth < other.worth - SAME_WORTH || quicker)
             };
             if best.as_ref().is_none_or(|(other, _)| better(other)) {

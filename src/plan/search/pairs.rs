@@ -127,11 +127,14 @@ impl<'a> Evaluation<'a> {
         for (place, &one) in members.iter().enumerate() {
             let mut with_one = search.posterior.clone();
             with_one.add(&search.entries[one].block);
-            let first_cost = self.cost(&search.entries[one], &search.posterior);
+            let first = &search.entries[one];
+            let (first_cost, first_min) = (self.cost(first, &search.posterior), self.minutes(first, &search.posterior));
             for &other in &members[place + 1..] {
-                let cost = first_cost + self.cost(&search.entries[other], &with_one);
-                let gain = worth - self.worth(&with_one.variances_with(&search.entries[other].block));
-                let fits = self.budget.is_none_or(|budget| search.minutes + cost <= budget);
+                let second = &search.entries[other];
+                let cost = first_cost + self.cost(second, &with_one);
+                let gain = worth - self.worth(&with_one.variances_with(&second.block));
+                let minutes = || search.minutes + first_min + self.minutes(second, &with_one);
+                let fits = self.budget.is_none_or(|budget| minutes() <= budget);
                 if fits && gain / cost > LEAST_GAIN {
                     pairs.push((gain / cost, [one, other]));
                 }

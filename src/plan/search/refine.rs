@@ -39,7 +39,7 @@ const LEAST_FALL: f64 = 0.02;
 /// Singular value, as a share of the greatest, below which a combination of setup quantities is not seen.
 const UNSEEN: f64 = 1e-6;
 
-/// What a set of tests leaves open of a demand, and its time.
+/// What a set of tests leaves open of a demand, and what it costs: its minutes, and some for runs in straight blocks.
 #[derive(Debug, Clone, Copy)]
 struct Standing {
     open: f64,

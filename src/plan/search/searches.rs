@@ -140,8 +140,8 @@ impl<'a> Evaluation<'a> {
     fn cheapest_of(&self, choices: Vec<&Choice<'a>>, reference: &Choice<'a>) -> Choice<'a> {
         let demand = self.demand(reference);
         let parts = choices.into_iter().filter_map(|choice| self.cheapest_part(choice, &demand));
-        let with_minutes = parts.map(|part| (self.reached(&part).minutes, part));
-        let least = with_minutes.reduce(|best, part| if part.0 < best.0 - 1e-9 { part } else { best });
+        let with_cost = parts.map(|part| (self.reached(&part).cost, part));
+        let least = with_cost.reduce(|best, part| if part.0 < best.0 - 1e-9 { part } else { best });
         least.map_or_else(|| reference.without_rest(), |(_, part)| part)
     }
 

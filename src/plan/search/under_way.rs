@@ -75,8 +75,8 @@ impl<'a> Evaluation<'a> {
             search.dead.push(false);
             Some(search.entries.len() - 1)
         });
-        let cost = self.cost(known, &search.posterior);
-        let fits = self.budget.is_none_or(|budget| search.minutes + cost <= budget);
+        let minutes = self.minutes(known, &search.posterior);
+        let fits = self.budget.is_none_or(|budget| search.minutes + minutes <= budget);
         if let Some(k) = place.filter(|_| fits) {
             search.entries[k] = self.entry(known.candidate, known.sweep.clone());
             self.take(search, k);
@@ -84,7 +84,7 @@ impl<'a> Evaluation<'a> {
     }
 
     pub(crate) fn take(&self, search: &mut Search, k: usize) {
-        search.minutes += self.cost(&search.entries[k], &search.posterior);
+        search.minutes += self.minutes(&search.entries[k], &search.posterior);
         search.posterior.add(&search.entries[k].block);
         search.chosen.push(k);
         search.dead[k] = true;
