@@ -54,7 +54,8 @@ pub struct KnownShape {
 /// Products of a shape with columns of models that act in several tests.
 #[derive(Default)]
 struct With {
-    ids: Vec<usize>,
+    /// Places in `sums` by column.
+    places: HashMap<usize, usize>,
     /// Column of a model after column, one number for each of the shape's.
     sums: Vec<f64>,
 }
@@ -194,23 +195,28 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
     ) -> DMatrix<f64> {
         let count = known.terms.len();
         let mut with = locked(&known.with);
-        let new: Vec<&Arc<FittedColumn>> = model.iter().filter(|column| !with.ids.contains(&column.id())).collect();
+        let places: Vec<Option<usize>> = model.iter().map(|column| with.places.get(&column.id()).copied()).collect();
+        let is_new = |&(_, place): &(_, &Option<usize>)| place.is_none();
+        let new: Vec<&Arc<FittedColumn>> = model.iter().zip(&places).filter(is_new).map(|(column, _)| column).collect();
         let mut sums = Vec::new();
         if !new.is_empty() {
             let shape = self.model.shape(profiles, &known.terms);
             sums = self.sums_with(&new, count, last, |test, block, present| shape.fill(test, block, present));
         }
-        let place = |with: &With, id: usize| with.ids.iter().position(|other| *other == id);
         let mut all = DMatrix::zeros(model.len(), count);
-        for (i, column) in model.iter().enumerate() {
-            if let Some(at) = place(&with, column.id()) {
-                (0..count).for_each(|j| all[(i, j)] = with.sums[at * count + j]);
-            } else if let Some(at) = new.iter().position(|other| other.id() == column.id()) {
-                (0..count).for_each(|j| all[(i, j)] = sums[at][j]);
-            }
+        let mut of_new = sums.iter();
+        for (i, place) in places.iter().enumerate() {
+            let row = match place {
+                Some(at) => Some(&with.sums[at * count..(at + 1) * count]),
+                None => of_new.next().map(Vec::as_slice),
+            };
+            row.into_iter().flatten().enumerate().for_each(|(j, sum)| all[(i, j)] = *sum);
         }
-        for (column, sums) in new.iter().zip(&sums).filter(|(column, _)| column.home.is_none()) {
-            with.ids.push(column.id());
+        // another column may come to lie where one lay that nothing keeps
+        let is_kept = |column: &FittedColumn| locked(&self.columns).by_id.contains_key(&column.id());
+        for (column, sums) in new.iter().zip(&sums).filter(|(column, _)| column.home.is_none() && is_kept(column)) {
+            let place = with.places.len();
+            with.places.insert(column.id(), place);
             with.sums.extend(sums);
         }
         all
