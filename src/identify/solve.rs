@@ -98,13 +98,13 @@ fn descend(problem: &Problem, start: &[f64], (weighting, kind): (&Weighting, Dam
     let mut damping = 0.0;
     let mut converged = false;
     for _ in 0..until.steps {
-        let Some((step, relative)) = step(problem, &values, &normal, (damping, kind)) else {
+        let Some(step) = step(problem, &values, &normal, (damping, kind)) else {
             damping = (damping * 10.0f64).max(1e-3);
             continue;
         };
-        let step =
-            if damping > 0.0 { bent(problem, &values, &normal, &step, (weighting, damping, kind)) } else { step };
-        let trial: Vec<f64> = values.iter().zip(step.iter()).map(|(value, step)| value + step).collect();
+        let relative = step.relative;
+        let by = if damping > 0.0 { bent(problem, &values, step, weighting) } else { step.by };
+        let trial: Vec<f64> = values.iter().zip(by.iter()).map(|(value, by)| value + by).collect();
         let (next, next_residual) = normal_equations(problem, &trial, weighting);
         let next_cost = next.cost + prior_cost(problem, &trial);
         // rounding of the sum must not reject the last, tiny steps
@@ -130,16 +130,21 @@ fn descend(problem: &Problem, start: &[f64], (weighting, kind): (&Weighting, Dam
 
 /// Largest size of the undamped step in posterior sigmas; infinite when the equations are not solvable.
 fn undamped_step(problem: &Problem, values: &[f64], normal: &Normal) -> f64 {
-    step(problem, values, normal, (0.0, Damping::ByData)).map_or(f64::INFINITY, |(_, relative)| relative)
+    step(problem, values, normal, (0.0, Damping::ByData)).map_or(f64::INFINITY, |step| step.relative)
 }
 
-/// Gauss–Newton step and its largest size in posterior sigmas, or a bound of it above [`EXACT_BELOW`]; `None` when the equations are not solvable.
-fn step(
-    problem: &Problem,
-    values: &[f64],
-    normal: &Normal,
-    (damping, kind): (f64, Damping),
-) -> Option<(DVector<f64>, f64)> {
+/// A Gauss–Newton step.
+struct Step {
+    /// By how much each unknown moves, in its own unit.
+    by: DVector<f64>,
+    /// The largest move in posterior sigmas, or a bound of it above [`EXACT_BELOW`].
+    relative: f64,
+    /// Factor of the damped equations.
+    factor: Cholesky<f64, Dyn>,
+}
+
+/// The step from some values; `None` when the equations are not solvable.
+fn step(problem: &Problem, values: &[f64], normal: &Normal, (damping, kind): (f64, Damping)) -> Option<Step> {
     let count = values.len();
     let factor = factor(normal, (damping, kind))?;
     let mut right = normal.gradient.clone();
@@ -156,9 +161,14 @@ fn step(
         let variance = inverse_diagonal(&factor, count);
         (0..count).map(|k| scaled[k].abs() / variance[k].sqrt()).fold(0.0, f64::max)
     };
-    let step =
-        DVector::from_iterator(count, scaled.iter().zip(&problem.unknowns).map(|(s, unknown)| s * unknown.prior_sigma));
-    step.iter().all(|value| value.is_finite()).then_some((step, relative))
+    let by = in_own_units(problem, &scaled);
+    by.iter().all(|value| value.is_finite()).then_some(Step { by, relative, factor })
+}
+
+/// Moves in prior sigmas as moves in the unit of each unknown.
+fn in_own_units(problem: &Problem, scaled: &DVector<f64>) -> DVector<f64> {
+    let moves = scaled.iter().zip(&problem.unknowns).map(|(scaled, unknown)| scaled * unknown.prior_sigma);
+    DVector::from_iterator(scaled.len(), moves)
 }
 
 /// Factor of the damped equations; `None` when they are not solvable.
@@ -174,15 +184,9 @@ fn factor(normal: &Normal, (damping, kind): (f64, Damping)) -> Option<Cholesky<f
 /// A damped step with its first correction for the bend of the valley that it follows ("geodesic acceleration"; Transtrum and
 /// Sethna, Improvements to the Levenberg–Marquardt algorithm, arXiv 1201.5885): the predictions' second derivative along the
 /// step, by a difference. The step itself where the correction is not small beside it.
-fn bent(
-    problem: &Problem,
-    values: &[f64],
-    normal: &Normal,
-    step: &DVector<f64>,
-    (weighting, damping, kind): (&Weighting, f64, Damping),
-) -> DVector<f64> {
-    let Some(factor) = factor(normal, (damping, kind)) else { return step.clone() };
-    let ahead: Vec<f64> = values.iter().zip(step.iter()).map(|(value, step)| value + AHEAD * step).collect();
+fn bent(problem: &Problem, values: &[f64], step: Step, weighting: &Weighting) -> DVector<f64> {
+    let Step { by, factor, .. } = step;
+    let ahead: Vec<f64> = values.iter().zip(by.iter()).map(|(value, by)| value + AHEAD * by).collect();
     let (here, there) = (problem.geometry(values), problem.geometry(&ahead));
     let parts: Vec<Vec<f64>> = (0..problem.tests.len())
         .into_par_iter()
@@ -190,7 +194,7 @@ fn bent(
             let columns = &problem.tests[test].columns;
             let mut prediction = problem.predict(test, &here, values);
             let residual_there = problem.predict(test, &there, &ahead).residual_mm;
-            let along = DVector::from_iterator(columns.len(), columns.iter().map(|&index| step[index]));
+            let along = DVector::from_iterator(columns.len(), columns.iter().map(|&index| by[index]));
             let straight = &prediction.jacobian * along;
             let mut second = DVector::zeros(straight.len());
             for row in 0..straight.len() {
@@ -215,16 +219,11 @@ fn bent(
             right[index] -= value * problem.unknowns[index].prior_sigma;
         }
     }
-    let scaled = factor.solve(&right);
+    let acceleration = in_own_units(problem, &factor.solve(&right));
     let sigma = |k: usize| problem.unknowns[k].prior_sigma;
-    let acceleration = DVector::from_iterator(values.len(), (0..values.len()).map(|k| scaled[k] * sigma(k)));
     let size = |v: &DVector<f64>| (0..values.len()).map(|k| (v[k] / sigma(k)).powi(2)).sum::<f64>().sqrt();
-    let is_small = 2.0 * size(&acceleration) <= MOST_BEND * size(step);
-    if is_small && acceleration.iter().all(|value| value.is_finite()) {
-        step + 0.5 * acceleration
-    } else {
-        step.clone()
-    }
+    let is_small = 2.0 * size(&acceleration) <= MOST_BEND * size(&by);
+    if is_small && acceleration.iter().all(|value| value.is_finite()) { by + 0.5 * acceleration } else { by }
 }
 
 /// Diagonal of the inverse of a factored matrix `L·Lᵀ`: squared lengths of the columns of `L⁻¹`, a sixth of the work of the

@@ -255,6 +255,11 @@ const DEFAULT_FEED_MM_PER_MIN: f64 = 500.0;
 /// Part of what the linear axes move below which a ball stands still as seen from the other: rounding.
 const STANDS_STILL: f64 = 1e-3;
 
+/// Turn over which a chord stands for its arc, deg: it is shorter by 1.3e-3.
+const CHORD_DEG: f64 = 10.0;
+/// Most chords between two rows: ten turns.
+const MOST_CHORDS: f64 = 360.0;
+
 /// Way between two rows that the feed counts, mm: of one ball as seen from the other, whatever carries them. Where a bar
 /// keeps its direction (axial following) neither ball moves for the other: there it is the way of the linear axes together,
 /// on which the carried ball goes about the turning axis.
@@ -262,9 +267,21 @@ pub fn way_mm(geometry: &Geometry, test: &Test, links: (LinkId, LinkId), from: &
     let bar = |q: &[f64]| {
         geometry.point(links.1, &test.spindle_ball.at, q, None) - geometry.point(links.0, &test.pivot.at, q, None)
     };
-    let linear = (0..to.len()).filter(|&axis| geometry.chain().joint(axis).kind == AxisKind::Linear);
+    let kind = |axis: usize| geometry.chain().joint(axis).kind;
+    let linear = (0..to.len()).filter(|&axis| kind(axis) == AxisKind::Linear);
     let slides = linear.map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>().sqrt();
-    let seen = (bar(to) - bar(from)).norm();
+    // rows may be far apart: a whole turn between two of them is no way of nothing
+    let rotary = (0..to.len()).filter(|&axis| kind(axis) == AxisKind::Rotary);
+    let turned = rotary.map(|axis| (to[axis] - from[axis]).abs()).fold(0.0, f64::max);
+    let parts = (turned.to_degrees() / CHORD_DEG).ceil().clamp(1.0, MOST_CHORDS);
+    let at = |part: f64| -> Vec<f64> { from.iter().zip(to).map(|(a, b)| a + (b - a) * part / parts).collect() };
+    let mut before = bar(from);
+    let mut seen = 0.0;
+    for part in 1..=parts as usize {
+        let here = if part as f64 == parts { bar(to) } else { bar(&at(part as f64)) };
+        seen += (here - before).norm();
+        before = here;
+    }
     if seen > STANDS_STILL * slides { seen } else { slides }
 }
 
