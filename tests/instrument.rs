@@ -149,3 +149,14 @@ fn instrument_files_are_read_or_refused_with_their_place() {
         assert!(found.contains(message), "{found}");
     }
 }
+
+#[test]
+fn rows_far_apart_take_the_time_of_rows_close_together() {
+    let [coarse, fine] = [2, 2000].map(|rows| simulate(&planned_thesis_session(rows), Composition::Exact).unwrap());
+    assert!(!fine.is_empty());
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        let [coarse, fine] = [coarse, fine].map(|trace| *trace.motion.time_s.as_ref().unwrap().last().unwrap());
+        // chords of 10° are shorter than their arcs by 1.3e-3; a whole turn in one step has no chord at all
+        assert!(fine > 1.0 && (coarse / fine - 1.0).abs() < 2e-3, "{coarse} {fine}");
+    }
+}
