@@ -1,5 +1,6 @@
 //! Which candidates are clear: their sweeps, and the ways to the starts of these. What is found is remembered; nothing is chosen here.
 
+use super::choice::Entry;
 use super::evaluation::{EndedBy, Evaluation};
 use crate::collision::{Instrument, NoWay};
 use crate::plan::places::candidate::Candidate;
@@ -92,6 +93,16 @@ impl<'a> Evaluation<'a> {
         };
         self.sampled_arcs.insert(candidate, arc.clone());
         arc
+    }
+
+    /// A candidate with its clear arc; `None` when it has none.
+    pub fn cleared_entry(&mut self, candidate: &'a Candidate) -> Option<Entry<'a>> {
+        self.clear(candidate).map(|sweep| self.entry(candidate, Some(sweep)))
+    }
+
+    /// A candidate with what samples leave of its arc; `None` when that is too short.
+    pub fn sampled_entry(&mut self, candidate: &'a Candidate) -> Option<Entry<'a>> {
+        self.sampled(candidate).map(|arc| self.entry_at_most(candidate, &arc))
     }
 
     fn clear_anew(&mut self, candidate: &'a Candidate) -> Option<ClearArc> {

@@ -162,8 +162,8 @@ impl<'a> Evaluation<'a> {
                 }
                 // what samples leave of the arc bounds its gain; certified is what still leads
                 let looked_at = match search.entries[k].at_most_deg {
-                    None => self.sampled(candidate).map(|arc| self.entry_at_most(candidate, &arc)),
-                    Some(_) => self.clear(candidate).map(|sweep| self.entry(candidate, Some(sweep))),
+                    None => self.sampled_entry(candidate),
+                    Some(_) => self.cleared_entry(candidate),
                 };
                 match looked_at {
                     Some(entry) => {

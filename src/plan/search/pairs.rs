@@ -42,9 +42,8 @@ impl<'a> Evaluation<'a> {
             let mut both = true;
             for k in pair {
                 if both && search.entries[k].sweep.is_none() {
-                    let candidate = search.entries[k].candidate;
-                    match self.clear(candidate) {
-                        Some(sweep) => search.entries[k] = self.entry(candidate, Some(sweep)),
+                    match self.cleared_entry(search.entries[k].candidate) {
+                        Some(entry) => search.entries[k] = entry,
                         None => {
                             refused.insert(k);
                             both = false;

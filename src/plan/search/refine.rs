@@ -74,6 +74,13 @@ struct Refinement<'d, 'a> {
     setups: BTreeMap<usize, Vec<&'a Candidate>>,
 }
 
+impl<'a> Refinement<'_, 'a> {
+    /// Counts the setups that a move looks at.
+    fn spend(&mut self, others: &Way<'a>) {
+        self.checks_left = self.checks_left.saturating_sub(others.iter().flatten().count());
+    }
+}
+
 impl<'a> Evaluation<'a> {
     /// The choice, or a quicker one that meets the same demand.
     pub(crate) fn refined(&mut self, choice: Choice<'a>, demand: &Demand) -> Choice<'a> {
@@ -174,9 +181,8 @@ impl<'a> Evaluation<'a> {
                 if refinement.checks_left == 0 {
                     return None;
                 }
-                let checked = others.iter().flatten().count();
-                refinement.checks_left = refinement.checks_left.saturating_sub(checked);
-                let Some(tests) = self.moved(set, &others, Self::as_clear) else { continue };
+                refinement.spend(&others);
+                let Some(tests) = self.moved(set, &others, Self::cleared_entry) else { continue };
                 let start = Set { standing: self.standing(&tests, refinement.demand), tests };
                 let is_quicker = |found: &Set| found.standing.minutes < set.standing.minutes - LEAST_FALL;
                 if let Some(found) = self.descend(start, refinement).filter(is_quicker) {
@@ -220,7 +226,6 @@ impl<'a> Evaluation<'a> {
             if best.as_ref().is_some_and(|best| best.standing.cost() <= promise) {
                 break;
             }
-            refinement.checks_left = refinement.checks_left.saturating_sub(1);
             let mut others: Way<'a> = vec![None; set.tests.len()];
             others[out] = Some(candidate);
             self.keep_if_clear(&mut best, set, &others, refinement);
@@ -234,8 +239,6 @@ impl<'a> Evaluation<'a> {
         ways.extend(self.turns(set, step));
         let mut best: Option<Set<'a>> = None;
         for (_, others) in self.foreseen_moves(set, ways, refinement.demand).into_iter().take(CHECKED) {
-            let checked = others.iter().flatten().count();
-            refinement.checks_left = refinement.checks_left.saturating_sub(checked);
             self.keep_if_clear(&mut best, set, &others, refinement);
         }
         best
@@ -261,10 +264,11 @@ impl<'a> Evaluation<'a> {
         best: &mut Option<Set<'a>>,
         set: &Set<'a>,
         others: &Way<'a>,
-        refinement: &Refinement<'_, 'a>,
+        refinement: &mut Refinement<'_, 'a>,
     ) {
+        refinement.spend(others);
         let most = best.as_ref().map_or(set.standing.cost() - LEAST_FALL, |best| best.standing.cost());
-        for look in [Self::as_sampled, Self::as_clear] {
+        for look in [Self::as_sampled, Self::cleared_entry] {
             let Some(tests) = self.moved(set, others, look) else { return };
             let standing = self.standing(&tests, refinement.demand);
             if standing.cost() >= most {
@@ -289,10 +293,6 @@ impl<'a> Evaluation<'a> {
             None => Some(test.clone()),
         });
         moved.collect()
-    }
-
-    fn as_clear(&mut self, candidate: &'a Candidate) -> Option<Entry<'a>> {
-        self.clear(candidate).map(|sweep| self.entry(candidate, Some(sweep)))
     }
 
     /// A candidate with its clear arc where that is known, else with what samples leave of it.

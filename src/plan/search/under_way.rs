@@ -44,12 +44,9 @@ impl<'a> Evaluation<'a> {
         if search.dead[k] {
             return false;
         }
-        let candidate = search.entries[k].candidate;
-        match self.clear(candidate) {
-            Some(sweep) => search.entries[k] = self.entry(candidate, Some(sweep)),
-            None => {
-                search.dead[k] = true;
-            }
+        match self.cleared_entry(search.entries[k].candidate) {
+            Some(entry) => search.entries[k] = entry,
+            None => search.dead[k] = true,
         }
         search.entries[k].sweep.is_some()
     }
@@ -57,9 +54,8 @@ impl<'a> Evaluation<'a> {
     /// Looks at samples of an entry's arc unless that is done; false when nothing of it is clear.
     pub(crate) fn may_be_clear(&mut self, search: &mut Search<'a>, k: usize) -> bool {
         if search.entries[k].is_whole() {
-            let candidate = search.entries[k].candidate;
-            match self.sampled(candidate) {
-                Some(arc) => search.entries[k] = self.entry_at_most(candidate, &arc),
+            match self.sampled_entry(search.entries[k].candidate) {
+                Some(entry) => search.entries[k] = entry,
                 None => search.dead[k] = true,
             }
         }
