@@ -21,6 +21,8 @@ const SESSIONS: u64 = 40;
 const LONGEST: Duration = Duration::from_secs(60);
 /// Longest time on the clock.
 const LONGEST_WAIT: Duration = Duration::from_secs(1200);
+/// Sessions that once failed: a hang, a whole turn in one step, more columns than sixty equal readings tell apart.
+const ONCE_FAILED: [u64; 3] = [10246, 17829, 18090];
 /// One session in so many is also planned anew, which takes seconds.
 const PLANNED_IN: u64 = 50;
 
@@ -214,9 +216,12 @@ fn every_verb_answers_on_random_sessions() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let first = number("FIVEAXIS_SEED");
     let count = number("FIVEAXIS_SESSIONS").unwrap_or(SESSIONS);
-    let seeds = first.map_or(0..count, |seed| seed..seed + number("FIVEAXIS_SESSIONS").unwrap_or(1));
+    let seeds: Vec<u64> = match first {
+        Some(seed) => (seed..seed + number("FIVEAXIS_SESSIONS").unwrap_or(1)).collect(),
+        None => ONCE_FAILED.into_iter().chain(0..count).collect(),
+    };
     let tally = Tally::default();
-    let whole = seeds.end - seeds.start;
+    let whole = seeds.len();
     let failures: Vec<u64> =
         seeds.into_par_iter().filter(|&seed| std::panic::catch_unwind(|| one(seed, &tally)).is_err()).collect();
     let (runs, refused) = (tally.runs.into_inner(), tally.refused.into_inner());

@@ -20,6 +20,8 @@ pub struct EliminatedNormal {
     shared: Vec<usize>,
     /// Normal matrix of the shared columns with the others eliminated, and its factor.
     normal: DMatrix<f64>,
+    /// Its diagonal before that: rounding goes by it.
+    shared_squares: Vec<f64>,
     factor: Cholesky<f64, Dyn>,
     /// By test: the columns that act in it alone.
     local: Vec<Option<Local>>,
@@ -68,6 +70,8 @@ impl Basis {
 struct Block {
     columns: Vec<usize>,
     gram: DMatrix<f64>,
+    /// The diagonal of that matrix before the elimination.
+    squares: Vec<f64>,
     /// Products with the shared columns: shared × own.
     cross: DMatrix<f64>,
     z: DVector<f64>,
@@ -78,7 +82,7 @@ impl Block {
     /// Factor of its matrix with amplitudes drawn from N(0, τ²).
     fn factor(&self, tau: f64) -> Cholesky<f64, Dyn> {
         let own = self.columns.len();
-        definite(&self.gram + DMatrix::identity(own, own) / (tau * tau))
+        definite(&self.gram + DMatrix::identity(own, own) / (tau * tau), &self.squares, 1.0 / (tau * tau))
     }
 
     /// Its evidence without what it has in common with others.
@@ -114,6 +118,7 @@ impl EliminatedNormal {
         let mut right = DVector::zeros(shared.len());
         beyond.iter().enumerate().for_each(|(i, beyond)| right[place[i]] = -beyond);
         let (mut locals, mut all_seen, mut own_right) = (Vec::new(), Vec::new(), Vec::new());
+        let mut shared_squares = diagonal_of(&normal);
         for (seen, sums) in seen.iter().zip(sums) {
             let width = seen.len() + 1;
             let product = |a: usize, b: usize| sums[a.max(b) * width + a.min(b)];
@@ -121,6 +126,7 @@ impl EliminatedNormal {
             let places: Vec<usize> = others.iter().map(|&a| place[seen[a]]).collect();
             for (&a, &i) in others.iter().zip(&places) {
                 right[i] += product(seen.len(), a);
+                shared_squares[i] += product(a, a);
                 for (&b, &j) in others.iter().zip(&places) {
                     normal[(i, j)] += product(a, b);
                 }
@@ -128,7 +134,7 @@ impl EliminatedNormal {
             let readings = DVector::from_iterator(own.len(), own.iter().map(|&a| product(seen.len(), a)));
             locals.push((!own.is_empty()).then(|| {
                 let gram = DMatrix::from_fn(own.len(), own.len(), |a, b| product(own[a], own[b]));
-                let factor = definite(&gram + DMatrix::identity(own.len(), own.len()));
+                let factor = definite(&gram + DMatrix::identity(own.len(), own.len()), &diagonal_of(&gram), 1.0);
                 let with_seen = DMatrix::from_fn(own.len(), others.len(), |a, b| product(own[a], others[b]));
                 let solved = factor.solve(&with_seen);
                 let loss = with_seen.tr_mul(&solved);
@@ -144,7 +150,7 @@ impl EliminatedNormal {
             all_seen.push(places);
             own_right.push(readings);
         }
-        let factor = definite(normal.clone());
+        let factor = definite(normal.clone(), &shared_squares, 1.0);
         let solved = factor.solve(&right);
         let mut explained = right.dot(&solved);
         let mut amplitudes = DVector::zeros(is_local.len());
@@ -161,6 +167,7 @@ impl EliminatedNormal {
             explained,
             shared,
             normal,
+            shared_squares,
             factor,
             local: locals,
             seen: all_seen,
@@ -296,7 +303,7 @@ impl EliminatedNormal {
             }
             parts.push((x, follow));
         }
-        let factor = definite(normal);
+        let factor = definite(normal, &self.shared_squares, 1.0);
         let v = factor.solve(&u);
         log_ratio += log_determinant(&factor);
         chi2 += u.dot(&v);
@@ -322,6 +329,7 @@ impl EliminatedNormal {
         let own = columns.len();
         let seen = &self.seen[test];
         let mut gram = products.gram_in(test, &columns);
+        let squares = diagonal_of(&gram);
         let mut with_seen = DMatrix::from_fn(seen.len(), own, |a, b| cross[(seen[a], columns[b])]);
         if let Some(local) = &self.local[test] {
             let rows = self.rows_of(local, with_accepted, &columns);
@@ -329,12 +337,36 @@ impl EliminatedNormal {
             with_seen -= local.basis.with_seen.transpose() * &rows;
         }
         let z = DVector::from_iterator(own, columns.iter().map(|&j| z[j]));
-        Block { columns, gram, cross: with_seen, z, test }
+        Block { columns, gram, squares, cross: with_seen, z, test }
     }
 }
 
-/// Factor of a matrix that its priors make definite: only values that are not finite can spoil it.
-fn definite(matrix: DMatrix<f64>) -> Cholesky<f64, Dyn> {
+/// Factor of a matrix that its priors make definite, from which others were eliminated; `squares` is its diagonal before that.
+///
+/// No pivot can be smaller than the prior's part of the diagonal, `prior`. Where one is, rounding of the products is larger than
+/// what the readings leave of that direction: the diagonal is raised by the size of rounding until none is. Only values that
+/// are not finite fail then.
+fn definite(mut matrix: DMatrix<f64>, squares: &[f64], prior: f64) -> Cholesky<f64, Dyn> {
     let count = matrix.nrows();
-    Cholesky::new(matrix).unwrap_or_else(|| Cholesky::pack_dirty(DMatrix::identity(count, count)))
+    let mut rounding = count as f64 * f64::EPSILON;
+    while rounding < MOST_ROUNDING {
+        let sound = |factor: &Cholesky<f64, Dyn>| {
+            factor.l_dirty().diagonal().iter().all(|pivot| pivot * pivot > LEAST_OF_PRIOR * prior)
+        };
+        if let Some(factor) = Cholesky::new(matrix.clone()).filter(sound) {
+            return factor;
+        }
+        squares.iter().enumerate().for_each(|(i, square)| matrix[(i, i)] += rounding * square);
+        rounding *= 10.0;
+    }
+    Cholesky::pack_dirty(DMatrix::identity(count, count))
 }
+
+fn diagonal_of(matrix: &DMatrix<f64>) -> Vec<f64> {
+    matrix.diagonal().iter().copied().collect()
+}
+
+/// Share of the diagonal that rounding can be: sums of a million products err by less.
+const MOST_ROUNDING: f64 = 1e-8;
+/// Share of the prior that a pivot must keep: the other half is left to harmless rounding.
+const LEAST_OF_PRIOR: f64 = 0.5;
