@@ -97,17 +97,25 @@ impl Outcome {
     }
 }
 
+/// What was claimed of a finding: each effect at a place once, with the sum of what was stated of its components. It is right
+/// where one of these is.
 fn claims(effects: &[Value], finding: &Value) -> Vec<Claim> {
     let others = finding["cannot_tell_from"].as_array().map(Vec::as_slice).unwrap_or_default();
     let proof = finding["cross_validated"].as_str().unwrap_or("none");
-    std::iter::once(finding)
-        .chain(others)
-        .enumerate()
-        .filter_map(|(i, stated)| {
-            let right = effects.iter().any(|e| names(e, stated));
-            Some(Claim { probability: stated["probability"].as_f64()?, right, leads: i == 0, proof: proof.to_string() })
-        })
-        .collect()
+    let mut claims: Vec<((&Value, &Value), Claim)> = vec![];
+    for (i, stated) in std::iter::once(finding).chain(others).enumerate() {
+        let Some(probability) = stated["probability"].as_f64() else { continue };
+        let what = (&stated["effect"], &stated["place"]);
+        let right = effects.iter().any(|e| names(e, stated));
+        match claims.iter_mut().find(|(known, _)| *known == what) {
+            Some((_, known)) => {
+                known.probability += probability;
+                known.right |= right;
+            }
+            None => claims.push((what, Claim { probability, right, leads: i == 0, proof: proof.to_string() })),
+        }
+    }
+    claims.into_iter().map(|(_, claim)| claim).collect()
 }
 
 /// Sizes of causes that were named; those of the other kind of number are not compared.
