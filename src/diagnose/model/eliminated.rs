@@ -82,7 +82,7 @@ impl Block {
     /// Factor of its matrix with amplitudes drawn from N(0, τ²).
     fn factor(&self, tau: f64) -> Cholesky<f64, Dyn> {
         let own = self.columns.len();
-        definite(&self.gram + DMatrix::identity(own, own) / (tau * tau), &self.squares, 1.0 / (tau * tau))
+        definite(&(&self.gram + DMatrix::identity(own, own) / (tau * tau)), &self.squares, 1.0 / (tau * tau))
     }
 
     /// Its evidence without what it has in common with others.
@@ -134,7 +134,7 @@ impl EliminatedNormal {
             let readings = DVector::from_iterator(own.len(), own.iter().map(|&a| product(seen.len(), a)));
             locals.push((!own.is_empty()).then(|| {
                 let gram = DMatrix::from_fn(own.len(), own.len(), |a, b| product(own[a], own[b]));
-                let factor = definite(&gram + DMatrix::identity(own.len(), own.len()), &diagonal_of(&gram), 1.0);
+                let factor = definite(&(&gram + DMatrix::identity(own.len(), own.len())), &diagonal_of(&gram), 1.0);
                 let with_seen = DMatrix::from_fn(own.len(), others.len(), |a, b| product(own[a], others[b]));
                 let solved = factor.solve(&with_seen);
                 let loss = with_seen.tr_mul(&solved);
@@ -150,7 +150,7 @@ impl EliminatedNormal {
             all_seen.push(places);
             own_right.push(readings);
         }
-        let factor = definite(normal.clone(), &shared_squares, 1.0);
+        let factor = definite(&normal, &shared_squares, 1.0);
         let solved = factor.solve(&right);
         let mut explained = right.dot(&solved);
         let mut amplitudes = DVector::zeros(is_local.len());
@@ -303,7 +303,7 @@ impl EliminatedNormal {
             }
             parts.push((x, follow));
         }
-        let factor = definite(normal, &self.shared_squares, 1.0);
+        let factor = definite(&normal, &self.shared_squares, 1.0);
         let v = factor.solve(&u);
         log_ratio += log_determinant(&factor);
         chi2 += u.dot(&v);
@@ -346,17 +346,19 @@ impl EliminatedNormal {
 /// No pivot can be smaller than the prior's part of the diagonal, `prior`. Where one is, rounding of the products is larger than
 /// what the readings leave of that direction: the diagonal is raised by the size of rounding until none is. Only values that
 /// are not finite fail then.
-fn definite(mut matrix: DMatrix<f64>, squares: &[f64], prior: f64) -> Cholesky<f64, Dyn> {
+fn definite(matrix: &DMatrix<f64>, squares: &[f64], prior: f64) -> Cholesky<f64, Dyn> {
+    let is_sound = |factor: &Cholesky<f64, Dyn>| {
+        factor.l_dirty().diagonal().iter().all(|pivot| pivot * pivot > LEAST_OF_PRIOR * prior)
+    };
     let count = matrix.nrows();
-    let mut rounding = count as f64 * f64::EPSILON;
+    let (mut raised, mut rounding) = (0.0, count as f64 * f64::EPSILON);
     while rounding < MOST_ROUNDING {
-        let sound = |factor: &Cholesky<f64, Dyn>| {
-            factor.l_dirty().diagonal().iter().all(|pivot| pivot * pivot > LEAST_OF_PRIOR * prior)
-        };
-        if let Some(factor) = Cholesky::new(matrix.clone()).filter(sound) {
+        let mut tried = matrix.clone();
+        squares.iter().enumerate().for_each(|(i, square)| tried[(i, i)] += raised * square);
+        if let Some(factor) = Cholesky::new(tried).filter(is_sound) {
             return factor;
         }
-        squares.iter().enumerate().for_each(|(i, square)| matrix[(i, i)] += rounding * square);
+        raised += rounding;
         rounding *= 10.0;
     }
     Cholesky::pack_dirty(DMatrix::identity(count, count))

@@ -1,7 +1,7 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
 use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, median, minimise_few, misfit, rms,
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, median, minimise_few, misfit, rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -268,13 +268,12 @@ impl<'t> Alike<'t> {
         let many = self.traces as f64;
         match Cholesky::new(gram) {
             Some(factor) => {
-                let log_gram = 2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>();
                 let taken = |sums: &[f64]| {
                     let right = DVector::from_column_slice(&sums[..count]);
                     right.dot(&factor.solve(&right))
                 };
                 let taken: f64 = traces().map(taken).sum();
-                (squares - taken, many * (whitener.log_determinant + log_gram))
+                (squares - taken, many * (whitener.log_determinant + log_determinant(&factor)))
             }
             None => (squares, many * whitener.log_determinant),
         }
