@@ -38,7 +38,7 @@ pub use validation::uncovering::UncoveringTest;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
 pub use verdict::diagnosis::{DiagnoseError, Diagnosis, TestBeforeAfter};
-pub use verdict::location_errors::Moved;
+pub use verdict::location_errors::{HangsOn, Moved};
 pub use verdict::shares::{ShareOfReadings, Source};
 
 use self::findings::proposals::Layout;
@@ -51,6 +51,7 @@ use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::screening::screening_grid::terms_by_shape;
 use self::selection::search::{floors, nothing, search_cleanly};
 use self::validation::detection_limits::{unseen_causes, unseen_senses};
+use self::validation::hidden_shifts::hidden_shifts;
 use self::validation::uncovering::uncovering_tests;
 use self::verdict::explanation::explain;
 use self::verdict::shift_or_effect::{beside, shift_of_one_test};
@@ -132,8 +133,10 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     // a wrong sense makes all numbers wrong: it stands first
     let mut blind_to = unseen_senses(session, &fit)?;
     let regression = Regression::new(&coarse, &floors[1], &[], &coarse.kept);
-    blind_to.extend(unseen_causes(&coarse, &families, |columns| regression.information(columns)));
+    let hidden = unseen_causes(&coarse, &families, |columns| regression.information(columns));
+    let shifts = hidden_shifts(&regression, &hidden, blind_to.len());
+    blind_to.extend(hidden.into_iter().map(|hidden| hidden.unseen));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
-    let diagnosis = Diagnosis::of((&fine, &families), setups, &fit, &search, explanation, fault, blind_to);
+    let diagnosis = Diagnosis::of((&fine, &families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
     Ok(Diagnosis { uncovered_by, ..diagnosis })
 }

@@ -71,6 +71,10 @@ impl<'a> Observations<'a> {
 /// Way of a slide over a session below which it has stood, mm.
 const LEAST_WAY_MM: f64 = 1.0;
 
+/// Probability that a cause is there, at a place where it can be, at a size that matters: before any reading, for causes that
+/// are common.
+pub const PRESENT: f64 = 0.05;
+
 /// Candidates that differ only in shape: one kind of effect at one place through some outlets.
 #[derive(Debug, Clone)]
 pub struct CandidateFamily {
@@ -95,6 +99,9 @@ pub struct CandidateFamily {
     pub rarity: f64,
     /// Rank among names for the same trace: the lowest is the customary one.
     pub rank: usize,
+    /// Standard deviation of its size by the machine file's budget, display units; `None`: the budget says nothing of it, and it
+    /// is there with the probability [`PRESENT`].
+    pub budget: Option<f64>,
 }
 
 /// A shape parameter to refine.
@@ -137,6 +144,7 @@ impl CandidateFamily {
             fast: false,
             rarity: 0.0,
             rank: 0,
+            budget: None,
         }
     }
 
@@ -157,6 +165,11 @@ impl CandidateFamily {
 
     pub(super) fn rare(mut self, rarity: f64) -> CandidateFamily {
         self.rarity = rarity;
+        self
+    }
+
+    pub(super) fn within(mut self, budget: f64) -> CandidateFamily {
+        self.budget = Some(budget);
         self
     }
 

@@ -119,7 +119,10 @@ fn tilts(seen: &Observations) -> Vec<CandidateFamily> {
         directions(seen.machine(), axis).tilts.map(|component| {
             let is_customary = CUSTOMARY.iter().any(|(c, k)| *c == component && along == Some(*k));
             let outlets = vec![Outlet::Location { axis, component }];
-            CandidateFamily::new(SQUARENESS.name, Place::Axis(axis), outlets, 120.0).ranked(usize::from(!is_customary))
+            let budget = Measure::Angle.to_output(seen.machine().linear_axes.squareness_rad);
+            CandidateFamily::new(SQUARENESS.name, Place::Axis(axis), outlets, 120.0)
+                .ranked(usize::from(!is_customary))
+                .within(budget)
         })
     };
     seen.displaced_slides().flat_map(|(axis, _)| of_axis(axis)).collect()
@@ -127,6 +130,7 @@ fn tilts(seen: &Observations) -> Vec<CandidateFamily> {
 
 fn scales(seen: &Observations) -> Vec<CandidateFamily> {
     let own = |axis: usize| vec![Outlet::own(seen.machine(), axis)];
-    let scale = |axis| CandidateFamily::new(LINEAR_SCALE.name, Place::Axis(axis), own(axis), 300.0);
+    let budget = Measure::Strain.to_output(seen.machine().linear_axes.positioning);
+    let scale = |axis| CandidateFamily::new(LINEAR_SCALE.name, Place::Axis(axis), own(axis), 300.0).within(budget);
     seen.displaced_slides().map(|(axis, _)| scale(axis)).collect()
 }

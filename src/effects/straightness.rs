@@ -12,6 +12,7 @@ use super::contract::{
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::units::Measure;
 use std::f64::consts::PI;
 
 /// Straightness, pitch, yaw and roll of a slide.
@@ -161,7 +162,13 @@ fn of_slide(machine: &Machine, axis: usize, (from, to): (f64, f64)) -> Vec<Candi
     ];
     let bow = with_list(STRAIGHTNESS.name, place, "degrees", vec![2.0, 3.0])
         .with("half_travel", ParameterValue::Number(span / 2.0));
-    let new = |outlets: Vec<Outlet>| CandidateFamily::new(STRAIGHTNESS.name, place, outlets, 60.0);
+    // a budget says how far a slide strays per length moved, and nothing of how it turns
+    let budget = Measure::Length.to_output(machine.linear_axes.straightness * span / 2.0);
+    let new = |outlets: Vec<Outlet>| {
+        let is_shift = outlets.iter().any(|outlet| outlet.measure(machine) == Measure::Length);
+        let family = CandidateFamily::new(STRAIGHTNESS.name, place, outlets, 60.0);
+        if is_shift { family.within(budget) } else { family }
+    };
     let mut list = Vec::new();
     for component in beside_own(machine, axis) {
         if let Some(tilt) = tilt_of(axis, component, machine) {

@@ -127,6 +127,16 @@ impl<'g, 'a> Regression<'g, 'a> {
         self.fitted.projected(&self.whitened.products(columns), &self.with_accepted(columns))
     }
 
+    /// Products of what was fitted, in units of priors, with a block: fitted × block.
+    pub(crate) fn cross(&self, columns: &[Column]) -> DMatrix<f64> {
+        let unknowns = self.whitened.products(columns).cross;
+        let accepted = self.with_accepted(columns);
+        let (above, below) = (unknowns.nrows(), accepted.nrows());
+        let mut cross = unknowns.resize_vertically(above + below, 0.0);
+        cross.rows_mut(above, below).copy_from(&accepted);
+        cross
+    }
+
     /// What the readings say of each column of a block: the diagonal of the projected `G`.
     pub fn information(&self, columns: &[Column]) -> Vec<f64> {
         self.project(columns).0.diagonal().iter().copied().collect()

@@ -22,6 +22,28 @@ pub struct Unseen {
     pub test: String,
 }
 
+/// A cause that the session does not show, with the form in which it was looked for.
+pub(crate) struct Hidden<'f> {
+    pub(crate) unseen: Unseen,
+    pub(crate) form: Option<HiddenForm<'f>>,
+}
+
+/// The form of a cause through one outlet.
+pub(crate) struct HiddenForm<'f> {
+    pub(crate) effect: Effect,
+    pub(crate) terms: Vec<Term>,
+    pub(crate) family: &'f CandidateFamily,
+    /// Sizes from which it matters, display units.
+    pub(crate) notable: f64,
+}
+
+impl Hidden<'_> {
+    /// One that no single form stands for.
+    fn shapeless(unseen: Unseen) -> Hidden<'static> {
+        Hidden { unseen, form: None }
+    }
+}
+
 /// Name of the cause in which an axis moves the other way than the machine file says.
 pub const AXIS_SENSE: &str = "axis-sign";
 
@@ -42,11 +64,11 @@ fn notable(kind: &Kind, is_angle: bool) -> f64 {
 
 /// Causes that the session does not show at notable sizes; `information` tells what the readings say of an effect's terms, one
 /// by one.
-pub fn unseen_causes(
+pub(crate) fn unseen_causes<'f>(
     model: &LinearModel,
-    families: &[CandidateFamily],
+    families: &'f [CandidateFamily],
     information: impl Fn(&[Column]) -> Vec<f64>,
-) -> Vec<Unseen> {
+) -> Vec<Hidden<'f>> {
     unseen_of(model, families, &|effect, terms| Some(information(&model.columns(effect, terms).ok()?)))
 }
 
@@ -54,9 +76,13 @@ pub fn unseen_causes(
 pub(super) type Information<'i> = dyn Fn(&Effect, &[Term]) -> Option<Vec<f64>> + 'i;
 
 /// The same by terms.
-pub(super) fn unseen_of(model: &LinearModel, families: &[CandidateFamily], information: &Information) -> Vec<Unseen> {
+pub(super) fn unseen_of<'f>(
+    model: &LinearModel,
+    families: &'f [CandidateFamily],
+    information: &Information,
+) -> Vec<Hidden<'f>> {
     let machine = model.context.machine();
-    let mut list: Vec<Unseen> = Vec::new();
+    let mut list: Vec<Hidden> = Vec::new();
     let mut seen: Vec<(&str, Place, Outlet, Option<&ParameterValue>)> = Vec::new();
     for family in families {
         let Some(kind) = kind(family.kind).filter(|kind| kind.unseen == effects::Unseen::Listed) else { continue };
@@ -79,15 +105,18 @@ pub(super) fn unseen_of(model: &LinearModel, families: &[CandidateFamily], infor
             let smallest = smallest(shown.into_iter().fold(0.0, f64::max));
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
-            if smallest.is_none_or(|smallest| smallest > notable(kind, is_angle)) {
-                list.push(Unseen {
+            let notable = notable(kind, is_angle);
+            if smallest.is_none_or(|smallest| smallest > notable) {
+                let unseen = Unseen {
                     cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: measure.map_or("um", unit),
                     test: kind.shown_by.words(machine, family.place),
-                });
+                };
+                let form = Some(HiddenForm { effect: effect.clone(), terms: own, family, notable });
+                list.push(Hidden { unseen, form });
             } else if kind.signature == Signature::ErrorMotion && is_axial(machine, outlet) {
-                list.extend(unseen_once_a_turn(model, family.place, outlet, information));
+                list.extend(unseen_once_a_turn(model, family, outlet, information));
             }
         }
     }
@@ -125,29 +154,45 @@ fn is_axial(machine: &Machine, outlet: &Outlet) -> bool {
 
 /// Motion along a rotary axis once a turn: to a bar that sweeps a cone it looks like a tilt of the axis, whatever higher
 /// orders show.
-fn unseen_once_a_turn(model: &LinearModel, place: Place, outlet: &Outlet, information: &Information) -> Option<Unseen> {
+fn unseen_once_a_turn<'f>(
+    model: &LinearModel,
+    family: &'f CandidateFamily,
+    outlet: &Outlet,
+    information: &Information,
+) -> Option<Hidden<'f>> {
     let machine = model.context.machine();
-    let effect = Effect::new(ROTARY_ERROR_MOTION.name, place).with("orders", ParameterValue::List(vec![1.0]));
-    let shown = information(&effect, &terms(machine, &effect, std::slice::from_ref(outlet)))?;
+    let effect = Effect::new(ROTARY_ERROR_MOTION.name, family.place).with("orders", ParameterValue::List(vec![1.0]));
+    let terms = terms(machine, &effect, std::slice::from_ref(outlet));
+    let shown = information(&effect, &terms)?;
     let weakest = shown.into_iter().fold(f64::INFINITY, f64::min);
     let smallest = smallest(weakest);
-    smallest.is_none_or(|smallest| smallest > notable(&ROTARY_ERROR_MOTION, false)).then(|| Unseen {
-        cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
-        smallest: smallest.filter(|value| *value < 1e5),
-        unit: "um",
-        test: "once a turn only: the short bar with its balls where the extended bar had the standing one".to_string(),
+    let notable = notable(&ROTARY_ERROR_MOTION, false);
+    smallest.is_none_or(|smallest| smallest > notable).then(|| Hidden {
+        unseen: Unseen {
+            cause: cause_of(machine, &effect, std::slice::from_ref(outlet)),
+            smallest: smallest.filter(|value| *value < 1e5),
+            unit: "um",
+            test: "once a turn only: the short bar with its balls where the extended bar had the standing one"
+                .to_string(),
+        },
+        form: Some(HiddenForm { effect, terms, family, notable }),
     })
 }
 
 /// Slips of a ball between two tests that the session does not show, at the least visible moment.
-fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], information: &Information, list: &mut Vec<Unseen>) {
+fn unseen_slips<'f>(
+    model: &LinearModel,
+    families: &'f [CandidateFamily],
+    information: &Information,
+    list: &mut Vec<Hidden<'f>>,
+) {
     let machine = model.context.machine();
     let tests = &model.context.session().tests;
     let runs_at =
         |time: f64| (0..tests.len()).any(|k| (tests[k].started_at_s..=model.context.ends_at_s(k)).contains(&time));
     for kind in KINDS.iter().filter(|kind| kind.unseen == effects::Unseen::ByMoment) {
-        // by outlet: the effect and the information at the moment that shows it least
-        let mut least: Vec<(Outlet, &Effect, f64)> = Vec::new();
+        // by term: its family, the effect and the information at the moment that shows it least
+        let mut least: Vec<(Term, &CandidateFamily, &Effect, f64)> = Vec::new();
         for family in families.iter().filter(|family| family.kind == kind.name) {
             let between = family.grid.iter().filter(
                 |effect| matches!(effect.parameter("time"), Some(ParameterValue::Number(time)) if !runs_at(*time)),
@@ -156,23 +201,26 @@ fn unseen_slips(model: &LinearModel, families: &[CandidateFamily], information: 
                 let terms = family_terms(machine, family, effect, model.tests());
                 let Some(shown) = information(effect, &terms) else { continue };
                 for (term, own) in terms.iter().zip(shown) {
-                    match least.iter_mut().find(|(outlet, ..)| *outlet == term.outlet) {
-                        Some((_, at, least)) if own < *least => (*at, *least) = (effect, own),
+                    match least.iter_mut().find(|(known, ..)| known.outlet == term.outlet) {
+                        Some(least) if own < least.3 => *least = (*term, family, effect, own),
                         Some(_) => {}
-                        None => least.push((term.outlet, effect, own)),
+                        None => least.push((*term, family, effect, own)),
                     }
                 }
             }
         }
-        for (outlet, effect, shown) in least {
+        for (term, family, effect, shown) in least {
             let smallest = smallest(shown);
-            if smallest.is_none_or(|smallest| smallest > notable(kind, false)) {
-                list.push(Unseen {
-                    cause: cause_of(machine, effect, &[outlet]),
+            let notable = notable(kind, false);
+            if smallest.is_none_or(|smallest| smallest > notable) {
+                let unseen = Unseen {
+                    cause: cause_of(machine, effect, &[term.outlet]),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: "um",
                     test: kind.shown_by.words(machine, effect.place),
-                });
+                };
+                let form = Some(HiddenForm { effect: effect.clone(), terms: vec![term], family, notable });
+                list.push(Hidden { unseen, form });
             }
         }
     }
@@ -184,7 +232,7 @@ fn unseen_of_any_form(
     model: &LinearModel,
     families: &[CandidateFamily],
     information: &Information,
-    list: &mut Vec<Unseen>,
+    list: &mut Vec<Hidden>,
 ) {
     let machine = model.context.machine();
     let mut seen: Vec<Outlet> = Vec::new();
@@ -221,17 +269,17 @@ fn unseen_of_any_form(
         // its own motion shows along its turning or travel only
         let own = effect.place.axis().map(|axis| Outlet::own(machine, axis));
         let is_own = outlets.iter().all(|outlet| Some(*outlet) == own);
-        Unseen {
+        Hidden::shapeless(Unseen {
             cause: cause_of(machine, effect, &outlets),
             smallest,
             unit: unit(measure),
             test: (if is_own { CYCLIC_ERROR.shown_by } else { UNKNOWN.shown_by }).words(machine, effect.place),
-        }
+        })
     }));
 }
 
 /// Causes of axes that never moved, for which there is no family at all.
-fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Unseen>) {
+fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Hidden>) {
     for axis in 0..machine.axes.len() {
         let place = Place::Axis(axis);
         for kind in KINDS.iter().filter(|kind| kind.unmoved.contains(&machine.axes[axis].kind)) {
@@ -241,12 +289,12 @@ fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Unsee
             let outlets = (kind.outlets)(machine, place);
             let effect = Effect::new(kind.name, place);
             let Some(outlet) = outlets.first() else { continue };
-            list.push(Unseen {
+            list.push(Hidden::shapeless(Unseen {
                 cause: cause_of(machine, &effect, &outlets),
                 smallest: None,
                 unit: unit((kind.measure)(machine, outlet, "")),
                 test: kind.shown_by.words(machine, place),
-            });
+            }));
         }
     }
 }

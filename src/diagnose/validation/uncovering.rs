@@ -72,10 +72,10 @@ fn shown(
     let covariance = design.covariance(run);
     let still = unseen_of(design.model, families, &|effect, terms| design.information(run, &covariance, effect, terms));
     let is_hidden = |cause: &Unseen| {
-        still.iter().any(|other| {
-            other.cause.effect == cause.cause.effect
-                && other.cause.place == cause.cause.place
-                && other.cause.components.iter().any(|component| cause.cause.components.contains(component))
+        still.iter().map(|other| &other.unseen.cause).any(|other| {
+            other.effect == cause.cause.effect
+                && other.place == cause.cause.place
+                && other.components.iter().any(|component| cause.cause.components.contains(component))
         })
     };
     // no length tells the sense of an axis as looking does

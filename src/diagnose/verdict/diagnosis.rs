@@ -14,6 +14,7 @@ use crate::diagnose::preflight::small_misfit::implausible;
 use crate::diagnose::selection::selected::Search;
 use crate::diagnose::validation::cross_validation::CrossValidation;
 use crate::diagnose::validation::detection_limits::Unseen;
+use crate::diagnose::validation::hidden_shifts::HiddenShift;
 use crate::diagnose::validation::leave_setup_out::LeftOutSetup;
 use crate::diagnose::validation::leave_setup_out::transfers;
 use crate::diagnose::validation::sign_randomisation::SignRandomisation;
@@ -107,7 +108,7 @@ impl Diagnosis {
         search: &Search,
         (told, proof): (Explanation, Option<CrossValidation>),
         fault: Option<DataFault>,
-        blind_to: Vec<Unseen>,
+        (blind_to, hidden): (Vec<Unseen>, &[HiddenShift]),
     ) -> Diagnosis {
         let is_static = !fine.has_sweeps();
         // a fast effect in every recording counted as noise as long as it was not known
@@ -117,7 +118,9 @@ impl Diagnosis {
         };
         let shares = shares_of_readings(fine, setups, &told);
         let Explanation { columns, regression, left_mm, mut findings } = told;
-        let location_errors = moved(fine, families, fit, search, &regression);
+        let mut location_errors = moved(fine, families, fit, (search, &regression), hidden);
+        // beside a mistake in the files no number is what it seems
+        location_errors.iter_mut().for_each(|moved| moved.determined &= fault.is_none());
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();

@@ -5,6 +5,7 @@ use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::selection::selected::{Search, SelectedEffect};
+use crate::diagnose::validation::hidden_shifts::HiddenShift;
 use crate::effects::CandidateFamily;
 use crate::identify::{Fit, Quantity};
 use crate::units::Measure;
@@ -17,20 +18,38 @@ pub struct Moved {
     pub measure: Measure,
     pub before: f64,
     pub after: f64,
+    /// With what rivals of the findings, and causes that the session cannot show, may have moved.
     pub sigma: f64,
+    /// Without what unseen causes may have moved.
+    pub seen_sigma: f64,
     pub determined: bool,
+    /// Unseen causes that may have moved it by more than [`Moved::seen_sigma`], the largest first.
+    pub hangs_on: Vec<HangsOn>,
 }
+
+/// An unseen cause that moves a location error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HangsOn {
+    /// Its place in the list of unseen causes.
+    pub unseen: usize,
+    /// Shift of the location error by one display unit of the cause, mm or rad.
+    pub per_unit: f64,
+}
+
+/// Unseen causes named beside a location error, at most.
+const MOST_NAMED: usize = 3;
 
 /// Location errors of the fit with and without the effects that were found.
 ///
 /// Their variance is that of the fit with these effects and what rivals of each add: `Σ w (σ² + (β − β₀)²)` over the causes that
-/// the readings allow in its place, `w` their probabilities, `β₀` the value beside the chosen ones.
+/// the readings allow in its place, `w` their probabilities, `β₀` the value beside the chosen ones; and what unseen causes may
+/// have moved.
 pub(crate) fn moved(
     fine: &LinearModel,
     families: &[CandidateFamily],
     fit: &Fit,
-    search: &Search,
-    regression: &Regression,
+    (search, regression): (&Search, &Regression),
+    hidden: &[HiddenShift],
 ) -> Vec<Moved> {
     let unknowns = &fine.problem.unknowns;
     let covariance = regression.covariance();
@@ -39,15 +58,29 @@ pub(crate) fn moved(
     let located = unknowns.iter().enumerate();
     located
         .filter(|(_, unknown)| matches!(unknown.quantity, Quantity::Location { .. }))
-        .map(|(k, unknown)| Moved {
-            name: unknown.label.clone(),
-            measure: unknown.measure,
-            before: fit.estimates[k].value,
-            after: fit.estimates[k].value + regression.nuisance(k) * unknown.prior_sigma,
-            sigma: variance[k].max(0.0).sqrt() * unknown.prior_sigma,
-            determined: fit.estimates[k].determined,
+        .map(|(k, unknown)| {
+            let seen = variance[k].max(0.0);
+            let unseen: f64 = hidden.iter().map(|shift| shift.variance[k]).sum();
+            Moved {
+                name: unknown.label.clone(),
+                measure: unknown.measure,
+                before: fit.estimates[k].value,
+                after: fit.estimates[k].value + regression.nuisance(k) * unknown.prior_sigma,
+                sigma: (seen + unseen).sqrt() * unknown.prior_sigma,
+                seen_sigma: seen.sqrt() * unknown.prior_sigma,
+                determined: fit.estimates[k].determined,
+                hangs_on: hangs_on(hidden, k, seen, unknown.prior_sigma),
+            }
         })
         .collect()
+}
+
+/// Unseen causes that may have moved an unknown by more than its variance without them.
+fn hangs_on(hidden: &[HiddenShift], unknown: usize, seen: f64, prior_sigma: f64) -> Vec<HangsOn> {
+    let mut large: Vec<&HiddenShift> = hidden.iter().filter(|shift| shift.variance[unknown] > seen).collect();
+    large.sort_by(|a, b| b.variance[unknown].total_cmp(&a.variance[unknown]));
+    let named = large.into_iter().take(MOST_NAMED);
+    named.map(|shift| HangsOn { unseen: shift.cause, per_unit: shift.per_unit[unknown] * prior_sigma }).collect()
 }
 
 /// Adds to the variances of the unknowns, in units of their priors, what the rivals of each effect would change.

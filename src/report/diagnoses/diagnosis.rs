@@ -179,8 +179,21 @@ pub struct MovedJson {
     pub before: f64,
     pub after: f64,
     pub sigma: f64,
+    /// Without what unseen causes may have moved.
+    pub seen_sigma: f64,
     pub unit: &'static str,
     pub determined: bool,
+    /// Unseen causes that may have moved it by more than `seen_sigma`, the largest first.
+    pub hangs_on: Vec<HangsOnJson>,
+}
+
+/// An unseen cause that moves a location error.
+#[derive(Debug, Clone, Serialize)]
+pub struct HangsOnJson {
+    /// Its place in `blind_to`.
+    pub blind_to: usize,
+    /// Shift of the location error by one unit of the cause.
+    pub per_unit: f64,
 }
 
 /// The JSON value of a diagnosis.
@@ -233,8 +246,14 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
                     before: out(moved.before),
                     after: out(moved.after),
                     sigma: out(moved.sigma),
+                    seen_sigma: out(moved.seen_sigma),
                     unit: moved.measure.output_unit(),
                     determined: moved.determined,
+                    hangs_on: moved
+                        .hangs_on
+                        .iter()
+                        .map(|one| HangsOnJson { blind_to: one.unseen, per_unit: out(one.per_unit) })
+                        .collect(),
                 };
                 (moved.name.clone(), json)
             })

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use super::answers::answers;
 use super::before_after::BeforeAfterPlots;
 use super::chain_map::chain_map;
-use super::diagnosis::{DiagnosisJson, FindingJson};
-use super::diagnosis_text::{moved_words, verdict_words};
+use super::diagnosis::{BlindJson, DiagnosisJson, FindingJson};
+use super::diagnosis_text::{hanging, moved_words, verdict_words};
 use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit, what,
 };
@@ -256,7 +256,16 @@ fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
             moved_words(json, json_moved)
         );
     }
-    page.push_str("</tbody></table></div>\n</section>\n");
+    page.push_str("</tbody></table></div>\n");
+    let hang = hanging(json, diagnosis.location_errors.iter().map(|moved| moved.name.as_str()));
+    if !hang.is_empty() {
+        let of = |(cause, errors): &(&BlindJson, Vec<&str>)| {
+            format!("{}: {}", what(&cause.effect, &cause.place, &cause.components), errors.join(" "))
+        };
+        let all = escape(&hang.iter().map(of).collect::<Vec<_>>().join("; "));
+        let _ = writeln!(page, "<p>σ holds what may be there unseen. {all}.</p>");
+    }
+    page.push_str("</section>\n");
 }
 
 fn tests(page: &mut String, diagnosis: &Diagnosis, plots: &[BeforeAfterPlots]) {

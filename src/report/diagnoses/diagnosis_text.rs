@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::diagnosis::{DiagnosisJson, MovedJson};
+use super::diagnosis::{BlindJson, DiagnosisJson, MovedJson};
 use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit,
 };
@@ -159,13 +159,15 @@ fn blind(text: &mut String, session: &Session, json: &DiagnosisJson) {
 
 /// What became of a location error when the findings were modelled.
 pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
-    let far = (moved.after - moved.before).abs() > MOVED_SIGMAS * moved.sigma;
+    let change = (moved.after - moved.before).abs();
+    let far = change > MOVED_SIGMAS * moved.seen_sigma;
     // where something is still unexplained nobody can say that a moved number is nearer to the truth
     let sure = json.verdict != "partly explained"
         && json.findings.iter().all(|finding| finding.cross_validated != Some("failed"));
     match (far, moved.determined && sure) {
         (false, true) => "as before",
         (false, false) => "not determined",
+        (true, _) if change < moved.sigma => "moved, by less than unseen causes may do",
         (true, true) => "better: it had held part of a finding",
         (true, false) => "different, perhaps no better",
     }
@@ -178,7 +180,7 @@ fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     }
     let shift = |name: &str| {
         let moved = &json.location_errors[name];
-        (moved.after - moved.before).abs() / moved.sigma.max(f64::MIN_POSITIVE)
+        (moved.after - moved.before).abs() / moved.seen_sigma.max(f64::MIN_POSITIVE)
     };
     let all = names.len();
     let moved = names.iter().filter(|name| shift(name) > MOVED_SIGMAS).count();
@@ -223,6 +225,29 @@ fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     if told > names.len() {
         let _ = writeln!(text, "  and {} that moved less, all in --json", told - names.len());
     }
+    let hang = hanging(json, names.iter().map(|name| name.as_str()));
+    if !hang.is_empty() {
+        let causes: Vec<&BlindJson> = hang.iter().map(|(cause, _)| *cause).collect();
+        paragraph(text, "  ", 4, &format!("± σ holds what may be there unseen: {}", kinds_words(&causes)));
+    }
+}
+
+/// Unseen causes on which location errors hang, each with those errors; the ones that move most of them first.
+pub fn hanging<'j>(
+    json: &'j DiagnosisJson,
+    names: impl Iterator<Item = &'j str>,
+) -> Vec<(&'j BlindJson, Vec<&'j str>)> {
+    let mut causes: Vec<(usize, Vec<&str>)> = Vec::new();
+    for name in names {
+        for one in &json.location_errors[name].hangs_on {
+            match causes.iter_mut().find(|(known, _)| *known == one.blind_to) {
+                Some((_, errors)) => errors.push(name),
+                None => causes.push((one.blind_to, vec![name])),
+            }
+        }
+    }
+    causes.sort_by_key(|(_, errors)| std::cmp::Reverse(errors.len()));
+    causes.into_iter().map(|(cause, errors)| (&json.blind_to[cause], errors)).collect()
 }
 
 fn line(text: &mut String, label: &str, says: &str) {
