@@ -22,7 +22,7 @@ fn fiveaxis(arguments: &[&str]) -> Vec<u8> {
     output.stdout
 }
 
-/// Diagnosis of exact recordings of the design on its machine with further lines in the machine file.
+/// Diagnosis of what the default gauge records of the design on its machine, with further lines in the machine file.
 fn diagnosed(scratch: &Path, name: &str, effects: &str) -> Value {
     let own = scratch.join(name);
     fs::create_dir(&own).unwrap();
