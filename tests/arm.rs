@@ -1,13 +1,11 @@
 //! A six-axis arm in static poses, written by code of its own: the causes put in are found, saved and nothing else is named.
 
+use crate::schema;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
-
-#[path = "schema/mod.rs"]
-mod schema;
 
 type Vector = [f64; 3];
 

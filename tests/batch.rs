@@ -1,7 +1,6 @@
 //! Batch kernels against the single-pose kinematics, which agree with values computed elsewhere: random chains.
 
-mod shared_data;
-
+use crate::shared_data;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -1,28 +1,9 @@
 //! The blind trial's generator against the 60-digit oracle and against sessions made by another simulator.
-#![allow(dead_code)]
 
-#[path = "../examples/blind_trial/designs.rs"]
-mod designs;
-#[path = "../examples/blind_trial/draw.rs"]
-mod draw;
-#[path = "../examples/blind_trial/effects/mod.rs"]
-mod effects;
-#[path = "../examples/blind_trial/kinematics.rs"]
-mod kinematics;
-#[path = "../examples/blind_trial/machines.rs"]
-mod machines;
-#[path = "../examples/blind_trial/mounting.rs"]
-mod mounting;
-#[path = "../examples/blind_trial/nuisance.rs"]
-mod nuisance;
-#[path = "../examples/blind_trial/plan.rs"]
-mod plan;
-#[path = "../examples/blind_trial/recordings.rs"]
-mod recordings;
-mod shared_data;
-#[path = "../examples/blind_trial/visibility.rs"]
-mod visibility;
-
+use crate::examples::blind_trial::{
+    designs, draw, effects, kinematics, machines, nuisance, plan, recordings, visibility,
+};
+use crate::shared_data;
 use designs::{Manner, build};
 use draw::Draw;
 use kinematics::{AXES, Ball, Disturbance, Link, Location, Setup, V3, distance};

@@ -1,7 +1,6 @@
 //! Bodies of shipped machines over their whole travel, against parry with link poses by plain transforms of the test's own.
 
-mod shipped;
-
+use crate::shipped;
 use std::path::Path;
 
 use fiveaxis::bodies::{Bodies, Body};

@@ -1,5 +1,5 @@
 //! The catalogue of effects as the documents state it: the tables of docs/effects.md and the enumeration of the schema are made
-//! from the library. `FIVEAXIS_WRITE=1 cargo test --test catalogue` writes them anew.
+//! from the library. `FIVEAXIS_WRITE=1 cargo test --test all catalogue::` writes them anew.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -38,7 +38,7 @@ fn held(file: &str, mark: &str, end: &str, wanted: &str) {
         return;
     }
     let stands = &text[start..start + length];
-    assert_eq!(stands, wanted, "{file} is not what the catalogue says: FIVEAXIS_WRITE=1 cargo test --test catalogue");
+    assert_eq!(stands, wanted, "{file} is not what the catalogue says: FIVEAXIS_WRITE=1 cargo test --test all catalogue::");
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! The thesis's four steps and planar circle against closed forms, and its eq. 3.20, 3.21 as printed against the chain.
 
-mod trunnion;
-
+use crate::trunnion;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Composition, Geometry};

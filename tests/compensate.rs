@@ -1,11 +1,10 @@
 //! Corrected programs: read by a reader of the test's own and driven through kinematics of the test's own, the erring
 //! machine's tool is on the ideal path.
 
-mod plain_machine;
-mod plain_program;
-mod shipped;
-mod skipped;
-
+use crate::plain_machine;
+use crate::plain_program;
+use crate::shipped;
+use crate::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

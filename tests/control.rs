@@ -1,5 +1,6 @@
 //! Signs in words and numbers for a control against the forward kinematics.
 
+use crate::recorded;
 use fiveaxis::chain::{Chain, Composition, Geometry};
 use fiveaxis::identify::{AxisLine, Options, axis_lines, identify};
 use fiveaxis::load::{load_session, machine_from_yaml};
@@ -8,8 +9,6 @@ use fiveaxis::report::words::{control_in_words, sign_in_words};
 use fiveaxis::session::Session;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
-
-mod recorded;
 
 fn machine(yaml: &str) -> Machine {
     machine_from_yaml(Path::new("machine.yaml"), yaml.to_string()).unwrap()

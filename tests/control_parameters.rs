@@ -1,5 +1,6 @@
 //! `fiveaxis control` end to end: signs of parameters, the limit, present values, heads component by component.
 
+use crate::recorded;
 use std::path::Path;
 
 use assert_cmd::Command;
@@ -8,8 +9,6 @@ use fiveaxis::control::{What, numbers};
 use fiveaxis::identify::{Options, axis_lines, identify};
 use fiveaxis::load::load_session;
 use serde_json::Value;
-
-mod recorded;
 
 fn run(arguments: &[&str]) -> (Option<i32>, Value) {
     let output = Command::cargo_bin("fiveaxis")

@@ -1,7 +1,6 @@
 //! Closed-form derivatives against differences, and algebraic laws, on random chains of one to eight joints.
 
-mod finite_differences;
-
+use crate::finite_differences;
 use finite_differences::Arguments;
 use fiveaxis::chain::{Branch, Chain, Composition, Geometry, LinkId};
 use fiveaxis::machine::{Axis, AxisKind, Directions, Machine, StructuralCode};

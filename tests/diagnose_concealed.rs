@@ -1,37 +1,9 @@
 //! Sessions of the blind trial in which one cause conceals another, or passes for another: what the tool must make of them.
-#![allow(dead_code)]
 
-#[path = "../examples/blind_trial/case.rs"]
-mod case;
-#[path = "../examples/blind_trial/designs.rs"]
-mod designs;
-#[path = "../examples/blind_trial/draw.rs"]
-mod draw;
-#[path = "../examples/blind_trial/effects/mod.rs"]
-mod effects;
-#[path = "../examples/blind_trial/faults.rs"]
-mod faults;
-#[path = "../examples/blind_trial/kinematics.rs"]
-mod kinematics;
-#[path = "../examples/blind_trial/machines.rs"]
-mod machines;
-#[path = "../examples/blind_trial/mounting.rs"]
-mod mounting;
-#[path = "../examples/blind_trial/noise.rs"]
-mod noise;
-mod noisy;
-#[path = "../examples/blind_trial/nuisance.rs"]
-mod nuisance;
-#[path = "../examples/blind_trial/plan.rs"]
-mod plan;
-#[path = "../examples/blind_trial/recordings.rs"]
-mod recordings;
-#[path = "schema/mod.rs"]
-mod schema;
-mod shared_data;
-#[path = "../examples/blind_trial/visibility.rs"]
-mod visibility;
-
+use crate::examples::blind_trial::{case, recordings};
+use crate::noisy;
+use crate::schema;
+use crate::shared_data;
 use fiveaxis::diagnose::{Diagnosis, Finding, Verdict, diagnose};
 use fiveaxis::identify::Options;
 use fiveaxis::load::load_session;

@@ -1,14 +1,11 @@
 //! What `diagnose` writes: JSON against its schema, a saved session that predicts, a page that needs nothing else.
 
+use crate::schema;
+use crate::shared_data;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
-
-#[path = "schema/mod.rs"]
-mod schema;
-#[path = "shared_data/mod.rs"]
-mod shared_data;
 
 fn fiveaxis(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).output().unwrap()

@@ -1,8 +1,7 @@
 //! Parts of the diagnosis by the library: shapes judged from memory and blocks judged test by test stand as if judged anew
 //! and whole; irregular motion is located.
 
-mod noisy;
-
+use crate::noisy;
 use fiveaxis::statistics::NoiseModel;
 use std::path::Path;
 use std::sync::Arc;

@@ -1,8 +1,7 @@
 //! What sits badly or comes and goes: parts that lift over a stretch of their travel, ripples that beat with time, balls out of
 //! round and cups that stick; and the size of spikes that several shapes tell together.
 
-mod noisy;
-
+use crate::noisy;
 use fiveaxis::chain::Composition;
 use fiveaxis::diagnose::{Finding, diagnose};
 use fiveaxis::identify::Options;

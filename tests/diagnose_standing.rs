@@ -2,8 +2,7 @@
 //! fault of theirs but of a cup set carelessly; the largest of an error motion over a turn; growth of parts that were
 //! not in balance as the session began; and vibrations above half of some sampling rates.
 
-mod noisy;
-
+use crate::noisy;
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::{Finding, diagnose};
 use fiveaxis::disturbances::Disturbances;

@@ -1,8 +1,7 @@
 //! Vibrations that breathe many times in a recording, and the direction along which a ball swings; growth that a gauge whose
 //! zero wanders does as well.
 
-mod noisy;
-
+use crate::noisy;
 use std::f64::consts::TAU;
 
 use fiveaxis::chain::Chain;

@@ -1,8 +1,6 @@
 //! The gallery's ten sessions load, are small, carry the truth apart from what a diagnosis reads, and give it away to one.
 
-#[path = "schema/mod.rs"]
-mod schema;
-
+use crate::schema;
 use std::path::PathBuf;
 
 fn folders() -> Vec<PathBuf> {

@@ -1,12 +1,10 @@
 //! `identify --json` against its schema, and the HTML report: self-contained, complete, never over an input.
 
+use crate::schema as schema_check;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
-
-#[path = "schema/mod.rs"]
-mod schema_check;
 
 fn fiveaxis(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fiveaxis")).args(arguments).output().unwrap()

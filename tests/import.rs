@@ -2,9 +2,7 @@
 //!
 //! `FIVEAXIS_CAPTURES` says how many simulated captures are placed (example `import_trial` prints each); one of each test else.
 
-#[path = "captured/mod.rs"]
-mod captured;
-
+use crate::captured;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::LazyLock;

@@ -1,7 +1,6 @@
 //! The gauge of `simulate --instrument`: noise as stated, steps of its resolution, refusal outside its stroke.
 
-mod recorded;
-
+use crate::recorded;
 use std::process::Command;
 
 use fiveaxis::chain::Composition;

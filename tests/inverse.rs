@@ -2,8 +2,7 @@
 //!
 //! Poses are made by the kernel's points of links, which the reference traces check; the inverse composes poses of its own.
 
-mod shipped;
-
+use crate::shipped;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;

@@ -1,13 +1,11 @@
 //! The real arm: 4,410 lengths of an ABB IRB 120 in static poses. What is found, how far it predicts, and that chance gains nothing.
 
+use crate::shared_data;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
-
-#[path = "shared_data/mod.rs"]
-mod shared_data;
 
 /// Readings farther than this from the model are of another ball, µm.
 const GROSS_UM: f64 = 5000.0;

@@ -1,13 +1,11 @@
 //! The JSON of every verb against its schema, and both against docs/json.md. `identify`, `diagnose` and `plan` have tests of their
 //! own over many sessions.
 
+use crate::schema;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
-
-#[path = "schema/mod.rs"]
-mod schema;
 
 const CHAPTER5: &str = "examples/thesis/chapter5/session.yaml";
 const HERMLE: &str = "machines/hermle-c600u.yaml";

@@ -1,8 +1,7 @@
 //! Linear axes that err within their budget: the truth lies within the stated sigmas, and the budget acts where it should.
 
-mod erring;
-mod recorded;
-
+use crate::erring;
+use crate::recorded;
 use erring::{Form, coverage, overall, table, table_head, table_table, with_errors};
 use fiveaxis::chain::Composition;
 use fiveaxis::identify::{Fit, Options, identify, parse_free};

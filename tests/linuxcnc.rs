@@ -2,9 +2,8 @@
 //!
 //! `FIVEAXIS_RS274` names the program; else it is looked for on the PATH.
 
-mod planned;
-mod skipped;
-
+use crate::planned;
+use crate::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

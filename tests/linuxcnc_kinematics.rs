@@ -3,8 +3,7 @@
 //!
 //! `FIVEAXIS_LINUXCNC_MODULES` names the folder of the modules; else that of the distribution's package is taken.
 
-mod skipped;
-
+use crate::skipped;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,6 @@
 //! Every file in `machines/` loads, prints, reads back and has right derivatives: a new machine is tested by existing.
 
-mod finite_differences;
-
+use crate::finite_differences;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -1,8 +1,7 @@
 //! NC programs of all dialects, read back by a reader of their own: places, pace of the ball, limits, heads, modes left behind.
 
-mod nc_reader;
-mod planned;
-
+use crate::nc_reader;
+use crate::planned;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -1,7 +1,6 @@
 //! Plans of all shipped machines with a time or a looser goal: no worse and no dearer than the ordinary plan.
 
-mod shipped;
-
+use crate::shipped;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 

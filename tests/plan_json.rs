@@ -1,15 +1,13 @@
 //! The JSON of `plan` against its schema, on every shipped machine and for every kind of plan.
 
+use crate::schema;
+use crate::shipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rayon::prelude::*;
 use serde_json::Value;
 use shipped::some_machines;
-
-#[path = "schema/mod.rs"]
-mod schema;
-mod shipped;
 
 fn root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)

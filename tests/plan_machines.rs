@@ -1,7 +1,6 @@
 //! Plans of all shipped machines: checked again by brute force, the thesis's methods, forecasts against Monte Carlo.
 
-mod shipped;
-
+use crate::shipped;
 use std::path::{Path, PathBuf};
 
 use fiveaxis::bodies::{Bodies, Kit};

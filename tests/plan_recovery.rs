@@ -1,9 +1,7 @@
 //! Plans, simulated and identified: what was inserted comes back within the stated sigmas, and both mean the same by determined.
 
-mod recorded;
-
-mod shipped;
-
+use crate::recorded;
+use crate::shipped;
 use std::path::Path;
 
 use fiveaxis::bodies::Bodies;

@@ -1,7 +1,6 @@
 //! Figures of planar circles against closed forms on simulated circles, and against the truth of practice sessions.
 
-mod shared_data;
-
+use crate::shared_data;
 use std::path::Path as FilePath;
 
 use fiveaxis::chain::{Chain, Composition};

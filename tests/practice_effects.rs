@@ -3,8 +3,7 @@
 //! With the true location errors, balls, bars and effect parameters inserted, the simulated traces explain the
 //! recordings down to their noise.
 
-mod shared_data;
-
+use crate::shared_data;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};

@@ -1,5 +1,6 @@
 //! Points, poses, sockets and displacements: derivatives against differences, recovery and coverage, saved fits, refusals.
 
+use crate::shipped;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
@@ -13,8 +14,6 @@ use fiveaxis::simulate::simulate;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-
-mod shipped;
 
 const SEED: u64 = 24_240_024;
 

@@ -1,5 +1,6 @@
 //! `reconcile` on the thesis's three designs: planted causes are named, consistent results are not accused, wrong files are refused.
 
+use crate::schema as schema_check;
 use std::path::Path;
 use std::process::Command;
 
@@ -10,9 +11,6 @@ use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-
-#[path = "schema/mod.rs"]
-mod schema_check;
 
 /// Draws of each kind; `FIVEAXIS_RECONCILE_DRAWS` sets another number, 200 for the figures of docs/thesis.md.
 fn draws() -> usize {

@@ -3,20 +3,7 @@
 //! Kinematics, noise, slides, bar and causes are those of `examples/thesis_sessions`, which uses nothing of the library. All three
 //! methods see one machine with chapter 4's errors; ball, slides and bar are drawn within the limits of the budget.
 
-#[path = "../examples/thesis_sessions/besides.rs"]
-mod besides;
-#[path = "../examples/thesis_sessions/design.rs"]
-#[allow(dead_code, reason = "names and overshoot are for the files, which this test does not write")]
-mod design;
-#[path = "../examples/thesis_sessions/kinematics.rs"]
-mod kinematics;
-#[path = "../examples/thesis_sessions/noise.rs"]
-#[allow(dead_code, reason = "sizes are for the files")]
-mod noise;
-#[path = "../examples/thesis_sessions/session.rs"]
-#[allow(dead_code, reason = "the truth is for the files")]
-mod session;
-
+use crate::examples::thesis_sessions::{besides, design, session};
 use std::path::Path;
 
 use besides::{Besides, Physics};

@@ -1,8 +1,7 @@
 //! Own simulations come back: errors under effects, coverage of the reported sigmas, and recordings made elsewhere.
 
-mod recorded;
-mod shared_data;
-
+use crate::recorded;
+use crate::shared_data;
 use fiveaxis::chain::Composition;
 use fiveaxis::identify::{Fit, Options, Quantity, identify};
 use fiveaxis::load::load_session;

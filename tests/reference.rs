@@ -1,7 +1,6 @@
 //! Lengths and derivatives against values computed elsewhere at 60 digits (thesis's four tests, all PIGEs).
 
-mod shared_data;
-
+use crate::shared_data;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Composition, Geometry, Sensitivity};

@@ -3,9 +3,8 @@
 //! No transform of the library is used: links are 4×4 products written here from the YAML. The bar must be within 0.2 mm of
 //! nominal in run-in and run-out and within 0.5 um of the session's own length inside the arc.
 
-mod nc_reader;
-mod shipped;
-
+use crate::nc_reader;
+use crate::shipped;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

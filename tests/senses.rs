@@ -1,7 +1,6 @@
 //! The sense of axes: words against points that the machine moves, what is refused without it, what recordings tell of it.
 
-mod shipped;
-
+use crate::shipped;
 use std::path::Path;
 use std::process::Command;
 

@@ -2,8 +2,7 @@
 //!
 //! One of the ten by default, all with `FIVEAXIS_TESTS=all`.
 
-mod shipped;
-
+use crate::shipped;
 use std::path::Path;
 use std::process::Command;
 

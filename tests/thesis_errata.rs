@@ -1,11 +1,10 @@
 //! The contradictions of the thesis (`../shared/thesis/README.md`), each that can be computed shown by a computation; and
 //! its names and published tables as shipped.
 
-mod published;
-mod shared_data;
-mod shipped;
-mod trunnion;
-
+use crate::published;
+use crate::shared_data;
+use crate::shipped;
+use crate::trunnion;
 use fiveaxis::chain::Composition;
 use fiveaxis::machine::{ErrorName, StructuralCode};
 use fiveaxis::methods::fit_circle;

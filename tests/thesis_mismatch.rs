@@ -1,13 +1,7 @@
 //! Which left-out physics turns the thesis's three methods against each other, and that a diagnosis finds it or says it is blind.
 
-#[path = "../examples/thesis_mismatch/causes.rs"]
-mod causes;
-#[path = "../examples/thesis_mismatch/designs.rs"]
-mod designs;
-#[path = "../examples/thesis_mismatch/outcome.rs"]
-mod outcome;
-mod shipped;
-
+use crate::examples::thesis_mismatch::{causes, designs, outcome};
+use crate::shipped;
 use causes::{CAUSES, LeftOut, seed_of};
 use outcome::{ByMethod, ORIENTATIONS, Outcome, by_method, outcomes, shown};
 

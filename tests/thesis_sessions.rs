@@ -1,23 +1,11 @@
 //! The committed thesis sessions are what their generator writes, whose kinematics agree with values computed elsewhere and
 //! use nothing of the library; the thesis's estimators and the fit return the published averages that it inserted.
 
+use crate::examples::thesis_sessions::{design, files, kinematics, session};
+use crate::published;
+use crate::second_order;
+use crate::shared_data;
 #[allow(dead_code)]
-#[path = "../examples/thesis_sessions/besides.rs"]
-mod besides;
-#[path = "../examples/thesis_sessions/design.rs"]
-mod design;
-#[path = "../examples/thesis_sessions/files.rs"]
-mod files;
-#[path = "../examples/thesis_sessions/kinematics.rs"]
-mod kinematics;
-#[path = "../examples/thesis_sessions/noise.rs"]
-mod noise;
-mod published;
-mod second_order;
-#[path = "../examples/thesis_sessions/session.rs"]
-mod session;
-mod shared_data;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 

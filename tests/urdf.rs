@@ -1,5 +1,6 @@
 //! Robot descriptions become machines: the shipped arm's chain against its published table, folding, link names, ends.
 
+use crate::shipped;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Geometry};
@@ -102,9 +103,6 @@ fn points_move_as_the_tree_says() {
     // 50 mm along x from the A line, a quarter turn about -y brings it up, X carries all by 10 mm
     assert!((moved - Vector3::new(10.0, -100.0, 600.0)).norm() < 1e-12 * 600.0, "{moved}");
 }
-
-#[path = "shipped/mod.rs"]
-mod shipped;
 
 /// Every location error of a machine drawn: up to 50 µm and 100 arcsec.
 fn with_errors(mut machine: Machine, random: &mut rand_chacha::ChaCha8Rng) -> Machine {

@@ -1,7 +1,6 @@
 //! White-noise fits: against the general fit, recovery without noise, and compressed sweeps against their samples.
 
-mod four_tests;
-
+use crate::four_tests;
 use fiveaxis::chain::Composition;
 use fiveaxis::identify::{Evidence, FitError, Problem, Weighting, WhiteFit, fit_white, minimise};
 use fiveaxis::statistics::NoiseModel;

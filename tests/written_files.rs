@@ -1,7 +1,6 @@
 //! What `report` writes as YAML, `load` reads back unchanged: shipped machines, committed sessions and random ones.
 
-mod shared_data;
-
+use crate::shared_data;
 use std::path::{Path, PathBuf};
 
 use fiveaxis::load::{load_machine, load_session, machine_from_yaml};

@@ -170,13 +170,13 @@ fn vibrations(seen: &Observations) -> Vec<CandidateFamily> {
         return Vec::new();
     }
     let axes = 0..seen.machine().axes.len();
-    let ball = (0..3).map(|k| (Place::SpindleBall, vec![Outlet::SpindleBall(k)], 1));
-    // an axis that moves is the likelier source than a ball that moves just along it, or than an axis at rest
+    let ball = (0..3).map(|k| (Place::SpindleBall, vec![Outlet::SpindleBall(k)], 2));
+    // what swings along an axis is likelier that axis than a ball that could swing anywhere; one that moves before one at rest
     let joints = axes.map(|axis| {
-        let rank = if seen.context.moves(axis) { 0 } else { 2 };
+        let rank = if seen.context.moves(axis) { 0 } else { 1 };
         (Place::Axis(axis), vec![Outlet::own(seen.machine(), axis)], rank)
     });
-    let all = std::iter::once((Place::SpindleBall, (0..3).map(Outlet::SpindleBall).collect(), 1));
+    let all = std::iter::once((Place::SpindleBall, (0..3).map(Outlet::SpindleBall).collect(), 2));
     let vibrating = |(place, outlets, rank): (Place, Vec<Outlet>, usize)| {
         let clocked = |hz: &f64| {
             with_number(VIBRATION.name, place, "frequency", *hz).with("clock", ParameterValue::Word("test".into()))

@@ -17,7 +17,9 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::design::{A_SWEEP_DEG, Axis, C_SWEEP_DEG, Carrier, Design, FEED_MM_MIN, Mounting, RADIUS_MM, Test};
+use crate::examples::thesis_sessions::design::{
+    A_SWEEP_DEG, Axis, C_SWEEP_DEG, Carrier, Design, FEED_MM_MIN, Mounting, RADIUS_MM, Test,
+};
 
 const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 /// Time between two readings on A and C, s.

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-#[path = "../skipped/mod.rs"]
-mod skipped;
+use crate::skipped;
 
 /// Folder `name` of the reference data, or `None` with a line that says that the test was skipped.
 pub fn folder(name: &str) -> Option<PathBuf> {

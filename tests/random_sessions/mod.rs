@@ -1,6 +1,6 @@
 //! Random valid machines and sessions through every verb: no panic, no hang, no number that is none. What is found is not judged.
 //!
-//! `FIVEAXIS_SESSIONS=10000 cargo test --release --test random_sessions` runs more of them, `FIVEAXIS_SEED=17` a single one.
+//! `FIVEAXIS_SESSIONS=10000 cargo test --release --test all random_sessions::` runs more of them, `FIVEAXIS_SEED=17` a single one.
 
 mod draws;
 mod machine;
