@@ -38,7 +38,10 @@ fn held(file: &str, mark: &str, end: &str, wanted: &str) {
         return;
     }
     let stands = &text[start..start + length];
-    assert_eq!(stands, wanted, "{file} is not what the catalogue says: FIVEAXIS_WRITE=1 cargo test --test all catalogue::");
+    assert_eq!(
+        stands, wanted,
+        "{file} is not what the catalogue says: FIVEAXIS_WRITE=1 cargo test --test all catalogue::"
+    );
 }
 
 #[test]

@@ -125,7 +125,15 @@ fn sizes(effects: &[Value], findings: &[Value]) -> Vec<Deviation> {
         .filter(|e| e["visible_over_noise"].as_f64().is_some_and(|v| v >= SEEN) && e["effect"] != "unknown")
         .filter_map(|e| {
             let finding = findings.iter().find(|f| names(e, f))?;
-            let (size, real) = (&finding["size"], e["size"].as_f64()?);
+            let size = &finding["size"];
+            // over part of a turn an error motion is told by what the travel shows of it
+            let part = match size["meaning"].as_str() {
+                Some(meaning) if meaning.starts_with("half the range") => {
+                    e["params"]["half_range_over_travel"].as_f64().unwrap_or(1.0)
+                }
+                _ => 1.0,
+            };
+            let real = part * e["size"].as_f64()?;
             if e["unit"] != size["unit"] {
                 return None;
             }

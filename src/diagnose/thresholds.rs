@@ -125,7 +125,7 @@ thresholds! {
     surely_more = 1.6, off f64::INFINITY, "noise floors":
         "residual from which something is there although no candidate says what";
     unproven = 0.97, off 1.0, "probability":
-        "most that is claimed of a cause whose proof failed or beside which something stays unexplained";
+        "most that is claimed of a cause that does not carry over to other setups or beside which something stays unexplained";
     stands_keeps = 0.2, off 0.0, "share":
         "of its gain that a finding must keep beside an axis that stands elsewhere in each test";
     stands_cost = 10.0, off 0.0, "χ²":

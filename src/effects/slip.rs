@@ -10,7 +10,7 @@ use super::contract::{
 };
 use super::named_ball::{self, NamedBall, SAME_PLACE_MM, naming};
 use super::{Context, EffectError};
-use crate::machine::{Effect, Outlet, Place};
+use crate::machine::{Effect, Outlet, ParameterValue, Place};
 use crate::session::{Ball, Test};
 
 const LINK_AND_PLACE: [Parameter; 2] = named_ball::parameters(
@@ -141,6 +141,9 @@ fn is_one(one: &Ball, other: &Ball) -> bool {
 /// Moments of a test that are tried, as shares of it; in all but the first of a setup also just before it.
 const MOMENTS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 const JUST_BEFORE: f64 = -1e-6;
+/// Creep that is tried where the residual jumps: from none the refinement finds no long one.
+const CREEP_SHARE: f64 = 0.4;
+const CREEP_S: f64 = 100.0;
 
 fn pivot_slips(seen: &Observations) -> Vec<CandidateFamily> {
     let setups = seen.setups;
@@ -174,11 +177,14 @@ fn slips(
         let before = (index > 0).then_some(JUST_BEFORE);
         let moments = before.into_iter().chain(MOMENTS).map(|share| from + share * (to - from));
         let ball = ball(own);
-        grid.extend(
-            moments
-                .chain(seen.jumps_s[test].iter().copied())
-                .map(|time| naming(with_number(kind.name, place, "time", time), ball)),
-        );
+        let at_once = |time| naming(with_number(kind.name, place, "time", time), ball);
+        let creeping = |time| {
+            let parameter = |effect: Effect, name, value| effect.with(name, ParameterValue::Number(value));
+            parameter(parameter(at_once(time), "creep_share", CREEP_SHARE), "creep_time", CREEP_S)
+        };
+        let jumps = || seen.jumps_s[test].iter().copied();
+        grid.extend(moments.chain(jumps()).map(at_once));
+        grid.extend(jumps().map(creeping));
     }
     let shape = vec![
         Refined::number("time", (0.0, seen.latest_s()), 3.0),

@@ -52,6 +52,13 @@ fn harmonics(rng: &mut Draw) -> Vec<Wave> {
     waves
 }
 
+/// Half of what a sum of waves goes through on the way from `from` to `to`, degrees.
+fn half_range(waves: &[Wave], from: f64, to: f64) -> f64 {
+    let course = (0..=720).map(|k| sum(waves, (from + (to - from) * f64::from(k) / 720.0).to_radians()));
+    let (low, high) = course.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+    (high - low) / 2.0
+}
+
 pub fn error_motion(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
     let axis = draw_axis(rng, plan, true)?;
     let joint = &plan.machine.joints[axis];
@@ -78,6 +85,7 @@ pub fn error_motion(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         .fold(0.0, f64::max);
     parts.iter_mut().flat_map(|p| &mut p.1).for_each(|w| w.1 /= largest);
     let (from, to) = plan.travel(axis);
+    let half_range = parts.iter().map(|p| half_range(&p.1, from, to)).fold(0.0, f64::max);
     let components = kinds.iter().map(|&k| component(k + if rotation { 3 } else { 0 }, &joint.name)).collect();
     Some(Cause {
         effect: "rotary-error-motion",
@@ -89,7 +97,7 @@ pub fn error_motion(rng: &mut Draw, plan: &mut Plan) -> Option<Cause> {
         meaning: "largest of a component",
         sizes: if rotation { (0.3, 25.0) } else { (0.2, 15.0) },
         range: json!({"axis": joint.name, "from": from, "to": to}),
-        params: json!({"mode": mode, "harmonics": parts.iter().map(|p| &p.1).collect::<Vec<_>>()}),
+        params: json!({"mode": mode, "harmonics": parts.iter().map(|p| &p.1).collect::<Vec<_>>(), "half_range_over_travel": half_range}),
         law: Box::new(ErrorMotion { axis, rotation, parts, to_mm_or_rad: if rotation { ARCSEC } else { 1e-3 } }),
     })
 }

@@ -51,7 +51,11 @@ pub fn size_of(
             // a jump may be any number of times longer along a direction that the recordings hide; placement takes up
             // most of a sag
             let is_slip = is_a(&cause.effect, Signature::Jump);
-            let longer = if is_slip || is_a(&cause.effect, Signature::Sag) { WIDENED } else { WIDER };
+            let longer = match signature(&cause.effect) {
+                Some(Signature::Sag) => WIDENED_SAG,
+                _ if is_slip => WIDENED,
+                _ => WIDER,
+            };
             let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer));
             let spread = over(longer).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)));
             // these have no favourite direction: the hidden part is likely as long as a seen one
@@ -123,6 +127,7 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
 /// may then be larger.
 const HIDDEN: f64 = 0.6;
 const WIDENED: f64 = 2.5;
+const WIDENED_SAG: f64 = 5.0;
 const WIDER: f64 = 1.5;
 /// The same for orders of a whole turn: the largest of several components is a little more than a typical one.
 const HIDDEN_ORDERS: f64 = 1.15;

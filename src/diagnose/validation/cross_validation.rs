@@ -18,12 +18,35 @@ pub struct CrossValidation {
     /// Rms of held-out residuals without and with what the other fold found, µm.
     pub before_um: f64,
     pub after_um: f64,
-    /// Per finding: the same cause was found in every fold, or in all but one where it is beyond doubt, and held-out readings
-    /// gained from it beside the others.
-    pub passed: Vec<bool>,
+    /// What the folds say of each finding.
+    pub findings: Vec<HeldOut>,
+}
+
+/// What readings held out say of one finding.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct HeldOut {
+    /// The same cause was found in every fold, or in all but one where it is beyond doubt, and held-out readings gained from it
+    /// beside the others.
+    pub passed: bool,
+    /// Readings held out are predicted worse with it than without.
+    pub misleads: bool,
+    /// Folds that found it again and whose readings left out gained from it.
+    pub confirmed: usize,
+}
+
+impl HeldOut {
+    /// Most that may be claimed of a finding after its folds: Laplace's rule of succession where they did not confirm it.
+    pub fn most_probable(&self) -> f64 {
+        if self.passed { 1.0 } else { (self.confirmed as f64 + 1.0) / (FOLDS as f64 + 2.0) }
+    }
 }
 
 impl CrossValidation {
+    /// Whether the finding at `index` was put to the proof and failed it.
+    pub fn has_failed(&self, index: usize) -> bool {
+        self.findings.get(index).is_some_and(|held_out| !held_out.passed)
+    }
+
     /// Whether held-out readings lose most of what is more than noise, whatever the folds called it.
     pub fn predicts(&self, noise_um: f64, thresholds: &Thresholds) -> bool {
         let beyond = |um: f64| um.powi(2) - noise_um.powi(2);
@@ -68,8 +91,8 @@ pub fn prove(
     let mut before = Vec::new();
     let mut after = Vec::new();
     let all: Vec<Accepted> = found.iter().flat_map(|found| found.chosen.accepted()).collect();
-    // by finding: folds that find it, and by fold what the rows left out gain from it, as a share of what they leave
-    let mut again = vec![0; findings.len()];
+    // by finding and fold: whether it is found again, and what the rows left out gain from it, as a share of what they leave
+    let mut again = vec![[false; FOLDS]; findings.len()];
     let mut gains = vec![Vec::new(); findings.len()];
     for fold in 0..FOLDS {
         let train = [rows(resolutions.fine, fold, false), rows(resolutions.coarse, fold, false)];
@@ -91,7 +114,7 @@ pub fn prove(
                 false => unexplained(&Regression::new(resolutions.fine, noise, joint, &train[0]).residual_mm(joint)),
             };
             if searched.found.iter().any(is_again) {
-                again[index] += 1;
+                again[index][fold] = true;
                 let others = searched.found.iter().filter(|found| !is_again(found));
                 let others: Vec<Accepted> = others.flat_map(|found| found.chosen.accepted()).collect();
                 gains[index].push(left_by(&others) / left - 1.0);
@@ -102,13 +125,20 @@ pub fn prove(
         }
     }
     let thresholds = &resolutions.fine.thresholds;
-    let passed = findings.iter().zip(again.iter().zip(&gains)).map(|(finding, (&again, gains))| match again {
-        FOLDS => gains.iter().sum::<f64>() > thresholds.inexact,
-        0 => false,
-        _ => finding.gain > thresholds.sure_of_form && gains.iter().all(|gain| *gain > thresholds.inexact),
+    let judged = findings.iter().zip(again.iter().zip(&gains)).map(|(finding, (again, gains))| {
+        let gained = |fold: usize| gains[fold] > thresholds.inexact;
+        let passed = match again.iter().filter(|again| **again).count() {
+            FOLDS => gains.iter().sum::<f64>() > thresholds.inexact,
+            0 => false,
+            _ => finding.gain > thresholds.sure_of_form && (0..FOLDS).all(gained),
+        };
+        let confirmed = (0..FOLDS).filter(|&fold| again[fold] && gained(fold)).count();
+        // what is left changes by a factor in each fold
+        let misleads = gains.iter().map(|gain| (1.0 + gain).ln()).sum::<f64>() < 0.0;
+        HeldOut { passed, misleads, confirmed }
     });
-    let passed = passed.collect();
-    Some(CrossValidation { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), passed })
+    let findings = judged.collect();
+    Some(CrossValidation { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), findings })
 }
 
 /// Share of a finding's probability from which a rival of another kind stands for the same class.

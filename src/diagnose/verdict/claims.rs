@@ -2,8 +2,8 @@
 
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::thresholds::Thresholds;
-use crate::diagnose::validation::cross_validation::CrossValidation;
-use crate::effects::{Signature, is_a};
+use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut};
+use crate::effects::{Signature, UNLISTED, is_a};
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +63,7 @@ pub(crate) fn verdict(
     }
 }
 
-/// Claims no more of each cause than is proven; `carries` says of each whether it holds in the tests it was not learnt from.
+/// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each whether it holds in the tests it was not learnt from.
 pub(crate) fn temper(
     thresholds: &Thresholds,
     findings: &mut [Finding],
@@ -76,12 +76,15 @@ pub(crate) fn temper(
         findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
     let jumps = findings.iter().filter(|finding| finding.single).count();
     for (index, finding) in findings.iter_mut().enumerate() {
-        let has_failed = proof.is_some_and(|proof| proof.passed.get(index) == Some(&false));
+        let held_out = proof.and_then(|proof| proof.findings.get(index)).filter(|_| !finding.single);
+        finding.probability = finding.probability.min(held_out.map_or(1.0, HeldOut::most_probable));
         let is_weak = has_sweeps && finding.gain < thresholds.sure_of_form;
         let may_be_no_jump = goes_back[index] || finding.single && jumps > MOST_JUMPS;
-        let is_open = verdict != Verdict::Explained || is_weak || may_be_no_jump || has_failed || !carries[index];
+        let is_open = verdict != Verdict::Explained || is_weak || may_be_no_jump || !carries[index];
         if is_open {
             finding.probability = finding.probability.min(thresholds.unproven);
         }
+        finding.probability *= 1.0 - UNLISTED;
+        finding.rivals.iter_mut().for_each(|(_, probability)| *probability *= 1.0 - UNLISTED);
     }
 }

@@ -13,7 +13,7 @@ use crate::diagnose::selection::joint_fit::{mean_square, without_trends};
 use crate::diagnose::selection::naming;
 use crate::diagnose::selection::search;
 use crate::diagnose::selection::selected::{Candidate, Floors, Resolutions, Search};
-use crate::diagnose::validation::cross_validation::{CrossValidation, prove};
+use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut, prove};
 use crate::diagnose::verdict::recurring::tell_as_one;
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a};
@@ -58,10 +58,9 @@ pub(crate) fn explain<'g, 'a>(
     let mut proof = None;
     if !told.findings.is_empty() {
         let proved = prove(resolutions, floors, families, &search.found, &told.findings, &search.noise_after);
-        // what static poses show was accepted by prediction already
         proof = proved.map(|proved| match fine.has_sweeps() {
             true => confirm(fine, families, search, &mut told, proved, noise_um),
-            false => proved,
+            false => without_misleading(fine, families, search, &mut told, proved),
         });
         proof = proof.filter(|_| !told.findings.is_empty());
     }
@@ -113,7 +112,7 @@ fn confirm<'g, 'a>(
     for (index, finding) in told.findings.iter().enumerate().rev() {
         // what the folds found under other names predicts as well
         if finding.single
-            || proof.passed[index]
+            || proof.findings[index].passed
             || index == 0 && finding.gain > fine.thresholds.sure_of_form && proof.predicts(noise_um, &fine.thresholds)
         {
             continue;
@@ -129,7 +128,7 @@ fn confirm<'g, 'a>(
     }
     drop_columns(fine, families, search, told, &mut proof, &dropped);
     if proof.after_um > proof.before_um && !told.findings.is_empty() {
-        let failed = |k: usize| !proof.passed[k] && !escapes(&told.findings[k]);
+        let failed = |k: usize| proof.has_failed(k) && !escapes(&told.findings[k]);
         let others: Vec<usize> = (1..told.findings.len()).filter(|&k| failed(k)).collect();
         let others: Vec<usize> = others.into_iter().flat_map(|k| told.findings[k].columns.clone()).collect();
         if failed(0) {
@@ -137,6 +136,20 @@ fn confirm<'g, 'a>(
         }
         drop_columns(fine, families, search, told, &mut proof, &others);
     }
+    proof
+}
+
+/// Drops findings of static poses with which the others are predicted worse than without; the rest stands as it was proved.
+fn without_misleading<'g, 'a>(
+    fine: &'g LinearModel<'a>,
+    families: &[CandidateFamily],
+    search: &mut Search,
+    told: &mut Explanation<'g, 'a>,
+    mut proof: CrossValidation,
+) -> CrossValidation {
+    let misleading = told.findings.iter().zip(&proof.findings).filter(|(_, held_out)| held_out.misleads);
+    let columns: Vec<usize> = misleading.flat_map(|(finding, _)| finding.columns.clone()).collect();
+    drop_columns(fine, families, search, told, &mut proof, &columns);
     proof
 }
 
@@ -168,8 +181,8 @@ fn drop_columns<'g, 'a>(
     if dropped.is_empty() {
         return;
     }
-    let before: Vec<(Vec<usize>, bool)> =
-        told.findings.iter().zip(&proof.passed).map(|(finding, passed)| (finding.columns.clone(), *passed)).collect();
+    let before: Vec<(Vec<usize>, HeldOut)> =
+        told.findings.iter().map(|finding| finding.columns.clone()).zip(proof.findings.iter().copied()).collect();
     let mut column = 0;
     // columns as they were numbered before, of what stays
     let mut stays: Vec<usize> = Vec::new();
@@ -182,11 +195,12 @@ fn drop_columns<'g, 'a>(
     });
     *told = Explanation::of(fine, families, search);
     // told anew the findings may stand in another order
-    let passed = |finding: &Finding| {
+    let held_out = |finding: &Finding| {
         let column = finding.columns.first().map(|&column| stays[column]);
-        column.is_some_and(|column| before.iter().any(|(columns, passed)| *passed && columns.contains(&column)))
+        let same = before.iter().find(|(columns, _)| column.is_some_and(|column| columns.contains(&column)));
+        same.map_or(HeldOut::default(), |(_, held_out)| *held_out)
     };
-    proof.passed = told.findings.iter().map(passed).collect();
+    proof.findings = told.findings.iter().map(held_out).collect();
 }
 
 /// Tells an irregular motion where readings stay louder than their noise: in place of a form that only follows it, or alone
@@ -208,7 +222,7 @@ fn listen<'g, 'a>(
     // a joint that seems to tip as a slide reverses, and that slide is the restless one
     let is_driven =
         is_there(fine.thresholds.form_unknown) && restless.as_ref().is_some_and(|restless| restless.is_driving);
-    let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.passed.get(k) == Some(&false));
+    let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.has_failed(k));
     let stands_for = match is_there(fine.thresholds.form_unknown) {
         true => stood_for(fine, search, told),
         false => vec![false; told.findings.len()],

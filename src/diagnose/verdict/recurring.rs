@@ -92,7 +92,7 @@ pub(crate) fn tell_as_one(model: &LinearModel, findings: &mut Vec<Finding>, proo
     (whole.cause, whole.range, whole.single, whole.next_test) = (cause, Some(range), false, None);
     findings.push(whole);
     if let Some(proof) = proof {
-        proof.passed = vec![false];
+        proof.findings = Vec::new();
     }
 }
 

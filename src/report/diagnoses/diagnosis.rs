@@ -321,8 +321,8 @@ fn cross_validated(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Op
     if finding.single {
         return Some("single occurrence");
     }
-    let passed = diagnosis.proof.as_ref().and_then(|proof| proof.passed.get(index))?;
-    Some(if *passed { "passed" } else { "failed" })
+    let held_out = diagnosis.proof.as_ref().and_then(|proof| proof.findings.get(index))?;
+    Some(if held_out.passed { "passed" } else { "failed" })
 }
 
 fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> FindingJson {

@@ -95,9 +95,9 @@ pub fn certainty_words(finding: &FindingJson) -> String {
     let alone = finding.cannot_tell_from.is_empty();
     let can_repeat = matches!(finding.cross_validated, Some("passed" | "failed") | None);
     let mut words = match finding.probability {
-        p if p >= 0.95 && alone && !can_repeat => "no other cause of the catalogue fits as well".to_string(),
-        p if p >= 0.99 && alone => "no other cause of the catalogue fits (over 99 %)".to_string(),
-        p if p >= 0.95 && alone => {
+        p if p >= 0.9 && alone && !can_repeat => "no other cause of the catalogue fits as well".to_string(),
+        p if p >= 0.97 && alone => format!("no other cause of the catalogue fits ({:.0} %)", 100.0 * p),
+        p if p >= 0.9 && alone => {
             format!("no other cause of the catalogue fits, but not all is proven ({:.0} %)", 100.0 * p)
         }
         p => format!("{:.0} % against the other causes of the catalogue", 100.0 * p),
