@@ -1,10 +1,11 @@
 //! Location errors beside what was found, with what other explanations would make of them. It searches nothing.
 
+use crate::diagnose::findings::size::form_error;
 use crate::diagnose::findings::standing::Standing;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
-use crate::diagnose::selection::selected::{Search, SelectedEffect};
+use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::validation::hidden_shifts::HiddenShift;
 use crate::effects::CandidateFamily;
 use crate::identify::{Fit, Quantity};
@@ -42,8 +43,8 @@ const MOST_NAMED: usize = 3;
 /// Location errors of the fit with and without the effects that were found.
 ///
 /// Their variance is that of the fit with these effects and what rivals of each add: `Σ w (σ² + (β − β₀)²)` over the causes that
-/// the readings allow in its place, `w` their probabilities, `β₀` the value beside the chosen ones; and what unseen causes may
-/// have moved.
+/// the readings allow in its place, `w` their probabilities, `β₀` the value beside the chosen ones; the form error of each, as a
+/// share of what modelling it moves; and what unseen causes may have moved.
 pub(crate) fn moved(
     fine: &LinearModel,
     families: &[CandidateFamily],
@@ -54,7 +55,7 @@ pub(crate) fn moved(
     let unknowns = &fine.problem.unknowns;
     let covariance = regression.covariance();
     let mut variance: Vec<f64> = (0..unknowns.len()).map(|k| covariance[(k, k)]).collect();
-    add_rivals(fine, families, search, regression, &mut variance);
+    add_forms(fine, families, search, regression, &mut variance);
     let located = unknowns.iter().enumerate();
     located
         .filter(|(_, unknown)| matches!(unknown.quantity, Quantity::Location { .. }))
@@ -83,8 +84,8 @@ fn hangs_on(hidden: &[HiddenShift], unknown: usize, seen: f64, prior_sigma: f64)
     named.map(|shift| HangsOn { unseen: shift.cause, per_unit: shift.per_unit[unknown] * prior_sigma }).collect()
 }
 
-/// Adds to the variances of the unknowns, in units of their priors, what the rivals of each effect would change.
-fn add_rivals(
+/// Adds to the variances of the unknowns, in units of their priors, what the form error of each effect and its rivals would change.
+fn add_forms(
     fine: &LinearModel,
     families: &[CandidateFamily],
     search: &Search,
@@ -92,17 +93,26 @@ fn add_rivals(
     variance: &mut [f64],
 ) {
     let own = variance.to_vec();
-    let mut whitened: Option<Arc<WhitenedData>> = None;
+    if search.found.is_empty() {
+        return;
+    }
+    let whitened = Arc::new(WhitenedData::new(fine, &search.noise_after, &fine.kept));
     for (index, found) in search.found.iter().enumerate() {
-        for (rival, probability) in Standing::of(fine, families, found).forms {
+        let with = |instead: Option<&Candidate>| {
             let of = |(k, other): (usize, &SelectedEffect)| -> Vec<Accepted> {
-                if k == index { rival.accepted().collect() } else { other.chosen.accepted().collect() }
+                let taken = if k == index { instead } else { Some(&other.chosen) };
+                taken.into_iter().flat_map(Candidate::accepted).collect()
             };
             let columns: Vec<Accepted> = search.found.iter().enumerate().flat_map(of).collect();
-            let whitened = whitened
-                .get_or_insert_with(|| Arc::new(WhitenedData::new(fine, &search.noise_after, &fine.kept)))
-                .clone();
-            let other = Regression::on(whitened, &columns);
+            Regression::on(whitened.clone(), &columns)
+        };
+        let without = with(None);
+        let form_error = form_error(fine, &found.chosen.effect);
+        for (k, variance) in variance.iter_mut().enumerate() {
+            *variance += (form_error * (chosen.nuisance(k) - without.nuisance(k))).powi(2);
+        }
+        for (rival, probability) in Standing::of(fine, families, found).forms {
+            let other = with(Some(rival));
             let covariance = other.covariance();
             for (k, variance) in variance.iter_mut().enumerate() {
                 let shift = other.nuisance(k) - chosen.nuisance(k);
