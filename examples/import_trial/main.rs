@@ -7,6 +7,11 @@
 
 #[path = "../../tests/captured/mod.rs"]
 mod captured;
+#[path = "../../tests/nc_reader/mod.rs"]
+#[allow(dead_code, reason = "programs without captures are for the tests")]
+mod nc_reader;
+#[path = "../../tests/plain_machine/mod.rs"]
+mod plain_machine;
 
 use std::path::Path;
 use std::process::Command;

@@ -7,7 +7,7 @@ use fiveaxis::machine::{AxisKind, Machine};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::nc_reader::{Act, Pace, read_iso};
+use super::super::nc_reader::{Act, Pace, read_iso};
 
 /// How this control runs programs.
 pub struct Manner {

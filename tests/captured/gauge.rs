@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::plain_machine::{Plain, distance};
+use super::super::plain_machine::{Plain, distance};
 
 /// Standard deviations with which pivots and spindle balls are placed, and a bar is calibrated, mm.
 const PLACED_MM: [f64; 3] = [20e-3, 3e-3, 0.5e-3];

@@ -3,11 +3,6 @@
 
 #![allow(dead_code, reason = "shared by tests of which not all need it")]
 
-#[path = "../nc_reader/mod.rs"]
-mod nc_reader;
-#[path = "../plain_machine/mod.rs"]
-mod plain_machine;
-
 mod control;
 mod gauge;
 mod trace;
@@ -23,10 +18,10 @@ use fiveaxis::session::{LengthColumn, Path as TestPath, Recording, Session};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::plain_machine::{Plain, distance};
 pub use control::{HABITS, Habit};
 use control::{Manner, timeline};
 pub use gauge::Erring;
-use plain_machine::{Plain, distance};
 pub use trace::Trace;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

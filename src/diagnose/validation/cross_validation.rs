@@ -92,7 +92,7 @@ pub fn prove(
     let mut after = Vec::new();
     let all: Vec<Accepted> = found.iter().flat_map(|found| found.chosen.accepted()).collect();
     // by finding and fold: whether it is found again, and what the rows left out gain from it, as a share of what they leave
-    let mut again = vec![[false; FOLDS]; findings.len()];
+    let mut again = vec![Vec::new(); findings.len()];
     let mut gains = vec![Vec::new(); findings.len()];
     for fold in 0..FOLDS {
         let train = [rows(resolutions.fine, fold, false), rows(resolutions.coarse, fold, false)];
@@ -113,8 +113,8 @@ pub fn prove(
                 true => unexplained(&bare),
                 false => unexplained(&Regression::new(resolutions.fine, noise, joint, &train[0]).residual_mm(joint)),
             };
-            if searched.found.iter().any(is_again) {
-                again[index][fold] = true;
+            again[index].push(searched.found.iter().any(is_again));
+            if again[index][fold] {
                 let others = searched.found.iter().filter(|found| !is_again(found));
                 let others: Vec<Accepted> = others.flat_map(|found| found.chosen.accepted()).collect();
                 gains[index].push(left_by(&others) / left - 1.0);
