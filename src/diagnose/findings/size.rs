@@ -123,7 +123,7 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
     (gradient.transpose() * covariance * &gradient)[(0, 0)].max(0.0).sqrt()
 }
 
-/// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump or a sag, and another motion,
+/// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump, a sag and another motion
 /// may then be larger.
 const HIDDEN: f64 = 0.6;
 const WIDENED: f64 = 2.5;

@@ -63,7 +63,8 @@ pub(crate) fn verdict(
     }
 }
 
-/// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each whether it holds in the tests it was not learnt from.
+/// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each
+/// whether it holds in the tests it was not learnt from.
 pub(crate) fn temper(
     thresholds: &Thresholds,
     findings: &mut [Finding],

@@ -84,7 +84,8 @@ fn hangs_on(hidden: &[HiddenShift], unknown: usize, seen: f64, prior_sigma: f64)
     named.map(|shift| HangsOn { unseen: shift.cause, per_unit: shift.per_unit[unknown] * prior_sigma }).collect()
 }
 
-/// Adds to the variances of the unknowns, in units of their priors, what the form error of each effect and its rivals would change.
+/// Adds to the variances of the unknowns, in units of their priors, what the form error of each effect and its rivals would
+/// change.
 fn add_forms(
     fine: &LinearModel,
     families: &[CandidateFamily],
