@@ -28,8 +28,8 @@ pub struct HeldOut {
     /// The same cause was found in every fold, or in all but one where it is beyond doubt, and held-out readings gained from it
     /// beside the others.
     pub passed: bool,
-    /// Readings held out are predicted worse with it than without.
-    pub misleads: bool,
+    /// No fold confirms it, and readings held out are predicted no better with it than without.
+    pub is_refuted: bool,
     /// Folds that found it again and whose readings left out gained from it.
     pub confirmed: usize,
 }
@@ -134,8 +134,8 @@ pub fn prove(
         };
         let confirmed = (0..FOLDS).filter(|&fold| again[fold] && gained(fold)).count();
         // what is left changes by a factor in each fold
-        let misleads = gains.iter().map(|gain| (1.0 + gain).ln()).sum::<f64>() < 0.0;
-        HeldOut { passed, misleads, confirmed }
+        let gained_in_all = gains.iter().map(|gain| (1.0 + gain).ln()).sum::<f64>();
+        HeldOut { passed, is_refuted: confirmed == 0 && gained_in_all < thresholds.inexact, confirmed }
     });
     let findings = judged.collect();
     Some(CrossValidation { before_um: 1e3 * rms(before.into_iter()), after_um: 1e3 * rms(after.into_iter()), findings })

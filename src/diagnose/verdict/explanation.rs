@@ -60,7 +60,7 @@ pub(crate) fn explain<'g, 'a>(
         let proved = prove(resolutions, floors, families, &search.found, &told.findings, &search.noise_after);
         proof = proved.map(|proved| match fine.has_sweeps() {
             true => confirm(fine, families, search, &mut told, proved, noise_um),
-            false => without_misleading(fine, families, search, &mut told, proved),
+            false => without_refuted(fine, families, search, &mut told, proved),
         });
         proof = proof.filter(|_| !told.findings.is_empty());
     }
@@ -139,16 +139,16 @@ fn confirm<'g, 'a>(
     proof
 }
 
-/// Drops findings of static poses with which the others are predicted worse than without; the rest stands as it was proved.
-fn without_misleading<'g, 'a>(
+/// Drops findings of static poses that no fold confirms and that predict nothing; the rest stands as it was proved.
+fn without_refuted<'g, 'a>(
     fine: &'g LinearModel<'a>,
     families: &[CandidateFamily],
     search: &mut Search,
     told: &mut Explanation<'g, 'a>,
     mut proof: CrossValidation,
 ) -> CrossValidation {
-    let misleading = told.findings.iter().zip(&proof.findings).filter(|(_, held_out)| held_out.misleads);
-    let columns: Vec<usize> = misleading.flat_map(|(finding, _)| finding.columns.clone()).collect();
+    let refuted = told.findings.iter().zip(&proof.findings).filter(|(_, held_out)| held_out.is_refuted);
+    let columns: Vec<usize> = refuted.flat_map(|(finding, _)| finding.columns.clone()).collect();
     drop_columns(fine, families, search, told, &mut proof, &columns);
     proof
 }
