@@ -1,5 +1,6 @@
 //! Least values of functions that are cheap but not smooth.
 
+use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 /// Steps of the grid to either side.
@@ -30,50 +31,135 @@ pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
 
 /// Nelder–Mead in a few variables from `start` with first steps of `size`, restarted once to leave a collapsed simplex.
 pub fn minimise_few<const N: usize>(start: [f64; N], size: f64, cost: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
-    let mut best = start;
-    for round in 0..2 {
-        let spread = size / (1 + 2 * round) as f64;
-        let mut simplex: Vec<([f64; N], f64)> = (0..=N)
-            .map(|vertex| {
-                let mut x = best;
-                if vertex > 0 {
-                    x[vertex - 1] += spread;
-                }
-                (x, cost(&x))
-            })
-            .collect();
-        for _ in 0..22 * N + 2 {
-            simplex.sort_by(|one, other| one.1.total_cmp(&other.1));
-            if simplex[N].1 - simplex[0].1 < 0.02 {
-                break;
+    let first = simplex(start, size, SETTLED, &cost);
+    simplex(first, size / 3.0, SETTLED, &cost)
+}
+
+/// Difference of costs over a simplex that has settled: twice a log likelihood tells no finer.
+const SETTLED: f64 = 0.02;
+
+/// One round of Nelder–Mead, until costs over the simplex differ by less than `settled`.
+fn simplex<const N: usize>(start: [f64; N], size: f64, settled: f64, cost: &impl Fn(&[f64; N]) -> f64) -> [f64; N] {
+    let mut simplex: Vec<([f64; N], f64)> = (0..=N)
+        .map(|vertex| {
+            let mut x = start;
+            if vertex > 0 {
+                x[vertex - 1] += size;
             }
-            let centre: [f64; N] =
-                std::array::from_fn(|k| simplex[..N].iter().map(|(x, _)| x[k]).sum::<f64>() / N as f64);
-            let worst = simplex[N];
-            let along = |t: f64| -> [f64; N] { std::array::from_fn(|k| centre[k] + t * (worst.0[k] - centre[k])) };
-            let try_at = |t: f64| (along(t), cost(&along(t)));
-            let reflected = try_at(-1.0);
-            simplex[N] = if reflected.1 < simplex[0].1 {
-                let expanded = try_at(-2.0);
-                if expanded.1 < reflected.1 { expanded } else { reflected }
-            } else if reflected.1 < simplex[N - 1].1 {
-                reflected
-            } else {
-                let inside = try_at(if reflected.1 < worst.1 { -0.5 } else { 0.5 });
-                if inside.1 < worst.1.min(reflected.1) {
-                    inside
-                } else {
-                    let lead = simplex[0].0;
-                    for vertex in simplex.iter_mut().skip(1) {
-                        let x: [f64; N] = std::array::from_fn(|k| lead[k] + 0.5 * (vertex.0[k] - lead[k]));
-                        *vertex = (x, cost(&x));
-                    }
-                    continue;
-                }
-            };
-        }
+            (x, cost(&x))
+        })
+        .collect();
+    for _ in 0..22 * N + 2 {
         simplex.sort_by(|one, other| one.1.total_cmp(&other.1));
-        best = simplex[0].0;
+        if simplex[N].1 - simplex[0].1 < settled {
+            break;
+        }
+        let centre: [f64; N] = std::array::from_fn(|k| simplex[..N].iter().map(|(x, _)| x[k]).sum::<f64>() / N as f64);
+        let worst = simplex[N];
+        let along = |t: f64| -> [f64; N] { std::array::from_fn(|k| centre[k] + t * (worst.0[k] - centre[k])) };
+        let try_at = |t: f64| (along(t), cost(&along(t)));
+        let reflected = try_at(-1.0);
+        simplex[N] = if reflected.1 < simplex[0].1 {
+            let expanded = try_at(-2.0);
+            if expanded.1 < reflected.1 { expanded } else { reflected }
+        } else if reflected.1 < simplex[N - 1].1 {
+            reflected
+        } else {
+            let inside = try_at(if reflected.1 < worst.1 { -0.5 } else { 0.5 });
+            if inside.1 < worst.1.min(reflected.1) {
+                inside
+            } else {
+                let lead = simplex[0].0;
+                for vertex in simplex.iter_mut().skip(1) {
+                    let x: [f64; N] = std::array::from_fn(|k| lead[k] + 0.5 * (vertex.0[k] - lead[k]));
+                    *vertex = (x, cost(&x));
+                }
+                continue;
+            }
+        };
     }
-    best
+    simplex.sort_by(|one, other| one.1.total_cmp(&other.1));
+    simplex[0].0
+}
+
+/// Step of a numerical slope, and of a curvature.
+const SLOPE_OVER: f64 = 1e-4;
+const CURVATURE_OVER: f64 = 1e-3;
+/// Longest step in any variable, and the longest first one of a start that is near.
+const LONGEST_STEP: f64 = 1.0;
+const NEAR: f64 = 0.3;
+/// First steps of the simplex that leads there from a start that is far, and differences of costs over it that are near.
+const FAR: f64 = 0.5;
+const NEAR_COSTS: f64 = 1.0;
+/// Fall that is still worth a step: the cost is twice a log likelihood, where 0.01 is nothing.
+const WORTH_A_STEP: f64 = 0.005;
+/// Steps at most, and halvings of one that does not fall.
+const MOST_STEPS: usize = 40;
+const MOST_HALVINGS: usize = 6;
+/// Least curvature that the first step counts with: a variable that says nothing would run off.
+const LEAST_CURVATURE: f64 = 1.0;
+
+/// Slopes and curvatures of a function along its variables at a place.
+struct Slopes<const N: usize> {
+    gradient: SVector<f64, N>,
+    curvature: SVector<f64, N>,
+}
+
+impl<const N: usize> Slopes<N> {
+    fn of(cost: &impl Fn(&[f64; N]) -> f64, x: &[f64; N], there: f64) -> Slopes<N> {
+        let ends: [[f64; 2]; N] =
+            std::array::from_fn(|k| [CURVATURE_OVER, -CURVATURE_OVER].map(|by| cost(&moved(x, k, by))));
+        Slopes {
+            gradient: SVector::from_fn(|k, _| 0.5 * (ends[k][0] - ends[k][1]) / CURVATURE_OVER),
+            curvature: SVector::from_fn(|k, _| (ends[k][0] - 2.0 * there + ends[k][1]) / CURVATURE_OVER.powi(2)),
+        }
+    }
+
+    /// First guess of the inverse of the second derivatives.
+    fn inverse(&self) -> SMatrix<f64, N, N> {
+        SMatrix::from_diagonal(&self.curvature.map(|curvature| 1.0 / curvature.abs().max(LEAST_CURVATURE)))
+    }
+}
+
+fn moved<const N: usize>(x: &[f64; N], variable: usize, by: f64) -> [f64; N] {
+    std::array::from_fn(|k| if k == variable { x[k] + by } else { x[k] })
+}
+
+/// Least value of a smooth function of a few variables of order one, from `start`: a simplex where that is far, then steps by
+/// second derivatives learnt on the way (BFGS).
+pub fn minimise_smooth<const N: usize>(start: [f64; N], cost: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
+    let (mut x, mut least) = (start, cost(&start));
+    let mut slopes = Slopes::of(&cost, &x, least);
+    let is_near = slopes.curvature.min() > 0.0 && (slopes.inverse() * slopes.gradient).amax() < NEAR;
+    if !is_near {
+        x = simplex(start, FAR, NEAR_COSTS, &cost);
+        least = cost(&x);
+        slopes = Slopes::of(&cost, &x, least);
+    }
+    let (mut gradient, mut inverse) = (slopes.gradient, slopes.inverse());
+    for _ in 0..MOST_STEPS {
+        let mut step = -inverse * gradient;
+        step *= (LONGEST_STEP / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
+        let foretold = -step.dot(&gradient);
+        if foretold < WORTH_A_STEP || !foretold.is_finite() {
+            break;
+        }
+        let tried = (0..MOST_HALVINGS).find_map(|halving| {
+            let share = 0.5f64.powi(halving as i32);
+            let there: [f64; N] = std::array::from_fn(|k| x[k] + share * step[k]);
+            let found = cost(&there);
+            (found < least - 1e-4 * share * foretold).then_some((share, there, found))
+        });
+        let Some((share, there, found)) = tried else { break };
+        let next = SVector::<f64, N>::from_fn(|k, _| (cost(&moved(&there, k, SLOPE_OVER)) - found) / SLOPE_OVER);
+        let (way, turned) = (step * share, next - gradient);
+        let along = way.dot(&turned);
+        if along > 1e-10 * way.norm() * turned.norm() {
+            let one = SMatrix::<f64, N, N>::identity();
+            let side = one - way * turned.transpose() / along;
+            inverse = side * inverse * side.transpose() + way * way.transpose() / along;
+        }
+        (x, gradient, least) = (there, next, found);
+    }
+    x
 }

@@ -3,13 +3,17 @@
 mod evidence;
 mod minimum;
 mod noise;
+mod noise_model;
 mod principal;
 mod products;
 mod robust;
+mod whitener;
 
 pub use evidence::{BlockEvidence, climbed, judge, likeliest_prior, log_determinant};
-pub use minimum::{least_along, minimise_few};
-pub use noise::{Absorbed, NOISE_FLOOR_MM, NoiseModel, Whitener, fit_noise, misfit};
+pub use minimum::{least_along, minimise_few, minimise_smooth};
+pub use noise::{Absorbed, fit_noise, misfit};
+pub use noise_model::{NOISE_FLOOR_MM, NoiseModel};
 pub use principal::principal;
-pub use products::{Factor, ROW_STEP, add_cross_products, add_products, weighted_products};
+pub use products::{Factor, ROW_STEP, add_cross_products, add_products, add_products_with, weighted_products};
 pub use robust::{median, noise_of_rows, rms, robust_sigma};
+pub use whitener::Whitener;

@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// `columns` holds `count` columns of `rows` numbers one after the other.
 pub fn add_products(columns: &[f64], rows: usize, count: usize, sums: &mut [f64]) {
     if rows > 0 && count > 0 {
-        let columns = &columns[..rows * count];
+        let columns = Stacked { columns: &columns[..rows * count], rows };
         Arch::new().dispatch(Products { left: columns, right: columns, rows, pairs: Pairs::Lower, sums });
     }
 }
@@ -16,7 +16,56 @@ pub fn add_products(columns: &[f64], rows: usize, count: usize, sums: &mut [f64]
 /// `rows` numbers each.
 pub fn add_cross_products(left: &[f64], right: &[f64], rows: usize, sums: &mut [f64]) {
     if rows > 0 && !left.is_empty() && !right.is_empty() {
+        let (left, right) = (Stacked { columns: left, rows }, Stacked { columns: right, rows });
         Arch::new().dispatch(Products { left, right, rows, pairs: Pairs::All, sums });
+    }
+}
+
+/// The same with columns that lie anywhere on the right.
+pub fn add_products_with(left: &[f64], right: &[&[f64]], rows: usize, sums: &mut [f64]) {
+    if rows > 0 && !left.is_empty() && !right.is_empty() {
+        let left = Stacked { columns: left, rows };
+        Arch::new().dispatch(Products { left, right, rows, pairs: Pairs::All, sums });
+    }
+}
+
+/// Columns of one length.
+trait Columns: Copy {
+    /// How many they are.
+    fn count(self) -> usize;
+
+    /// One of them.
+    fn column(&self, index: usize) -> &[f64];
+}
+
+/// Columns one after the other.
+#[derive(Clone, Copy)]
+struct Stacked<'a> {
+    columns: &'a [f64],
+    rows: usize,
+}
+
+impl Columns for Stacked<'_> {
+    #[inline(always)]
+    fn count(self) -> usize {
+        self.columns.len() / self.rows
+    }
+
+    #[inline(always)]
+    fn column(&self, index: usize) -> &[f64] {
+        &self.columns[index * self.rows..(index + 1) * self.rows]
+    }
+}
+
+impl Columns for &[&[f64]] {
+    #[inline(always)]
+    fn count(self) -> usize {
+        self.len()
+    }
+
+    #[inline(always)]
+    fn column(&self, index: usize) -> &[f64] {
+        self[index]
     }
 }
 
@@ -28,15 +77,15 @@ enum Pairs {
     Lower,
 }
 
-struct Products<'a> {
-    left: &'a [f64],
-    right: &'a [f64],
+struct Products<'a, C> {
+    left: Stacked<'a>,
+    right: C,
     rows: usize,
     pairs: Pairs,
     sums: &'a mut [f64],
 }
 
-impl WithSimd for Products<'_> {
+impl<C: Columns> WithSimd for Products<'_, C> {
     type Output = ();
 
     #[inline(always)]
@@ -46,10 +95,10 @@ impl WithSimd for Products<'_> {
     }
 }
 
-impl Products<'_> {
+impl<C: Columns> Products<'_, C> {
     #[inline(always)]
     fn all_tiles<S: Simd, const L: usize, const R: usize>(&mut self, simd: S) {
-        let (left_count, right_count) = (self.left.len() / self.rows, self.right.len() / self.rows);
+        let (left_count, right_count) = (self.left.count(), self.right.count());
         for a in (0..left_count).step_by(L) {
             let last = if self.pairs == Pairs::All { right_count } else { right_count.min(a + L) };
             for b in (0..last).step_by(R) {
@@ -67,8 +116,8 @@ impl Products<'_> {
         (b, right_count): (usize, usize),
     ) {
         let whole = self.rows / S::F64_LANES;
-        let (left, left_ends) = columns::<S, L>(self.left, self.rows, (a, left_count));
-        let (right, right_ends) = columns::<S, R>(self.right, self.rows, (b, right_count));
+        let (left, left_ends) = columns::<S, _, L>(&self.left, (a, left_count));
+        let (right, right_ends) = columns::<S, _, R>(&self.right, (b, right_count));
         let left = left.map(|column| &column[..whole]);
         let right = right.map(|column| &column[..whole]);
         let mut sums = [[simd.splat_f64s(0.0); R]; L];
@@ -102,15 +151,12 @@ impl Products<'_> {
 
 /// Some columns in whole registers, and what is left of each.
 #[inline(always)]
-fn columns<S: Simd, const T: usize>(
-    all: &[f64],
-    rows: usize,
+fn columns<S: Simd, C: Columns, const T: usize>(
+    all: &C,
     (first, count): (usize, usize),
 ) -> ([&[S::f64s]; T], [&[f64]; T]) {
-    let parts: [(&[S::f64s], &[f64]); T] = std::array::from_fn(|k| {
-        let begins = (first + k).min(count - 1) * rows;
-        S::as_simd_f64s(&all[begins..begins + rows])
-    });
+    let parts: [(&[S::f64s], &[f64]); T] =
+        std::array::from_fn(|k| S::as_simd_f64s(all.column((first + k).min(count - 1))));
     (parts.map(|(whole, _)| whole), parts.map(|(_, end)| end))
 }
 

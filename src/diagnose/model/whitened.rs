@@ -1,6 +1,6 @@
 //! A session under one noise: readings and unknowns whitened once, and the products of shapes that were judged before. It fits nothing.
 
-use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products};
+use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products, add_products_with};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -233,7 +233,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
         let mut all = vec![vec![0.0; count]; model.len()];
         let twice: Vec<&[Vec<f64>]> =
             model.iter().map(|column| column.twice(|test, rows| self.whiten_transposed(test, rows))).collect();
-        let LastShape { block, white: stack, present, sums, .. } = last;
+        let LastShape { block, present, sums, .. } = last;
         for test in 0..self.model.tests() {
             if twice.iter().all(|column| column[test].is_empty()) {
                 continue;
@@ -243,11 +243,10 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
                 continue;
             }
             let acting: Vec<usize> = (0..twice.len()).filter(|&k| !twice[k][test].is_empty()).collect();
-            stack.clear();
-            acting.iter().for_each(|&k| stack.extend_from_slice(&twice[k][test]));
+            let columns: Vec<&[f64]> = acting.iter().map(|&k| twice[k][test].as_slice()).collect();
             sums.clear();
             sums.resize(present.len() * acting.len(), 0.0);
-            add_cross_products(block, stack, self.model.residual_mm[test].len(), sums);
+            add_products_with(block, &columns, self.model.residual_mm[test].len(), sums);
             for (&j, sums) in present.iter().zip(sums.chunks_exact(acting.len())) {
                 acting.iter().zip(sums).for_each(|(&k, sum)| all[k][j] += sum);
             }

@@ -1,7 +1,8 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
 use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, median, minimise_few, misfit, rms,
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, median, minimise_smooth, misfit,
+    rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -284,8 +285,8 @@ impl<'t> Alike<'t> {
 fn fit(traces: &[&Trace]) -> NoiseModel {
     let white = traces.iter().map(|trace| trace.rough_mm).sum::<f64>() / traces.len().max(1) as f64;
     let white = white.max(NOISE_FLOOR_MM);
-    let start = [(0.7 * white).ln(), (0.7 * white).ln(), (-(0.95f64.ln())).ln(), 0.0];
-    let unpack = |x: &[f64; 4]| NoiseModel {
+    let start = [(0.7 * white).ln(), (0.7 * white).ln(), (-(0.95f64.ln())).ln()];
+    let unpack = |x: &[f64; 3]| NoiseModel {
         white_mm: x[0].exp().max(NOISE_FLOOR_MM),
         ar_mm: x[1].exp().max(NOISE_FLOOR_MM),
         ar_rho: (-(x[2].exp())).exp().clamp(0.5, 0.99),
@@ -293,11 +294,9 @@ fn fit(traces: &[&Trace]) -> NoiseModel {
         offset_mm: 0.0,
     };
     let alike = Alike::of(traces);
-    let best = minimise_few(start, 0.5, |x| {
+    let best = minimise_smooth(start, |x| {
         let noise = unpack(x);
-        // the fourth variable is not used; a slight pull keeps it still
-        let pull = x[3] * x[3];
-        pull + alike.iter().map(|alike| alike.reml(&noise)).map(|(misfit, logs)| misfit + logs).sum::<f64>()
+        alike.iter().map(|alike| alike.reml(&noise)).map(|(misfit, logs)| misfit + logs).sum()
     });
     unpack(&best)
 }
