@@ -70,6 +70,7 @@ impl SelectionContext<'_, '_, '_> {
                     Regression::on(coarse.clone(), &joint.columns[1]),
                 ];
                 let mut candidates = screen(&regressions, families, self.resolutions.cells);
+                note_contenders(&mut self.contenders.borrow_mut(), &candidates);
                 candidates.retain(|candidate| is_sensible(&self.limits.thresholds, candidate, regressions[0].misfit));
                 candidates.retain(|candidate| {
                     !self.balls_are_round.get() || !is_a(&candidate.effect.kind, Signature::BallForm)
@@ -85,6 +86,7 @@ impl SelectionContext<'_, '_, '_> {
         let noise_left = likely_noise(fine, &left, &self.floors[0], &self.floors[0]);
         let regression = Regression::new(fine, &noise_left, &joint.columns[0], &fine.kept);
         let candidates = compare(&regression, families, candidates);
+        note_contenders(&mut self.contenders.borrow_mut(), &candidates);
         let index = choose(&candidates, families, fine);
         let chosen = candidates[index].clone();
         let with_chosen = joined(&joint.columns[0], &chosen);
@@ -111,4 +113,14 @@ impl SelectionContext<'_, '_, '_> {
         };
         Some(Step { found, residual_mm, pulls, noise })
     }
+}
+
+/// Share of the best log odds of a look from which a family may be the best one where half of the readings are looked at.
+const CONTENDS: f64 = 0.25;
+
+/// Notes the families of candidates, best first, that came near the best one.
+pub(crate) fn note_contenders(contenders: &mut [bool], candidates: &[Candidate]) {
+    let best = candidates.first().map_or(0.0, |best| best.log_odds);
+    let near = candidates.iter().filter(|candidate| candidate.log_odds >= CONTENDS * best);
+    near.for_each(|candidate| contenders[candidate.family] = true);
 }

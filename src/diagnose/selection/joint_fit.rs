@@ -68,6 +68,7 @@ impl JointFit {
             residual_mm: self.residual_mm,
             best_left: self.best_left,
             floor: selection.floors[0].clone(),
+            contenders: selection.contenders.take(),
         }
     }
 

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use super::forward_selection::note_contenders;
 use super::joint_fit::{joined, mean_square};
 use super::ranking::{choose, compare, keep_diverse};
 use super::screening::screen::screen;
@@ -35,7 +36,7 @@ const RATE_ROUNDS: usize = 2;
 /// Searches a session of static poses.
 pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search {
     let poses = Poses::of(model);
-    let mut state = State::start(model, &poses);
+    let mut state = State::start(model, &poses, families.len());
     let noise_before = state.noise.clone();
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
     // a load that was measured is asked before anything else that could imitate it
@@ -48,7 +49,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         for effect in arrivals.flat_map(|family| &mut family.grid) {
             effect.set("rates", ParameterValue::List(rates.clone()));
         }
-        state = State::start(model, &poses);
+        state = State { contenders: state.contenders, ..State::start(model, &poses, families.len()) };
     }
     if !state.found.iter().any(|found| is_a(&found.chosen.effect.kind, Signature::Load)) {
         state.rounds(&loads, &poses, model.thresholds.pose_further);
@@ -63,6 +64,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         found: state.found,
         residual_mm: state.residual_mm,
         best_left,
+        contenders: state.contenders,
     }
 }
 
@@ -90,6 +92,8 @@ struct State<'g, 'a> {
     noise: Vec<NoiseModel>,
     /// The session under this noise, as long as it is this: shapes that were judged are not worked out again.
     whitened: Option<(Vec<NoiseModel>, Arc<WhitenedData<'g, 'a>>)>,
+    /// Families that came near the best one at any look so far, by number.
+    contenders: Vec<bool>,
 }
 
 impl<'g, 'a> State<'g, 'a> {
@@ -103,10 +107,11 @@ impl<'g, 'a> State<'g, 'a> {
         [regression.clone(), regression]
     }
 
-    fn start(model: &'g LinearModel<'a>, poses: &Poses) -> State<'g, 'a> {
+    fn start(model: &'g LinearModel<'a>, poses: &Poses, families: usize) -> State<'g, 'a> {
         let residual_mm = model.residual_mm.clone();
         let noise = noise(model, poses, &residual_mm);
-        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None }
+        let contenders = vec![false; families];
+        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None, contenders }
     }
 
     /// Rounds until nothing more passes; log odds of the best candidate that did not.
@@ -116,8 +121,10 @@ impl<'g, 'a> State<'g, 'a> {
             let joint = self.joint.clone();
             let regressions = self.regressions(&joint);
             let mut candidates = screen(&regressions, families, &cells);
+            note_contenders(&mut self.contenders, &candidates);
             keep_diverse(&mut candidates, families);
             let candidates = refine_all(&regressions, families, candidates);
+            note_contenders(&mut self.contenders, &candidates);
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
             let least = if self.found.is_empty() { self.model.thresholds.accept } else { least_log_odds };
             if best < least {

@@ -1,7 +1,7 @@
 //! Which few effects the evidence demands: a set is grown, then exchanged for better ones. No words, no proof.
 
 use crate::statistics::NoiseModel;
-use std::cell::{Cell, OnceCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::sync::Arc;
 
 use super::joint_fit::{JointFit, Start, mean_square, rest_of};
@@ -62,12 +62,17 @@ const LEADS: usize = 3;
 /// Searches part of a session once more: from its own best effect, and from those found on all of it.
 ///
 /// Which of the starts stands is for these readings alone to say; the further ones only spare the exchange of effects.
+/// Families that were far from the best one at every step on all readings are left out.
 pub fn search_part(
     resolutions: &Resolutions,
     floors: &Floors,
     families: &[CandidateFamily],
-    leads: &[SelectedEffect],
+    (leads, contenders): (&[SelectedEffect], &[bool]),
 ) -> Search {
+    let mut families = families.to_vec();
+    let others = families.iter_mut().zip(contenders).filter(|(_, contends)| !**contends);
+    others.for_each(|(family, _)| family.grid.clear());
+    let families = &families;
     search_then(resolutions, floors, families, Limits::of_half(resolutions.fine.thresholds), |selection, joint| {
         let leads = (0..leads.len()).filter(|&index| rest_of(leads, index).is_none()).map(|index| &leads[index].chosen);
         for lead in leads.take(LEADS) {
@@ -103,6 +108,7 @@ fn search_then(
         steps: Cell::new(0),
         balls_are_round: Cell::new(false),
         empty: OnceCell::new(),
+        contenders: RefCell::new(vec![false; families.len()]),
     };
     let mut joint = JointFit::empty(&selection);
     let start = Start::of(&selection, &joint);
@@ -126,5 +132,6 @@ pub fn nothing(model: &LinearModel, floor: &[NoiseModel]) -> Search {
         residual_before_mm2: mean_square(model, &model.residual_mm),
         residual_mm: model.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,
+        contenders: Vec::new(),
     }
 }

@@ -3,7 +3,7 @@
 use crate::effects::{Signature, is_a};
 use crate::statistics::BlockEvidence;
 use crate::statistics::NoiseModel;
-use std::cell::{Cell, OnceCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::sync::Arc;
 
 use super::limits::Limits;
@@ -81,6 +81,8 @@ pub struct Search {
     pub best_left: f64,
     /// Mean square of the residual before anything was found, mm².
     pub residual_before_mm2: f64,
+    /// Families that came near the best one at any step, by number.
+    pub contenders: Vec<bool>,
 }
 
 /// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.
@@ -108,6 +110,8 @@ pub(crate) struct SelectionContext<'w, 'g, 'a> {
     pub(crate) balls_are_round: Cell<bool>,
     /// The set of no effects, once asked for.
     pub(crate) empty: OnceCell<JointFit>,
+    /// Families that came near the best one at any step so far, by number.
+    pub(crate) contenders: RefCell<Vec<bool>>,
 }
 
 /// One step of a search: what it finds and what is left then.

@@ -5,12 +5,12 @@ use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::search::search_part;
-use crate::diagnose::selection::selected::{Floors, Resolutions, SelectedEffect};
+use crate::diagnose::selection::selected::{Floors, Resolutions, Search, SelectedEffect};
 use crate::diagnose::thresholds::Thresholds;
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 use crate::machine::Effect;
-use crate::statistics::{NoiseModel, rms};
+use crate::statistics::rms;
 
 /// Outcome of the held-out proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,15 +73,15 @@ fn chunk_s(found: &[SelectedEffect]) -> f64 {
 }
 
 /// Cross-validates findings, `None` where a fold would be without readings; `floors` are those of all readings, for half a
-/// trace may not show what is noise and what a line of the spectrum, and `found` the effects that the search on them took.
+/// trace may not show what is noise and what a line of the spectrum, and `search` is the one on all of them.
 pub fn prove(
     resolutions: &Resolutions,
     floors: &Floors,
     families: &[CandidateFamily],
-    found: &[SelectedEffect],
+    search: &Search,
     findings: &[Finding],
-    noise: &[NoiseModel],
 ) -> Option<CrossValidation> {
+    let (found, noise) = (&search.found, &search.noise_after);
     let chunk_s = chunk_s(found);
     let rows = |model: &LinearModel, fold: usize, held: bool| fold_rows(model, fold, held, chunk_s);
     let is_empty = |held: bool| !rows(resolutions.fine, 0, held).iter().flatten().any(|row| *row);
@@ -99,7 +99,7 @@ pub fn prove(
         let test = rows(resolutions.fine, fold, true);
         let masked = [resolutions.fine.with_rows(train[0].clone()), resolutions.coarse.with_rows(train[1].clone())];
         let masked = Resolutions { fine: &masked[0], coarse: &masked[1], cells: resolutions.cells };
-        let searched = search_part(&masked, floors, families, found);
+        let searched = search_part(&masked, floors, families, (found, &search.contenders));
         let joint: Vec<Accepted> = searched.found.iter().flat_map(|found| found.chosen.accepted()).collect();
         let bare = Regression::new(resolutions.fine, noise, &[], &train[0]).residual_mm(&[]);
         let full = Regression::new(resolutions.fine, noise, &joint, &train[0]).residual_mm(&joint);

@@ -57,7 +57,7 @@ pub(crate) fn explain<'g, 'a>(
     let mut told = Explanation::of(fine, families, search);
     let mut proof = None;
     if !told.findings.is_empty() {
-        let proved = prove(resolutions, floors, families, &search.found, &told.findings, &search.noise_after);
+        let proved = prove(resolutions, floors, families, search, &told.findings);
         proof = proved.map(|proved| match fine.has_sweeps() {
             true => confirm(fine, families, search, &mut told, proved, noise_um),
             false => without_refuted(fine, families, search, &mut told, proved),

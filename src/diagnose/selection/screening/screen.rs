@@ -48,6 +48,7 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
+        .filter(|(_, family)| !family.grid.is_empty())
         .filter_map(|(index, family)| {
             let regression = stage_of(regressions, family);
             let mut last = LastShape::default();

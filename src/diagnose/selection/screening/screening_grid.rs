@@ -9,7 +9,7 @@ use super::candidates::family_terms;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::shapes::name;
 use crate::effects::CandidateFamily;
-use crate::effects::{Profile, kind};
+use crate::effects::Profile;
 use crate::machine::{Effect, Machine};
 
 /// A candidate shape with its functions at every row.
@@ -57,10 +57,8 @@ impl<'f> ScreeningGrid<'f> {
                 distinct.push((effect, name));
             }
         }
-        let shapes: Vec<Option<Arc<Vec<Profile>>>> = distinct
-            .par_iter()
-            .map(|(effect, _)| kind(&effect.kind)?.shape(coarse.context, effect).ok().map(Arc::new))
-            .collect();
+        let shapes: Vec<Option<Arc<Vec<Profile>>>> =
+            distinct.par_iter().map(|(effect, _)| coarse.profiles(effect).ok()).collect();
         let machine = coarse.context.machine();
         let cells = |family: &'f CandidateFamily| -> Vec<Cell<'f>> {
             let grid = family.grid.iter().filter(|_| !family.fast);
