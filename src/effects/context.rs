@@ -122,6 +122,15 @@ impl<'a> Context<'a> {
         (0..self.tests()).map(|test| (0..self.motions[test].rows()).map(|row| value(test, row)).collect()).collect()
     }
 
+    /// The same in tests where it acts, and zero in the others.
+    pub fn profile_in(&self, acts: impl Fn(usize) -> bool, value: impl Fn(usize, usize) -> f64) -> Profile {
+        let in_test = |test: usize| {
+            let rows = self.motions[test].rows();
+            if acts(test) { (0..rows).map(|row| value(test, row)).collect() } else { vec![0.0; rows] }
+        };
+        (0..self.tests()).map(in_test).collect()
+    }
+
     /// A profile from the position (mm or rad, as commanded) of one axis.
     pub fn position_profile(&self, axis: usize, value: impl Fn(f64) -> f64) -> Profile {
         let in_test = |motion: &Motion| {

@@ -124,9 +124,10 @@ fn slip<'a>(
         (NamedBall { at: None, link: None }, Some(mounted)) => is_one(ball, mounted),
         _ => named.is(ball),
     };
-    Ok(vec![context.profile(|test, row| {
+    let acts = |test: usize| context.ends_at_s(test) >= time && concerned(ball(test));
+    Ok(vec![context.profile_in(acts, |test, row| {
         let since = context.session_time_s(test, row) - time;
-        if since < 0.0 || !concerned(ball(test)) {
+        if since < 0.0 {
             return 0.0;
         }
         // most slips do not creep, and exponentials are dear
