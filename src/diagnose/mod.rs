@@ -135,7 +135,7 @@ fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -
     let regression = Regression::new(&coarse, &floors[1], &[], &coarse.kept);
     let hidden = unseen_causes(&coarse, &families, |columns| regression.information(columns));
     let shifts = hidden_shifts(&regression, &hidden, blind_to.len());
-    blind_to.extend(hidden.into_iter().map(|hidden| hidden.unseen));
+    blind_to.extend(hidden.into_iter().filter(|hidden| hidden.matters).map(|hidden| hidden.unseen));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
     let diagnosis = Diagnosis::of((&fine, &families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
     Ok(Diagnosis { uncovered_by, ..diagnosis })

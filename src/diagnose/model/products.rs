@@ -68,6 +68,23 @@ impl Products {
         }
     }
 
+    /// The same where squares of the readings count so many times as much.
+    pub(super) fn weighted(mut self, weight: f64) -> Products {
+        if weight != 1.0 {
+            let times = |own: &Arc<TestGram>| {
+                let sums = own.sums.iter().map(|sum| weight * sum).collect();
+                Arc::new(TestGram { present: own.present.clone(), sums })
+            };
+            self.gram = match self.gram {
+                Gram::Whole(gram) => Gram::Whole(gram * weight),
+                Gram::ByTest(tests) => Gram::ByTest(tests.iter().map(|own| own.as_ref().map(times)).collect()),
+            };
+            self.cross *= weight;
+            self.z *= weight;
+        }
+        self
+    }
+
     /// Numbers that it holds.
     pub(super) fn values(&self) -> usize {
         let gram = match &self.gram {

@@ -26,6 +26,8 @@ use crate::statistics::{BlockEvidence, judge};
 pub struct Regression<'g, 'a> {
     pub model: &'g LinearModel<'a>,
     whitened: Arc<WhitenedData<'g, 'a>>,
+    /// How much more squares of the readings count than they were whitened for.
+    weight: f64,
     /// Accepted columns.
     columns: Vec<Arc<FittedColumn>>,
     /// What was fitted.
@@ -56,6 +58,11 @@ impl<'g, 'a> Regression<'g, 'a> {
 
     /// Fits nuisance and accepted columns to a session that has been whitened.
     pub fn on(whitened: Arc<WhitenedData<'g, 'a>>, accepted: &[Accepted]) -> Regression<'g, 'a> {
+        Regression::weighted(whitened, 1.0, accepted)
+    }
+
+    /// The same where noise is what the session was whitened by over the root of `weight`: all that is known of shapes stays.
+    pub fn weighted(whitened: Arc<WhitenedData<'g, 'a>>, weight: f64, accepted: &[Accepted]) -> Regression<'g, 'a> {
         let model = whitened.model;
         let nuisance = model.problem.unknowns.len();
         let columns: Vec<Arc<FittedColumn>> =
@@ -63,7 +70,11 @@ impl<'g, 'a> Regression<'g, 'a> {
         let accepted_prior: Vec<f64> = accepted.iter().map(|accepted| accepted.prior).collect();
         let parts: Vec<(Vec<usize>, Vec<f64>)> = (0..model.tests())
             .into_par_iter()
-            .map(|test| normal_sums(&whitened, (&columns, &accepted_prior), test))
+            .map(|test| {
+                let (seen, mut sums) = normal_sums(&whitened, (&columns, &accepted_prior), test);
+                sums.iter_mut().for_each(|sum| *sum *= weight);
+                (seen, sums)
+            })
             .collect();
         let (seen, sums): (Vec<Vec<usize>>, Vec<Vec<f64>>) = parts.into_iter().unzip();
         let beyond = &model.beyond;
@@ -73,7 +84,7 @@ impl<'g, 'a> Regression<'g, 'a> {
         local.extend(columns.iter().map(|column| column.home.is_some()));
         let fitted = EliminatedNormal::new(&local, beyond, &seen, &sums);
         let misfit = total - fitted.explained;
-        Regression { model, whitened, columns, fitted, accepted_prior, misfit }
+        Regression { model, whitened, weight, columns, fitted, accepted_prior, misfit }
     }
 
     /// Amplitude of an accepted column, display units.
@@ -124,12 +135,12 @@ impl<'g, 'a> Regression<'g, 'a> {
 
     /// Projected `G` and `z` of a block.
     pub fn project(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
-        self.fitted.projected(&self.whitened.products(columns), &self.with_accepted(columns))
+        self.fitted.projected(&self.products(columns), &self.with_accepted(columns))
     }
 
     /// Products of what was fitted, in units of priors, with a block: fitted × block.
     pub(crate) fn cross(&self, columns: &[Column]) -> DMatrix<f64> {
-        let unknowns = self.whitened.products(columns).cross;
+        let unknowns = self.products(columns).cross;
         let accepted = self.with_accepted(columns);
         let (above, below) = (unknowns.nrows(), accepted.nrows());
         let mut cross = unknowns.resize_vertically(above + below, 0.0);
@@ -152,9 +163,15 @@ impl<'g, 'a> Regression<'g, 'a> {
         self.in_priors(DMatrix::from_fn(sums.len(), columns.len(), |i, j| sums[i][j]))
     }
 
+    /// Products of a block.
+    fn products(&self, columns: &[Column]) -> Products {
+        self.whitened.products(columns).weighted(self.weight)
+    }
+
     /// Products with the accepted columns, these in units of their priors.
     fn in_priors(&self, mut with: DMatrix<f64>) -> DMatrix<f64> {
-        self.accepted_prior.iter().enumerate().for_each(|(i, prior)| with.row_mut(i).scale_mut(*prior));
+        let priors = self.accepted_prior.iter().enumerate();
+        priors.for_each(|(i, prior)| with.row_mut(i).scale_mut(*prior * self.weight));
         with
     }
 
@@ -166,13 +183,13 @@ impl<'g, 'a> Regression<'g, 'a> {
         last: &mut LastShape,
     ) -> (Products, DMatrix<f64>) {
         let ShapeProducts { products, with } = self.whitened.products_of(shape, columns, &self.columns, last);
-        (products, self.in_priors(with))
+        (products.weighted(self.weight), self.in_priors(with))
     }
 
     /// Judges a block whose amplitudes are plausible up to `plausible` display units.
     pub fn judge(&self, columns: &[Column], plausible: f64) -> BlockEvidence {
         let homes: Vec<Option<usize>> = columns.iter().map(Column::home).collect();
-        self.judge_products(&self.whitened.products(columns), &self.with_accepted(columns), &homes, plausible)
+        self.judge_products(&self.products(columns), &self.with_accepted(columns), &homes, plausible)
     }
 
     /// Judges a shape of the family with this number; what was worked out for it at another stage is used again.
@@ -255,6 +272,7 @@ impl<'g, 'a> Regression<'g, 'a> {
                 take(&column.white[test], self.fitted.amplitudes[nuisance + k] * prior);
             }
             self.whitened.whiten_transposed(test, &mut left);
+            left.iter_mut().for_each(|left| *left *= self.weight);
             left
         };
         (0..self.model.tests()).map(in_test).collect()

@@ -119,7 +119,7 @@ impl SelectionContext<'_, '_, '_> {
 const CONTENDS: f64 = 0.25;
 
 /// Notes the families of candidates, best first, that came near the best one.
-pub(crate) fn note_contenders(contenders: &mut [bool], candidates: &[Candidate]) {
+fn note_contenders(contenders: &mut [bool], candidates: &[Candidate]) {
     let best = candidates.first().map_or(0.0, |best| best.log_odds);
     let near = candidates.iter().filter(|candidate| candidate.log_odds >= CONTENDS * best);
     near.for_each(|candidate| contenders[candidate.family] = true);

@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use super::forward_selection::note_contenders;
 use super::joint_fit::{joined, mean_square};
 use super::ranking::{choose, compare, keep_diverse};
 use super::screening::screen::screen;
@@ -36,7 +35,7 @@ const RATE_ROUNDS: usize = 2;
 /// Searches a session of static poses.
 pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search {
     let poses = Poses::of(model);
-    let mut state = State::start(model, &poses, families.len());
+    let mut state = State::start(model, &poses);
     let noise_before = state.noise.clone();
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
     // a load that was measured is asked before anything else that could imitate it
@@ -49,7 +48,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         for effect in arrivals.flat_map(|family| &mut family.grid) {
             effect.set("rates", ParameterValue::List(rates.clone()));
         }
-        state = State { contenders: state.contenders, ..State::start(model, &poses, families.len()) };
+        state = State::start(model, &poses);
     }
     if !state.found.iter().any(|found| is_a(&found.chosen.effect.kind, Signature::Load)) {
         state.rounds(&loads, &poses, model.thresholds.pose_further);
@@ -64,7 +63,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         found: state.found,
         residual_mm: state.residual_mm,
         best_left,
-        contenders: state.contenders,
+        contenders: Vec::new(),
     }
 }
 
@@ -90,28 +89,32 @@ struct State<'g, 'a> {
     residual_mm: Vec<Vec<f64>>,
     /// White noise at the level of the residual, enlarged for readings that count as one.
     noise: Vec<NoiseModel>,
-    /// The session under this noise, as long as it is this: shapes that were judged are not worked out again.
+    /// The session under this noise, as long as all of it only changes by a factor: shapes that were judged are not worked out
+    /// again.
     whitened: Option<(Vec<NoiseModel>, Arc<WhitenedData<'g, 'a>>)>,
-    /// Families that came near the best one at any look so far, by number.
-    contenders: Vec<bool>,
 }
 
 impl<'g, 'a> State<'g, 'a> {
-    /// What is left beside some columns, for rows and for averaged rows alike: poses are not averaged.
+    /// What is left beside some columns.
+    fn regression(&mut self, joint: &[Accepted]) -> Regression<'g, 'a> {
+        let known = self.whitened.take().and_then(|(noise, data)| Some((weight(&noise, &self.noise)?, noise, data)));
+        let whiten =
+            || (1.0, self.noise.clone(), Arc::new(WhitenedData::new(self.model, &self.noise, &self.model.kept)));
+        let (weight, noise, data) = known.unwrap_or_else(whiten);
+        self.whitened = Some((noise, data.clone()));
+        Regression::weighted(data, weight, joint)
+    }
+
+    /// The same for rows and for averaged rows alike: poses are not averaged.
     fn regressions(&mut self, joint: &[Accepted]) -> [Regression<'g, 'a>; 2] {
-        let known = self.whitened.take().filter(|(noise, _)| *noise == self.noise);
-        let whiten = || Arc::new(WhitenedData::new(self.model, &self.noise, &self.model.kept));
-        let whitened = known.map_or_else(whiten, |(_, whitened)| whitened);
-        self.whitened = Some((self.noise.clone(), whitened.clone()));
-        let regression = Regression::on(whitened, joint);
+        let regression = self.regression(joint);
         [regression.clone(), regression]
     }
 
-    fn start(model: &'g LinearModel<'a>, poses: &Poses, families: usize) -> State<'g, 'a> {
+    fn start(model: &'g LinearModel<'a>, poses: &Poses) -> State<'g, 'a> {
         let residual_mm = model.residual_mm.clone();
         let noise = noise(model, poses, &residual_mm);
-        let contenders = vec![false; families];
-        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None, contenders }
+        State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None }
     }
 
     /// Rounds until nothing more passes; log odds of the best candidate that did not.
@@ -121,10 +124,8 @@ impl<'g, 'a> State<'g, 'a> {
             let joint = self.joint.clone();
             let regressions = self.regressions(&joint);
             let mut candidates = screen(&regressions, families, &cells);
-            note_contenders(&mut self.contenders, &candidates);
             keep_diverse(&mut candidates, families);
             let candidates = refine_all(&regressions, families, candidates);
-            note_contenders(&mut self.contenders, &candidates);
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
             let least = if self.found.is_empty() { self.model.thresholds.accept } else { least_log_odds };
             if best < least {
@@ -150,7 +151,7 @@ impl<'g, 'a> State<'g, 'a> {
                 return;
             }
             let joint = self.joint.clone();
-            let [regression, _] = self.regressions(&joint);
+            let regression = self.regression(&joint);
             candidates = compare(&regression, families, candidates);
             if candidates.first().is_none_or(|next| next.log_odds < least.max(NEARLY_AS_STRONG * strongest)) {
                 return;
@@ -161,7 +162,7 @@ impl<'g, 'a> State<'g, 'a> {
     fn accept(&mut self, families: &[CandidateFamily], candidates: Vec<Candidate>, index: usize, poses: &Poses) {
         let chosen = candidates[index].clone();
         let joint = joined(&self.joint, &chosen);
-        let regression = Regression::new(self.model, &self.noise, &joint, &self.model.kept);
+        let regression = self.regression(&joint);
         let left = regression.residual_mm(&joint);
         let (square_before, square_after) =
             (mean_square(self.model, &self.residual_mm), mean_square(self.model, &left));
@@ -223,9 +224,9 @@ impl<'g, 'a> State<'g, 'a> {
             return;
         }
         self.found[place].chosen = again;
-        self.joint = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let regression = Regression::new(self.model, &self.noise, &self.joint, &self.model.kept);
-        self.residual_mm = regression.residual_mm(&self.joint);
+        let joint: Vec<Accepted> = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        self.residual_mm = self.regression(&joint).residual_mm(&joint);
+        self.joint = joint;
         self.noise = noise(self.model, poses, &self.residual_mm);
     }
 
@@ -266,6 +267,14 @@ impl<'g, 'a> State<'g, 'a> {
         let rounded = rates.iter().map(|rate| (1e3 * rate / largest).round() / 1e3).collect();
         (best - equal > PARAMETER_COST * axes as f64).then_some(rounded)
     }
+}
+
+/// How much more squares count under a noise than under another one; `None` where that is not the same for all tests.
+fn weight(from: &[NoiseModel], to: &[NoiseModel]) -> Option<f64> {
+    let ratio = |(from, to): (&NoiseModel, &NoiseModel)| (from.white_mm / to.white_mm).powi(2);
+    let mut ratios = from.iter().zip(to).map(ratio);
+    let first = ratios.next()?;
+    ratios.all(|ratio| ratio == first).then_some(first)
 }
 
 /// White noise that makes one likelihood out of readings which share the error of their pose.

@@ -22,10 +22,12 @@ pub struct Unseen {
     pub test: String,
 }
 
-/// A cause that the session does not show, with the form in which it was looked for.
+/// A cause that may be there unseen, with the form in which it was looked for.
 pub(crate) struct Hidden<'f> {
     pub(crate) unseen: Unseen,
     pub(crate) form: Option<HiddenForm<'f>>,
+    /// It may be there at sizes that matter: these are listed.
+    pub(crate) matters: bool,
 }
 
 /// The form of a cause through one outlet.
@@ -40,7 +42,7 @@ pub(crate) struct HiddenForm<'f> {
 impl Hidden<'_> {
     /// One that no single form stands for.
     fn shapeless(unseen: Unseen) -> Hidden<'static> {
-        Hidden { unseen, form: None }
+        Hidden { unseen, form: None, matters: true }
     }
 }
 
@@ -62,7 +64,7 @@ fn notable(kind: &Kind, is_angle: bool) -> f64 {
     if is_angle { kind.notable.angle } else { kind.notable.length }
 }
 
-/// Causes that the session does not show at notable sizes; `information` tells what the readings say of an effect's terms, one
+/// Causes with the smallest size of each that the session shows; `information` tells what the readings say of an effect's terms, one
 /// by one.
 pub(crate) fn unseen_causes<'f>(
     model: &LinearModel,
@@ -106,16 +108,16 @@ pub(super) fn unseen_of<'f>(
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
             let notable = notable(kind, is_angle);
-            if smallest.is_none_or(|smallest| smallest > notable) {
-                let unseen = Unseen {
-                    cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
-                    smallest: smallest.filter(|value| *value < 1e5),
-                    unit: measure.map_or("um", unit),
-                    test: kind.shown_by.words(machine, family.place),
-                };
-                let form = Some(HiddenForm { effect: effect.clone(), terms: own, family, notable });
-                list.push(Hidden { unseen, form });
-            } else if kind.signature == Signature::ErrorMotion && is_axial(machine, outlet) {
+            let unseen = Unseen {
+                cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
+                smallest: smallest.filter(|value| *value < 1e5),
+                unit: measure.map_or("um", unit),
+                test: kind.shown_by.words(machine, family.place),
+            };
+            let form = Some(HiddenForm { effect: effect.clone(), terms: own, family, notable });
+            let matters = smallest.is_none_or(|smallest| smallest > notable);
+            list.push(Hidden { unseen, form, matters });
+            if !matters && kind.signature == Signature::ErrorMotion && is_axial(machine, outlet) {
                 list.extend(unseen_once_a_turn(model, family, outlet, information));
             }
         }
@@ -176,6 +178,7 @@ fn unseen_once_a_turn<'f>(
                 .to_string(),
         },
         form: Some(HiddenForm { effect, terms, family, notable }),
+        matters: true,
     })
 }
 
@@ -220,7 +223,7 @@ fn unseen_slips<'f>(
                     test: kind.shown_by.words(machine, effect.place),
                 };
                 let form = Some(HiddenForm { effect: effect.clone(), terms: vec![term], family, notable });
-                list.push(Hidden { unseen, form });
+                list.push(Hidden { unseen, form, matters: true });
             }
         }
     }

@@ -72,7 +72,7 @@ fn shown(
     let covariance = design.covariance(run);
     let still = unseen_of(design.model, families, &|effect, terms| design.information(run, &covariance, effect, terms));
     let is_hidden = |cause: &Unseen| {
-        still.iter().map(|other| &other.unseen.cause).any(|other| {
+        still.iter().filter(|other| other.matters).map(|other| &other.unseen.cause).any(|other| {
             other.effect == cause.cause.effect
                 && other.place == cause.cause.place
                 && other.components.iter().any(|component| cause.cause.components.contains(component))

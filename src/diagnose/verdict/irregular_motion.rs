@@ -21,9 +21,11 @@ const ALIKE: f64 = 10.0;
 const LOCATED: f64 = 20.0;
 /// Log odds against a ball that is loose, beside slides and joints that do not run evenly.
 const LOOSE_BALL: f64 = 3.0;
-/// Variances that are tried: from a tenth of the noise upwards, by this factor.
+/// Variances that are tried: from a tenth of the noise upwards, by this factor, and between the best one's neighbours in so many
+/// steps to either side.
 const STEP: f64 = 1.3;
 const STEPS: i32 = 45;
+const FINER: i32 = 10;
 /// How far from its place a slide or joint that sticks may stand, µm or arcsec.
 const STANDS_OFF: f64 = 10.0;
 /// Share of what a sweep shows below which a direction is hardly seen.
@@ -215,10 +217,14 @@ fn heard(
             .sum();
         -0.5 * sum / ALIKE
     };
-    (0..STEPS)
-        .map(|step| 0.1 * noise_mm2 / gains * STEP.powi(step))
-        .map(|square| (likelihood(square), square.sqrt(), reached))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
+    let at = |step: f64| {
+        let square = 0.1 * noise_mm2 / gains * STEP.powf(step);
+        (likelihood(square), step, square.sqrt())
+    };
+    let best = |steps: &mut dyn Iterator<Item = f64>| steps.map(at).max_by(|a, b| a.0.total_cmp(&b.0));
+    let coarse = best(&mut (0..STEPS).map(f64::from))?.1;
+    let (likelihood, _, rms) = best(&mut (-FINER..=FINER).map(|k| coarse + f64::from(k) / f64::from(FINER)))?;
+    Some((likelihood, rms, reached))
 }
 
 /// Tests that it reaches, loudest first, and the rms of their residuals, µm.

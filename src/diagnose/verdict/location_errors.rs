@@ -78,10 +78,11 @@ pub(crate) fn moved(
 
 /// Unseen causes that may have moved an unknown by more than its variance without them.
 fn hangs_on(hidden: &[HiddenShift], unknown: usize, seen: f64, prior_sigma: f64) -> Vec<HangsOn> {
-    let mut large: Vec<&HiddenShift> = hidden.iter().filter(|shift| shift.variance[unknown] > seen).collect();
-    large.sort_by(|a, b| b.variance[unknown].total_cmp(&a.variance[unknown]));
+    let listed = hidden.iter().filter_map(|shift| Some((shift.cause?, shift)));
+    let mut large: Vec<(usize, &HiddenShift)> = listed.filter(|(_, shift)| shift.variance[unknown] > seen).collect();
+    large.sort_by(|(_, a), (_, b)| b.variance[unknown].total_cmp(&a.variance[unknown]));
     let named = large.into_iter().take(MOST_NAMED);
-    named.map(|shift| HangsOn { unseen: shift.cause, per_unit: shift.per_unit[unknown] * prior_sigma }).collect()
+    named.map(|(unseen, shift)| HangsOn { unseen, per_unit: shift.per_unit[unknown] * prior_sigma }).collect()
 }
 
 /// Adds to the variances of the unknowns, in units of their priors, what the form error of each effect and its rivals would
