@@ -12,7 +12,6 @@ use super::contract::{
     no_check, plain_measure, single_function,
 };
 use super::{Context, EffectError};
-use crate::chain::Geometry;
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 use nalgebra::Vector3;
 
@@ -60,7 +59,7 @@ pub static BALL_FORM: Kind = Kind {
     measure: plain_measure,
     functions: |effect| (2..=degree(effect)).flat_map(names).collect(),
     profiles: |context, effect| {
-        let directions = directions(context, effect.place);
+        let directions = context.bar_directions(effect.place);
         let values: Vec<Vec<Vec<f64>>> =
             directions.iter().map(|rows| rows.iter().map(|u| harmonics(degree(effect), u)).collect()).collect();
         let count = (2..=degree(effect)).flat_map(names).count();
@@ -173,43 +172,19 @@ fn zonal(degree: usize, order: usize, z: f64) -> f64 {
     }
 }
 
-/// Unit vectors from one ball to the other, in the frame that carries the one.
-fn directions(context: &Context, place: Place) -> Vec<Vec<Vector3<f64>>> {
-    let chain = context.chain();
-    let geometry = Geometry::nominal(chain);
-    let of_test = |test: usize| {
-        let balls = &context.session().tests[test];
-        let (here, there) = match place {
-            Place::Pivot => (&balls.pivot, &balls.spindle_ball),
-            _ => (&balls.spindle_ball, &balls.pivot),
-        };
-        let (Some(here_link), Some(there_link)) = (chain.link(&here.link), chain.link(&there.link)) else {
-            return vec![Vector3::z(); context.motion(test).rows()];
-        };
-        let row = |row: usize| {
-            let positions = context.motion(test).row(row);
-            let cup = geometry.pose(here_link, positions, None);
-            let way = geometry.pose(there_link, positions, None).point(&there.at) - cup.point(&here.at);
-            cup.rotation.tr_mul(&way).try_normalize(0.0).unwrap_or_else(Vector3::z)
-        };
-        (0..context.motion(test).rows()).map(row).collect()
-    };
-    (0..context.tests()).map(of_test).collect()
-}
-
 fn stiction(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let lets_go = CUP_STICTION.number(context, effect, "turned").to_radians();
-    let of_test = |rows: Vec<Vector3<f64>>| {
+    let of_test = |rows: &Vec<Vector3<f64>>| {
         let mut turned = 0.0;
         let mut last = rows.first().copied().unwrap_or_default();
-        let row = |u: Vector3<f64>| {
+        let row = |u: &Vector3<f64>| {
             turned += u.cross(&last).norm().atan2(u.dot(&last));
-            last = u;
+            last = *u;
             (-turned / lets_go).exp()
         };
-        rows.into_iter().map(row).collect()
+        rows.iter().map(row).collect()
     };
-    Ok(vec![directions(context, effect.place).into_iter().map(of_test).collect()])
+    Ok(vec![context.bar_directions(effect.place).iter().map(of_test).collect()])
 }
 
 /// Log odds against balls that are out of round or stick: they are gauges.

@@ -2,8 +2,10 @@
 
 use std::sync::OnceLock;
 
+use nalgebra::Vector3;
+
 use crate::chain::{Chain, Geometry, sines_and_cosines};
-use crate::machine::{AxisKind, Machine};
+use crate::machine::{AxisKind, Machine, Place};
 use crate::session::{Clock, Motion, MotionError, Session};
 
 /// Values of one function: by test in the order of the session file, then by row.
@@ -33,6 +35,8 @@ pub struct Context<'a> {
     approaches: Vec<Vec<f64>>,
     /// By axis, once asked for: see [`Context::squared_arm_m2`].
     squared_arms_m2: Vec<OnceLock<Profile>>,
+    /// From the pivot ball and from the spindle ball, once asked for: see [`Context::bar_directions`].
+    bar_directions: [OnceLock<Vec<Vec<Vector3<f64>>>>; 2],
 }
 
 /// One step of the history of an axis.
@@ -57,7 +61,8 @@ impl<'a> Context<'a> {
         order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
         let approaches = (0..motions.len()).map(|test| approach(session, &motions[test], test)).collect();
         let squared_arms_m2 = session.machine.axes.iter().map(|_| OnceLock::new()).collect();
-        Ok(Context { session, chain, motions, order, approaches, squared_arms_m2 })
+        let bar_directions = Default::default();
+        Ok(Context { session, chain, motions, order, approaches, squared_arms_m2, bar_directions })
     }
 
     /// The session.
@@ -214,6 +219,33 @@ impl<'a> Context<'a> {
             let geometry = Geometry::nominal(self.chain);
             self.profile(|test, row| self.squared_arm_at(&geometry, axis, test, row))
         })
+    }
+
+    /// Unit vectors from the ball of a place to the other one, in the frame that carries it; by test, then by row.
+    pub fn bar_directions(&self, place: Place) -> &[Vec<Vector3<f64>>] {
+        let from_pivot = place == Place::Pivot;
+        self.bar_directions[usize::from(!from_pivot)].get_or_init(|| {
+            let geometry = Geometry::nominal(self.chain);
+            (0..self.tests()).map(|test| self.bar_directions_in(&geometry, from_pivot, test)).collect()
+        })
+    }
+
+    fn bar_directions_in(&self, geometry: &Geometry, from_pivot: bool, test: usize) -> Vec<Vector3<f64>> {
+        let (motion, balls) = (&self.motions[test], &self.session.tests[test]);
+        let (here, there) = match from_pivot {
+            true => (&balls.pivot, &balls.spindle_ball),
+            false => (&balls.spindle_ball, &balls.pivot),
+        };
+        let (Some(here_link), Some(there_link)) = (self.chain.link(&here.link), self.chain.link(&there.link)) else {
+            return vec![Vector3::z(); motion.rows()];
+        };
+        let row = |row: usize| {
+            let positions = motion.row(row);
+            let cup = geometry.pose(here_link, positions, None);
+            let way = geometry.pose(there_link, positions, None).point(&there.at) - cup.point(&here.at);
+            cup.rotation.tr_mul(&way).try_normalize(0.0).unwrap_or_else(Vector3::z)
+        };
+        (0..motion.rows()).map(row).collect()
     }
 
     fn squared_arm_at(&self, geometry: &Geometry, axis: usize, test: usize, row: usize) -> f64 {
