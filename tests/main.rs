@@ -42,6 +42,7 @@ mod machines;
 mod meshes;
 mod mistakes;
 mod nc_programs;
+mod noise_fits;
 mod output_sets;
 mod peer_scene;
 mod plan_budget;

@@ -1,6 +1,6 @@
 //! Least values of functions that are cheap but not smooth.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Steps of the grid to either side.
@@ -83,7 +83,7 @@ fn simplex<const N: usize>(start: [f64; N], size: f64, settled: f64, cost: &impl
 }
 
 /// Step of a numerical slope, and of a curvature.
-const SLOPE_OVER: f64 = 1e-4;
+const SLOPE_OVER: f64 = 1e-5;
 const CURVATURE_OVER: f64 = 1e-3;
 /// Longest step in any variable, and the longest first one of a start that is near.
 const LONGEST_STEP: f64 = 1.0;
@@ -99,25 +99,33 @@ const MOST_HALVINGS: usize = 6;
 /// Least curvature that the first step counts with: a variable that says nothing would run off.
 const LEAST_CURVATURE: f64 = 1.0;
 
-/// Slopes and curvatures of a function along its variables at a place.
+/// Slopes and second derivatives of a function at a place.
 struct Slopes<const N: usize> {
     gradient: SVector<f64, N>,
-    curvature: SVector<f64, N>,
+    second: SymmetricEigen<f64, Dyn>,
 }
 
 impl<const N: usize> Slopes<N> {
     fn of(cost: &impl Fn(&[f64; N]) -> f64, x: &[f64; N], there: f64) -> Slopes<N> {
-        let ends: [[f64; 2]; N] =
-            std::array::from_fn(|k| [CURVATURE_OVER, -CURVATURE_OVER].map(|by| cost(&moved(x, k, by))));
-        Slopes {
-            gradient: SVector::from_fn(|k, _| 0.5 * (ends[k][0] - ends[k][1]) / CURVATURE_OVER),
-            curvature: SVector::from_fn(|k, _| (ends[k][0] - 2.0 * there + ends[k][1]) / CURVATURE_OVER.powi(2)),
+        const H: f64 = CURVATURE_OVER;
+        let ends: [[f64; 2]; N] = std::array::from_fn(|k| [H, -H].map(|by| cost(&moved(x, k, by))));
+        let mut second = DMatrix::from_diagonal(&DVector::from_fn(N, |k, _| ends[k][0] - 2.0 * there + ends[k][1]));
+        for i in 0..N {
+            for j in 0..i {
+                let both = cost(&moved(&moved(x, i, H), j, H)) - ends[i][0] - ends[j][0] + there;
+                (second[(i, j)], second[(j, i)]) = (both, both);
+            }
         }
+        let gradient = SVector::from_fn(|k, _| 0.5 * (ends[k][0] - ends[k][1]) / H);
+        Slopes { gradient, second: (second / (H * H)).symmetric_eigen() }
     }
 
-    /// First guess of the inverse of the second derivatives.
+    /// Inverse of the second derivatives where they curve upwards, and a guess of the like where they do not.
     fn inverse(&self) -> SMatrix<f64, N, N> {
-        SMatrix::from_diagonal(&self.curvature.map(|curvature| 1.0 / curvature.abs().max(LEAST_CURVATURE)))
+        let scales = self.second.eigenvalues.map(|curvature| 1.0 / curvature.abs().max(LEAST_CURVATURE));
+        let ways = &self.second.eigenvectors;
+        let inverse = ways * DMatrix::from_diagonal(&scales) * ways.transpose();
+        SMatrix::from_fn(|i, j| inverse[(i, j)])
     }
 }
 
@@ -130,7 +138,7 @@ fn moved<const N: usize>(x: &[f64; N], variable: usize, by: f64) -> [f64; N] {
 pub fn minimise_smooth<const N: usize>(start: [f64; N], cost: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
     let (mut x, mut least) = (start, cost(&start));
     let mut slopes = Slopes::of(&cost, &x, least);
-    let is_near = slopes.curvature.min() > 0.0 && (slopes.inverse() * slopes.gradient).amax() < NEAR;
+    let is_near = slopes.second.eigenvalues.min() > 0.0 && (slopes.inverse() * slopes.gradient).amax() < NEAR;
     if !is_near {
         x = simplex(start, FAR, NEAR_COSTS, &cost);
         least = cost(&x);

@@ -16,7 +16,8 @@ pub(crate) struct HiddenShift {
     pub(crate) per_unit: DVector<f64>,
 }
 
-/// Shifts by all causes that may be there unseen and that a single form stands for; `before` unseen causes stand in the list before them.
+/// Shifts by all causes that may be there unseen and that a single form stands for; `before` other ones stand in the list before
+/// them.
 ///
 /// A cause `c` of size `a` that is not in the model moves the unknowns by `a·N⁻¹Aᵀc`, N the normal matrix with the priors
 /// (omitted-variable bias of least squares).
