@@ -124,7 +124,7 @@ impl<'a> Context<'a> {
 
     /// A profile from a value per test and row.
     pub fn profile(&self, value: impl Fn(usize, usize) -> f64) -> Profile {
-        (0..self.tests()).map(|test| (0..self.motions[test].rows()).map(|row| value(test, row)).collect()).collect()
+        self.profile_in(|_| true, value)
     }
 
     /// The same in tests where it acts, and zero in the others.

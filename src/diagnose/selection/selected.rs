@@ -81,7 +81,7 @@ pub struct Search {
     pub best_left: f64,
     /// Mean square of the residual before anything was found, mm².
     pub residual_before_mm2: f64,
-    /// Of sweeps: families that came near the best one at any step, by number.
+    /// Of sweeps: families that came near the best one at any step, by number. Empty: none is left out.
     pub contenders: Vec<bool>,
 }
 
