@@ -134,7 +134,7 @@ fn edit_tests(files: &mut Files, begin: &str, from: &str, to: &str) {
 }
 
 /// Changes the rows of the recordings whose names begin so: time, position, length.
-fn edit_rows(files: &mut Files, begin: &str, change: impl Fn(&mut Vec<[f64; 3]>)) {
+fn edit_rows(files: &mut Files, begin: &str, mut change: impl FnMut(&mut Vec<[f64; 3]>)) {
     for (name, text) in files.iter_mut().filter(|(name, _)| name.ends_with(".csv") && name.starts_with(begin)) {
         let (header, body) = text.split_once('\n').unwrap();
         let row = |line: &str| {
@@ -149,7 +149,7 @@ fn edit_rows(files: &mut Files, begin: &str, change: impl Fn(&mut Vec<[f64; 3]>)
     }
 }
 
-fn edit_lengths(files: &mut Files, begin: &str, change: impl Fn(usize, f64) -> f64) {
+fn edit_lengths(files: &mut Files, begin: &str, mut change: impl FnMut(usize, f64) -> f64) {
     edit_rows(files, begin, |rows| {
         rows.iter_mut().enumerate().for_each(|(index, row)| row[2] = change(index, row[2]));
     });
@@ -529,6 +529,17 @@ const CASES: &[Case] = &[
         due: Named(&["gauge-stuck"], "c-side-cw"),
     },
     Case {
+        name: "the gauge stuck for a while",
+        make: |f| {
+            let mut held = 0.0;
+            edit_lengths(f, "c-side-cw", move |row, length| {
+                held = if row == 40 { length } else { held };
+                if (40..75).contains(&row) { held } else { length }
+            });
+        },
+        due: Named(&["gauge-stuck"], "35 readings of c-side-cw in a row"),
+    },
+    Case {
         name: "the bar at the end of its stroke",
         make: |f| edit_lengths(f, "c-side-cw", |_, length| length.min(100.01)),
         due: Named(&["stroke-end"], "end of its stroke"),
@@ -700,6 +711,35 @@ fn the_session_without_a_mistake_is_clean_and_determined() {
     assert!(examination.fit.unwrap().estimates.iter().take(8).all(|estimate| estimate.determined));
     let diagnosis = diagnose(&session, &Options::default()).unwrap();
     assert_eq!(diagnosis.verdict, Verdict::Clean);
+}
+
+#[test]
+fn a_coarse_gauge_may_repeat_its_readings() {
+    let lengths = |files: &Files| -> Vec<Vec<f64>> {
+        let mut tests: Vec<Vec<f64>> = Vec::new();
+        let mut files = files.clone();
+        for name in files.clone().keys().filter(|name| name.ends_with(".csv")) {
+            let mut test = Vec::new();
+            edit_rows(&mut files, name.trim_end_matches(".csv"), |rows| test = rows.iter().map(|row| row[2]).collect());
+            tests.push(test);
+        }
+        tests
+    };
+    let longest = |files: &Files| {
+        let lengths = lengths(files);
+        let runs = lengths.iter().flat_map(|test| test.chunk_by(|one, next| one == next)).map(<[f64]>::len);
+        runs.max().unwrap()
+    };
+    // steps in which many readings in a row are equal
+    let coarse = [0.5e-3, 0.7e-3, 1e-3, 1.4e-3, 2e-3].into_iter().find_map(|step: f64| {
+        let mut files = sound().clone();
+        edit_lengths(&mut files, "", |_, length| (length / step).round() * step);
+        (longest(&files) >= 13).then_some(files)
+    });
+    let folder = tempfile::tempdir().unwrap();
+    written(&coarse.unwrap(), folder.path());
+    let session = load_session(&folder.path().join("session.yaml")).unwrap();
+    assert_eq!(examine(&session, &Options::default()).unwrap().fault, None);
 }
 
 #[test]

@@ -13,10 +13,13 @@ pub struct Claim {
     pub proof: String,
 }
 
-/// A stated number against the true one, in stated sigmas.
+/// A stated number against the true one.
 pub struct Deviation {
     pub what: String,
+    /// Difference, in stated sigmas.
     pub sigmas: f64,
+    pub sigma: f64,
+    pub real: f64,
 }
 
 pub struct Outcome {
@@ -85,8 +88,9 @@ impl Outcome {
     }
 
     pub fn json(&self) -> Value {
-        let deviations =
-            |list: &[Deviation]| -> Vec<Value> { list.iter().map(|d| json!([d.what, d.sigmas])).collect() };
+        let deviations = |list: &[Deviation]| -> Vec<Value> {
+            list.iter().map(|d| json!([d.what, d.sigmas, d.sigma, d.real])).collect()
+        };
         let claims: Vec<Value> =
             self.claims.iter().map(|c| json!([c.probability, c.right, c.leads, c.proof])).collect();
         json!({"seed": self.seed, "trial": self.trial, "effect": self.effect, "visible": self.visible, "clean": self.clean,
@@ -139,7 +143,7 @@ fn sizes(effects: &[Value], findings: &[Value]) -> Vec<Deviation> {
             }
             let sigma = size["sigma"].as_f64().filter(|s| *s > 0.0)?;
             let off = size["value"].as_f64()?.abs() - real.abs();
-            Some(Deviation { what: e["id"].as_str().unwrap_or("").to_string(), sigmas: off / sigma })
+            Some(Deviation { what: e["id"].as_str().unwrap_or("").to_string(), sigmas: off / sigma, sigma, real })
         })
         .collect()
 }
@@ -155,7 +159,7 @@ fn location(truth: &Value, json: Option<&Value>) -> Vec<Deviation> {
         .filter_map(|(name, value)| {
             let real = truth["pige"][name].as_f64()?;
             let sigma = value["sigma"].as_f64().filter(|s| *s > 0.0)?;
-            Some(Deviation { what: name.clone(), sigmas: (value["after"].as_f64()? - real) / sigma })
+            Some(Deviation { what: name.clone(), sigmas: (value["after"].as_f64()? - real) / sigma, sigma, real })
         })
         .collect()
 }

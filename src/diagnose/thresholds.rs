@@ -112,8 +112,8 @@ thresholds! {
         "log odds of a rival are divided by 1 and so much of the chosen cause's own: forms of the catalogue are never exact";
     softening_of_arcs = 0.05, off 0.01, "per log odds":
         "the same between sag and error motion over part of a turn";
-    customary = 0.4, off 1.0, "ratio":
-        "prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis)";
+    customary = 0.15, off 1.0, "ratio":
+        "prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis, lost motion of a drive)";
     form_unknown = 0.4, off f64::INFINITY, "share":
         "of a finding's gain that free curves beside it take, or of restlessness at its place, from which its form is not the right one";
     rest_of_form = 0.6, off 0.0, "share":

@@ -76,7 +76,7 @@ pub static ROTARY_BACKLASH: Kind = Kind {
     },
     unseen: Unseen::Listed,
     unmoved: &[AxisKind::Rotary],
-    form_error: 0.03,
+    form_error: 0.015,
     needs_runs: false,
     signature: Signature::Reversal,
     candidates: about_its_line,
@@ -110,7 +110,7 @@ pub static LINEAR_BACKLASH: Kind = Kind {
     shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Circles },
     unseen: Unseen::Listed,
     unmoved: &[AxisKind::Linear],
-    form_error: 0.03,
+    form_error: 0.015,
     needs_runs: false,
     signature: Signature::Reversal,
     candidates: along_its_way,
@@ -281,9 +281,11 @@ fn along_its_way(seen: &Observations) -> Vec<CandidateFamily> {
 fn plays(seen: &Observations) -> Vec<CandidateFamily> {
     let machine = seen.machine();
     let play = |axis: usize, outlets: Vec<Outlet>, plausible: f64, (first, longest): (f64, f64)| {
+        // a drive that loses motion is commoner than a bearing or a guide that does
         CandidateFamily::new(LATERAL_PLAY.name, Place::Axis(axis), outlets, plausible)
             .over(windups(seen, LATERAL_PLAY.name, axis, first))
             .refine(windup_refined(longest))
+            .ranked(1)
     };
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {
@@ -335,7 +337,7 @@ fn tipping(seen: &Observations) -> Vec<CandidateFamily> {
         let gap = Refined::number("gap", (0.0, travel(LONGEST_TIPPING)), travel(TIPPING_STEP));
         let outlets = motion(tipped, &directions(machine, tipped).tilts);
         let family = CandidateFamily::new(LATERAL_PLAY.name, place, outlets, 30.0);
-        list.push(family.over(TIPPING.map(over).to_vec()).refine(vec![gap]).rare(rarity));
+        list.push(family.over(TIPPING.map(over).to_vec()).refine(vec![gap]).rare(rarity).ranked(1));
     }
     list
 }

@@ -142,10 +142,17 @@ impl<'f, 'a> Fitted<'f, 'a> {
 
     /// Probability of a group's cause, and its rivals with theirs: the part that is surest of its cause speaks for the whole.
     fn standing(&self, group: &[usize], cause: &Cause) -> (f64, Vec<(Cause, f64)>) {
+        let machine = self.model.context.machine();
         let of = |index: &usize| &self.search.found[*index];
-        let named = |part: &SelectedEffect| (part.chosen.effect.kind.clone(), part.chosen.effect.place);
-        let lead = named(of(&group[0]));
-        let parts = group.iter().map(of).filter(|part| named(part) == lead);
+        let lead = of(&group[0]);
+        // a rest in other components says nothing of those of the lead
+        let own = components(machine, &lead.chosen.terms);
+        let tells_the_same = |part: &&SelectedEffect| {
+            let (effect, lead) = (&part.chosen.effect, &lead.chosen.effect);
+            let shares = components(machine, &part.chosen.terms).iter().any(|component| own.contains(component));
+            effect.kind == lead.kind && effect.place == lead.place && (shares || own.is_empty())
+        };
+        let parts = group.iter().map(of).filter(tells_the_same);
         let standings = parts.map(|part| Standing::of(self.model, self.families, part));
         let surest = standings.max_by(|a, b| a.probability.total_cmp(&b.probability));
         let (mut probability, mut rivals) =

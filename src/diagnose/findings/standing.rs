@@ -44,14 +44,12 @@ impl<'s> Standing<'s> {
                 false => thresholds.softening,
             };
             let seen = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
+            let custom = if rank(rival) > own_rank { thresholds.customary } else { 1.0 };
             let is_known =
                 |known: &&mut Judged| is_same(&known.cause, &cause) && is_driven_alike(known.forms[0].0, rival);
             match causes.iter_mut().find(is_known) {
-                Some(known) => known.forms.push((rival, seen)),
-                None => {
-                    let custom = if rank(rival) > own_rank { thresholds.customary } else { 1.0 };
-                    causes.push(Judged { cause, forms: vec![(rival, custom * seen)] });
-                }
+                Some(known) => known.forms.push((rival, custom * seen)),
+                None => causes.push(Judged { cause, forms: vec![(rival, custom * seen)] }),
             }
         }
         let best = |judged: &Judged| judged.forms.iter().map(|(_, weight)| *weight).fold(0.0, f64::max);

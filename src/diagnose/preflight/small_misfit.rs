@@ -239,10 +239,16 @@ impl DataFault {
         self.effect == TIME_SHIFT && !self.tests.is_empty()
     }
 
-    /// Whether an effect may say of some tests what this mistake does: a clock that is late in them, or balls of one test that stand
+    /// Whether an effect says of some tests what this mistake does: a clock that is late in them, or balls of one test that stand
     /// elsewhere, as lost motion looks in the one sweep that shows it.
-    pub fn may_be_physics(&self) -> bool {
+    pub fn looks_like_an_effect(&self) -> bool {
         self.is_shift_of_single_tests() || self.effect == FOREIGN && self.tests.len() == 1
+    }
+
+    /// Whether effects may explain what this mistake does: as it looks like one, or gains no more in some tests than physics may.
+    pub fn may_be_physics(&self) -> bool {
+        let is_modest = !self.tests.is_empty() && self.before_um < ENORMOUS * self.after_um;
+        is_modest || self.looks_like_an_effect()
     }
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.

@@ -1,4 +1,4 @@
-//! Whether what looks like the shift of single tests is a mistake of the recorder or an effect. It looks for neither.
+//! Whether what looks like a mistake in single tests is one, or an effect. It looks for neither.
 
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::preflight::data_fault::DataFault;
@@ -21,14 +21,23 @@ fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &
     !chosen.is_shift_of_one_test() && left_um(fine, search) < enough_um
 }
 
-/// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where an effect explains
+/// Whether what was found leaves clearly less than undoing a mistake does.
+fn explains_more(fine: &LinearModel, search: &Search, fault: &DataFault) -> bool {
+    !search.found.is_empty() && AS_NEAR * left_um(fine, search) < fault.after_um
+}
+
+/// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where effects explain
 /// more than it.
 pub(crate) fn beside(fine: &LinearModel, search: &Search, noise_um: f64, mut fault: DataFault) -> Option<DataFault> {
     if says_as_much(fine, search, &fault) {
         fault.causes.push(cause(fine.context.machine(), &search.found[0].chosen, &[]));
         return Some(fault.shared_evenly());
     }
-    (!explains_a_shift(fine, search, noise_um, &fault)).then_some(fault)
+    let is_physics = match fault.looks_like_an_effect() {
+        true => explains_a_shift(fine, search, noise_um, &fault),
+        false => explains_more(fine, search, &fault),
+    };
+    (!is_physics).then_some(fault)
 }
 
 /// Residual with what a search found, µm.

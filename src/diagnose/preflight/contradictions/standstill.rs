@@ -1,5 +1,8 @@
 //! Rows in which nothing moves: axes that stand, a gauge that sticks or has reached the end of its stroke.
 
+use std::cell::OnceCell;
+use std::f64::consts::LN_2;
+
 use super::same_rows::is_read;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::session::{Clock, Recording, Session};
@@ -75,6 +78,31 @@ fn standing_rows(recording: &Recording) -> Option<(usize, usize, f64)> {
 const STUCK_ROWS: usize = 12;
 const RARELY_EQUAL: f64 = 0.5;
 
+/// Expected number of runs of equal readings, in a session, that come as long by chance: 1 in so many sessions may have one.
+const CHANCE_RUNS: f64 = 1e-3;
+/// Share of the runs that are too short to say how long runs become.
+const SHORT_RUNS: f64 = 0.9;
+
+/// Steps without change from which a run of equal readings is no chance: where steps of the gauge are no smaller than its noise,
+/// readings repeat by right. Lengths of runs fall off exponentially; the longest tenth of them tells how fast, by its median,
+/// which a gauge that stuck here and there hardly moves.
+fn chance_run<'s, R: Iterator<Item = &'s Recording>>(recordings: impl Fn() -> R) -> usize {
+    let mut runs: Vec<usize> = recordings().flat_map(equal_runs).collect();
+    runs.sort_unstable();
+    let longest = &runs[(SHORT_RUNS * runs.len() as f64) as usize..];
+    let Some(least) = longest.first() else { return 0 };
+    let halving = (longest[longest.len() / 2] - least) as f64;
+    let mean = (halving / LN_2).max(1.0);
+    (*least as f64 + mean * (longest.len() as f64 / CHANCE_RUNS).ln()).ceil() as usize
+}
+
+/// Lengths of all runs of readings equal to the one before.
+fn equal_runs(recording: &Recording) -> Vec<usize> {
+    let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+    let alike = lengths.chunk_by(|one, next| one == next);
+    alike.map(|run| run.len() - 1).filter(|steps| *steps > 0).collect()
+}
+
 /// Recordings whose readings stand for many rows, or that do not change at all where others do.
 pub(super) fn stuck(session: &Session) -> Option<DataFault> {
     let dead = |recording: &Recording| {
@@ -87,6 +115,7 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
     if !recordings().any(|recording| is_read(&recording.length_mm)) {
         return None;
     }
+    let longest_by_chance = OnceCell::new();
     session.tests.iter().find_map(|test| {
         let recording = test.recording.as_ref().filter(is_timed)?;
         if dead(recording) {
@@ -100,7 +129,8 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
         let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
         let equal = lengths.windows(2).filter(|pair| pair[0] == pair[1]).count() - count;
         let others = lengths.len().saturating_sub(count + 1);
-        if count + 1 < STUCK_ROWS || equal as f64 > RARELY_EQUAL * others as f64 {
+        let by_chance = count + 1 < STUCK_ROWS || count < *longest_by_chance.get_or_init(|| chance_run(recordings));
+        if by_chance || equal as f64 > RARELY_EQUAL * others as f64 {
             return None;
         }
         let held = lengths[from];

@@ -28,7 +28,11 @@ const SPECTRAL_CELLS: usize = 5;
 /// Periodic grids longer than this get the quick look.
 const LONG_GRID: usize = 24;
 
-/// The best cell of every family, best first.
+/// Log odds of its best cell from which a family is refined: a shape between two cells, and a noise that holds what an effect
+/// explains, cost a weak one several.
+const WORTH_REFINING: f64 = -6.0;
+
+/// The best cell of every family that may be worth refining, best first.
 pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells: &ScreeningGrid) -> Vec<Candidate> {
     let machine = regressions[0].model.context.machine();
     let matched = regressions[0].matched();
@@ -81,7 +85,7 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
             best.log_odds -= (family.grid.len() as f64).ln() + family.rarity;
             Some(best)
         })
-        .filter(|candidate| candidate.log_odds > 0.0)
+        .filter(|candidate| candidate.log_odds > WORTH_REFINING)
         .collect();
     list.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     list
