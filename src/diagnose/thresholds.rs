@@ -113,7 +113,7 @@ thresholds! {
     softening_of_arcs = 0.05, off 0.01, "per log odds":
         "the same between sag and error motion over part of a turn";
     customary = 0.15, off 1.0, "ratio":
-        "prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis, lost motion of a drive)";
+        "in sweeps, prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis, lost motion of a drive)";
     form_unknown = 0.4, off f64::INFINITY, "share":
         "of a finding's gain that free curves beside it take, or of restlessness at its place, from which its form is not the right one";
     rest_of_form = 0.6, off 0.0, "share":

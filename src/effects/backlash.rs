@@ -281,11 +281,9 @@ fn along_its_way(seen: &Observations) -> Vec<CandidateFamily> {
 fn plays(seen: &Observations) -> Vec<CandidateFamily> {
     let machine = seen.machine();
     let play = |axis: usize, outlets: Vec<Outlet>, plausible: f64, (first, longest): (f64, f64)| {
-        // a drive that loses motion is commoner than a bearing or a guide that does
         CandidateFamily::new(LATERAL_PLAY.name, Place::Axis(axis), outlets, plausible)
             .over(windups(seen, LATERAL_PLAY.name, axis, first))
             .refine(windup_refined(longest))
-            .ranked(1)
     };
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {
@@ -337,7 +335,7 @@ fn tipping(seen: &Observations) -> Vec<CandidateFamily> {
         let gap = Refined::number("gap", (0.0, travel(LONGEST_TIPPING)), travel(TIPPING_STEP));
         let outlets = motion(tipped, &directions(machine, tipped).tilts);
         let family = CandidateFamily::new(LATERAL_PLAY.name, place, outlets, 30.0);
-        list.push(family.over(TIPPING.map(over).to_vec()).refine(vec![gap]).rare(rarity).ranked(1));
+        list.push(family.over(TIPPING.map(over).to_vec()).refine(vec![gap]).rare(rarity));
     }
     list
 }

@@ -317,8 +317,8 @@ pub struct Kind {
     pub unseen: Unseen,
     /// Axes that may have it although they never moved.
     pub unmoved: &'static [AxisKind],
-    /// How far the real form may be from this one, as a share of the size: a vibration breathes, a screw's period swells along
-    /// its travel, the peak of a spike lies between two readings.
+    /// How far the real form may be from this one, as a share of the size: a screw's period swells along its travel, a ball that
+    /// slipped creeps on, the peak of a spike lies between two readings. Most are set by the sizes of the blind trial (docs/calibration.md).
     pub form_error: f64,
     /// It depends on times or runs, which static poses do not have; artefacts of balls have other seats at every pose.
     pub needs_runs: bool,

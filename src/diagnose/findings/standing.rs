@@ -7,6 +7,7 @@ use crate::diagnose::selection::selected::{Candidate, SelectedEffect};
 use crate::diagnose::selection::shapes::trajectory::has_first_order;
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
+use crate::machine::{Machine, ParameterValue};
 
 /// A cause among those that the readings allow in its place.
 pub(crate) struct Standing<'s> {
@@ -35,6 +36,8 @@ impl<'s> Standing<'s> {
         let (machine, thresholds) = (model.context.machine(), &model.thresholds);
         let rank = |candidate: &Candidate| families[candidate.family].rank;
         let own_rank = rank(&lead.chosen);
+        // what is customary in arms nobody counted
+        let customary = if model.has_sweeps() { thresholds.customary } else { 1.0 };
         let own = Judged { cause: cause(machine, &lead.chosen, &[]), forms: vec![(&lead.chosen, 1.0)] };
         let mut causes = vec![own];
         for (rival, odds) in lead.rivals.iter().filter(|(rival, _)| !rival.is_free()) {
@@ -44,7 +47,8 @@ impl<'s> Standing<'s> {
                 false => thresholds.softening,
             };
             let seen = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
-            let custom = if rank(rival) > own_rank { thresholds.customary } else { 1.0 };
+            let is_rarer = rank(rival) > own_rank || is_driven_by(machine, rival, &lead.chosen);
+            let custom = if is_rarer { customary } else { 1.0 };
             let is_known =
                 |known: &&mut Judged| is_same(&known.cause, &cause) && is_driven_alike(known.forms[0].0, rival);
             match causes.iter_mut().find(is_known) {
@@ -88,6 +92,13 @@ fn is_same(one: &Cause, other: &Cause) -> bool {
 /// Whether the same axis drives both: play as one axis reverses is no play as another one does.
 fn is_driven_alike(one: &Candidate, other: &Candidate) -> bool {
     one.effect.parameter("of") == other.effect.parameter("of")
+}
+
+/// Whether a candidate is a part that tips as another one's axis reverses, and the other that axis's own lost motion: drives
+/// lose motion more often than bearings.
+fn is_driven_by(machine: &Machine, tipping: &Candidate, own: &Candidate) -> bool {
+    let Some(ParameterValue::Word(driving)) = tipping.effect.parameter("of") else { return false };
+    is_a(&own.effect.kind, Signature::Reversal) && own.effect.place.name(machine) == driving
 }
 
 /// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.
