@@ -1,7 +1,8 @@
 //! Mistakes in the files before any physics: a sign, a name, a unit, an order, a time that does not belong. It repairs nothing.
 //!
 //! A session is refitted as if one mistake had been made, on few rows. A mistake is named when undoing it lowers the
-//! misfit many times over, far below what any physics of the catalogue could do at that size of residual.
+//! misfit many times over, far below what any physics of the catalogue could do at that size of residual; what gains less in
+//! some tests is held against physics (`may_be_physics`).
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::statistics::{median, rms};
