@@ -190,3 +190,14 @@ fn a_weak_bearing_is_not_passed_over_for_the_sag_that_comes_first() {
     let [finding] = &found.findings[..] else { panic!("{:?}", told(&found)) };
     assert!(names(finding, "rotary-error-motion", "A"), "{:?}", told(&found));
 }
+
+#[test]
+fn a_column_of_the_other_sign_in_all_sweeps_of_an_axis_is_told_before_exchanged_files() {
+    // the lengths are as well explained by the other sign: only the names of the tests contradict it
+    let (found, _) = diagnosed(242_424, 10);
+    let fault = found.data_fault.expect("fault");
+    assert_eq!((fault.effect, fault.components.as_slice()), ("axis-sign", ["C".to_string()].as_slice()));
+    let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.effect).collect();
+    assert_eq!(rivals, ["direction"]);
+    assert!(fault.probability < 0.6, "{}", fault.probability);
+}

@@ -1,21 +1,75 @@
 //! Recordings that run against the direction that their names say: counter-clockwise (ccw) is increasing axis position.
 
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, listed};
 use crate::machine::AxisKind;
 use crate::session::{Session, Test};
 
+/// A sweep of one rotary axis whose name says a direction.
+struct Run<'s> {
+    axis: usize,
+    test: &'s str,
+    is_against: bool,
+    rises: bool,
+}
+
 /// Sweeps of one rotary axis that run clockwise under the name ccw, or the other way round.
+///
+/// Where all sweeps of an axis do, in both directions, it may be counted backwards; where those of every axis do, the names may
+/// follow another convention.
 pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
-    let is_against = |test: &&Test| {
-        let (Some(says), Some(rises)) = (says_rising(test), rises(session, test)) else { return false };
-        says != rises
-    };
-    let names: Vec<String> = session.tests.iter().filter(is_against).map(|test| test.name.clone()).collect();
+    let runs: Vec<Run> = session.tests.iter().filter_map(|test| run(session, test)).collect();
+    let names: Vec<String> = runs.iter().filter(|run| run.is_against).map(|run| run.test.to_string()).collect();
+    if names.is_empty() {
+        return None;
+    }
     let says = format!(
         "the positions of {} run against the direction in the name (ccw is increasing position): files of the two directions are exchanged, or the names are; put the right recording to each test, or rename the tests",
         listed(&names)
     );
-    (!names.is_empty()).then(|| DataFault::seen("direction", RECORDER, names, says))
+    let exchanged = DataFault::seen("direction", RECORDER, names, says);
+    let (turned, others): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| is_turned(&runs, run.axis));
+    if turned.is_empty() || others.iter().any(|run| run.is_against) {
+        return Some(exchanged);
+    }
+    let mut axes: Vec<usize> = turned.iter().map(|run| run.axis).collect();
+    axes.sort_unstable();
+    axes.dedup();
+    let backwards = counted_backwards(session, &axes);
+    let fault = match others.is_empty() {
+        true => DataFault { rivals: vec![as_rival(backwards)], ..exchanged },
+        false => DataFault { rivals: vec![as_rival(exchanged)], ..backwards },
+    };
+    Some(fault.shared_evenly())
+}
+
+/// Whether the sweeps of an axis go both ways and all of them against their names.
+fn is_turned(runs: &[Run], axis: usize) -> bool {
+    let own = || runs.iter().filter(|run| run.axis == axis);
+    own().all(|run| run.is_against) && own().any(|run| run.rises) && own().any(|run| !run.rises)
+}
+
+/// The signs of columns turned in all recordings.
+fn counted_backwards(session: &Session, axes: &[usize]) -> DataFault {
+    let labels: Vec<String> = axes.iter().map(|&axis| session.machine.axes[axis].name.clone()).collect();
+    let (names, is, columns) = match labels.len() {
+        1 => (labels[0].clone(), "is", format!("column {}", labels[0])),
+        _ => (labels.join(" and "), "are", format!("columns {}", labels.join(" and "))),
+    };
+    let says = format!(
+        "{names} {is} counted backwards: all sweeps of {names} run against the direction in their names; turn the sign of {columns}, or set 'reversed: true'"
+    );
+    DataFault { components: labels, ..DataFault::seen("axis-sign", RECORDER, Vec::new(), says) }
+}
+
+fn as_rival(fault: DataFault) -> Rival {
+    let DataFault { effect, place, components, says, probability, .. } = fault;
+    Rival { effect, place, components, says, probability }
+}
+
+/// What a test runs, where its name says a direction.
+fn run<'s>(session: &Session, test: &'s Test) -> Option<Run<'s>> {
+    let (says, (axis, rises)) = (says_rising(test)?, rises(session, test)?);
+    Some(Run { axis, test: &test.name, is_against: says != rises, rises })
 }
 
 /// Whether the name of a test, or of its file where the test's says nothing, is one of rising positions.
@@ -28,14 +82,14 @@ fn says_rising(test: &Test) -> Option<bool> {
     of(&test.name).or_else(|| of(test.recording_file.as_deref().unwrap_or_default()))
 }
 
-/// Whether the one rotary axis that moves rises all the way; `None` where it does not run one way.
-fn rises(session: &Session, test: &Test) -> Option<bool> {
+/// The one rotary axis that moves, and whether it rises all the way; `None` where it does not run one way.
+fn rises(session: &Session, test: &Test) -> Option<(usize, bool)> {
     let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
     let is_rotary = |(axis, _): &(&usize, &Vec<f64>)| session.machine.axes[**axis].kind == AxisKind::Rotary;
     let moves = |column: &&Vec<f64>| column.windows(2).any(|pair| pair[0] != pair[1]);
-    let columns = recording.axes.iter().zip(&recording.positions).filter(is_rotary).map(|(_, column)| column);
-    let mut turning = columns.filter(moves);
-    let column = turning.next().filter(|_| turning.next().is_none())?;
+    let columns = recording.axes.iter().zip(&recording.positions).filter(is_rotary);
+    let mut turning = columns.filter(|(_, column)| moves(column));
+    let (axis, column) = turning.next().filter(|_| turning.next().is_none())?;
     let rises = column.last() > column.first();
-    column.windows(2).all(|pair| (pair[1] >= pair[0]) == rises || pair[1] == pair[0]).then_some(rises)
+    column.windows(2).all(|pair| (pair[1] >= pair[0]) == rises || pair[1] == pair[0]).then_some((*axis, rises))
 }
