@@ -540,6 +540,18 @@ const CASES: &[Case] = &[
         due: Named(&["gauge-stuck"], "35 readings of c-side-cw in a row"),
     },
     Case {
+        name: "a fine gauge that stuck, where no other readings are equal",
+        make: |f| {
+            edit_lengths(f, "", |row, length| length + 1e-7 * (row * 7919 % 97) as f64);
+            let mut held = 0.0;
+            edit_lengths(f, "c-side-cw", move |row, length| {
+                held = if row == 40 { length } else { held };
+                if (40..60).contains(&row) { held } else { length }
+            });
+        },
+        due: Named(&["gauge-stuck"], "20 readings of c-side-cw in a row"),
+    },
+    Case {
         name: "the bar at the end of its stroke",
         make: |f| edit_lengths(f, "c-side-cw", |_, length| length.min(100.01)),
         due: Named(&["stroke-end"], "end of its stroke"),

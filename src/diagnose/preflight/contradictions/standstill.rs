@@ -96,11 +96,10 @@ fn chance_run<'s, R: Iterator<Item = &'s Recording>>(recordings: impl Fn() -> R)
     (*least as f64 + mean * (longest.len() as f64 / CHANCE_RUNS).ln()).ceil() as usize
 }
 
-/// Lengths of all runs of readings equal to the one before.
+/// Steps without change from each reading that differs from the one before to the next that does; most are none.
 fn equal_runs(recording: &Recording) -> Vec<usize> {
     let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
-    let alike = lengths.chunk_by(|one, next| one == next);
-    alike.map(|run| run.len() - 1).filter(|steps| *steps > 0).collect()
+    lengths.chunk_by(|one, next| one == next).map(|run| run.len() - 1).collect()
 }
 
 /// Recordings whose readings stand for many rows, or that do not change at all where others do.
