@@ -165,7 +165,9 @@ fn low_orders(seen: &Observations) -> Vec<CandidateFamily> {
         [motion(axis, &d.across), motion(axis, &[d.along]), motion(axis, &d.tilts)]
             .map(|outlets| CandidateFamily::new(ROTARY_ERROR_MOTION.name, place, outlets, 10.0).over(grid.clone()))
     };
-    seen.moving(AxisKind::Rotary).flat_map(of_axis).collect()
+    // a joint that hardly moves shows no wave of its bearing
+    let is_seen = |(_, (from, to)): &(usize, (f64, f64))| to - from > TAU / (2.0 * HIGHEST_ORDER);
+    seen.moving(AxisKind::Rotary).filter(is_seen).flat_map(of_axis).collect()
 }
 
 /// Single orders beyond them: balls that pass, teeth of a ring that the drive pulls, poles of a motor.
