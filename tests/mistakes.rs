@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
@@ -149,9 +150,17 @@ fn edit_rows(files: &mut Files, begin: &str, mut change: impl FnMut(&mut Vec<[f6
     }
 }
 
-fn edit_lengths(files: &mut Files, begin: &str, mut change: impl FnMut(usize, f64) -> f64) {
+fn edit_lengths(files: &mut Files, begin: &str, change: impl Fn(usize, f64) -> f64) {
     edit_rows(files, begin, |rows| {
         rows.iter_mut().enumerate().for_each(|(index, row)| row[2] = change(index, row[2]));
+    });
+}
+
+/// The gauge shows its first reading of some rows all over them.
+fn hold(files: &mut Files, begin: &str, held: Range<usize>) {
+    edit_rows(files, begin, |rows| {
+        let length = rows[held.start][2];
+        rows[held.clone()].iter_mut().for_each(|row| row[2] = length);
     });
 }
 
@@ -530,24 +539,14 @@ const CASES: &[Case] = &[
     },
     Case {
         name: "the gauge stuck for a while",
-        make: |f| {
-            let mut held = 0.0;
-            edit_lengths(f, "c-side-cw", move |row, length| {
-                held = if row == 40 { length } else { held };
-                if (40..75).contains(&row) { held } else { length }
-            });
-        },
+        make: |f| hold(f, "c-side-cw", 40..75),
         due: Named(&["gauge-stuck"], "35 readings of c-side-cw in a row"),
     },
     Case {
         name: "a fine gauge that stuck, where no other readings are equal",
         make: |f| {
             edit_lengths(f, "", |row, length| length + 1e-7 * (row * 7919 % 97) as f64);
-            let mut held = 0.0;
-            edit_lengths(f, "c-side-cw", move |row, length| {
-                held = if row == 40 { length } else { held };
-                if (40..60).contains(&row) { held } else { length }
-            });
+            hold(f, "c-side-cw", 40..60);
         },
         due: Named(&["gauge-stuck"], "20 readings of c-side-cw in a row"),
     },
@@ -727,20 +726,13 @@ fn the_session_without_a_mistake_is_clean_and_determined() {
 
 #[test]
 fn a_coarse_gauge_may_repeat_its_readings() {
-    let lengths = |files: &Files| -> Vec<Vec<f64>> {
-        let mut tests: Vec<Vec<f64>> = Vec::new();
-        let mut files = files.clone();
-        for name in files.clone().keys().filter(|name| name.ends_with(".csv")) {
-            let mut test = Vec::new();
-            edit_rows(&mut files, name.trim_end_matches(".csv"), |rows| test = rows.iter().map(|row| row[2]).collect());
-            tests.push(test);
-        }
-        tests
-    };
     let longest = |files: &Files| {
-        let lengths = lengths(files);
-        let runs = lengths.iter().flat_map(|test| test.chunk_by(|one, next| one == next)).map(<[f64]>::len);
-        runs.max().unwrap()
+        let mut longest = 0;
+        edit_rows(&mut files.clone(), "", |rows| {
+            let runs = rows.chunk_by(|one, next| one[2] == next[2]).map(<[_]>::len);
+            longest = runs.fold(longest, usize::max);
+        });
+        longest
     };
     // steps in which many readings in a row are equal
     let coarse = [0.5e-3, 0.7e-3, 1e-3, 1.4e-3, 2e-3].into_iter().find_map(|step: f64| {

@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, RangeFound, SizeFound};
 use super::grouping::groups;
-use super::standing::Standing;
+use super::standing::{Standing, is_same};
 use super::{size, vibration_size};
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term, display};
@@ -141,25 +141,20 @@ impl<'f, 'a> Fitted<'f, 'a> {
     }
 
     /// Probability of a group's cause, and its rivals with theirs: the part that is surest of its cause speaks for the whole.
-    fn standing(&self, group: &[usize], cause: &Cause) -> (f64, Vec<(Cause, f64)>) {
+    fn standing(&self, group: &[usize], told: &Cause) -> (f64, Vec<(Cause, f64)>) {
         let machine = self.model.context.machine();
         let of = |index: &usize| &self.search.found[*index];
-        let lead = of(&group[0]);
+        let named = |part: &SelectedEffect| cause(machine, &part.chosen, &[]);
+        let lead = named(of(&group[0]));
         // a rest in other components says nothing of those of the lead
-        let own = components(machine, &lead.chosen.terms);
-        let tells_the_same = |part: &&SelectedEffect| {
-            let (effect, lead) = (&part.chosen.effect, &lead.chosen.effect);
-            let shares = components(machine, &part.chosen.terms).iter().any(|component| own.contains(component));
-            effect.kind == lead.kind && effect.place == lead.place && (shares || own.is_empty())
-        };
-        let parts = group.iter().map(of).filter(tells_the_same);
+        let parts = group.iter().map(of).filter(|part| is_same(&named(part), &lead));
         let standings = parts.map(|part| Standing::of(self.model, self.families, part));
         let surest = standings.max_by(|a, b| a.probability.total_cmp(&b.probability));
         let (mut probability, mut rivals) =
             surest.map_or((1.0, Vec::new()), |standing| (standing.probability, standing.rivals));
         // a rival in more motions, of which one is too small to be told, is the same cause
         rivals.retain(|(rival, share)| {
-            let is_same = rival == cause;
+            let is_same = rival == told;
             probability += if is_same { *share } else { 0.0 };
             !is_same
         });

@@ -3,11 +3,11 @@
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::selection::naming::cause;
+use crate::diagnose::selection::ranking::is_driven_by;
 use crate::diagnose::selection::selected::{Candidate, SelectedEffect};
 use crate::diagnose::selection::shapes::trajectory::has_first_order;
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
-use crate::machine::{Machine, ParameterValue};
 
 /// A cause among those that the readings allow in its place.
 pub(crate) struct Standing<'s> {
@@ -84,7 +84,7 @@ impl<'s> Standing<'s> {
 }
 
 /// Whether two names mean one cause: the same effect at the same place, in some of the same components.
-fn is_same(one: &Cause, other: &Cause) -> bool {
+pub(super) fn is_same(one: &Cause, other: &Cause) -> bool {
     let shares = one.components.iter().any(|component| other.components.contains(component));
     one.effect == other.effect && one.place == other.place && (shares || one.components == other.components)
 }
@@ -92,13 +92,6 @@ fn is_same(one: &Cause, other: &Cause) -> bool {
 /// Whether the same axis drives both: play as one axis reverses is no play as another one does.
 fn is_driven_alike(one: &Candidate, other: &Candidate) -> bool {
     one.effect.parameter("of") == other.effect.parameter("of")
-}
-
-/// Whether a candidate is a part that tips as another one's axis reverses, and the other that axis's own lost motion: drives
-/// lose motion more often than bearings.
-fn is_driven_by(machine: &Machine, tipping: &Candidate, own: &Candidate) -> bool {
-    let Some(ParameterValue::Word(driving)) = tipping.effect.parameter("of") else { return false };
-    is_a(&own.effect.kind, Signature::Reversal) && own.effect.place.name(machine) == driving
 }
 
 /// Whether one of two candidates is the sag of a joint and the other its error motion over part of a turn.

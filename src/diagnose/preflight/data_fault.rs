@@ -64,6 +64,12 @@ impl DataFault {
         }
     }
 
+    /// As what may be the mistake instead of another one.
+    pub(crate) fn into_rival(self) -> Rival {
+        let DataFault { effect, place, components, says, probability, .. } = self;
+        Rival { effect, place, components, says, probability }
+    }
+
     /// The same with its rivals and causes as likely as itself.
     pub(crate) fn shared_evenly(mut self) -> DataFault {
         let others = (self.rivals.len() + self.causes.len()).min(MOST_RIVALS);

@@ -10,7 +10,7 @@ use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::thresholds::Thresholds;
 use crate::effects::CandidateFamily;
-use crate::machine::ParameterValue;
+use crate::machine::{Effect, Machine, ParameterValue};
 
 /// Families refined at each stage.
 const REFINED: usize = 12;
@@ -107,13 +107,9 @@ pub(crate) fn choose(candidates: &[Candidate], families: &[CandidateFamily], mod
 pub(crate) fn simpler(model: &LinearModel, candidates: &[Candidate], best: usize) -> Option<usize> {
     let (t, machine) = (&model.thresholds, model.context.machine());
     let Candidate { effect, terms, judgement, log_odds, .. } = &candidates[best];
-    if let (Some(Signature::Play), Some(ParameterValue::Word(driving))) =
-        (signature(&effect.kind), effect.parameter("of"))
-    {
+    if let Some(driving) = tips_with(effect) {
         return candidates.iter().position(|other| {
-            is_a(&other.effect.kind, Signature::Reversal)
-                && other.effect.place.name(machine) == driving
-                && other.judgement.chi2 > t.own_rather * judgement.chi2
+            is_lost_motion_of(machine, other, driving) && other.judgement.chi2 > t.own_rather * judgement.chi2
         });
     }
     let is_along = is_along(terms);
@@ -129,6 +125,25 @@ pub(crate) fn simpler(model: &LinearModel, candidates: &[Candidate], best: usize
             && other.judgement.chi2 > share * judgement.chi2
             && (!is_along || other.log_odds > log_odds - t.two_angles.max(t.inexact * log_odds))
     })
+}
+
+/// Name of the axis as whose reversal a part tips; `None` for another effect.
+fn tips_with(effect: &Effect) -> Option<&str> {
+    match effect.parameter("of") {
+        Some(ParameterValue::Word(driving)) if is_a(&effect.kind, Signature::Play) => Some(driving),
+        _ => None,
+    }
+}
+
+/// Whether a candidate is lost motion of the axis of a name.
+fn is_lost_motion_of(machine: &Machine, candidate: &Candidate, axis: &str) -> bool {
+    is_a(&candidate.effect.kind, Signature::Reversal) && candidate.effect.place.name(machine) == axis
+}
+
+/// Whether a candidate is a part that tips as another one's axis reverses, and the other that axis's own lost motion: drives
+/// lose motion more often than bearings.
+pub(crate) fn is_driven_by(machine: &Machine, tipping: &Candidate, own: &Candidate) -> bool {
+    tips_with(&tipping.effect).is_some_and(|driving| is_lost_motion_of(machine, own, driving))
 }
 
 /// How many directions terms have, a free one counting as two.

@@ -1,6 +1,6 @@
 //! Recordings that run against the direction that their names say: counter-clockwise (ccw) is increasing axis position.
 
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, listed};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::machine::AxisKind;
 use crate::session::{Session, Test};
 
@@ -36,8 +36,8 @@ pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
     axes.dedup();
     let backwards = counted_backwards(session, &axes);
     let fault = match others.is_empty() {
-        true => DataFault { rivals: vec![as_rival(backwards)], ..exchanged },
-        false => DataFault { rivals: vec![as_rival(exchanged)], ..backwards },
+        true => DataFault { rivals: vec![backwards.into_rival()], ..exchanged },
+        false => DataFault { rivals: vec![exchanged.into_rival()], ..backwards },
     };
     Some(fault.shared_evenly())
 }
@@ -59,11 +59,6 @@ fn counted_backwards(session: &Session, axes: &[usize]) -> DataFault {
         "{names} {is} counted backwards: all sweeps of {names} run against the direction in their names; turn the sign of {columns}, or set 'reversed: true'"
     );
     DataFault { components: labels, ..DataFault::seen("axis-sign", RECORDER, Vec::new(), says) }
-}
-
-fn as_rival(fault: DataFault) -> Rival {
-    let DataFault { effect, place, components, says, probability, .. } = fault;
-    Rival { effect, place, components, says, probability }
 }
 
 /// What a test runs, where its name says a direction.

@@ -98,8 +98,7 @@ fn chance_run<'s, R: Iterator<Item = &'s Recording>>(recordings: impl Fn() -> R)
 
 /// Steps without change from each reading that differs from the one before to the next that does; most are none.
 fn equal_runs(recording: &Recording) -> Vec<usize> {
-    let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
-    lengths.chunk_by(|one, next| one == next).map(|run| run.len() - 1).collect()
+    read_lengths(recording).chunk_by(|one, next| one == next).map(|run| run.len() - 1).collect()
 }
 
 /// Recordings whose readings stand for many rows, or that do not change at all where others do.
@@ -125,7 +124,7 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
             return Some(DataFault::seen("gauge-stuck", RECORDER, vec![test.name.clone()], says));
         }
         let (from, count) = equal_rows(recording);
-        let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+        let lengths = read_lengths(recording);
         let equal = lengths.windows(2).filter(|pair| pair[0] == pair[1]).count() - count;
         let others = lengths.len().saturating_sub(count + 1);
         let by_chance = count + 1 < STUCK_ROWS || count < *longest_by_chance.get_or_init(|| chance_run(recordings));
@@ -147,9 +146,14 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
     })
 }
 
+/// Lengths that were read.
+fn read_lengths(recording: &Recording) -> Vec<f64> {
+    recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect()
+}
+
 /// Place of the longest run of readings equal to the one before, and how many these are; missing readings are passed over.
 fn equal_rows(recording: &Recording) -> (usize, usize) {
-    let lengths: Vec<f64> = recording.length_mm.iter().copied().filter(|length| length.is_finite()).collect();
+    let lengths = read_lengths(recording);
     let steps: Vec<f64> = lengths.windows(2).map(|pair| pair[1] - pair[0]).collect();
     longest_run(&steps, |step| step == 0.0)
 }
