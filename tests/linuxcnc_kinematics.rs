@@ -185,7 +185,7 @@ fn trunnion_modules_with_the_exported_pins_are_the_erring_chain() {
                 "name: m\ncode: \"[wC{tilt}bYXZt]\"\ndirections: {directions}\naxes:\n  C: {{origin: [10, -20, 0], errors: {{EX0C: 23 um, EY0C: -52 um}}}}\n  {tilt}: {{origin: [4, -35, -60], errors: {{{errors}}}}}\n"
             ));
             let order = [("X", 0), ("Y", 1), ("Z", 2), (tilt, 3), ("C", 4)];
-            let exported = module_of(&held(&machine, false)).expect("a module");
+            let exported = module_of(&held(&machine)).expect("a module");
             assert_eq!(exported.name, module);
             let bytes = std::fs::read(folder.join(format!("{module}.so"))).expect("module");
             let knows_both = bytes.windows(23).any(|window| window == b"conventional-directions");
@@ -202,11 +202,11 @@ fn trunnion_modules_with_the_exported_pins_are_the_erring_chain() {
             // nominal pins leave the errors, and the module cannot hold a tilt
             let mut nominal = machine.clone();
             nominal.axes.iter_mut().for_each(|axis| axis.location_errors = [0.0; 6]);
-            let plain = module_of(&held(&nominal, false)).expect("a module");
+            let plain = module_of(&held(&nominal)).expect("a module");
             assert!(off(&machine, module, &named(&plain.pins), &order, tip) > 0.02);
             let c = machine.axis_index("C").expect("C");
             machine.axes[c].location_errors[3] = 1e-4;
-            let tilted = module_of(&held(&machine, false)).expect("a module");
+            let tilted = module_of(&held(&machine)).expect("a module");
             assert!(off(&machine, module, &named(&tilted.pins), &order, tip) > 1e-3);
         }
     }
@@ -221,7 +221,7 @@ fn head_modules_hold_the_pivot_length() {
     let bridge = machine(
         "name: m\ncode: \"[wbXYZCBt]\"\ndirections: iso841\naxes:\n  B: {origin: [0, 0, 187], reversed: true}\n",
     );
-    assert_eq!(module_of(&held(&bridge, false)).expect("a module").name, "5axiskins");
+    assert_eq!(module_of(&held(&bridge)).expect("a module").name, "5axiskins");
     let order = [("X", 0), ("Y", 1), ("Z", 2), ("B", 3), ("C", 4)];
     let pins = [("pivot-length".to_string(), pivot)];
     // the tip hangs lower by what the pivot is longer
@@ -232,7 +232,7 @@ fn head_modules_hold_the_pivot_length() {
     let max = machine(
         "name: m\ncode: \"[wCbXYZBt]\"\ndirections: iso841\naxes:\n  B: {origin: [0, 0, 187], reversed: true}\n",
     );
-    let exported = module_of(&held(&max, false)).expect("a module");
+    let exported = module_of(&held(&max)).expect("a module");
     assert_eq!(exported.name, "maxkins");
     let order = [("X", 0), ("Y", 1), ("Z", 2), ("B", 4), ("C", 5)];
     let found = off(&max, "maxkins", &pins, &order, tip);

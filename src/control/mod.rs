@@ -1,17 +1,19 @@
 //! Numbers of a fit as a control takes them: which parameter, with which sign and unit, and what it cannot hold.
 //!
 //! A control that corrects by its kinematics description holds places of axis lines and vectors between them. What it
-//! holds of the errors is [`held`]: a machine whose lines stand where the fit found them, with nominal directions (or the
-//! fitted ones where the control holds directions). What stays over the volume is the erring machine against that one.
+//! holds of the errors is [`held`]: a machine whose lines stand where the fit found them, with nominal directions. What stays over
+//! the volume is the erring machine against that one.
 
+mod backlash;
 mod held;
 mod linuxcnc;
 mod numbers;
 mod parameters;
 mod tables;
 
-pub use held::{held, left_over};
+pub use backlash::{Backlash, backlash};
+pub use held::{held, held_where, left_over};
 pub use linuxcnc::{Module, module_of};
 pub use numbers::{Number, What, numbers};
 pub use parameters::{Control, Parameter, parameters};
-pub use tables::{CompensationTable, tables};
+pub use tables::{CompensationTable, LINUXCNC_ROWS, tables};

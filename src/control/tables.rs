@@ -1,5 +1,6 @@
 //! Compensation tables of single axes from component errors: what to add to the command at positions of the axis.
 
+use super::backlash::{lag, own_sign};
 use crate::machine::{AxisKind, ComponentForm, ErrorName, Machine};
 
 /// Error of one component over its axis.
@@ -13,12 +14,18 @@ pub struct CompensationTable {
     pub is_own: bool,
     /// Position (mm or rad) and actual minus commanded (mm or rad).
     pub rows: Vec<(f64, f64)>,
+    /// Half width of the axis's lost motion, mm or rad: it lags so much either way. Only where it is the axis's own motion.
+    pub lag: f64,
 }
 
-/// Rows of a table: LinuxCNC's compensation files take 256 at most.
-const ROWS: usize = 121;
+/// Steps of a table at first and at most.
+const STEPS: (usize, usize) = (120, 15_360);
+/// Share of a table's largest value that straight lines between its rows may leave.
+const BENT: f64 = 0.02;
+/// Rows that LinuxCNC's compensation files take.
+pub const LINUXCNC_ROWS: usize = 256;
 
-/// Tables of all component errors of a machine over the travel of its axes.
+/// Tables of all component errors of a machine over the travel of its axes, as fine as their waves ask for.
 pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
     let mut list = Vec::new();
     for (index, axis) in machine.axes.iter().enumerate() {
@@ -34,32 +41,51 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
                 .map(|error| &error.form)
                 .collect();
             let value = |q: f64| forms.iter().map(|form| form.value(q)).sum::<f64>();
-            let at = |k: usize| from + (to - from) * k as f64 / (ROWS - 1) as f64;
             let is_own = axis.own_component() == component && axis.coordinate_direction().is_some();
             // along the axis's own direction a positive error is a motion of the carried part; the command's sense decides
-            let sign = if is_own { machine.motion_sign(index) * axis.direction.sum().signum() } else { 1.0 };
+            let sign = if is_own { own_sign(machine, index) } else { 1.0 };
             list.push(CompensationTable {
                 axis: index,
                 error: ErrorName::motion(component, &axis.name).to_string(),
                 is_own,
-                rows: (0..ROWS).map(|k| (at(k), sign * value(at(k)))).collect(),
+                rows: rows(&|q| sign * value(q), from, to),
+                lag: if is_own { lag(machine, index) } else { 0.0 },
             });
         }
     }
     list
 }
 
+/// Rows of a curve, close enough that straight lines between them leave little of it.
+fn rows(value: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Vec<(f64, f64)> {
+    let of = |steps: usize| -> Vec<(f64, f64)> {
+        let at = |k: usize| from + (to - from) * k as f64 / steps as f64;
+        (0..=steps).map(|k| (at(k), value(at(k)))).collect()
+    };
+    let mut steps = STEPS.0;
+    loop {
+        let [rows, finer] = [of(steps), of(2 * steps)];
+        let largest = finer.iter().fold(0.0f64, |largest, (_, value)| largest.max(value.abs()));
+        let leaves = |k: usize| (finer[2 * k + 1].1 - 0.5 * (rows[k].1 + rows[k + 1].1)).abs();
+        let is_close = (0..steps).all(|k| leaves(k) <= BENT * largest);
+        if is_close || steps >= STEPS.1 {
+            return rows;
+        }
+        steps *= 2;
+    }
+}
+
 impl CompensationTable {
     /// As LinuxCNC reads it (`COMP_FILE` of a joint, `COMP_FILE_TYPE = 0`): nominal position, actual position forward and
-    /// backward, mm or deg. Only for an axis's own motion.
+    /// backward, mm or deg. Only for an axis's own motion, and where so many rows are enough.
     pub fn linuxcnc(&self, machine: &Machine) -> Option<String> {
         let kind = machine.axes[self.axis].kind;
         let zero = machine.machine_zero[self.axis].unwrap_or(0.0);
         let line = |&(q, error): &(f64, f64)| {
-            let actual = kind.to_file_unit(q + error) + zero;
-            format!("{:.5} {actual:.6} {actual:.6}\n", kind.to_file_unit(q) + zero)
+            let [forward, backward] = [-self.lag, self.lag].map(|lag| kind.to_file_unit(q + error + lag) + zero);
+            format!("{:.6} {forward:.6} {backward:.6}\n", kind.to_file_unit(q) + zero)
         };
-        self.is_own.then(|| self.rows.iter().map(line).collect())
+        (self.is_own && self.rows.len() <= LINUXCNC_ROWS).then(|| self.rows.iter().map(line).collect())
     }
 
     /// As CSV: position, error in µm or arcsec, what a table adds to the command.

@@ -8,8 +8,10 @@ use crate::readings::Reading;
 use crate::session::{Ball, Clock, LengthColumn, Recording, Session, Spread, Test, Zero};
 use nalgebra::Vector3;
 
-/// Positions at which an effect is read over the travel of its axis.
-const POSITIONS: usize = 1441;
+/// Steps over the travel of an axis at which an effect is read at first and at most.
+const STEPS: (usize, usize) = (1440, 16 * 1440);
+/// Share of an effect's largest value that a straight line over two steps may leave; over one it leaves a quarter of it.
+const BENT: f64 = 0.01;
 /// Travel of axes without a range, mm or rad on either side.
 const OPEN_TRAVEL: (f64, f64) = (1000.0, std::f64::consts::TAU);
 
@@ -47,9 +49,30 @@ fn as_component_errors(machine: &Machine, effect: &Effect) -> Option<Vec<(usize,
     let own = &machine.axes[axis];
     let open = if own.kind == AxisKind::Linear { OPEN_TRAVEL.0 } else { OPEN_TRAVEL.1 };
     let (from, to) = own.range.unwrap_or((-open, open));
-    let step = (to - from) / (POSITIONS - 1) as f64;
-    let position: Vec<f64> = (0..POSITIONS).map(|k| from + step * k as f64).collect();
-    let session = session(machine, axis, &position);
+    let mut steps = STEPS.0;
+    let mut errors = read_at(machine, effect, axis, &evenly(from, to, steps))?;
+    // a worm of many starts waves faster than the first steps can follow
+    while errors.iter().any(is_coarse) && steps < STEPS.1 {
+        steps *= 2;
+        errors = read_at(machine, effect, axis, &evenly(from, to, steps))?;
+    }
+    Some(errors.into_iter().map(|error| (axis, error)).collect())
+}
+
+fn evenly(from: f64, to: f64, steps: usize) -> Vec<f64> {
+    (0..=steps).map(|k| from + (to - from) * k as f64 / steps as f64).collect()
+}
+
+/// Whether a table's straight lines leave too much of its curve.
+fn is_coarse(error: &ComponentError) -> bool {
+    let ComponentForm::Table { value, .. } = &error.form else { return false };
+    let largest = value.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+    value.windows(3).any(|near| (near[1] - 0.5 * (near[0] + near[2])).abs() > BENT * largest)
+}
+
+/// Tables of an effect of an axis at positions of it; components that it does not move have none.
+fn read_at(machine: &Machine, effect: &Effect, axis: usize, position: &[f64]) -> Option<Vec<ComponentError>> {
+    let session = session(machine, axis, position);
     let chain = Chain::of(machine);
     let context = Context::of(&session, &chain).ok()?;
     let disturbances = Disturbances::of(&context, std::slice::from_ref(effect)).ok()?;
@@ -57,8 +80,8 @@ fn as_component_errors(machine: &Machine, effect: &Effect) -> Option<Vec<(usize,
     let of_component = |component: Component| {
         let value: Vec<f64> = rows.iter().map(|row| row.motion[axis][component.index()]).collect();
         let is_there = value.iter().any(|value| *value != 0.0);
-        let form = ComponentForm::Table { position: position.clone(), value };
-        is_there.then_some((axis, ComponentError { component, form }))
+        let form = ComponentForm::Table { position: position.to_vec(), value };
+        is_there.then_some(ComponentError { component, form })
     };
     Some(Component::ALL.into_iter().filter_map(of_component).collect())
 }

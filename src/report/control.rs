@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use crate::control::{CompensationTable, Control, Module, Number, Parameter, What};
-use crate::machine::Machine;
+use crate::control::{Backlash, CompensationTable, Control, LINUXCNC_ROWS, Module, Number, Parameter, What};
+use crate::effects::{Signature, is_a};
+use crate::machine::{AxisKind, Machine};
 use crate::report::wording::table::Table;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 use crate::volume::Figures;
@@ -23,6 +24,10 @@ pub struct ControlReport<'a> {
     /// Errors over the volume: as the machine is, and when the control holds what it can.
     pub volume: Option<[Figures; 2]>,
     pub tables: Vec<CompensationTable>,
+    /// Lost motion of axes.
+    pub backlash: Vec<Backlash>,
+    /// Names of the effects that depend on more than the position of their axis.
+    pub stays: Vec<String>,
 }
 
 fn control_name(control: Control) -> &'static str {
@@ -47,7 +52,12 @@ fn not_held(report: &ControlReport) -> Vec<String> {
     let mut list = Vec::new();
     if let Some(module) = report.module {
         list.push(format!("{} cannot hold {}", module.name, module.not_held));
-    } else if report.control != Control::Sinumerik {
+    } else if report.control == Control::Sinumerik {
+        list.push(
+            "directions of the axes, which V1 and V2 or MD24570 and MD24572 can hold: the vectors change with them"
+                .into(),
+        );
+    } else {
         list.push("directions of the axes are not held as vectors".into());
     }
     if report.numbers.iter().any(|number| number.what == What::ZeroShift) {
@@ -63,6 +73,21 @@ fn not_held(report: &ControlReport) -> Vec<String> {
         .collect();
     if !open.is_empty() {
         list.push(format!("not determined by the recordings: {}", open.join(", ")));
+    }
+    let stays: Vec<&str> =
+        report.stays.iter().filter(|kind| !is_a(kind, Signature::Reversal)).map(String::as_str).collect();
+    if !stays.is_empty() {
+        list.push(format!("what depends on more than the position of an axis: {}", stays.join(", ")));
+    }
+    let too_fine = |table: &&CompensationTable| table.is_own && table.rows.len() > LINUXCNC_ROWS;
+    if report.control == Control::LinuxCnc {
+        list.extend(report.tables.iter().filter(too_fine).map(|table| {
+            format!(
+                "{} waves too fast for the {LINUXCNC_ROWS} rows of a COMP_FILE ({} would be needed); 'compensate' takes it",
+                table.error,
+                table.rows.len()
+            )
+        }));
     }
     list
 }
@@ -102,6 +127,9 @@ pub fn control_text(report: &ControlReport) -> String {
         true => text.push_str("  the recordings determine no parameter of this control\n"),
         false => text.push_str(&table.text()),
     }
+    if !report.backlash.is_empty() {
+        text.push_str(&backlash_text(report));
+    }
     let not_held = not_held(report);
     if !not_held.is_empty() {
         text.push_str("\nNot in this list:\n");
@@ -124,6 +152,61 @@ pub fn control_text(report: &ControlReport) -> String {
     }
     text.push_str("Repeat one test after entering: its circle must have become smaller.\n");
     text
+}
+
+/// Lost motion as a table.
+fn backlash_text(report: &ControlReport) -> String {
+    let mut table = Table::new(&["parameter", "add", "unit", "of it wind-up"]);
+    for one in &report.backlash {
+        let (width, unit, take_up) = in_file_unit(report.machine, one);
+        table.row(vec![
+            one.parameter.clone(),
+            format!("{width:+.5}"),
+            unit.into(),
+            match one.windup_share > 0.0 {
+                true => format!("{:.0} %, taken up over {take_up:.3} {unit}", 100.0 * one.windup_share),
+                false => "none".into(),
+            },
+        ]);
+    }
+    let beside = match report.control {
+        Control::LinuxCnc => ", and LinuxCNC ignores BACKLASH where the joint has a COMP_FILE: the files here hold it",
+        _ => "",
+    };
+    format!(
+        "\nLost motion, the whole width of it:\n\n{}  A control adds it at once as the axis turns back; wind-up needs its travel{beside}.\n",
+        table.text()
+    )
+}
+
+/// Width, unit and travel of wind-up, mm or deg.
+fn in_file_unit(machine: &Machine, one: &Backlash) -> (f64, &'static str, f64) {
+    let kind = machine.axes[one.axis].kind;
+    let unit = match kind {
+        AxisKind::Linear => "mm",
+        AxisKind::Rotary => "deg",
+    };
+    (kind.to_file_unit(one.width), unit, kind.to_file_unit(one.take_up))
+}
+
+/// Lost motion as a file, with its name: lines of an INI file for LinuxCNC, else CSV.
+pub fn backlash_file(report: &ControlReport) -> (&'static str, String) {
+    if report.control == Control::LinuxCnc {
+        let mut text =
+            format!("# {}: lost motion by the fit, to be added to what each joint has\n", plain(&report.machine.name));
+        for one in &report.backlash {
+            let (width, unit, _) = in_file_unit(report.machine, one);
+            let _ =
+                writeln!(text, "# [JOINT_n] of {}, {unit}\nBACKLASH = {width:.6}", report.machine.axes[one.axis].name);
+        }
+        return ("backlash.ini", text);
+    }
+    let mut text = String::from("axis,parameter,add,unit\n");
+    for one in &report.backlash {
+        let (width, unit, _) = in_file_unit(report.machine, one);
+        let _ = writeln!(text, "{},\"{}\",{width:.6},{unit}", report.machine.axes[one.axis].name, one.parameter);
+    }
+    ("backlash.csv", text)
 }
 
 /// As JSON.
@@ -163,12 +246,28 @@ pub fn control_json(report: &ControlReport) -> Value {
             })
         })
         .collect();
+    let backlash: Vec<Value> = report
+        .backlash
+        .iter()
+        .map(|one| {
+            let (add, unit, take_up) = in_file_unit(report.machine, one);
+            json!({
+                "axis": report.machine.axes[one.axis].name,
+                "parameter": one.parameter,
+                "add": add,
+                "unit": unit,
+                "windup_share": one.windup_share,
+                "take_up": take_up,
+            })
+        })
+        .collect();
     json!({
         "machine": report.machine.name,
         "control": control_name(report.control),
         "module": report.module.map(|module| module.name),
         "parameters": parameters,
         "numbers": numbers,
+        "backlash": backlash,
         "not_held": not_held(report),
         "volume_now": report.volume.as_ref().map(|[now, _]| figures(now)),
         "volume_after": report.volume.as_ref().map(|[_, after]| figures(after)),

@@ -4,12 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use fiveaxis::bodies::Bodies;
-use fiveaxis::control::{Control, held, left_over, module_of, numbers, parameters, tables};
+use fiveaxis::control::{
+    Control, Number, What, backlash, held, held_where, left_over, module_of, numbers, parameters, tables,
+};
 use fiveaxis::diagnose::examine;
-use fiveaxis::identify::{Options, axis_lines, fitted_session};
+use fiveaxis::disturbances::into_component_errors;
+use fiveaxis::identify::{DeterminedErrors, Options, axis_lines, fitted_session};
 use fiveaxis::load::{LoadError, load_machine_and_bodies, load_session, read_limited};
 use fiveaxis::machine::Machine;
-use fiveaxis::report::control::{ControlReport, control_json, control_text, parameters_csv, parameters_hal};
+use fiveaxis::report::control::{
+    ControlReport, backlash_file, control_json, control_text, parameters_csv, parameters_hal,
+};
 use fiveaxis::units::UM_PER_MM;
 use fiveaxis::volume::poses;
 
@@ -91,10 +96,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     };
     let lines = axis_lines(&session, fit);
     let numbers = numbers(&session, fit, &lines);
-    let fitted = fitted_session(&session, fit).machine;
-    let known = held(&fitted, control == Control::Sinumerik);
+    let mut fitted = fitted_session(&session, fit).machine;
+    let known = held(&fitted);
     let modules = match control {
-        Control::LinuxCnc => Some((module_of(&known)?, module_of(&held(&without_errors(&fitted), false))?)),
+        Control::LinuxCnc => Some((module_of(&known)?, module_of(&held(&without_errors(&fitted)))?)),
         _ => None,
     };
     let parameters =
@@ -110,6 +115,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         )
         .into());
     }
+    let stays = into_component_errors(&mut fitted);
+    // what the readings leave open is told of neither machine
+    DeterminedErrors::of(fit).put_into(&mut fitted);
+    let is_open = |number: &Number, axis: usize, component: usize| {
+        let is_place = !matches!(number.what, What::Direction | What::Pivot);
+        is_place && !number.determined && (number.axis, number.component) == (axis, component)
+    };
+    let kept = held_where(&fitted, &|axis, component| !numbers.iter().any(|one| is_open(one, axis, component)));
     let report = ControlReport {
         machine: &session.machine,
         control,
@@ -117,8 +130,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         numbers: &numbers,
         parameters: &parameters,
         present: &present,
-        volume: volume(&arguments.session, &fitted, &known, &session.machine_file),
+        volume: volume(&arguments.session, &fitted, &kept, &session.machine_file),
         tables: tables(&fitted),
+        backlash: backlash(control, &fitted),
+        stays,
     };
     drop(working);
     if let Some(folder) = &arguments.out {
@@ -164,6 +179,10 @@ fn files(report: &ControlReport) -> OutputFolder {
     output.add("parameters.csv", parameters_csv(report));
     if let Some(hal) = parameters_hal(report) {
         output.add("kinematics.hal", hal);
+    }
+    if !report.backlash.is_empty() {
+        let (name, text) = backlash_file(report);
+        output.add(name, text);
     }
     for table in &report.tables {
         output.add(format!("{}.csv", table.error), table.csv(report.machine));
