@@ -105,6 +105,42 @@ fn another_program_s_capture_is_refused() {
 }
 
 #[test]
+fn what_a_machine_does_beside_location_errors_refuses_no_capture_with_marks() {
+    let planned = &*MARKED;
+    let machine = &planned.session.machine;
+    let slides = ["X", "Y"].map(|name| machine.axis_index(name).expect("a slide"));
+    for (pair, (wave_mm, play_mm)) in
+        (0..planned.pairs.len()).zip([(2e-3, 0.0), (0.0, 6e-3), (4e-3, 4e-3)].iter().cycle())
+    {
+        let mut drawn =
+            planned.drawn(&mut Erring::drawn(machine, 11 + pair as u64), pair, 11 + pair as u64, Kind::Sound);
+        // a screw of each slide and its lost motion, as if all of it lay along the bar
+        let mut before = drawn.positions[0].clone();
+        let mut way = [1.0; 2];
+        for (reading, q) in drawn.capture.reading_mm.iter_mut().zip(&drawn.positions) {
+            for (way, &slide) in way.iter_mut().zip(&slides) {
+                if (q[slide] - before[slide]).abs() > 1e-4 {
+                    *way = (q[slide] - before[slide]).signum();
+                }
+                *reading += wave_mm * (std::f64::consts::TAU * q[slide] / 10.0).sin() - play_mm * *way;
+            }
+            before.clone_from(q);
+        }
+        let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed)
+            .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
+        assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+        let (off, _) = planned.compared(&drawn, &placement);
+        println!(
+            "{}: off {off:.4} sigma {:.4} left {:.2} um",
+            drawn.says,
+            placement.position_sigma,
+            1e3 * placement.left_mm
+        );
+        assert!(off < REACH_DEG.max(3.0 * placement.position_sigma), "{}: {off}", drawn.says);
+    }
+}
+
+#[test]
 fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
     let planned = &*PLAIN;
     let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));

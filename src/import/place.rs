@@ -46,6 +46,11 @@ const CLEAR: f64 = 4.6;
 /// Share of the readings' own size, and size, mm, that a believed placement may leave.
 const LEFT_SHARE: f64 = 0.25;
 const LEFT_MM: f64 = 5e-3;
+/// Size, mm, that it may leave where marks with a test's own gap say which program ran, and when: so much a machine errs beside
+/// its location errors, which is for `diagnose` to explain. A bar that slips in its cup moves by more.
+const LEFT_OF_MARKED_MM: f64 = 30e-3;
+/// Size, mm, that any placement may leave.
+const LEAST_LEFT_MM: f64 = 0.5e-3;
 /// Multiple of the noise below which what is left is no misfit.
 const NOISES: f64 = 3.0;
 /// Most that the gap between the directions may differ from a test's, s: half of what tells tests apart, and a slow clock's cycle.
@@ -257,9 +262,8 @@ fn judged(
     if odds < CERTAIN && data.marks.is_none() {
         return Err(ImportError::AtRest { odds });
     }
-    // largest of the bounds: noise, a share of the signal
-    let allowed_mm = (LEFT_SHARE * size_mm).max(NOISES * noise_mm).min(LEFT_MM.max(NOISES * noise_mm));
-    if left_mm > allowed_mm.max(0.5e-3) {
+    let is_known = data.marks.as_ref().is_some_and(|seen| seen.gap_is_known);
+    if left_mm > allowed_mm(is_known, size_mm, noise_mm) {
         return Err(ImportError::Unexplained {
             test: test.into(),
             left_um: 1e3 * left_mm,
@@ -298,6 +302,15 @@ fn judged(
         odds_place,
         odds_tests: f64::INFINITY,
     })
+}
+
+/// What a believed placement may leave, mm: the largest of what noise is, and of a share of the signal.
+fn allowed_mm(program_is_known: bool, size_mm: f64, noise_mm: f64) -> f64 {
+    let of_noise = NOISES * noise_mm;
+    match program_is_known {
+        true => of_noise.max(LEFT_OF_MARKED_MM),
+        false => (LEFT_SHARE * size_mm).max(of_noise).min(LEFT_MM.max(of_noise)).max(LEAST_LEFT_MM),
+    }
 }
 
 fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[f64; 4]) -> Result<(), ImportError> {
