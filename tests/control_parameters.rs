@@ -33,7 +33,8 @@ fn parameters_have_the_signs_of_the_page_on_controls() {
     // the fit: C's own shift y −52.9 µm, A's y 36.2 µm and z −34.0 µm
     for (control, name, expected) in [
         ("sinumerik", "$TC_CARR16", -52.9),
-        ("sinumerik", "$TC_CARR19", 52.9),
+        // what closes the chain takes both changes
+        ("sinumerik", "$TC_CARR19", 52.9 - 36.2),
         ("sinumerik", "$TC_CARR5", 36.2),
         ("fanuc", "No. 19701", 36.2),
         ("fanuc", "No. 19704", -52.9),
@@ -196,6 +197,7 @@ fn an_axis_that_lags_stands_lower_on_its_way_up_whichever_way_it_counts() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("machines/{machine}.yaml"));
         let (mut machine, _) = load_machine_and_bodies(&file).expect("machine");
         let x = machine.axis_index("X").expect("X");
+        machine.machine_zero[x] = Some(120.0);
         // which way in R the carried part goes at positive commands
         let chain = Chain::of(&machine);
         let at = |q: f64| {
@@ -204,9 +206,9 @@ fn an_axis_that_lags_stands_lower_on_its_way_up_whichever_way_it_counts() {
             Geometry::nominal(&chain).point(chain.carried_by(x), &Vector3::zeros(), &positions, None)
         };
         let way = (at(1.0) - at(0.0)).x.signum();
-        // on a way up the part is moved by −size: lost motion is what holds it back
+        // it lags in the sense in which it carries its part
         let outlet = Outlet::own(&machine, x);
-        let size = Size { outlet, function: String::new(), value: 2e-3 * way };
+        let size = Size { outlet, function: String::new(), value: 2e-3 };
         machine.effects.push(Effect { sizes: vec![size], ..Effect::new("linear-backlash", Place::Axis(x)) });
         let component = machine.axes[x].own_component();
         machine.axes[x]

@@ -49,6 +49,25 @@ fn drifts_and_steps_are_told_from_scatter() {
 }
 
 #[test]
+fn a_machine_that_only_scatters_is_told_steady_however_few_the_sessions() {
+    // eight errors of a machine, sessions that know them to 0.2 and scatter by 4: one machine in twenty at most is told as moving
+    const MACHINES: u64 = 400;
+    for sessions in [4, 5, 6, 8, 12] {
+        let mut random = ChaCha8Rng::seed_from_u64(sessions);
+        for scatter in [0.3, 4.0] {
+            let noise = Normal::new(0.0, scatter).expect("normal");
+            let moves = |random: &mut ChaCha8Rng| {
+                let of = |k| Point { day: 30.0 * k as f64, value: noise.sample(random), sigma: 0.2 };
+                trend(&(0..sessions).map(of).collect::<Vec<_>>()).course != Course::Steady
+            };
+            let told = (0..MACHINES).filter(|_| (0..8).fold(false, |told, _| moves(&mut random) || told)).count();
+            println!("{sessions} sessions, scatter {scatter}: {told} of {MACHINES}");
+            assert!(told as u64 <= MACHINES / 20, "{sessions} sessions, scatter {scatter}: {told} of {MACHINES}");
+        }
+    }
+}
+
+#[test]
 fn the_command_reads_a_folder_of_dated_sessions() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scratch = tempfile::tempdir().expect("folder");

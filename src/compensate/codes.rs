@@ -101,6 +101,27 @@ pub fn g_code(tenths: u16) -> Option<Meaning> {
     })
 }
 
+impl Meaning {
+    /// Codes of one group exclude each other in a block; `None` for those of no group.
+    pub fn group(&self) -> Option<u8> {
+        use Meaning::*;
+        Some(match self {
+            // G80 beside a motion stands in the first line of many programs
+            Motion(self::Motion::None) => return None,
+            Motion(_) => 0,
+            Plane(_) => 1,
+            Inches | Millimetres => 2,
+            Absolute | Incremental => 3,
+            AbsoluteCentres | IncrementalCentres => 4,
+            InverseTime | PerMinute | PerRevolution => 5,
+            WorkOffset(_) => 6,
+            ToolLength | ToolLengthGiven | ToolCentrePoint | NoToolLength => 7,
+            SetOffsets | Reference | Dwell => 8,
+            MachineCoordinates | Other | Refused(_) => return None,
+        })
+    }
+}
+
 /// Why an M code is refused.
 pub fn refused_m_code(code: u16) -> Option<&'static str> {
     matches!(code, 960 | 970 | 980 | 990 | 900 | 910 | 710 | 730)

@@ -1,6 +1,6 @@
 //! Modes of a program: what a control keeps from block to block. Unknown until said.
 
-use super::block::Block;
+use super::block::{Block, Word};
 use super::codes::{Meaning, Motion, g_code, refused_m_code};
 
 /// Axis letters in the order of all arrays here.
@@ -83,9 +83,41 @@ pub enum Once {
 /// Lengths of tools by number, mm.
 pub type Tools = [(u32, f64)];
 
+/// Refuses a block of which a control may read one half or the other, or nothing at all.
+fn refuse_contradictions(block: &Block) -> Result<(), String> {
+    let mut groups = [None; 9];
+    for (k, word) in block.words.iter().enumerate() {
+        let letter = word.letter as char;
+        if letter == 'E' {
+            return Err("has the letter E, which is not known here; numbers have no exponents".into());
+        }
+        if word.letter == b'M' {
+            continue;
+        }
+        if word.letter != b'G' {
+            if block.words[..k].iter().any(|other| other.letter == word.letter) {
+                return Err(format!("has {letter} twice; keep one"));
+            }
+            continue;
+        }
+        let Some(group) = word.code().and_then(g_code).and_then(|meaning| meaning.group()) else { continue };
+        if let Some(other) = groups[usize::from(group)].replace(word.value).filter(|other| *other != word.value) {
+            return Err(format!("has G{other} and G{}, which exclude each other", word.value));
+        }
+    }
+    let has = |letters: &[u8]| block.words.iter().any(|word| letters.contains(&word.letter));
+    let is_dwell = |word: &Word| word.letter == b'G' && word.code().and_then(g_code) == Some(Meaning::Dwell);
+    // some controls take the seconds as X, others as P
+    if block.words.iter().any(is_dwell) && (has(b"YZABC") || has(b"X") && has(b"PF")) {
+        return Err("has a dwell and axis words, which controls read in different ways; write two blocks".into());
+    }
+    Ok(())
+}
+
 impl Modal {
     /// Takes over the modes of a block; says what else it asks for.
     pub fn take(&mut self, block: &Block, tools: &Tools) -> Result<Once, String> {
+        refuse_contradictions(block)?;
         let mut once = Once::Nothing;
         let number = |letter: u8| block.words.iter().find(|word| word.letter == letter).map(|word| word.value);
         for word in &block.words {
@@ -115,6 +147,9 @@ impl Modal {
                 return Err(format!("has F{feed}; a feed is above zero"));
             }
             self.feed = Some(feed);
+        } else if self.feed_mode == Some(FeedMode::InverseTime) {
+            // a time holds for its own block
+            self.feed = None;
         }
         if once == Once::ToolLengthGiven {
             let z = number(b'Z').ok_or("has G43.1 without the tool's length as Z")?;

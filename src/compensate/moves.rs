@@ -131,7 +131,10 @@ impl Compensator<'_> {
         // said by now, as are the units
         let mode = self.modal.feed_mode.unwrap_or(FeedMode::PerMinute);
         let unit = self.modal.unit()?;
-        let feed = self.modal.feed.ok_or("is a feed move before an F was said in its mode")?;
+        let feed = self.modal.feed.ok_or(match mode {
+            FeedMode::InverseTime => "is a feed move without an F of its own, which each block in G93 needs",
+            _ => "is a feed move before an F was said in its mode",
+        })?;
         let (length_mm, turn_deg) = (path.length_mm(), path.turn_deg());
         let moves_tip = length_mm > 0.0;
         let is_tip_feed = self.control.coordinates == Coordinates::Workpiece && moves_tip;

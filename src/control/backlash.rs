@@ -52,10 +52,12 @@ pub(super) fn own_sign(machine: &Machine, axis: usize) -> f64 {
     machine.motion_sign(axis) * machine.axes[axis].direction.sum().signum()
 }
 
-/// Lost motion along or about an axis itself, with its half width along the command.
+/// Lost motion along or about an axis itself, with half its width: positive where the carried part stays behind. The travels of
+/// an effect are those of the carried part along the axis's direction, whichever way the axis counts.
 fn own_lost_motion(machine: &Machine, axis: usize) -> impl Iterator<Item = (&Effect, f64)> {
     let own = Outlet::own(machine, axis);
-    let sign = if machine.axes[axis].coordinate_direction().is_some() { own_sign(machine, axis) } else { 1.0 };
+    let along = machine.axes[axis].direction.sum().signum();
+    let sign = if machine.axes[axis].coordinate_direction().is_some() { along } else { 1.0 };
     // what acts in some tests only is no property of the drive
     let lasting =
         machine.effects.iter().filter(|effect| effect.tests.is_none() && is_a(&effect.kind, Signature::Reversal));

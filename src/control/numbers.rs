@@ -85,20 +85,24 @@ fn pivot(session: &Session, fit: &Fit) -> Vec<Number> {
         return Vec::new();
     }
     let balls = fit.unknowns.iter().zip(&fit.estimates).filter_map(|(unknown, estimate)| match unknown.quantity {
-        Quantity::SpindleBall { setup, coordinate } => Some((setup, coordinate, estimate)),
+        // of what only its spread holds the readings say nothing: half of the variance at most may be that
+        Quantity::SpindleBall { setup, coordinate } => {
+            let determined = estimate.determined && 2.0 * estimate.sigma.powi(2) < unknown.prior_sigma.powi(2);
+            Some((setup, coordinate, estimate, determined))
+        }
         _ => None,
     });
     let along = machine.axes[axis].coordinate_direction();
     balls
         // balls mounted anew are vectors of their own: the first is told
-        .filter(|&(setup, coordinate, _)| setup == 0 && along != Some(coordinate))
-        .map(|(_, component, estimate)| Number {
+        .filter(|&(setup, coordinate, ..)| setup == 0 && along != Some(coordinate))
+        .map(|(_, component, estimate, determined)| Number {
             axis,
             what: What::Pivot,
             component,
             change: estimate.value,
             sigma: estimate.sigma,
-            determined: estimate.determined,
+            determined,
         })
         .collect()
 }

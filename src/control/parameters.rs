@@ -31,6 +31,19 @@ pub struct Parameter {
     pub is_angle: bool,
 }
 
+impl Parameter {
+    /// The name without what explains it: `MD24558`, `19703`.
+    pub fn short_name(&self) -> &str {
+        self.name.strip_prefix("No. ").unwrap_or(&self.name)
+    }
+
+    /// Whether a name means this parameter: in full, its number alone, or its first word.
+    pub fn is_called(&self, name: &str) -> bool {
+        let first = self.short_name().split_whitespace().next();
+        name == self.name || name == self.short_name() || Some(name) == first
+    }
+}
+
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
 /// Changes for the determined numbers. `module` is LinuxCNC's with the lines of the fitted machine and of the nominal one.
@@ -41,14 +54,31 @@ pub fn parameters(
     module: Option<(&Module, &Module)>,
 ) -> Vec<Parameter> {
     match (control, module) {
-        (Control::LinuxCnc, Some((fitted, nominal))) => pins(numbers, fitted, nominal),
+        (Control::LinuxCnc, Some((fitted, nominal))) => pins(machine, numbers, fitted, nominal),
         (Control::LinuxCnc, None) => Vec::new(),
-        _ => numbers
-            .iter()
-            .filter(|number| number.determined)
-            .flat_map(|number| named(control, machine, number))
-            .collect(),
+        _ => summed(
+            numbers
+                .iter()
+                .filter(|number| number.determined)
+                .flat_map(|number| named(control, machine, number))
+                .collect(),
+        ),
     }
+}
+
+/// One entry for each parameter: a vector that closes a chain takes the changes of all others.
+fn summed(list: Vec<Parameter>) -> Vec<Parameter> {
+    let mut sums: Vec<Parameter> = Vec::new();
+    for one in list {
+        match sums.iter_mut().find(|sum| sum.name == one.name) {
+            Some(sum) => {
+                sum.change += one.change;
+                sum.sigma = sum.sigma.hypot(one.sigma);
+            }
+            None => sums.push(one),
+        }
+    }
+    sums
 }
 
 /// Parameters of one number; none where the control does not hold it.
@@ -133,7 +163,10 @@ fn named(control: Control, machine: &Machine, number: &Number) -> Vec<Parameter>
 }
 
 /// Pins of a LinuxCNC module; a pin stays when a number that it needs is not determined.
-fn pins(numbers: &[Number], fitted: &Module, nominal: &Module) -> Vec<Parameter> {
+///
+/// Places have values in machine coordinates only: without the machine file's `machine_zero` their changes alone are told.
+fn pins(machine: &Machine, numbers: &[Number], fitted: &Module, nominal: &Module) -> Vec<Parameter> {
+    let is_stated = |slide: &str| machine.axis_index(slide).is_some_and(|axis| machine.machine_zero[axis].is_some());
     let shifts = |component: usize| numbers.iter().filter(move |number| number.component == component);
     let list = fitted.pins.iter().zip(&nominal.pins).filter_map(|((pin, value), (_, before))| {
         // which numbers a pin is made of
@@ -153,7 +186,14 @@ fn pins(numbers: &[Number], fitted: &Module, nominal: &Module) -> Vec<Parameter>
         let change =
             if *pin == "pivot-length" { -of.iter().map(|number| number.change).sum::<f64>() } else { value - before };
         let sigma = of.iter().map(|number| number.sigma.powi(2)).sum::<f64>().sqrt();
-        let value = (*pin != "pivot-length").then_some(*value);
+        let is_known = match *pin {
+            "pivot-length" => false,
+            "x-rot-point" => is_stated("X"),
+            "y-rot-point" => is_stated("Y"),
+            "z-rot-point" => is_stated("Z"),
+            _ => true,
+        };
+        let value = is_known.then_some(*value);
         let meaning = match *pin {
             "pivot-length" => "from the tilting axis to the spindle ball".to_string(),
             "x-offset" | "y-offset" => "from C's line to the tilting axis's line".to_string(),

@@ -1,7 +1,8 @@
 //! Compensation tables of single axes from component errors: what to add to the command at positions of the axis.
 
 use super::backlash::{lag, own_sign};
-use crate::machine::{AxisKind, ComponentForm, ErrorName, Machine};
+use crate::chain::{Branch, Chain};
+use crate::machine::{AxisKind, Component, ComponentForm, ErrorName, Machine};
 
 /// Error of one component over its axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +17,12 @@ pub struct CompensationTable {
     pub rows: Vec<(f64, f64)>,
     /// Half width of the axis's lost motion, mm or rad: it lags so much either way. Only where it is the axis's own motion.
     pub lag: f64,
+    /// Axis whose command takes the error out, and what is added to it per unit of the error. `None`: no single axis does.
+    pub corrects: Option<(usize, f64)>,
 }
+
+/// Tables of less than this, mm and rad (0.05 µm and 0.05 arcsec), are of nothing.
+const LEAST: [f64; 2] = [0.05e-3, 0.05 / crate::units::ARCSEC_PER_RAD];
 
 /// Steps of a table at first and at most.
 const STEPS: (usize, usize) = (120, 15_360);
@@ -44,16 +50,45 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
             let is_own = axis.own_component() == component && axis.coordinate_direction().is_some();
             // along the axis's own direction a positive error is a motion of the carried part; the command's sense decides
             let sign = if is_own { own_sign(machine, index) } else { 1.0 };
+            let rows = rows(&|q| sign * value(q), from, to);
+            if rows.iter().all(|(_, value)| value.abs() < LEAST[usize::from(component.is_angle())]) {
+                continue;
+            }
             list.push(CompensationTable {
                 axis: index,
                 error: ErrorName::motion(component, &axis.name).to_string(),
                 is_own,
-                rows: rows(&|q| sign * value(q), from, to),
+                rows,
                 lag: if is_own { lag(machine, index) } else { 0.0 },
+                corrects: if is_own { Some((index, -1.0)) } else { cross(machine, index, component) },
             });
         }
     }
     list
+}
+
+/// The slide that takes a displacement of an axis's part out, and how much is added to its command per mm of it: both have to
+/// keep their directions, so that no turning axis may carry them.
+fn cross(machine: &Machine, axis: usize, component: Component) -> Option<(usize, f64)> {
+    if component.is_angle() {
+        return None;
+    }
+    let chain = Chain::of(machine);
+    // the tool's side moves the tool, the other one the workpiece away from it
+    let side = |axis: usize| match chain.carried_by(axis).branch {
+        Branch::Tool => 1.0,
+        Branch::Workpiece => -1.0,
+    };
+    let is_turned = |axis: usize| {
+        let branch = chain.branch(chain.carried_by(axis).branch);
+        branch.iter().take_while(|&&other| other != axis).any(|&other| machine.axes[other].kind == AxisKind::Rotary)
+    };
+    let is_along = |slide: &usize| {
+        let own = &machine.axes[*slide];
+        own.kind == AxisKind::Linear && own.coordinate_direction() == Some(component.index()) && !is_turned(*slide)
+    };
+    let slide = (0..machine.axes.len()).find(is_along).filter(|_| !is_turned(axis))?;
+    Some((slide, -side(axis) * side(slide) * own_sign(machine, slide)))
 }
 
 /// Rows of a curve, close enough that straight lines between them leave little of it.
@@ -77,10 +112,14 @@ fn rows(value: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Vec<(f64, f64)> {
 
 impl CompensationTable {
     /// As LinuxCNC reads it (`COMP_FILE` of a joint, `COMP_FILE_TYPE = 0`): nominal position, actual position forward and
-    /// backward, mm or deg. Only for an axis's own motion, and where so many rows are enough.
+    /// backward, mm or deg. Only for an axis's own motion, where so many rows are enough and the machine file states the machine
+    /// coordinates of a slide.
     pub fn linuxcnc(&self, machine: &Machine) -> Option<String> {
         let kind = machine.axes[self.axis].kind;
-        let zero = machine.machine_zero[self.axis].unwrap_or(0.0);
+        let zero = match kind {
+            AxisKind::Linear => machine.machine_zero[self.axis]?,
+            AxisKind::Rotary => machine.machine_zero[self.axis].unwrap_or(0.0),
+        };
         let line = |&(q, error): &(f64, f64)| {
             let [forward, backward] = [-self.lag, self.lag].map(|lag| kind.to_file_unit(q + error + lag) + zero);
             format!("{:.6} {forward:.6} {backward:.6}\n", kind.to_file_unit(q) + zero)
@@ -88,7 +127,7 @@ impl CompensationTable {
         (self.is_own && self.rows.len() <= LINUXCNC_ROWS).then(|| self.rows.iter().map(line).collect())
     }
 
-    /// As CSV: position, error in µm or arcsec, what a table adds to the command.
+    /// As CSV: position, error in µm or arcsec, and what a table adds to the command of the axis that it names.
     pub fn csv(&self, machine: &Machine) -> String {
         let axis = &machine.axes[self.axis];
         let is_angle = ErrorName::parse(&self.error, &machine.axis_names()).is_ok_and(|name| name.component.is_angle());
@@ -100,10 +139,23 @@ impl CompensationTable {
             AxisKind::Linear => "mm",
             AxisKind::Rotary => "deg",
         };
-        let mut text = format!("{}_{position_unit},{}_{unit},to_add_{unit}\n", axis.name, self.error);
+        let mut text = format!("{}_{position_unit},{}_{unit}", axis.name, self.error);
+        if let Some((slide, _)) = self.corrects {
+            text.push_str(&format!(",to_add_to_{}_{unit}", machine.axes[slide].name));
+        }
+        text.push('\n');
         for &(q, error) in &self.rows {
-            text.push_str(&format!("{:.5},{:.4},{:.4}\n", axis.kind.to_file_unit(q), error * factor, -error * factor));
+            text.push_str(&format!("{:.5},{:.4}", axis.kind.to_file_unit(q), plain(error * factor)));
+            if let Some((_, share)) = self.corrects {
+                text.push_str(&format!(",{:.4}", plain(share * error * factor)));
+            }
+            text.push('\n');
         }
         text
     }
+}
+
+/// Without the sign of a zero.
+fn plain(value: f64) -> f64 {
+    if value.abs() < 5e-5 { 0.0 } else { value }
 }

@@ -21,8 +21,8 @@ pub struct ControlReport<'a> {
     pub parameters: &'a [Parameter],
     /// Values that the control holds now, by name.
     pub present: &'a [(String, f64)],
-    /// Errors over the volume: as the machine is, and when the control holds what it can.
-    pub volume: Option<[Figures; 2]>,
+    /// Errors over the volume: as the machine is, when the control holds what it can, and how well the fit knows them.
+    pub volume: Option<[Figures; 3]>,
     pub tables: Vec<CompensationTable>,
     /// Lost motion of axes.
     pub backlash: Vec<Backlash>,
@@ -41,9 +41,8 @@ fn control_name(control: Control) -> &'static str {
 
 /// The new value: the present one with the change, or the one that the machine file gives.
 fn new_value(report: &ControlReport, parameter: &Parameter) -> Option<f64> {
-    let key = parameter.name.split_whitespace().next().unwrap_or_default();
-    let is_it = |(name, _): &&(String, f64)| *name == parameter.name || name == key;
-    let present = report.present.iter().find(is_it).map(|(_, value)| value + parameter.change);
+    let held = report.present.iter().find(|(name, _)| parameter.is_called(name));
+    let present = held.map(|(_, value)| value + parameter.change);
     present.or(parameter.value)
 }
 
@@ -78,6 +77,19 @@ fn not_held(report: &ControlReport) -> Vec<String> {
         report.stays.iter().filter(|kind| !is_a(kind, Signature::Reversal)).map(String::as_str).collect();
     if !stays.is_empty() {
         list.push(format!("what depends on more than the position of an axis: {}", stays.join(", ")));
+    }
+    let no_zero = |table: &&CompensationTable| {
+        table.is_own
+            && report.machine.axes[table.axis].kind == AxisKind::Linear
+            && report.machine.machine_zero[table.axis].is_none()
+    };
+    if report.control == Control::LinuxCnc {
+        list.extend(report.tables.iter().filter(no_zero).map(|table| {
+            format!(
+                "{} as a COMP_FILE: its rows are machine coordinates, and the machine file states no machine_zero of {}",
+                table.error, report.machine.axes[table.axis].name
+            )
+        }));
     }
     let too_fine = |table: &&CompensationTable| table.is_own && table.rows.len() > LINUXCNC_ROWS;
     if report.control == Control::LinuxCnc {
@@ -138,14 +150,16 @@ pub fn control_text(report: &ControlReport) -> String {
         }
     }
     match &report.volume {
-        Some([now, after]) => {
+        Some([now, after, unsure]) => {
             let _ = writeln!(
                 text,
-                "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {:.1} µm now, {:.1} µm with these parameters; direction {:.1} and {:.1} arcsec.\nWhat stays, 'compensate' takes out of programs.",
+                "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {:.1} µm now, {:.1} µm with these parameters; direction {:.1} and {:.1} arcsec.\nThe fit knows the tip to {:.1} µm and its direction to {:.1} arcsec. What stays, 'compensate' takes out of programs.",
                 now.position_mm.p95 * UM_PER_MM,
                 after.position_mm.p95 * UM_PER_MM,
                 now.direction_rad.p95 * ARCSEC_PER_RAD,
-                after.direction_rad.p95 * ARCSEC_PER_RAD
+                after.direction_rad.p95 * ARCSEC_PER_RAD,
+                unsure.position_mm.p95 * UM_PER_MM,
+                unsure.direction_rad.p95 * ARCSEC_PER_RAD
             );
         }
         None => text.push_str("\nHow much of the volume's error stays is not told: travels or the spindle are not stated in the machine file.\n"),
@@ -269,8 +283,9 @@ pub fn control_json(report: &ControlReport) -> Value {
         "numbers": numbers,
         "backlash": backlash,
         "not_held": not_held(report),
-        "volume_now": report.volume.as_ref().map(|[now, _]| figures(now)),
-        "volume_after": report.volume.as_ref().map(|[_, after]| figures(after)),
+        "volume_now": report.volume.as_ref().map(|[now, ..]| figures(now)),
+        "volume_after": report.volume.as_ref().map(|[_, after, _]| figures(after)),
+        "volume_known_to": report.volume.as_ref().map(|[.., unsure]| figures(unsure)),
         "tables": report.tables.iter().map(|table| table.error.clone()).collect::<Vec<_>>(),
     })
 }

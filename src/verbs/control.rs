@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use fiveaxis::bodies::Bodies;
 use fiveaxis::control::{
-    Control, Number, What, backlash, held, held_where, left_over, module_of, numbers, parameters, tables,
+    Control, Number, Parameter, What, backlash, held, held_where, left_over, module_of, numbers, parameters, tables,
 };
 use fiveaxis::diagnose::examine;
 use fiveaxis::disturbances::into_component_errors;
-use fiveaxis::identify::{DeterminedErrors, Options, axis_lines, fitted_session};
+use fiveaxis::identify::{Fit, Options, axis_lines, fitted_session};
 use fiveaxis::load::{LoadError, load_machine_and_bodies, load_session, read_limited};
 use fiveaxis::machine::Machine;
 use fiveaxis::report::control::{
     ControlReport, backlash_file, control_json, control_text, parameters_csv, parameters_hal,
 };
 use fiveaxis::units::UM_PER_MM;
-use fiveaxis::volume::poses;
+use fiveaxis::volume::{Figures, poses, spread};
 
 use super::Refusal;
 use super::inverse::tool_of;
@@ -71,6 +71,17 @@ enum ControlName {
     Fanuc,
 }
 
+impl ControlName {
+    fn of(self) -> Control {
+        match self {
+            ControlName::Linuxcnc => Control::LinuxCnc,
+            ControlName::Heidenhain => Control::Heidenhain,
+            ControlName::Sinumerik => Control::Sinumerik,
+            ControlName::Fanuc => Control::Fanuc,
+        }
+    }
+}
+
 /// Runs the verb.
 pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     if !(arguments.limit > 0.0 && arguments.limit <= 1e6) {
@@ -88,12 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let says = examination.says().unwrap_or_default();
         return Err(Ending::data_fault(format!("no parameters are given, for the fit is not to be believed: {says}")));
     }
-    let control = match arguments.control {
-        ControlName::Linuxcnc => Control::LinuxCnc,
-        ControlName::Heidenhain => Control::Heidenhain,
-        ControlName::Sinumerik => Control::Sinumerik,
-        ControlName::Fanuc => Control::Fanuc,
-    };
+    let control = arguments.control.of();
     let lines = axis_lines(&session, fit);
     let numbers = numbers(&session, fit, &lines);
     let mut fitted = fitted_session(&session, fit).machine;
@@ -104,20 +110,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     };
     let parameters =
         parameters(control, &session.machine, &numbers, modules.as_ref().map(|(fitted, nominal)| (fitted, nominal)));
-    let present = arguments.present.as_deref().map(present).transpose()?.unwrap_or_default();
-    let beyond = parameters.iter().find(|one| !one.is_angle && one.change.abs() * UM_PER_MM > arguments.limit);
-    if let Some(one) = beyond.filter(|_| !arguments.force) {
-        return Err(format!(
-            "{} would change by {:.1} µm, more than the limit of {} µm: check senses, units and places in the session; --limit or --force gives it all the same",
-            one.name,
-            one.change * UM_PER_MM,
-            arguments.limit
-        )
-        .into());
-    }
-    let stays = into_component_errors(&mut fitted);
-    // what the readings leave open is told of neither machine
-    DeterminedErrors::of(fit).put_into(&mut fitted);
+    let present = match &arguments.present {
+        Some(file) => {
+            let all: Vec<Number> = numbers.iter().map(|number| Number { determined: true, ..number.clone() }).collect();
+            let modules = modules.as_ref().map(|(fitted, nominal)| (fitted, nominal));
+            present(file, &fiveaxis::control::parameters(control, &session.machine, &all, modules))?
+        }
+        None => Vec::new(),
+    };
+    refuse_large(&parameters, arguments)?;
+    into_component_errors(&mut fitted);
+    let mut found = session.machine.clone();
+    let stays = into_component_errors(&mut found);
     let is_open = |number: &Number, axis: usize, component: usize| {
         let is_place = !matches!(number.what, What::Direction | What::Pivot);
         is_place && !number.determined && (number.axis, number.component) == (axis, component)
@@ -130,9 +134,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         numbers: &numbers,
         parameters: &parameters,
         present: &present,
-        volume: volume(&arguments.session, &fitted, &kept, &session.machine_file),
-        tables: tables(&fitted),
-        backlash: backlash(control, &fitted),
+        volume: volume(&arguments.session, &fitted, &kept, fit, &session.machine_file),
+        tables: tables(&found),
+        backlash: backlash(control, &found),
         stays,
     };
     drop(working);
@@ -143,7 +147,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
     match arguments.json {
         true => print_json(&control_json(&report)),
-        false => print(&control_text(&report)),
+        false => {
+            let written = |folder: &PathBuf| format!("\nwritten to {}: {}\n", folder.display(), files(&report).names());
+            let written = arguments.out.as_ref().map_or_else(String::new, written);
+            print(&(control_text(&report) + &written))
+        }
+    }
+}
+
+/// Refuses changes beyond the limit.
+fn refuse_large(parameters: &[Parameter], arguments: &Arguments) -> Result<(), Refusal> {
+    let beyond = parameters.iter().find(|one| !one.is_angle && one.change.abs() * UM_PER_MM > arguments.limit);
+    match beyond.filter(|_| !arguments.force) {
+        None => Ok(()),
+        Some(one) => Err(format!(
+            "{} would change by {:.1} µm, more than the limit of {} µm: check senses, units and places in the session; --limit or --force gives it all the same",
+            one.name,
+            one.change * UM_PER_MM,
+            arguments.limit
+        )
+        .into()),
     }
 }
 
@@ -157,20 +180,16 @@ fn without_errors(machine: &Machine) -> Machine {
     clean
 }
 
-/// Figures of the volume as the machine is and as it is left; `None` where travels or the spindle are not stated.
-fn volume(
-    session: &Path,
-    fitted: &Machine,
-    known: &Machine,
-    machine_file: &str,
-) -> Option<[fiveaxis::volume::Figures; 2]> {
+/// Figures of the volume as the machine is, as it is left, and how far its drawn likes stand from it; `None` where travels or the spindle are not stated.
+fn volume(session: &Path, fitted: &Machine, known: &Machine, fit: &Fit, machine_file: &str) -> Option<[Figures; 3]> {
     let folder = session.parent().map(PathBuf::from).unwrap_or_default();
     let bodies =
         load_machine_and_bodies(&folder.join(machine_file)).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);
     let tool = tool_of(fitted, &bodies, None).ok()?;
     let poses = poses(fitted, tool, None, POSES).ok()?;
     let nominal = without_errors(fitted);
-    Some([left_over(fitted, &nominal, tool, &poses), left_over(fitted, known, tool, &poses)])
+    let unsure = spread(fitted, fit, tool, &poses).left;
+    Some([left_over(fitted, &nominal, tool, &poses), left_over(fitted, known, tool, &poses), unsure])
 }
 
 /// Parameters and tables as files.
@@ -195,25 +214,34 @@ fn files(report: &ControlReport) -> OutputFolder {
     output
 }
 
-/// `name = value`, mm.
-fn present(file: &Path) -> Result<Vec<(String, f64)>, Refusal> {
+/// `name = value`, mm; of parameters that the control has for this machine, each once.
+fn present(file: &Path, all: &[Parameter]) -> Result<Vec<(String, f64)>, Refusal> {
     let text = read_limited(file, fiveaxis::load::limits::YAML_BYTES)?;
-    let mut list = Vec::new();
+    let mut list: Vec<(String, f64)> = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             continue;
         }
+        let refused = |why: String| LoadError::line(file, index + 1, why);
         let parsed = line.rsplit_once('=').and_then(|(name, value)| {
             Some((name.trim().to_string(), value.trim().parse::<f64>().ok().filter(|value| value.abs() <= 1e6)?))
         });
-        list.push(parsed.ok_or_else(|| {
-            LoadError::line(
-                file,
-                index + 1,
-                format!("'{line}' is not 'name = value' in mm; write for example $TC_CARR15 = -0.0123"),
-            )
-        })?);
+        let (name, value) = parsed.ok_or_else(|| {
+            refused(format!("'{line}' is not 'name = value' in mm; write for example $TC_CARR15 = -0.0123"))
+        })?;
+        let Some(parameter) = all.iter().find(|one| one.is_called(&name)) else {
+            let names: Vec<&str> = all.iter().map(Parameter::short_name).collect();
+            return Err(refused(format!(
+                "'{name}' is none of this control's parameters here; there are {}",
+                names.join(", ")
+            ))
+            .into());
+        };
+        if list.iter().any(|(other, _)| parameter.is_called(other)) {
+            return Err(refused(format!("'{name}' stands twice; keep one line")).into());
+        }
+        list.push((name, value));
     }
     Ok(list)
 }

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::figures::{Figures, Share, pose_errors};
 use crate::chain::Chain;
 use crate::identify::Fit;
-use crate::inverse::Tool;
+use crate::inverse::{Kinematics, Tool};
 use crate::machine::Machine;
 
 /// Standard deviations of figures by the fit, and what stays unknown of the tool's pose.
@@ -34,6 +34,8 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
     let poses: Vec<Vec<f64>> = poses.iter().step_by(step).cloned().collect();
     let chain = Chain::of(machine);
     let fitted = pose_errors(machine, &chain, tool, &poses);
+    let known = Kinematics::actual(machine, &chain, tool);
+    let axes: Vec<_> = poses.iter().map(|pose| known.pose(pose).axis).collect();
     let mut random = ChaCha8Rng::seed_from_u64(230);
     let mut drawn = Vec::with_capacity(DRAWS);
     let mut left = Vec::new();
@@ -46,10 +48,11 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
         }
         let mut errors = pose_errors(&one, &chain, tool, &poses);
         drawn.push(Figures::of(&errors));
-        // relative to the fitted machine; directions by the difference of small angles are no more than this
-        for (error, fitted) in errors.iter_mut().zip(&fitted) {
-            error.off_mm -= fitted.off_mm;
-            error.turned_rad = (error.turned_rad - fitted.turned_rad).abs();
+        // relative to the fitted machine
+        let real = Kinematics::actual(&one, &chain, tool);
+        for (k, error) in errors.iter_mut().enumerate() {
+            error.off_mm -= fitted[k].off_mm;
+            error.turned_rad = real.pose(&poses[k]).angle_to(&axes[k]);
         }
         left.extend(errors);
     }

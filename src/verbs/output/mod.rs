@@ -111,6 +111,12 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
+    /// Names of its files, for a line of what was written.
+    pub fn names(&self) -> String {
+        let names: Vec<String> = self.files.iter().map(|(name, _)| name.display().to_string()).collect();
+        names.join(", ")
+    }
+
     /// Adds a file by its name relative to the folder.
     pub fn add(&mut self, name: impl Into<PathBuf>, content: impl Into<Vec<u8>>) {
         // `./x.csv` and `x.csv` are one file
