@@ -108,11 +108,11 @@ thresholds! {
         "of what error motions in several components explain with which one in fewer is the likelier";
     own_rather = 0.9, off 1.0, "share":
         "of what a tipping part explains with which lost motion of the axis that drives it is the likelier";
-    softening = 0.01, off 0.0, "per log odds":
+    softening = 0.004, off 0.0, "per log odds":
         "log odds of a rival are divided by 1 and so much of the chosen cause's own: forms of the catalogue are never exact";
-    softening_of_arcs = 0.05, off 0.01, "per log odds":
+    softening_of_arcs = 0.02, off 0.01, "per log odds":
         "the same between sag and error motion over part of a turn";
-    customary = 0.15, off 1.0, "ratio":
+    customary = 0.04, off 1.0, "ratio":
         "in sweeps, prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis, lost motion of a drive)";
     form_unknown = 0.4, off f64::INFINITY, "share":
         "of a finding's gain that free curves beside it take, or of restlessness at its place, from which its form is not the right one";

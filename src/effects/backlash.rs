@@ -76,7 +76,7 @@ pub static ROTARY_BACKLASH: Kind = Kind {
     },
     unseen: Unseen::Listed,
     unmoved: &[AxisKind::Rotary],
-    form_error: 0.015,
+    form_error: 0.008,
     needs_runs: false,
     signature: Signature::Reversal,
     candidates: about_its_line,

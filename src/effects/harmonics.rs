@@ -84,7 +84,7 @@ pub static CYCLIC_ERROR: Kind = Kind {
     },
     unseen: Unseen::Listed,
     unmoved: &[AxisKind::Rotary, AxisKind::Linear],
-    form_error: 0.05,
+    form_error: 0.03,
     needs_runs: false,
     signature: Signature::Period,
     candidates: periods,

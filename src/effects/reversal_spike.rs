@@ -34,7 +34,7 @@ pub static REVERSAL_SPIKE: Kind = Kind {
     },
     unseen: Unseen::Listed,
     unmoved: &[AxisKind::Linear],
-    form_error: 0.05,
+    form_error: 0.035,
     needs_runs: true,
     signature: Signature::Spike,
     candidates: spikes,

@@ -108,7 +108,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
     unseen: Unseen::Listed,
     unmoved: &[],
-    form_error: 0.03,
+    form_error: 0.05,
     needs_runs: false,
     signature: Signature::Growth,
     candidates: growths,

@@ -30,7 +30,7 @@ pub static VIBRATION: Kind = Kind {
     shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::BothWays },
     unseen: Unseen::Never,
     unmoved: &[],
-    form_error: 0.02,
+    form_error: 0.015,
     needs_runs: true,
     signature: Signature::Oscillation,
     candidates: vibrations,
