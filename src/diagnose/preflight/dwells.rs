@@ -68,7 +68,17 @@ pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspic
             ),
         };
         let (place, components) = (RECORDER.to_string(), Vec::new());
-        list.push(Suspicion { effect, place, components, tests, says, shift_ms: None, weight: SOMETIMES, undone });
+        list.push(Suspicion {
+            effect,
+            place,
+            components,
+            tests,
+            says,
+            shift_ms: None,
+            diminished: 1.0,
+            weight: SOMETIMES,
+            undone,
+        });
     }
     list
 }

@@ -1,13 +1,15 @@
 //! A fit looked at before it is believed: contradictions in the files, wrong set-ups, readings that cannot be judged. Physics is for `diagnose`.
 
 use super::contradictions::{contradiction, further_contradiction};
-use super::data_fault::DataFault;
+use super::data_fault::{DataFault, RECORDER};
 use super::doubts::{left_out_share, misfit, repeats_um, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::places::frames::{instrument_moved, mistaken_columns};
-use super::quick_fit::strain;
+use super::quick_fit::{refit, robust_rms_mm, strain};
+use super::scaled_readings::{READING_SIGN, turned};
 use super::small_misfit::preflight;
 use crate::chain::Chain;
+use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_floor};
 use crate::effects::Context;
@@ -91,18 +93,75 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         fault = contest(session).or_else(|| further_contradiction(session));
     }
+    let mut warnings: Vec<String> = fit.iter().flat_map(warnings).collect();
+    if fault.is_none() && misfit.is_none() && noisy.is_none() {
+        match sense_of_readings(session) {
+            Sense::Told => {}
+            Sense::Open => warnings.push(SENSE_OPEN.into()),
+            Sense::Wrong(turned) => fault = Some(turned),
+        }
+    }
     let unknown = "; no mistake that is known explains it: check machine file, ball places, bars and which recording \
                    belongs to which test";
     let unjudged = noisy.or(misfit.map(|misfit| misfit + unknown)).filter(|_| fault.is_none());
     Ok(Examination {
         fault,
         unjudged,
-        warnings: fit.as_ref().map(warnings).unwrap_or_default(),
+        warnings,
         repeats_um,
         left_out_share: fit.as_ref().map_or(0.0, left_out_share),
         fit,
     })
 }
+
+/// Misfits that differ by less, as a share, say the same.
+const ALIKE: f64 = 0.05;
+
+/// Squared offsets of balls, bars and location errors in their spreads by which one sense of the readings is told from the
+/// other: five standard deviations.
+const TOLD: f64 = 25.0;
+
+/// What turned deviations would do.
+enum Sense {
+    Told,
+    /// They would fit as well, and every error would come out with the other sign.
+    Open,
+    /// They fit as well with balls and bars where the session puts them.
+    Wrong(DataFault),
+}
+
+fn sense_of_readings(session: &Session) -> Sense {
+    let Some(turned) = turned(session) else { return Sense::Told };
+    let of = |session: &Session| {
+        let refitted = refit(&few_rows(session), None)?;
+        let left_um = 1e3 * robust_rms_mm(&refitted.residual_mm);
+        let setups = refitted.unknowns.iter().zip(&refitted.values).filter(|(unknown, _)| unknown.quantity.is_setup());
+        let offsets: f64 =
+            setups.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).powi(2)).sum();
+        Some((left_um, offsets))
+    };
+    match (of(session), of(&turned)) {
+        (Some(now), Some(then)) if then.0 < (1.0 + ALIKE) * now.0 => match now.1 - then.1 {
+            less if less > TOLD => Sense::Wrong(DataFault {
+                components: vec!["length".into()],
+                before_um: now.0,
+                after_um: then.0,
+                ..DataFault::seen(
+                    READING_SIGN,
+                    RECORDER,
+                    Vec::new(),
+                    "the deviations from the bars' lengths have the wrong sign: turn it".into(),
+                )
+            }),
+            less if less > -TOLD => Sense::Open,
+            _ => Sense::Told,
+        },
+        _ => Sense::Told,
+    }
+}
+
+const SENSE_OPEN: &str = "these tests do not tell the sense of the readings: with all deviations turned they fit as well, and \
+    every error has the other sign; lengthen the bar by hand and look whether the reading rises";
 
 /// A mistake behind a residual that is far above the noise floor, or an arc, direction or speed that is not its test's.
 fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result<Option<DataFault>, FitError> {

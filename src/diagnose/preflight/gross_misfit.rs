@@ -49,7 +49,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.retain(|suspicion| told.insert(suspicion.says.clone()));
     let mut ranked: Vec<(f64, Suspicion)> = list
         .into_par_iter()
-        .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (misfit, suspicion)))
+        .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (suspicion.diminished * misfit, suspicion)))
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     // which of several recordings are written from the wrong end is found one by one: the first guess may explain little
@@ -126,7 +126,8 @@ fn settled(mut suspicion: Suspicion) -> Option<Judged> {
             refitted = refit(&suspicion.undone, None)?;
         }
     }
-    Some(Judged { left_um: refitted.misfit_um, strain: refitted.strain, weight: suspicion.weight, suspicion })
+    let left_um = suspicion.diminished * refitted.misfit_um;
+    Some(Judged { left_um, strain: refitted.strain, weight: suspicion.weight, suspicion })
 }
 
 /// Moves what the mistake concerns to where a refit puts it.

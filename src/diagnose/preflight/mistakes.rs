@@ -5,6 +5,8 @@ use super::dwells::without_dwells;
 use super::places::ball_places::End;
 use super::places::exchanged;
 use super::places::misplaced::on_any_link;
+use super::places::standing::columns_off;
+use super::scaled_readings::{scaled, zeroed};
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::machine::AxisKind;
@@ -43,6 +45,15 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
     list.extend(worst_tests(residual_mm).into_iter().filter_map(|test| foreign(session, test)));
     list.extend(on_any_link(session));
     list.extend(exchanged::with_worst(session, &worst_tests(residual_mm)));
+    let programs: Vec<Vec<usize>> = worst_programs(session, residual_mm);
+    list.extend(exchanged::programs(session, &programs));
+    let single = worst_tests(residual_mm).into_iter().take(1).map(|test| vec![test]);
+    let mut groups: Vec<Vec<usize>> = programs.iter().cloned().chain(single).collect();
+    list.extend(columns_off(session, &groups));
+    groups.extend(alike(session));
+    groups.dedup();
+    list.extend(scaled(session, &groups));
+    list.extend(zeroed(session, &programs));
     list.extend(of_one_conversion(session));
     list
 }
@@ -57,6 +68,7 @@ fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspic
         tests: Vec::new(),
         says,
         shift_ms: None,
+        diminished: 1.0,
         weight: OFTEN,
         undone: scale_axis(session, axis, factor),
     };
@@ -87,15 +99,33 @@ fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspic
 
 /// Recordings with the same columns come out of one conversion.
 fn of_one_conversion(session: &Session) -> Vec<Suspicion> {
-    let mut list = Vec::new();
+    alike(session).iter().flat_map(|tests| columns_of_some(session, tests)).collect()
+}
+
+/// Tests with the same columns, where there are several but not all.
+fn alike(session: &Session) -> Vec<Vec<usize>> {
     let moving = |test: usize| session.tests[test].recording.as_ref().map(|recording| &recording.axes);
-    for first in 0..session.tests.len() {
-        let alike: Vec<usize> = (0..session.tests.len()).filter(|&test| moving(test) == moving(first)).collect();
-        if alike[0] == first && (2..session.tests.len()).contains(&alike.len()) {
-            list.extend(columns_of_some(session, &alike));
+    let with = |first: usize| -> Vec<usize> {
+        (0..session.tests.len()).filter(|&test| moving(test) == moving(first)).collect()
+    };
+    let is_part = |tests: &Vec<usize>| (2..session.tests.len()).contains(&tests.len());
+    (0..session.tests.len())
+        .map(|first| (first, with(first)))
+        .filter(|(first, tests)| tests[0] == *first && is_part(tests))
+        .map(|(_, tests)| tests)
+        .collect()
+}
+
+/// The programs of the tests that fit worst: each with its other directions and repeats.
+fn worst_programs(session: &Session, residual_mm: &[Vec<f64>]) -> Vec<Vec<usize>> {
+    let mut programs: Vec<Vec<usize>> = Vec::new();
+    for test in worst_tests(residual_mm) {
+        let repeats = exchanged::repeats(session, test);
+        if !programs.contains(&repeats) {
+            programs.push(repeats);
         }
     }
-    list
+    programs
 }
 
 pub(crate) const FOREIGN: &str = "foreign-file";
@@ -128,6 +158,7 @@ fn foreign(session: &Session, index: usize) -> Option<Suspicion> {
         tests: vec![test.name.clone()],
         says,
         shift_ms: None,
+        diminished: 1.0,
         weight: SOMETIMES,
         undone,
     })
@@ -155,6 +186,7 @@ fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
             tests: names.clone(),
             says: format!("{label} is counted backwards in {name}: turn the sign of column {label} there"),
             shift_ms: None,
+            diminished: 1.0,
             weight: SOMETIMES,
             undone: alone(scale_axis(session, axis, -1.0)),
         });
@@ -225,6 +257,7 @@ fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
         components: vec![one, two],
         tests: Vec::new(),
         shift_ms: None,
+        diminished: 1.0,
         weight: OFTEN,
         undone,
     }
@@ -309,6 +342,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
         components: vec![name],
         tests,
         shift_ms: None,
+        diminished: 1.0,
         weight: RARELY,
         undone,
     })
@@ -336,6 +370,7 @@ pub(crate) fn shifted((thinned, session): (&Session, &Session), tests: &[usize],
         components: Vec::new(),
         tests: names,
         shift_ms: Some(1e3 * seconds),
+        diminished: 1.0,
         weight: RARELY,
         undone,
     }

@@ -9,5 +9,6 @@ pub(crate) mod gross_misfit;
 pub(crate) mod mistakes;
 pub(crate) mod places;
 pub(crate) mod quick_fit;
+pub(crate) mod scaled_readings;
 pub(crate) mod small_misfit;
 pub(crate) mod suspicion;

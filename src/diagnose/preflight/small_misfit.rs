@@ -13,10 +13,13 @@ use super::mistakes::{
     ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
 };
 use super::places::restated::restated;
-use super::places::standing::{STANDING_AXIS, stood_at};
-use super::quick_fit::{MOST_STRAIN, refit};
+use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, slides_a_little_elsewhere, stood_at};
+use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN, Refit, refit};
+use super::scaled_readings::READING_ZERO;
 use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::few_rows;
+use crate::identify::Quantity;
+use crate::machine::AxisKind;
 use crate::session::Session;
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
@@ -49,16 +52,22 @@ pub fn preflight(
     let before = as_it_is.misfit_um;
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
     let mut suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
-    suspicions.extend(restated(&thinned, &worst_tests(&as_it_is.residual_mm)));
+    let worst = worst_tests(&as_it_is.residual_mm);
+    suspicions.extend(restated(&thinned, &worst));
+    suspicions.extend(slides_a_little_elsewhere(&thinned, &worst));
     let mut judged: Vec<(f64, Suspicion)> = suspicions
         .into_par_iter()
-        .filter_map(|suspicion| misfit_um(&suspicion.undone).map(|misfit| (misfit, suspicion)))
+        .filter_map(|suspicion| {
+            let refit = refit(&suspicion.undone, Some(&as_it_is.values))?;
+            let is_one = suspicion.effect != READING_ZERO || own_zero_mm(&refit) > LEAST_SPREAD_MM;
+            is_one.then(|| (suspicion.diminished * refit.misfit_um, suspicion))
+        })
         .collect();
+    bring_nearer(&thinned, misfit_um, &mut judged);
     let foreign = judged.extract_if(.., |(_, one)| one.effect == FOREIGN).min_by(|a, b| a.0.total_cmp(&b.0));
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (best, others) = likeliest(judged)?;
     let best = finer((&thinned, session), misfit_um, best);
-    let best = finer_angle(&thinned, misfit_um, best);
     let (after, best) = toggled((&thinned, session), misfit_um, best);
     let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
     let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
@@ -69,6 +78,16 @@ pub fn preflight(
 
 /// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
 const FOREIGN_GAIN: f64 = 1.5;
+
+/// How far a gauge that was zeroed for itself is off, mm: a few micrometres may as well be errors of slides where they stand.
+fn own_zero_mm(refit: &Refit) -> f64 {
+    let bars = refit
+        .unknowns
+        .iter()
+        .zip(&refit.values)
+        .filter(|(unknown, _)| matches!(unknown.quantity, Quantity::Bar { .. }));
+    bars.max_by(|a, b| a.0.prior_sigma.total_cmp(&b.0.prior_sigma)).map_or(0.0, |(_, value)| value.abs())
+}
 
 /// A mistake with the misfit that undoing it leaves, µm.
 type Judged = (f64, Suspicion);
@@ -160,12 +179,40 @@ fn finer(
     near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
 }
 
-/// Steps about the angle of the grid at which a table is thought to have stood, deg: together more than half a step of the
-/// grid.
+/// Steps about the grid at which an axis is thought to have stood or to be off, deg: together more than half a step of the
+/// grid. And mm for slides.
 const FINER_DEG: [f64; 8] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06];
+const FINER_MM: [f64; 8] = [1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008];
 
-/// A table's angle brought nearer to where it stood than the grid; other mistakes have none.
-fn finer_angle(
+/// Axes that stood elsewhere or whose columns are off, brought nearer to where they were, each the best of its grid.
+const BROUGHT_NEARER: usize = 3;
+
+/// Brings the best few mistakes that have a size nearer to it than the grid: others find theirs in the fit.
+fn bring_nearer(
+    thinned: &Session,
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync + Copy,
+    judged: &mut Vec<Judged>,
+) {
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut seen: Vec<(&'static str, Vec<String>, Vec<String>)> = Vec::new();
+    let mut places = Vec::new();
+    for (place, (_, one)) in judged.iter().enumerate() {
+        let key = (one.effect, one.components.clone(), one.tests.clone());
+        if [STANDING_AXIS, COLUMN_SHIFTED].contains(&one.effect)
+            && !seen.contains(&key)
+            && places.len() < BROUGHT_NEARER
+        {
+            seen.push(key);
+            places.push(place);
+        }
+    }
+    let near: Vec<Judged> =
+        places.into_iter().rev().map(|place| finer_place(thinned, misfit_um, judged.swap_remove(place))).collect();
+    judged.extend(near);
+}
+
+/// An axis brought nearer to where it stood, or to what its column is off by, than the grid; other mistakes have no such size.
+fn finer_place(
     thinned: &Session,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
     (misfit, suspicion): (f64, Suspicion),
@@ -173,23 +220,42 @@ fn finer_angle(
     let tests: Vec<usize> =
         (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
     let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
-    let (Some(axis), Some(&first), STANDING_AXIS) = (axis, tests.first(), suspicion.effect) else {
+    let (Some(axis), Some(&first), STANDING_AXIS | COLUMN_SHIFTED) = (axis, tests.first(), suspicion.effect) else {
         return (misfit, suspicion);
     };
-    let at = |session: &Session| session.tests[first].positions[axis].unwrap_or(0.0);
+    let stands = suspicion.effect == STANDING_AXIS;
+    let at = |session: &Session| match stands {
+        true => session.tests[first].positions[axis].unwrap_or(0.0),
+        false => first_position(session, first, axis).unwrap_or(0.0),
+    };
+    let moved = |shift: f64| match stands {
+        true => stood_at(thinned, axis, &tests, shift),
+        false => column_off(thinned, axis, &tests, shift),
+    };
+    let steps = match thinned.machine.axes[axis].kind {
+        AxisKind::Rotary => FINER_DEG.map(f64::to_radians),
+        AxisKind::Linear => FINER_MM,
+    };
     let mut best = (misfit, at(&suspicion.undone) - at(thinned), suspicion);
-    for step in FINER_DEG {
+    for step in steps {
         let beside: Vec<(f64, f64, Suspicion)> = [-step, step]
             .into_par_iter()
             .filter_map(|step| {
-                let shift = best.1 + step.to_radians();
-                let nearer = stood_at(thinned, axis, &tests, shift)?;
+                let shift = best.1 + step;
+                let nearer = moved(shift)?;
                 misfit_um(&nearer.undone).map(|misfit| (misfit, shift, nearer))
             })
             .collect();
         best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
     }
     (best.0, best.2)
+}
+
+/// Where an axis is in the first row of a test's recording.
+fn first_position(session: &Session, test: usize, axis: usize) -> Option<f64> {
+    let recording = session.tests[test].recording.as_ref()?;
+    let column = recording.axes.iter().position(|&other| other == axis)?;
+    recording.positions[column].first().copied()
 }
 
 /// Share by which turning one recording more, or one less, must lower the residual.

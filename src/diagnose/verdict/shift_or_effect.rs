@@ -21,9 +21,12 @@ fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &
     !chosen.is_shift_of_one_test() && left_um(fine, search) < enough_um
 }
 
-/// Whether what was found leaves clearly less than undoing a mistake does.
-fn explains_more(fine: &LinearModel, search: &Search, fault: &DataFault) -> bool {
-    !search.found.is_empty() && AS_NEAR * left_um(fine, search) < fault.after_um
+/// Whether what was found leaves clearly less than undoing a mistake does, which leaves more than noise. Several jumps follow any
+/// mistake in several tests.
+fn explains_more(fine: &LinearModel, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
+    let jumps = search.found.iter().filter(|found| found.chosen.is_event()).count();
+    let leaves_something = fault.after_um > fine.thresholds.explained * noise_um;
+    !search.found.is_empty() && jumps < 2 && leaves_something && AS_NEAR * left_um(fine, search) < fault.after_um
 }
 
 /// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where effects explain
@@ -35,7 +38,7 @@ pub(crate) fn beside(fine: &LinearModel, search: &Search, noise_um: f64, mut fau
     }
     let is_physics = match fault.looks_like_an_effect() {
         true => explains_a_shift(fine, search, noise_um, &fault),
-        false => explains_more(fine, search, &fault),
+        false => explains_more(fine, search, noise_um, &fault),
     };
     (!is_physics).then_some(fault)
 }

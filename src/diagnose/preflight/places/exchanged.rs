@@ -23,6 +23,7 @@ fn with_recordings(session: &Session, from: &[usize], says: String) -> Suspicion
         tests,
         says,
         shift_ms: None,
+        diminished: 1.0,
         weight: SOMETIMES,
         undone,
     }
@@ -56,6 +57,38 @@ pub(crate) fn with_worst(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
     pairs.into_iter().take(MOST_PAIRS).map(|(_, one, other)| exchanged(session, one, other)).collect()
+}
+
+/// Whole programs exchanged with those of the tests that fit worst: all directions and repeats of one setup with those of
+/// another, in the order of the session.
+pub(crate) fn programs(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
+    let mut list = Vec::new();
+    let mut tried: Vec<(usize, usize)> = Vec::new();
+    for own in groups.iter().filter(|own| own.len() > 1) {
+        for first in (0..session.tests.len()).filter(|first| !own.contains(first)) {
+            let other = repeats(session, first);
+            let key = (own[0].min(first), own[0].max(first));
+            let fits =
+                other.first() == Some(&first) && other.len() == own.len() && may_be_exchanged(session, own[0], first);
+            if !fits || tried.contains(&key) || list.len() >= MOST_PAIRS {
+                continue;
+            }
+            tried.push(key);
+            let mut from: Vec<usize> = (0..session.tests.len()).collect();
+            own.iter().zip(&other).for_each(|(&one, &other)| from.swap(one, other));
+            let says = format!(
+                "the recordings of {} and {} are exchanged, each with its repeats: swap the files of these tests",
+                session.tests[own[0]].name, session.tests[first].name
+            );
+            list.push(with_recordings(session, &from, says));
+        }
+    }
+    list
+}
+
+/// A test with its other directions and repeats: those of the same setup.
+pub(crate) fn repeats(session: &Session, test: usize) -> Vec<usize> {
+    (0..session.tests.len()).filter(|&other| session.tests[test].is_repeat_of(&session.tests[other])).collect()
 }
 
 /// What an exchange takes off the misfit of two tests by the nominal machine, mm.

@@ -46,7 +46,7 @@ pub(crate) fn suspicion(
     undone: Session,
 ) -> Suspicion {
     let (place, components) = (place.to_string(), Vec::new());
-    Suspicion { effect, place, components, tests, says, shift_ms: None, weight: SOMETIMES, undone }
+    Suspicion { effect, place, components, tests, says, shift_ms: None, diminished: 1.0, weight: SOMETIMES, undone }
 }
 
 /// Names of tests.

@@ -3,8 +3,8 @@
 use super::ball_places::WORTH;
 use super::misplaced::{names, suspicion};
 use crate::chain::{Chain, Geometry};
-use crate::diagnose::preflight::data_fault::SESSION;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
+use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session};
 use crate::statistics::least_along;
@@ -94,10 +94,86 @@ fn stood_elsewhere(session: &Session, chain: &Chain, axis: usize, tests: &[usize
     stood_at(session, axis, tests, best)
 }
 
+/// Travels are stated to so much, mm or rad.
+const BEYOND: f64 = 1e-3;
+
+/// Distances by which a slide is tried to have stood elsewhere, mm; a finer search follows.
+const SLIDE_MM: [f64; 8] = [-3.2, -0.8, -0.2, -0.05, 0.05, 0.2, 0.8, 3.2];
+
+/// Slides that stood a little elsewhere in groups of tests, or at the other sign: too little for the lengths alone to tell.
+pub(crate) fn slides_a_little_elsewhere(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
+    let machine = &session.machine;
+    let slides = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear);
+    let mut list = Vec::new();
+    for axis in slides {
+        for tests in groups(session, axis).into_iter().filter(|tests| tests.iter().any(|test| worst.contains(test))) {
+            let stated = session.tests[tests[0]].positions[axis].unwrap_or(0.0);
+            let other_sign = (stated != 0.0).then_some(-2.0 * stated);
+            let shifts = SLIDE_MM.iter().copied().chain(other_sign);
+            list.extend(shifts.filter_map(|shift| stood_at(session, axis, &tests, shift)));
+        }
+    }
+    list
+}
+
+pub(crate) const COLUMN_SHIFTED: &str = "column-shifted";
+
+/// Angles by which a column is tried to be off, deg; a finer search follows.
+const OFF_DEG: [f64; 11] = [-90.0, -30.0, -12.0, -4.0, -1.5, 1.5, 4.0, 12.0, 30.0, 90.0, 180.0];
+
+/// Columns of rotary axes that are off by one angle in some groups of tests.
+pub(crate) fn columns_off(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
+    let machine = &session.machine;
+    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let of = |axis: usize| {
+        let moves = |&test: &usize| {
+            session.tests[test].recording.as_ref().is_some_and(|recording| recording.axes.contains(&axis))
+        };
+        let every: Vec<usize> = (0..session.tests.len()).filter(moves).collect();
+        let mut all: Vec<Vec<usize>> =
+            groups.iter().filter(|group| group.iter().all(moves)).cloned().chain(std::iter::once(every)).collect();
+        all.retain(|group| !group.is_empty());
+        all.dedup();
+        all.into_iter().flat_map(move |tests| {
+            OFF_DEG
+                .iter()
+                .filter_map(move |deg| column_off(session, axis, &tests, deg.to_radians()))
+                .collect::<Vec<_>>()
+        })
+    };
+    rotary.flat_map(of).collect()
+}
+
+/// The session with the column of a rotary axis moved by an angle in some tests, rad.
+pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
+    let mut undone = session.clone();
+    for &test in tests {
+        let recording = undone.tests[test].recording.as_mut()?;
+        let column = recording.axes.iter().position(|&other| other == axis)?;
+        recording.positions[column].iter_mut().for_each(|q| *q += shift);
+    }
+    let name = &session.machine.axes[axis].name;
+    let says = format!(
+        "column {name} is off by about {:.2} deg in {}: the recording began late, or counts from another zero; add {:.2} to it",
+        -shift.to_degrees(),
+        crate::diagnose::preflight::data_fault::listed(&names(session, tests)),
+        shift.to_degrees()
+    );
+    let mut found = suspicion(COLUMN_SHIFTED, RECORDER, names(session, tests), says, undone);
+    found.components = vec![name.clone()];
+    found.weight = RARELY;
+    Some(found)
+}
+
 /// The session with an axis standing elsewhere by so much in some tests, mm or rad.
 pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
     let (axis_name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
     let stated = session.tests[*tests.first()?].positions[axis]?;
+    // beyond its travel no axis stands
+    let is_within = |(from, to): (f64, f64)| stated + shift > from - BEYOND && stated + shift < to + BEYOND;
+    if !session.machine.axes[axis].range.is_none_or(is_within) {
+        return None;
+    }
     let mut undone = session.clone();
     for &test in tests {
         undone.tests[test].positions[axis] = session.tests[test].positions[axis].map(|at| at + shift);
