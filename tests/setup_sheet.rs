@@ -431,11 +431,17 @@ fn the_sheet_and_every_program_say_where_zero_is() {
             zeroed,
             vec![
                 "Z 0: spindle nose 185.000 mm above table top",
-                "Z 0: spindle nose 110.000 mm before the line of A",
+                "Z 0: spindle nose 110.000 mm above the line of A",
                 "X 0 Y 0: spindle aside of the line of C by x -20.000 mm",
             ],
         ),
-        (shipped("table-head-ba-horizontal.yaml"), vec!["Z 0: spindle nose", "the line of B"]),
+        (
+            shipped("table-head-ba-horizontal.yaml"),
+            vec![
+                "Z 0: spindle nose 660.000 mm in front of the line of B",
+                "line of the spindle 150.000 mm above table top",
+            ],
+        ),
         (shipped("head-head-ca-overhead-gantry.yaml"), vec!["Z 0: spindle nose", "X 0 Y 0: spindle", "middle of"]),
     ];
     for (k, (machine, due)) in cases.into_iter().enumerate() {

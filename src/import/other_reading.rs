@@ -65,8 +65,7 @@ pub(super) fn other_reading(session: &Session, among: &[Pair], capture: &Capture
             time_s: capture.time_s.iter().map(|time| time * time_by).collect(),
             reading_mm: capture.reading_mm.iter().map(|reading| reading * by).collect(),
         };
-        let is_in_it = |(marks, _): &&(Marks, String)| matches!(find(&scaled, marks, feeds.range()), Found::All(_));
-        let (_, test) = forms.iter().find(is_in_it)?;
-        Some(ImportError::OtherReading { test: test.clone(), what, cure })
+        let is_in_it = |(marks, _): &(Marks, String)| matches!(find(&scaled, marks, feeds.range()), Found::All(_));
+        forms.iter().any(is_in_it).then_some(ImportError::OtherReading { what, cure })
     })
 }

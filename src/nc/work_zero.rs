@@ -19,9 +19,9 @@ pub fn zero_words(machine: &Machine, bodies: &Bodies) -> Vec<String> {
     let mut across = Vec::new();
     for mount in &bodies.mounts {
         if is_parallel(&mount.normal, &spindle.direction) {
-            along.push(format!("spindle nose {}", above(mount, spindle)));
+            along.push(format!("spindle nose {}", over_surface(machine, mount, spindle)));
         } else if is_square(&mount.normal, &spindle.direction) {
-            across.push(format!("line of the spindle {}", above(mount, spindle)));
+            across.push(format!("line of the spindle {}", over_surface(machine, mount, spindle)));
         }
     }
     for &axis in &turning {
@@ -30,9 +30,8 @@ pub fn zero_words(machine: &Machine, bodies: &Bodies) -> Vec<String> {
         if is_parallel(&machine.axes[axis].direction, &spindle.direction) {
             across.push(over(&off, &spindle.direction, &format!("the line of {name}")));
         } else if is_square(&machine.axes[axis].direction, &spindle.direction) {
-            let mm = off.dot(&spindle.direction);
-            let side = if mm < 0.0 { "beyond" } else { "before" };
-            along.push(format!("spindle nose {:.3} mm {side} the line of {name}", mm.abs()));
+            let side = side(machine, off.dot(&spindle.direction), &spindle.direction);
+            along.push(format!("spindle nose {side} the line of {name}"));
         }
     }
     // without a table that turns about the spindle's direction the middle of the surface says where it stands
@@ -74,10 +73,21 @@ fn is_square(one: &Vector3<f64>, other: &Vector3<f64>) -> bool {
 }
 
 /// `185.000 mm above table top`.
-fn above(mount: &Mount, spindle: &SpindleSide) -> String {
+fn over_surface(machine: &Machine, mount: &Mount, spindle: &SpindleSide) -> String {
     let mm = (spindle.nose - mount.middle).dot(&mount.normal);
-    let side = if mm < 0.0 { "below" } else { "above" };
-    format!("{:.3} mm {side} {}", mm.abs(), mount.name)
+    format!("{} {}", side(machine, mm, &mount.normal), mount.name)
+}
+
+/// `185.000 mm above`: how far along a direction, and to which side.
+fn side(machine: &Machine, mm: f64, direction: &Vector3<f64>) -> String {
+    let is_up = is_parallel(direction, &machine.gravity) && direction.dot(&machine.gravity) < 0.0;
+    let words = match (is_up, mm < 0.0) {
+        (true, false) => "above",
+        (true, true) => "below",
+        (false, false) => "in front of",
+        (false, true) => "behind",
+    };
+    format!("{:.3} mm {words}", mm.abs())
 }
 
 /// `spindle over the line of C`, or how far aside of it in R.

@@ -30,7 +30,7 @@ impl TestReader<'_> {
             self.document.refuse(
                 &[Step::Key("tests"), Step::Index(index), Step::Key("recording")],
                 format!(
-                    "test '{}': {what}; nothing says where the axes stood, take the capture in one piece and type fiveaxis import CAPTURE.csv --session SESSION --out imported",
+                    "test '{}': {what}; nothing says where the axes stood, take the capture in one piece and type fiveaxis import CAPTURE.csv --session session.yaml --out imported",
                     test.name
                 ),
             )
