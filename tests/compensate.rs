@@ -305,7 +305,7 @@ fn a_corrected_plan_keeps_its_bar() {
                 let of = |ball: &fiveaxis::session::Ball| machine.ball(&ball.link, ball.at.into(), &q);
                 distance(of(&test.pivot), of(&test.spindle_ball))
             };
-            let text = fiveaxis::nc::program(&drawn, planned, fiveaxis::nc::Dialect::LinuxCnc);
+            let text = fiveaxis::nc::program(&drawn, planned, &[], fiveaxis::nc::Dialect::LinuxCnc);
             let numbered: String = text
                 .lines()
                 .enumerate()

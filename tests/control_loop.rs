@@ -147,7 +147,7 @@ fn judged(machine: &Machine, test: &Test, trace: &Trace) -> ([f64; 2], f64, f64)
 
 /// What is wrong with a planned test on the control, direction by direction.
 fn faults(run: &Path, machine: &Machine, planned: &PlannedTest) -> Vec<String> {
-    let trace = traced(run, machine, &program(machine, planned, Dialect::LinuxCnc));
+    let trace = traced(run, machine, &program(machine, planned, &[], Dialect::LinuxCnc));
     let mut faults = Vec::new();
     for test in planned.both_ways() {
         let (pace, off, seen) = judged(machine, &test, &trace);

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use std::sync::LazyLock;
 
 use captured::{Drawn, Erring, HABITS, Habit, Kind, Planned, planned};
-use fiveaxis::import::{Feeds, ImportError, Pair, place};
+use fiveaxis::import::{Feeds, ImportError, Pair, place, recordings};
 use fiveaxis::load::{CaptureHints, load_capture};
 use fiveaxis::session::LengthColumn;
 use serde_json::Value;
@@ -198,8 +198,124 @@ fn an_override_is_placed_where_it_is_asked_for() {
     }
 }
 
+#[test]
+fn readings_of_another_sense_unit_or_clock_are_named() {
+    let planned = &*MARKED;
+    let cases = [
+        (-1.0, 1.0, "the readings have the other sense"),
+        (1.0 / 25.4, 1.0, "the readings are in inches"),
+        (0.1, 1.0, "ten times too small"),
+        (10.0, 1.0, "ten times too large"),
+        (1e-3, 1.0, "a thousand times too small, millimetres taken as µm"),
+        (1e3, 1.0, "a thousand times too large, µm taken as millimetres"),
+        (1.0, 1e3, "the times are milliseconds"),
+        (1.0, 1e-3, "the times are seconds"),
+    ];
+    for (k, (by, time_by, due)) in cases.into_iter().enumerate() {
+        let (pair, seed) = (k % planned.pairs.len(), 60 + k as u64);
+        let mut drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), pair, seed, Kind::Sound);
+        place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect("placed as it is");
+        drawn.capture.reading_mm.iter_mut().for_each(|reading| *reading *= by);
+        drawn.capture.time_s.iter_mut().for_each(|time| *time *= time_by);
+        let why = refusal(planned, &planned.pairs, &drawn);
+        println!("{}: {why}", drawn.says);
+        assert!(matches!(why, ImportError::OtherReading { .. }), "{by} {time_by}: {why}");
+        assert!(why.to_string().contains(due), "{by} {time_by}: {why}");
+    }
+}
+
+/// A session of one pair of tests whose recordings without positions are these columns.
+fn written(planned: &Planned, pair: Pair, halves: &[String; 2], folder: &Path) -> std::path::PathBuf {
+    let mut session = planned.session.clone();
+    session.tests = pair.tests.map(|test| planned.session.tests[test].clone()).to_vec();
+    for (test, text) in session.tests.iter_mut().zip(halves) {
+        let name = format!("{}.csv", test.name);
+        std::fs::write(folder.join(&name), text).unwrap();
+        test.recording_file = Some(name);
+    }
+    session.machine_file = "machine.yaml".into();
+    std::fs::write(folder.join("machine.yaml"), fiveaxis::report::machine_yaml(&session.machine)).unwrap();
+    let file = folder.join("session.yaml");
+    std::fs::write(&file, fiveaxis::report::session_yaml(&session)).unwrap();
+    file
+}
+
+#[test]
+fn a_capture_cut_by_hand_is_no_recording_of_an_arc() {
+    let planned = &*MARKED;
+    let (mut by_duration, mut by_marks) = (0, 0);
+    for (k, &pair) in planned.pairs.iter().enumerate() {
+        let seed = 80 + k as u64;
+        let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), k, seed, Kind::Sound);
+        let capture = &drawn.capture;
+        let placement = place(&planned.session, &[pair], capture, Feeds::Programmed).expect("placed");
+        let (timing, run_s) = (&placement.timing, placement.course.run_s);
+        let run = [0, 1].map(|way| [timing.start_s[way], timing.start_s[way] + timing.moving_s(way, run_s)]);
+        let marks = planned.session.tests[pair.tests[0]].marks.expect("marked");
+        let mark_s = marks.rest_s + 2.0 * marks.move_s() + marks.hold_s + 0.4;
+        let arcs = recordings(&placement, capture, 0.0, LengthColumn::DeviationMm);
+        // from the start to the middle of the pause and on; a mark beside each run; the arcs alone
+        let middle = 0.5 * (run[0][1] + run[1][0]);
+        let all = [[f64::MIN, middle], [middle, f64::MAX]];
+        let near = run.map(|[begin, end]| [begin - mark_s, end]);
+        let arc = [0, 1].map(|way: usize| {
+            let time = arcs[way].0.time_s().expect("times");
+            [arcs[way].1 + time[0] - 1e-6, arcs[way].1 + time[time.len() - 1] + 1e-6]
+        });
+        for (windows, is_arc) in [(all, false), (near, false), (arc, true)] {
+            for with_times in [true, false] {
+                let folder = tempfile::tempdir().unwrap();
+                let halves = windows.map(|[from, to]| {
+                    let rows = capture.time_s.iter().zip(&capture.reading_mm);
+                    let rows = rows.filter(|(time, reading)| (from..=to).contains(*time) && reading.is_finite());
+                    let head = if with_times { "time_s,deviation_mm\n" } else { "deviation_mm\n" };
+                    rows.fold(head.to_string(), |text, (time, reading)| match with_times {
+                        true => text + &format!("{time:.6},{reading:.6}\n"),
+                        false => text + &format!("{reading:.6}\n"),
+                    })
+                });
+                let session = written(planned, pair, &halves, folder.path());
+                let loaded = fiveaxis::load::load_session(&session);
+                if is_arc {
+                    assert!(loaded.is_ok(), "{}: {}", drawn.says, loaded.unwrap_err());
+                    continue;
+                }
+                let why = loaded.expect_err(&drawn.says).to_string();
+                assert!(why.contains("fiveaxis import"), "{why}");
+                by_duration += usize::from(why.contains("at the test's feed"));
+                by_marks += usize::from(why.contains("the readings show a mark"));
+                println!("{}: {why}", drawn.says);
+                let mut command = Command::new(env!("CARGO_BIN_EXE_fiveaxis"));
+                let output = command.arg("identify").arg(&session).output().unwrap();
+                assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+            }
+        }
+    }
+    assert!(by_duration > 0 && by_marks > 0, "{by_duration} {by_marks}");
+}
+
 fn import(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fiveaxis")).arg("import").args(arguments).output().unwrap()
+}
+
+#[test]
+fn the_example_of_the_help_runs() {
+    let help = String::from_utf8(import(&["--help"]).stdout).unwrap();
+    // the last paragraph, on as many lines as a terminal makes of it
+    let (_, command) = help.split_once("Example: fiveaxis ").expect("an example");
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join(SHIPPED);
+    std::fs::create_dir_all(&copy).unwrap();
+    for file in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(SHIPPED)).unwrap() {
+        let file = file.unwrap().path();
+        if file.is_file() {
+            std::fs::copy(&file, copy.join(file.file_name().unwrap())).unwrap();
+        }
+    }
+    let mut example = Command::new(env!("CARGO_BIN_EXE_fiveaxis"));
+    let output = example.args(command.split_whitespace()).current_dir(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(folder.path().join("imported/session.yaml").is_file(), "{command}");
 }
 
 /// The shipped captures: LinuxCNC's planner moved the axes.

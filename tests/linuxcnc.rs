@@ -216,7 +216,7 @@ fn canonical_moves_are_the_planned_ones() {
         let (machine, tests) = planned(name);
         assert_eq!(Dialect::LinuxCnc.unknown_axis(&machine), None);
         for planned in &tests {
-            let text = program(&machine, planned, Dialect::LinuxCnc);
+            let text = program(&machine, planned, &[], Dialect::LinuxCnc);
             let found = interpret(&rs274, &text, [0.0; 6]).unwrap_or_else(|why| panic!("{name}: {why}\n{text}"));
             let wanted = planned_moves(&machine, planned, [0.0; 6]);
             assert_eq!(difference(&found, &wanted), None, "{name} {}\n{text}", planned.test.name);
@@ -238,7 +238,7 @@ fn machine_coordinates_hold_whatever_the_work_offset() {
     let (mut machine, tests) = planned("hermle-c600u.yaml");
     machine.machine_zero = vec![Some(12.5), Some(-3.25), Some(-410.0), Some(-220.5), Some(-96.125)];
     for planned in &tests {
-        let text = program(&machine, planned, Dialect::LinuxCnc);
+        let text = program(&machine, planned, &[], Dialect::LinuxCnc);
         for offsets in [[0.0; 6], [7.5, -20.0, 133.25, 5.0, 0.0, -30.0]] {
             let found = interpret(&rs274, &text, offsets).unwrap_or_else(|why| panic!("{why}\n{text}"));
             // the interpreter starts at machine zero, whatever the offset
@@ -261,7 +261,7 @@ fn the_path_mode_and_all_others_come_back_but_spindle_and_coolant_stay_off() {
             .collect()
     };
     for planned in &tests {
-        let text = program(&machine, planned, Dialect::LinuxCnc);
+        let text = program(&machine, planned, &[], Dialect::LinuxCnc);
         let listing = listing(&rs274, &format!("G61 G18 G20 G91 G95 M3 S100 M8\n{text}"), [0.0; 6]).expect("read");
         // the end of the program itself sets plane, distance and feed mode to the control's own
         let end = listing.rfind("STRAIGHT_TRAVERSE").expect("the way back");
@@ -286,7 +286,7 @@ fn the_comparison_sees_a_wrong_angle_feed_and_missing_move() {
     let Some(rs274) = interpreter() else { return };
     let (machine, tests) = planned("hermle-c600u.yaml");
     let planned = tests.iter().find(|test| !test.is_coupled()).expect("a sweep of one axis");
-    let text = program(&machine, planned, Dialect::LinuxCnc);
+    let text = program(&machine, planned, &[], Dialect::LinuxCnc);
     let wanted = planned_moves(&machine, planned, [0.0; 6]);
     let lines: Vec<&str> = text.lines().collect();
     // rest, mark with its hold, rest, run
@@ -324,7 +324,7 @@ fn blocks_of_a_following_run_keep_the_bar() {
         tests.iter().filter(|test| matches!(test.test.path, Some(TestPath::Sweep { .. })) && test.is_coupled());
     let mut checked = 0;
     for planned in coupled {
-        let text = program(&machine, planned, Dialect::LinuxCnc);
+        let text = program(&machine, planned, &[], Dialect::LinuxCnc);
         let found = interpret(&rs274, &text, [0.0; 6]).expect("read");
         let (pivot, spindle) = planned.test.links(&chain).expect("links");
         let balls = |place: &[f64; 6], other: &[f64; 6], part: f64| {

@@ -21,7 +21,7 @@ const BEFORE: [(&str, &str); 5] =
     [("plane", "G18"), ("path", "G60"), ("unit", "G70"), ("distance", "G91"), ("feed", "G95")];
 
 fn read(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> Program {
-    let text = program(machine, planned, dialect);
+    let text = program(machine, planned, &[], dialect);
     match dialect {
         Dialect::Heidenhain => read_heidenhain(&text),
         _ => read_iso(&text, dialect == Dialect::Sinumerik, &BEFORE),
@@ -550,7 +550,7 @@ fn short_programs_read_as_written_by_hand() {
     for planned in &tests {
         for (dialect, ending) in Dialect::ALL {
             let file = format!("tests/data/nc/{}.{ending}", planned.test.name);
-            let found = program(&machine, planned, dialect);
+            let found = program(&machine, planned, &[], dialect);
             let due = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(&file)).expect("reference");
             for (number, (found, due)) in found.lines().zip(due.lines()).enumerate() {
                 assert_eq!(found, due, "{file}:{}", number + 1);
@@ -563,10 +563,10 @@ fn short_programs_read_as_written_by_hand() {
 #[test]
 fn names_stay_inside_their_comments() {
     let (mut machine, tests) = planned("fig-1-1-head-head-cb.yaml");
-    let as_planned = program(&machine, &tests[0], Dialect::Generic).lines().count();
+    let as_planned = program(&machine, &tests[0], &[], Dialect::Generic).lines().count();
     machine.name = format!("Mill\nG0 Z-100\r\nM3 (run) ; now % {}", "long ".repeat(200));
     for (dialect, _) in Dialect::ALL {
-        let text = program(&machine, &tests[0], dialect);
+        let text = program(&machine, &tests[0], &[], dialect);
         let lines: Vec<&str> = text.split(['\n', '\r']).collect();
         let named: Vec<&&str> = lines.iter().filter(|line| line.contains("G0 Z-100")).collect();
         assert_eq!(named.len(), 1, "{dialect:?}");
@@ -577,7 +577,7 @@ fn names_stay_inside_their_comments() {
         assert!(is_comment(named[0]), "{dialect:?}: {}", named[0]);
         assert!(lines.iter().all(|line| line.len() <= 250), "{dialect:?}");
     }
-    assert_eq!(program(&machine, &tests[0], Dialect::Generic).lines().count(), as_planned);
+    assert_eq!(program(&machine, &tests[0], &[], Dialect::Generic).lines().count(), as_planned);
 }
 
 #[test]
@@ -585,7 +585,7 @@ fn an_arm_at_the_spindle_is_to_be_locked() {
     let (machine, tests) = planned("fig-1-1-head-head-cb.yaml");
     let (mut with_arm, mut without) = (0, 0);
     for planned in &tests {
-        let says = program(&machine, planned, Dialect::Heidenhain).contains("lock it before anything is mounted");
+        let says = program(&machine, planned, &[], Dialect::Heidenhain).contains("lock it before anything is mounted");
         assert_eq!(says, planned.mounting.arm.is_some(), "{}", planned.test.name);
         if says { with_arm += 1 } else { without += 1 }
     }

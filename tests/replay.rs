@@ -288,7 +288,7 @@ fn every_program_of_every_machine_keeps_the_bar() {
             let mut worst = Worst::default();
             for planned in &plan.tests {
                 for dialect in [Dialect::Generic, Dialect::Heidenhain, Dialect::Sinumerik] {
-                    let found = replay(&own, planned, dialect, &program(&machine, planned, dialect));
+                    let found = replay(&own, planned, dialect, &program(&machine, planned, &[], dialect));
                     let said = format!("{} {sense} {} {dialect:?}: {found:?}", file.display(), planned.test.name);
                     assert!(found.outside < 0.2 && found.inside < 0.5e-3, "{said}");
                     worst.outside = worst.outside.max(found.outside);

@@ -388,3 +388,84 @@ fn a_spindle_that_is_indexed_is_told_in_the_order_of_the_hands() {
         assert!(page(&plan.sheet, &twin).values["spindle at"].starts_with("0°, locked; the same again at 180° is"));
     }
 }
+
+/// Plans of machine files: the sheet's first page in plain text, and every program.
+fn sheet_and_programs(machine: &Path, out: &Path) -> (String, Vec<(String, String)>) {
+    let mut command = assert_cmd::Command::cargo_bin("fiveaxis").expect("built");
+    command.arg("plan").arg(machine).arg("--out").arg(out).assert().success();
+    let sheet = std::fs::read_to_string(out.join("setup-sheet.html")).expect("sheet");
+    let overview = bare(sheet.split("<section>").next().expect("overview"));
+    let mut programs = Vec::new();
+    for folder in ["generic", "linuxcnc", "heidenhain", "sinumerik"] {
+        for file in std::fs::read_dir(out.join("nc").join(folder)).expect("programs") {
+            let file = file.expect("file").path();
+            programs.push((file.display().to_string(), std::fs::read_to_string(&file).expect("program")));
+        }
+    }
+    (overview, programs)
+}
+
+#[test]
+fn the_sheet_and_every_program_say_where_zero_is() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mill = folder.path().join("dmu.yaml");
+    let words = "--travels 500,450,400 --nose-to-table 80..480 --table 630 --tilt-above-table 0 --range B=-5..110 \
+                 --range C=-360..360 --directions iso841";
+    let mut command = assert_cmd::Command::cargo_bin("fiveaxis").expect("built");
+    command
+        .arg("init")
+        .arg(&mill)
+        .args(["--name", "DMU 50 like", "--code", "[wCBbXYZt]"])
+        .args(words.split_whitespace());
+    command.assert().success();
+    let shipped = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
+    let zeroed = folder.path().join("zeroed.yaml");
+    let text = std::fs::read_to_string(shipped("hermle-c600u.yaml")).expect("shipped");
+    let zeros = "machine_zero: {X: 312.5, Y: -410, Z: 96.125, A: -0.5, C: 12.25}\naxes:\n";
+    // the line of C 20 mm to the right of the spindle
+    let text = text.replacen("axes:\n", zeros, 1).replacen("C: {origin: [0, 0, 0]", "C: {origin: [20, 0, 0]", 1);
+    std::fs::write(&zeroed, text).expect("written");
+    let cases = [
+        (mill, vec!["Z 0: spindle nose 185.000 mm above table top", "X 0 Y 0: spindle over the line of C"]),
+        (
+            zeroed,
+            vec![
+                "Z 0: spindle nose 185.000 mm above table top",
+                "Z 0: spindle nose 110.000 mm above the line of A",
+                "X 0 Y 0: spindle aside of the line of C by x -20.000 mm",
+            ],
+        ),
+        (
+            shipped("table-head-ba-horizontal.yaml"),
+            vec![
+                "Z 0: spindle nose 660.000 mm in front of the line of B",
+                "line of the spindle 150.000 mm above table top",
+            ],
+        ),
+        (shipped("head-head-ca-overhead-gantry.yaml"), vec!["Z 0: spindle nose", "X 0 Y 0: spindle", "middle of"]),
+    ];
+    for (k, (machine, due)) in cases.into_iter().enumerate() {
+        let (overview, programs) = sheet_and_programs(&machine, &folder.path().join(format!("plan-{k}")));
+        println!(
+            "{}",
+            overview.split("of the machine file, all axes at 0").nth(1).expect("zero").split("  ").next().expect("row")
+        );
+        for words in due {
+            assert!(overview.contains(words), "{words}: {overview}");
+            for (name, text) in &programs {
+                let is_told = text.to_uppercase().contains(&words.to_uppercase());
+                assert!(is_told, "{name}: {words}: {}", &text[..text.len().min(2000)]);
+            }
+        }
+        assert!(!overview.contains("Nothing is mounted"), "{overview}");
+        for words in ["one piece", "Do not cut it", "fiveaxis import NAME.csv --session session.yaml --out imported"] {
+            assert!(overview.contains(words), "{words}: {overview}");
+        }
+        assert!(!overview.contains("Save the two directions"), "{overview}");
+        if k == 1 {
+            assert!(overview.contains("Z 96.1250"), "{overview}");
+            let is_there = |(name, text): &(String, String)| name.contains("generic") || text.contains("Z 96.1250");
+            assert!(programs.iter().all(is_there));
+        }
+    }
+}

@@ -63,6 +63,8 @@ pub enum ImportError {
         "none of the 4 marks that the program of {test} makes is in the readings: the machine stood still, or ran another program; if it ran one without marks, take the tests' marks out of the session"
     )]
     NoMarks { test: String },
+    #[error("the marks of the session's programs are in the readings, but {what}: {cure}")]
+    OtherReading { what: &'static str, cure: &'static str },
     #[error(
         "the marks leave {:.2} and {:.2} s for the two directions, whose run takes {due_s:.2} s in {test}: it is another program's capture, or the control did not keep the feed (--any-feed)",
         .seen_s[0], .seen_s[1]

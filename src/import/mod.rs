@@ -14,6 +14,7 @@
 //! | `course` | what would be read along a run? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
 //! | `mark_moves` | when did those moves end? |
+//! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `search` | which timing explains them best, and which other does nearly? |
@@ -28,6 +29,7 @@ mod error;
 mod likelihood;
 mod mark_moves;
 mod marks;
+mod other_reading;
 mod place;
 mod search;
 mod seen_marks;

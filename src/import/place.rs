@@ -5,6 +5,7 @@ use super::course::{Course, Feeds, Pair, pairs};
 use super::error::ImportError;
 use super::likelihood::{UNEVEN_S, cost_at_rest, left};
 use super::marks::{Found, find};
+use super::other_reading::{alike, forms, other_reading};
 use super::search::{Candidate, Levels, descend_apart, descend_freely, search, units};
 use super::seen_marks::Seen;
 use super::timing::Timing;
@@ -70,7 +71,8 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
     }
     let outside = capture.share_outside(STROKE_MM);
     if outside > OUTSIDE_SHARE {
-        return Err(ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM });
+        let off = ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM };
+        return Err(other_reading(session, among, capture, feeds).unwrap_or(off));
     }
     let placed = placed(session, among, capture, feeds);
     match (&placed, feeds) {
@@ -169,11 +171,6 @@ fn odds_of_place(
     Ok(odds_place)
 }
 
-/// True for marks of one form, whatever the gap.
-fn alike(one: &Marks, other: &Marks) -> bool {
-    *one == Marks { gap_s: one.gap_s, ..*other }
-}
-
 /// Tests whose programs make the marks that were seen: those of that form with that gap. Where no test of the session has it,
 /// the operator let the second direction wait: then all of that form are sought among, and the readings tell which it is.
 fn with_such_marks(
@@ -209,15 +206,8 @@ fn marked(
     capture: &Capture,
     feeds: Feeds,
 ) -> Result<Option<(Marks, Seen)>, ImportError> {
-    let mut forms: Vec<(Marks, String)> = Vec::new();
-    for pair in among {
-        let test = &session.tests[pair.tests[0]];
-        if let Some(marks) = test.marks.filter(|marks| forms.iter().all(|(other, _)| !alike(marks, other))) {
-            forms.push((marks, test.name.clone()));
-        }
-    }
     let mut missing = None;
-    for (marks, test) in forms {
+    for (marks, test) in forms(session, among) {
         match find(capture, &marks, feeds.range()) {
             Found::All(seen) => return Ok(Some((marks, seen))),
             Found::Some(found) => missing = Some(ImportError::MarksMissing { test, found }),
@@ -226,10 +216,10 @@ fn marked(
     }
     // marks are a thousand times the noise: without one the program did not run, or ran without them
     let of_all = among.iter().all(|pair| session.tests[pair.tests[0]].marks.is_some());
-    match (missing, among.first()) {
-        (Some(why), _) => Err(why),
-        (None, Some(pair)) if of_all => Err(ImportError::NoMarks { test: session.tests[pair.tests[0]].name.clone() }),
-        _ => Ok(None),
+    let none = |pair: &Pair| ImportError::NoMarks { test: session.tests[pair.tests[0]].name.clone() };
+    match missing.or(among.first().filter(|_| of_all).map(none)) {
+        Some(why) => Err(other_reading(session, among, capture, feeds).unwrap_or(why)),
+        None => Ok(None),
     }
 }
 

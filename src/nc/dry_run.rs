@@ -28,7 +28,7 @@ pub fn dry_run_steps(
     let mut steps = vec![
         Step::Say("dry run: the bar stays off all the way".into()),
         Step::Say(park_words(machine, first, coordinates)),
-        Step::Stop("at park, nothing mounted; override of rapid and feed low, hand on the feed hold".into()),
+        Step::Stop("at park, nothing mounted yet; override of rapid and feed low, hand on the feed hold".into()),
     ];
     steps.extend(to_park(machine, first, coordinates));
     for (index, little) in plan.little_moves.iter().enumerate() {

@@ -10,6 +10,7 @@ use crate::session::{Follow, Path};
 pub(super) fn test_head(
     machine: &Machine,
     planned: &PlannedTest,
+    zero: &[String],
     dialect: Dialect,
     coordinates: &Coordinates,
 ) -> Vec<String> {
@@ -55,14 +56,19 @@ pub(super) fn test_head(
             "{name} turns by {arc_deg:.0} degrees and run-in in one block: a control that counts {name} modulo 360 must count on instead"
         ));
     }
-    lines.extend(control_lines(machine, dialect, coordinates));
+    lines.extend(control_lines(machine, zero, dialect, coordinates));
     lines
 }
 
 /// The same for the run without the bar.
-pub(super) fn dry_run_head(machine: &Machine, dialect: Dialect, coordinates: &Coordinates) -> Vec<String> {
+pub(super) fn dry_run_head(
+    machine: &Machine,
+    zero: &[String],
+    dialect: Dialect,
+    coordinates: &Coordinates,
+) -> Vec<String> {
     let mut lines = machine_lines(machine);
-    lines.extend(control_lines(machine, dialect, coordinates));
+    lines.extend(control_lines(machine, zero, dialect, coordinates));
     lines
 }
 
@@ -87,7 +93,7 @@ pub fn ball_speed(planned: &PlannedTest) -> String {
 }
 
 /// What the control must be told or must have: tool, coordinates, words of the dialect.
-fn control_lines(machine: &Machine, dialect: Dialect, coordinates: &Coordinates) -> Vec<String> {
+fn control_lines(machine: &Machine, zero: &[String], dialect: Dialect, coordinates: &Coordinates) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     lines.push(match dialect {
         // no word switches it off but a tool call, which may change the tool
@@ -114,6 +120,7 @@ fn control_lines(machine: &Machine, dialect: Dialect, coordinates: &Coordinates)
             });
         }
     }
+    lines.extend(zero.iter().map(|words| format!("zero of the machine file, all axes at 0: {words}")));
     match dialect {
         Dialect::Generic => {
             lines.push("G69 ends turned coordinates: take it out where the control has no such word".into());

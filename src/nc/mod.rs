@@ -22,6 +22,7 @@ mod setup_words;
 mod step;
 mod test_steps;
 mod way;
+mod work_zero;
 
 pub use coordinates::{Coordinates, machine_offsets};
 pub use dialect::Dialect;
@@ -31,3 +32,4 @@ pub use program_text::{dry_run_program, program};
 pub use setup_words::placing_words;
 pub use step::{Curves, Step};
 pub use test_steps::steps;
+pub use work_zero::zero_words;

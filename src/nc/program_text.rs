@@ -13,20 +13,27 @@ use super::test_steps::steps;
 use crate::machine::Machine;
 use crate::plan::{Plan, PlannedTest};
 
-/// The program of a planned test.
-pub fn program(machine: &Machine, planned: &PlannedTest, dialect: Dialect) -> String {
+/// The program of a planned test; `zero` says where the zero of the machine file is, as [`super::zero_words`] does.
+pub fn program(machine: &Machine, planned: &PlannedTest, zero: &[String], dialect: Dialect) -> String {
     let coordinates = dialect.coordinates(machine);
     let steps = steps(machine, planned, &coordinates, dialect.curves());
     let name = planned.test.name.to_uppercase().replace(|c: char| !c.is_ascii_alphanumeric(), "_");
     let number = FIRST_NUMBER + planned.number;
-    write(&Title { name, number }, &test_head(machine, planned, dialect, &coordinates), &steps, &coordinates, dialect)
+    let head = test_head(machine, planned, zero, dialect, &coordinates);
+    write(&Title { name, number }, &head, &steps, &coordinates, dialect)
 }
 
-/// The program that goes through a whole plan without the bar; `tool` as [`dry_run_steps`] wants it.
-pub fn dry_run_program(machine: &Machine, plan: &Plan, tool: Option<&Vector3<f64>>, dialect: Dialect) -> String {
+/// The program that goes through a whole plan without the bar; `tool` as [`dry_run_steps`] wants it, `zero` as [`program`].
+pub fn dry_run_program(
+    machine: &Machine,
+    plan: &Plan,
+    tool: Option<&Vector3<f64>>,
+    zero: &[String],
+    dialect: Dialect,
+) -> String {
     let coordinates = dialect.coordinates(machine);
     let steps = dry_run_steps(machine, plan, tool, &coordinates, dialect.curves());
-    let head = dry_run_head(machine, dialect, &coordinates);
+    let head = dry_run_head(machine, zero, dialect, &coordinates);
     write(&Title { name: "DRY_RUN".into(), number: FIRST_NUMBER }, &head, &steps, &coordinates, dialect)
 }
 

@@ -19,7 +19,7 @@ use crate::verbs::output::progress::Working;
 /// Arguments of `import`.
 #[derive(Args)]
 #[command(
-    after_help = "Example: fiveaxis import examples/captures/c-axial-100-1.csv --session examples/captures/session.yaml --out imported"
+    after_help = "Example: fiveaxis import examples/captures/xy-100-1.csv --session examples/captures/session.yaml --out imported"
 )]
 pub struct Arguments {
     /// Files as the gauge wrote them: tables with times and readings, or XML

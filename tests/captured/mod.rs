@@ -50,9 +50,12 @@ pub fn planned(machine: &str, feed: f64, marks: bool) -> Planned {
     settings.coupled.circles = true;
     let plan = plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan");
     let tests = plan.tests.iter().flat_map(|test| test.both_ways()).collect();
-    let programs = plan.tests.iter().map(|test| program(&machine, test, Dialect::Generic)).collect();
-    let linuxcnc =
-        plan.tests.iter().map(|test| (test.test.name.clone(), program(&machine, test, Dialect::LinuxCnc))).collect();
+    let programs = plan.tests.iter().map(|test| program(&machine, test, &[], Dialect::Generic)).collect();
+    let linuxcnc = plan
+        .tests
+        .iter()
+        .map(|test| (test.test.name.clone(), program(&machine, test, &[], Dialect::LinuxCnc)))
+        .collect();
     let mut session = Session { tests, ..bare_session(&machine) };
     for (k, test) in session.tests.iter_mut().enumerate() {
         test.started_at_s = 200.0 * k as f64;

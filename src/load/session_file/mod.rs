@@ -8,3 +8,4 @@ pub(crate) mod test;
 pub(crate) mod test_file;
 pub(crate) mod test_path;
 pub(crate) mod test_reader;
+mod uncut;

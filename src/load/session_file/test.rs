@@ -111,6 +111,7 @@ impl TestReader<'_> {
             test.positions[axis] = Some(self.position(index, axis, value)?);
         }
         self.every_axis_known(index, &test)?;
+        self.only_the_arc(index, &test)?;
         Ok((test, read))
     }
 

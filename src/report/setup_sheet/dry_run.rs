@@ -6,11 +6,11 @@ use super::sheet::Sheet;
 use crate::nc::little_words;
 use crate::report::wording::markup::escape;
 
-const HOW: &str = "Nothing is mounted and the bar stays off. Turn the overrides of rapid and feed low and keep a hand on the feed \
-hold. The program stops before and after each move: tick what you have seen.";
+const HOW: &str = "The bar stays off all the way. Turn the overrides of rapid and feed low and keep a hand on the feed hold. \
+First the senses, before anything is mounted. The program stops before and after each move: tick what you have seen.";
 
-const THEN: &str = "Then it goes through the way, the run and the way back of every test at half the feed, with pivot and \
-spindle cup mounted at its stops and the bar off.";
+const THEN: &str = "Then the tests, one after the other. The program stops before each: mount its pivot and spindle cup, no bar. \
+It goes through the way, the run at half the feed, and the way back.";
 
 /// The list of senses and the programs of the dry run; nothing without programs.
 pub(super) fn dry_run(out: &mut String, sheet: &Sheet) {

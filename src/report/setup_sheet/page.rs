@@ -10,7 +10,7 @@ use super::sheet::Sheet;
 use super::trade_off;
 use crate::bodies::Kit;
 use crate::machine::Machine;
-use crate::nc::{Coordinates, without_machine_zero};
+use crate::nc::{Coordinates, without_machine_zero, zero_words};
 use crate::plan::{Plan, PlannedTest, Settings};
 use crate::report::wording::markup::escape;
 use crate::units::Measure;
@@ -65,6 +65,10 @@ fn overview(out: &mut String, sheet: &Sheet) {
         rows.push(("avoided", avoided.collect::<Vec<_>>().join(", ")));
     }
     rows.push(("readings", coordinates(machine)));
+    let zero = zero_words(machine, sheet.bodies);
+    if !zero.is_empty() {
+        rows.push(("zero", format!("of the machine file, all axes at 0: {}", zero.join("; "))));
+    }
     if let Some(directions) = machine.directions {
         rows.push(("sense of axes", format!("{directions}: {}", directions.meaning())));
     }
@@ -111,8 +115,10 @@ lock it, and run the test that is called \u{201c}indexed\u{201d}. Turn back by 1
 const HOW_TO: &str = "<h2>Each test</h2><ol class=\"steps\"><li>Bring the axes to the park position by hand, in the order of the \
 sheet's table from top to bottom. Mount pivot and spindle side there; leave the bar off.</li><li>Start the program: it goes to park one axis at a time, then the \
 way to the start. Near the cups it stops before every leg and goes at feed: hand on the feed hold. At the start it stops.</li><li>Zero the bar on the calibrator, put it on, start the recording, start again: both directions run \
-without a stop, three seconds of rest at each end.</li><li>At the stop end the recording and take the bar off; start again: the \
-machine goes back to park.</li><li>Save the two directions under the names of the sheet, beside session.yaml.</li></ol>";
+without a stop.</li><li>At the next stop end the recording and take the bar off; start again: the machine goes back to \
+park.</li><li>Keep the recording in one piece, from before the start until after the stop. Do not cut it. Save it as NAME.csv, \
+NAME as the sheet of the test says, beside session.yaml.</li><li>Type fiveaxis import NAME.csv --session session.yaml --out imported, with the \
+files of all tests. It finds both directions and writes their recordings and a session, imported/session.yaml.</li></ol>";
 
 fn goal(settings: &Settings, plan: &Plan) -> String {
     let goal = &settings.goal;
@@ -216,7 +222,7 @@ fn page(out: &mut String, sheet: &Sheet, index: usize, planned: &PlannedTest) {
         index + 1,
         sheet.plan.tests.len(),
         escape(&planned.test.name),
-        ["mounted", "bar zeroed", "ccw recorded", "cw recorded"]
+        ["mounted", "bar zeroed", "recorded in one piece", "imported"]
             .map(|what| format!("<span class=\"tick\"></span> {what}"))
             .join(" "),
     );

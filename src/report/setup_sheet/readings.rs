@@ -38,6 +38,10 @@ pub(super) fn rows(sheet: &Sheet, index: usize, planned: &PlannedTest) -> Vec<(&
     if let Some(programs) = sheet.programs.get(index).filter(|programs| !programs.is_empty()) {
         rows.push(("program", programs.join(", ")));
     }
+    rows.push((
+        "save as",
+        format!("{}.csv, both directions in one piece; import makes the recordings of it", planned.test.name),
+    ));
     let recordings = planned.both_ways().map(|test| format!("{}.csv", test.name));
     rows.push(("recordings", recordings.join(", ")));
     rows

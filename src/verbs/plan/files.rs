@@ -8,7 +8,7 @@ use fiveaxis::collision::{Instrument, Scratch, World};
 use fiveaxis::load::limits::YAML_BYTES;
 use fiveaxis::load::{machine_from_yaml, mesh_files, read_limited};
 use fiveaxis::machine::Machine;
-use fiveaxis::nc::{Dialect, dry_run_program, program};
+use fiveaxis::nc::{Dialect, dry_run_program, program, zero_words};
 use fiveaxis::plan::{Plan, PlannedTest, Settings};
 use fiveaxis::report::session_yaml;
 use fiveaxis::report::setup_sheet::{MARKER, Outline, Sheet, View, setup_sheet};
@@ -66,6 +66,7 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
             eprintln!("no {} programs: the control has no axis called {axis}", DIALECT_FOLDERS[dialect as usize]);
         }
     }
+    let zero = zero_words(machine, bodies);
     let mut started_at_s = 0.0;
     let mut tests = Vec::new();
     for (test, names) in plan.tests.iter().zip(&programs) {
@@ -75,12 +76,12 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
             started_at_s += (test.minutes * 30.0).ceil();
         }
         for ((dialect, _), name) in dialects.iter().zip(names) {
-            output.add(name.clone(), program(machine, test, *dialect));
+            output.add(name.clone(), program(machine, test, &zero, *dialect));
         }
     }
     let tool = bodies.tool_direction(machine);
     for (&(dialect, _), name) in dialects.iter().zip(&dry_runs) {
-        output.add(name.clone(), dry_run_program(machine, plan, tool.as_ref(), dialect));
+        output.add(name.clone(), dry_run_program(machine, plan, tool.as_ref(), &zero, dialect));
     }
     let session = Session {
         name: format!("{}, planned", machine.name),

@@ -1,0 +1,71 @@
+//! Marks that are in the readings at another sense, unit or clock than the capture's: what to say of a column named wrongly.
+
+use super::capture::Capture;
+use super::course::{Feeds, Pair};
+use super::error::ImportError;
+use super::marks::{Found, find};
+use crate::session::{Marks, Session};
+
+/// What a capture's numbers may be instead: factor of the readings, of the times, what is said, what is to be done.
+const OTHERS: [(f64, f64, &str, &str); 10] = [
+    (-1.0, 1.0, "the readings have the other sense", "change the sign of the column of readings"),
+    (
+        1e3,
+        1.0,
+        "the readings are a thousand times too small, millimetres taken as µm or metres as millimetres",
+        "name the column by its unit, e.g. deviation_mm, or say --unit deviation-mm",
+    ),
+    (
+        1e-3,
+        1.0,
+        "the readings are a thousand times too large, µm taken as millimetres",
+        "name the column by its unit, e.g. deviation_um, or say --unit deviation-um",
+    ),
+    (
+        25.4,
+        1.0,
+        "the readings are in inches, or in thousandths of one where the column says µm",
+        "multiply the column of readings by 25.4",
+    ),
+    (
+        25.4e-3,
+        1.0,
+        "the readings are in thousandths of an inch, or in millionths of one where the column says µm",
+        "multiply the column of readings by 0.0254",
+    ),
+    (1.0 / 25.4, 1.0, "the readings are 25.4 times too large", "divide the column of readings by 25.4"),
+    (10.0, 1.0, "the readings are ten times too small", "multiply the column of readings by 10"),
+    (0.1, 1.0, "the readings are ten times too large", "divide the column of readings by 10"),
+    (1.0, 1e-3, "the times are milliseconds and were taken as seconds", "name the column time_ms"),
+    (1.0, 1e3, "the times are seconds and were taken as milliseconds", "name the column time_s"),
+];
+
+/// Forms of the marks of some tests, each with a test that has it.
+pub(super) fn forms(session: &Session, among: &[Pair]) -> Vec<(Marks, String)> {
+    let mut forms: Vec<(Marks, String)> = Vec::new();
+    for pair in among {
+        let test = &session.tests[pair.tests[0]];
+        if let Some(marks) = test.marks.filter(|marks| forms.iter().all(|(other, _)| !alike(marks, other))) {
+            forms.push((marks, test.name.clone()));
+        }
+    }
+    forms
+}
+
+/// True for marks of one form, whatever the gap.
+pub(super) fn alike(one: &Marks, other: &Marks) -> bool {
+    *one == Marks { gap_s: one.gap_s, ..*other }
+}
+
+/// What the readings are, where all marks of a test's program are in them at another sense, unit or clock.
+pub(super) fn other_reading(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Option<ImportError> {
+    let forms = forms(session, among);
+    OTHERS.iter().find_map(|&(by, time_by, what, cure)| {
+        let scaled = Capture {
+            time_s: capture.time_s.iter().map(|time| time * time_by).collect(),
+            reading_mm: capture.reading_mm.iter().map(|reading| reading * by).collect(),
+        };
+        let is_in_it = |(marks, _): &(Marks, String)| matches!(find(&scaled, marks, feeds.range()), Found::All(_));
+        forms.iter().any(is_in_it).then_some(ImportError::OtherReading { what, cure })
+    })
+}
