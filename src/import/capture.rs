@@ -1,6 +1,7 @@
 //! Readings as a gauge wrote them, made fit for a search: spikes out, averaged to few, their noise. It knows no program.
 
 use super::seen_marks::Seen;
+use super::wander::{Filter, Wander};
 use crate::statistics::{median, noise_of_rows};
 
 /// Readings over the gauge's own time.
@@ -18,14 +19,19 @@ pub(super) struct Averages {
     pub time_s: Vec<f64>,
     /// About the median of the capture, mm.
     pub value_mm: Vec<f64>,
-    /// Standard deviation of each, mm.
-    pub sigma_mm: Vec<f64>,
+    /// Standard deviation of each by white noise, mm.
+    pub white_mm: Vec<f64>,
+    /// What wanders beside it, with the filter for both.
+    pub wander: Wander,
+    pub filter: Filter,
     /// What the program's marks tell; readings of marks are in no average.
     pub marks: Option<Seen>,
 }
 
-/// Slow wander of a gauge and of what no model holds, mm: it does not average out.
-const WANDER_MM: f64 = 0.2e-3;
+/// Least scatter about which readings are spikes, mm.
+const SCATTER_MM: f64 = 0.2e-3;
+/// Least white noise of an average, mm: gauges read in steps of 0.1 µm.
+const STEP_NOISE_MM: f64 = 0.03e-3;
 /// Readings farther from the median of their neighbours than so many scatters are spikes.
 const SPIKE: f64 = 8.0;
 /// Neighbours on either side of which the median is taken.
@@ -68,7 +74,7 @@ impl Capture {
     /// True for readings that stand out of their neighbourhood.
     pub fn spikes(&self) -> Vec<bool> {
         let values = &self.reading_mm;
-        let scatter = self.noise_mm().max(WANDER_MM);
+        let scatter = self.noise_mm().max(SCATTER_MM);
         (0..values.len())
             .map(|k| {
                 let around = &values[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(values.len())];
@@ -95,18 +101,27 @@ impl Capture {
             .collect();
         let (middle, noise) = (self.middle_mm(), self.noise_mm());
         let width = ((last - first) / most as f64).max(1e-9);
-        let mut averages = Averages { time_s: Vec::new(), value_mm: Vec::new(), sigma_mm: Vec::new(), marks };
+        let (mut time_s, mut value_mm, mut white_mm) = (Vec::new(), Vec::new(), Vec::new());
         let mut at = 0;
         while at < kept.len() {
             let bin = ((kept[at].0 - first) / width).floor();
             let end = at + kept[at..].iter().take_while(|(time, _)| ((time - first) / width).floor() == bin).count();
             let part = &kept[at..end.max(at + 1)];
             let count = part.len() as f64;
-            averages.time_s.push(part.iter().map(|(time, _)| time).sum::<f64>() / count);
-            averages.value_mm.push(part.iter().map(|(_, reading)| reading - middle).sum::<f64>() / count);
-            averages.sigma_mm.push((noise * noise / count + WANDER_MM * WANDER_MM).sqrt());
+            time_s.push(part.iter().map(|(time, _)| time).sum::<f64>() / count);
+            value_mm.push(part.iter().map(|(_, reading)| reading - middle).sum::<f64>() / count);
+            white_mm.push((noise / count.sqrt()).max(STEP_NOISE_MM));
             at = end.max(at + 1);
         }
-        averages
+        let wander = Wander::default();
+        let filter = Filter::of(wander, &time_s, &white_mm);
+        Averages { time_s, value_mm, white_mm, wander, filter, marks }
+    }
+}
+
+impl Averages {
+    /// The same with another wander.
+    pub(super) fn with(&self, wander: Wander) -> Averages {
+        Averages { wander, filter: Filter::of(wander, &self.time_s, &self.white_mm), ..self.clone() }
     }
 }

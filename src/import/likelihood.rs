@@ -1,8 +1,9 @@
 //! How well a timing explains averaged readings: twice the negative logarithm of their marginal likelihood. It searches nothing.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use statrs::function::erf::erfc;
 
 use super::capture::Averages;
 use super::course::{Course, Node, interpolated};
@@ -53,9 +54,20 @@ fn of_mixture(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
     -2.0 * ((1.0 - share) * density(sigma) + share * density(wide)).max(f64::MIN_POSITIVE).ln()
 }
 
-/// Priors of what the control did: paces about the programmed feed and `ramp_s` about 0.15 s, both in logarithms.
+/// Two kinds of control, with the share of each and the middle, s, and the standard deviation of the logarithm of their ramps: the
+/// accelerations of axes, 0.2 to 2 m/s² at 8 to 25 mm/s, and a time constant or a limited jerk.
+const RAMPS: [(f64, f64, f64); 2] = [(0.5, 0.025, 0.9), (0.5, 0.15, 0.7)];
+
+/// Minus twice the logarithm of a ramp's prior density.
+fn of_ramp(ramp_s: f64) -> f64 {
+    let density = RAMPS
+        .map(|(share, middle_s, spread)| share / spread * (-0.5 * ((ramp_s / middle_s).ln() / spread).powi(2)).exp());
+    -2.0 * density.iter().sum::<f64>().max(f64::MIN_POSITIVE).ln()
+}
+
+/// Priors of what the control did: paces about the programmed feed, and the ramp.
 fn prior(course: &Course, timing: &Timing) -> f64 {
-    let (pace_sigma, ramp_middle, ramp_sigma) = (course.feeds.sigma(), 0.15f64, 0.7);
+    let pace_sigma = course.feeds.sigma();
     let [slowest, fastest] = course.feeds.range();
     let outside: f64 = timing.paces.map(|pace| (slowest / pace).max(pace / fastest).max(1.0) - 1.0).iter().sum();
     let [there, back] = timing.paces.map(f64::ln);
@@ -63,14 +75,26 @@ fn prior(course: &Course, timing: &Timing) -> f64 {
         + (0.5 * (there + back) / pace_sigma).powi(2)
         + 2.0 * f64::ln(pace_sigma)
         + of_mixture(there - back, ONE_PACE_SIGMA, pace_sigma, TWO_PACES)
-        + ((timing.ramp_s / ramp_middle).ln() / ramp_sigma).powi(2)
+        + of_ramp(timing.ramp_s)
 }
 
 /// How long the gap between two directions' marks may be longer or shorter than programmed, s, one standard deviation: a dwell
 /// is counted in cycles of a control's slow clock.
 const GAP_SIGMA_S: f64 = 0.04;
-/// Share of runs whose pace is not that of the marks: blocks too short for the control's look-ahead.
-const OWN_PACE: f64 = 0.05;
+/// Share of runs that are slower than the marks: of one axis, whose run is one block, and of several, whose blocks may be too short
+/// for the control's look-ahead. None is faster: one feed and one override hold for both. A faster run would only have a longer
+/// ramp, and nearly flat readings say little against that.
+const SLOWER: [f64; 2] = [1e-3, 0.05];
+
+/// Minus twice the logarithm of the density of a run's pace over the marks' one, `off` in logarithms and seen with `sigma`: the
+/// same, or for a share of runs less by half a normal density of `wide`.
+fn of_own_pace(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
+    let normal = |sigma: f64| (-0.5 * (off / sigma).powi(2)).exp() / sigma;
+    let both = sigma.hypot(wide);
+    // the sum of a normal and half a normal variable
+    let slower = normal(both) * erfc(off * wide / (both * sigma * SQRT_2));
+    -2.0 * ((1.0 - share) * normal(sigma) + share * slower).max(f64::MIN_POSITIVE).ln()
+}
 /// By how much a control ends its rests at its pleasure, s, with the share of controls that do: a slow part of it has to answer
 /// first.
 const UNEVEN: [(f64, f64); 4] = [(0.0, 0.85), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05)];
@@ -78,7 +102,7 @@ const UNEVEN: [(f64, f64); 4] = [(0.0, 0.85), (5e-3, 0.05), (1e-2, 0.05), (UNEVE
 pub(super) const UNEVEN_S: f64 = 2e-2;
 
 /// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs and the gap, but for a
-/// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower or faster by themselves.
+/// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower by themselves.
 fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
     // twice the negative logarithm of all four times' density, by how uneven the rests are
@@ -98,7 +122,8 @@ fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let least = kinds.into_iter().fold(f64::INFINITY, f64::min);
     let times = least - 2.0 * kinds.iter().map(|kind| (0.5 * (least - kind)).exp()).sum::<f64>().ln();
     let off = 0.5 * timing.paces.map(|pace| (pace / seen.pace).ln()).iter().sum::<f64>();
-    let pace = of_mixture(off, seen.pace_sigma, course.feeds.sigma(), OWN_PACE);
+    let share = SLOWER[usize::from(course.moving().len() > 1)];
+    let pace = of_own_pace(off, seen.pace_sigma, course.feeds.sigma(), share);
     let gap = course.marks.filter(|_| seen.gap_is_known).map_or(0.0, |marks| (seen.gap_s - marks.gap_s) / GAP_SIGMA_S);
     times + gap * gap + pace
 }
@@ -115,43 +140,46 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
     let width = width(course, freedom);
     let middle = interpolated(&course.length_mm, 0.5 * (course.length_mm.len() - 1) as f64);
     let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.0 };
-    let mut model = Vec::with_capacity(rows * width);
-    let mut right = Vec::with_capacity(rows);
-    for (&time, (&value, &sigma)) in data.time_s.iter().zip(data.value_mm.iter().zip(&data.sigma_mm)) {
+    // readings behind each row of the model
+    let mut model = Vec::with_capacity(rows * (width + 1));
+    let mut offs = Vec::with_capacity(rows);
+    for (&time, &value) in data.time_s.iter().zip(&data.value_mm) {
         let (place, sense) = timing.place_s(time, course.run_s);
         let node = Node::of(course.node(place), course.length_mm.len());
-        right.push((value - node.of_table(&course.length_mm) + middle) / sigma);
-        model.extend(course.components.iter().map(|component| node.of_table(component) / sigma));
-        model.push(ZERO_MM / sigma);
-        model.push(drift_mm * ((time - first) / (last - first) - 0.5) / sigma);
+        let off = value - node.of_table(&course.length_mm) + middle;
+        model.extend(course.components.iter().map(|component| node.of_table(component)));
+        model.push(ZERO_MM);
+        model.push(drift_mm * ((time - first) / (last - first) - 0.5));
         if freedom != Freedom::NONE {
-            let sigma = sigma / freedom.0;
             let (sin, cos) = (TAU * place / course.run_s).sin_cos();
-            model.extend([1.0, sin, cos].map(|form| HYSTERESIS_MM * sense * form / sigma));
+            model.extend([1.0, sin, cos].map(|form| freedom.0 * HYSTERESIS_MM * sense * form));
             // each harmonic from the one before: the first one's sine and cosine are dear
             let (mut sin_k, mut cos_k) = (sin, cos);
             for _ in 0..FORM_HARMONICS {
-                model.extend([FORM_MM * sin_k / sigma, FORM_MM * cos_k / sigma]);
+                model.extend([sin_k, cos_k].map(|form| freedom.0 * FORM_MM * form));
                 (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
             }
         }
+        model.push(off);
+        offs.push(off);
     }
-    let fit = ridge(model, right, width);
-    let norms: f64 = data.sigma_mm.iter().map(|sigma| 2.0 * sigma.ln()).sum();
-    let residual_mm = fit.residual.iter().zip(&data.sigma_mm).map(|(off, sigma)| off * sigma).collect();
-    Left { cost: fit.cost + norms + prior(course, timing) + of_marks(course, data, timing), residual_mm }
+    let fit = ridge(&model, width, data);
+    let cost = fit.cost + data.wander.cost() + prior(course, timing) + of_marks(course, data, timing);
+    let residual_mm = match fit.solution {
+        Some(solution) => (offs.iter().zip(model.chunks_exact(width + 1)))
+            .map(|(off, row)| off - row.iter().zip(solution.iter()).map(|(a, b)| a * b).sum::<f64>())
+            .collect(),
+        None => offs,
+    };
+    Left { cost, residual_mm }
 }
 
 /// Cost of a bar that only stood: zero and drift.
 pub(super) fn cost_at_rest(data: &Averages) -> f64 {
     let (first, last) = (data.time_s[0], data.time_s[data.time_s.len() - 1]);
-    let mut model = Vec::new();
-    for (time, sigma) in data.time_s.iter().zip(&data.sigma_mm) {
-        model.extend([ZERO_MM / sigma, DRIFT_MM * ((time - first) / (last - first) - 0.5) / sigma]);
-    }
-    let right: Vec<f64> = data.value_mm.iter().zip(&data.sigma_mm).map(|(value, sigma)| value / sigma).collect();
-    let norms: f64 = data.sigma_mm.iter().map(|sigma| 2.0 * sigma.ln()).sum();
-    ridge(model, right, 2).cost + norms
+    let row = |(time, value): (&f64, &f64)| [ZERO_MM, DRIFT_MM * ((time - first) / (last - first) - 0.5), *value];
+    let model: Vec<f64> = data.time_s.iter().zip(&data.value_mm).flat_map(row).collect();
+    ridge(&model, 2, data).cost + data.wander.cost()
 }
 
 fn width(course: &Course, freedom: Freedom) -> usize {
@@ -161,19 +189,25 @@ fn width(course: &Course, freedom: Freedom) -> usize {
 
 struct Ridge {
     cost: f64,
-    residual: DVector<f64>,
+    /// Coefficients; `None` where readings are not finite.
+    solution: Option<DVector<f64>>,
 }
 
-/// Least squares with unit priors, coefficients integrated out: `yᵀ(1 + MMᵀ)⁻¹y + log det(1 + MᵀM)`, M row by row.
-fn ridge(model: Vec<f64>, right: Vec<f64>, width: usize) -> Ridge {
-    let right = DVector::from_vec(right);
-    // rows of M are columns here
-    let rows = DMatrix::from_vec(width, right.len(), model);
-    let mut normal = DMatrix::identity(width, width);
-    normal.gemm(1.0, &rows, &rows.transpose(), 1.0);
+/// Least squares with unit priors, coefficients integrated out: `yᵀ(C + MMᵀ)⁻¹y + log det(C + MMᵀ)`, C of noise and wander;
+/// M row by row with y behind it.
+fn ridge(model: &[f64], width: usize, data: &Averages) -> Ridge {
+    let mut white = model.to_vec();
+    data.filter.apply(&mut white, width + 1);
+    // rows are columns here
+    let rows = DMatrix::from_vec(width + 1, data.time_s.len(), white);
+    let mut normal = DMatrix::zeros(width + 1, width + 1);
+    normal.gemm(1.0, &rows, &rows.transpose(), 0.0);
+    let (right, squares) = (normal.view((0, width), (width, 1)).column(0).into_owned(), normal[(width, width)]);
+    let mut normal = normal.resize(width, width, 0.0);
+    (0..width).for_each(|k| normal[(k, k)] += 1.0);
     // only readings that are not finite can spoil it
-    let Some(factor) = Cholesky::new(normal) else { return Ridge { cost: f64::NAN, residual: right } };
-    let solution = factor.solve(&(&rows * &right));
-    let residual = right - rows.tr_mul(&solution);
-    Ridge { cost: residual.norm_squared() + solution.norm_squared() + log_determinant(&factor), residual }
+    let Some(factor) = Cholesky::new(normal) else { return Ridge { cost: f64::NAN, solution: None } };
+    let solution = factor.solve(&right);
+    let cost = squares - solution.dot(&right) + log_determinant(&factor) + data.filter.log_determinant;
+    Ridge { cost, solution: Some(solution) }
 }

@@ -3,10 +3,10 @@
 //! A capture holds readings over the gauge's own time, from before the first run-in to after the second run-out, and no axis
 //! position. What the axes did is known but for five numbers: when each direction began to move, their paces (speed over the
 //! programmed feed) and the time in which the control ramps up. They minimise
-//! `‖y − L₀(p) − M(p)·x‖²/σ² + ‖x‖² + log det(1 + MᵀM/σ²) + priors`, y the readings, p the place along the run at each
-//! reading, L₀ the nominal length there, and M·x what balls, bar, location errors and a few µm of unknown form and hysteresis
-//! may add (columns scaled by their standard deviations, x integrated out). A start is told from a delay of the gauge's clock
-//! by nothing: only their sum is fitted, which is all that the axis positions need.
+//! `rᵀC⁻¹r + ‖x‖² + log det(C + MMᵀ) + priors`, `r = y − L₀(p) − M(p)·x`, C the noise with its wander, y the
+//! readings, p the place along the run at each reading, L₀ the nominal length there, and M·x what balls, bar, location errors
+//! and a few µm of unknown form and hysteresis may add (columns scaled by their standard deviations, x integrated out). A start
+//! is told from a delay of the gauge's clock by nothing: only their sum is fitted, which is all that the axis positions need.
 //!
 //! | file | question |
 //! |---|---|
@@ -16,6 +16,7 @@
 //! | `mark_moves` | when did those moves end? |
 //! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |
+//! | `wander` | what do readings say that wander together? |
 //! | `likelihood` | how well does a timing explain the readings? |
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `uncertainty` | how well is it known, in s and in degrees? |
@@ -36,6 +37,7 @@ mod seen_marks;
 mod split;
 mod timing;
 mod uncertainty;
+mod wander;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};

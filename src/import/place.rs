@@ -6,10 +6,10 @@ use super::error::ImportError;
 use super::likelihood::{UNEVEN_S, cost_at_rest, left};
 use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
-use super::search::{Candidate, Levels, descend_apart, descend_freely, search, units};
+use super::search::{Candidate, Levels, search, settled_apart, units};
 use super::seen_marks::Seen;
 use super::timing::Timing;
-use super::uncertainty::{apart, correlated_scale, covariance, pace_sigma, position_sigma};
+use super::uncertainty::{apart, covariance, pace_sigma, position_sigma};
 use crate::session::{Marks, Session};
 
 /// A capture placed in time.
@@ -150,16 +150,14 @@ fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) ->
 /// Log odds against the next best place in time; refused where one explains the readings alike.
 fn odds_of_place(
     course: &Course,
-    data: &Averages,
     best: &Candidate,
     others: &[Candidate],
     position_sigma: f64,
 ) -> Result<f64, ImportError> {
     let mut odds_place = f64::INFINITY;
     for other in others {
-        let again = descend_freely(course, data, other.timing, 0.1);
-        let apart = apart(course, &best.timing, &again.timing);
-        let odds = 0.5 * (again.cost - best.cost);
+        let apart = apart(course, &best.timing, &other.timing);
+        let odds = 0.5 * (other.cost - best.cost);
         if apart < (4.0 * position_sigma).max(0.05) {
             continue;
         }
@@ -230,16 +228,9 @@ fn judged(
     capture: &Capture,
     levels: &Levels,
 ) -> Result<Placement, ImportError> {
-    let mut data = levels.fine.clone();
-    let mut best = candidates[0];
-    // what is left says how noisy averages are, correlation included; then the last descent
-    for _ in 0..2 {
-        let left = left(&course, &data, &best.timing, best.freedom).residual_mm;
-        let scale = correlated_scale(&left, &data.sigma_mm);
-        data.sigma_mm.iter_mut().for_each(|sigma| *sigma *= scale);
-        best = descend_freely(&course, &data, best.timing, 0.1);
-        best = descend_apart(&course, &data, best, 0.5);
-    }
+    let candidates = settled_apart(&course, &levels.fine, candidates);
+    let best = candidates[0];
+    let data = levels.fine.with(best.wander);
     let residual = left(&course, &data, &best.timing, best.freedom).residual_mm;
     let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
     let mean = data.value_mm.iter().sum::<f64>() / data.value_mm.len() as f64;
@@ -276,7 +267,7 @@ fn judged(
     if position_sigma > LIMIT {
         return Err(ImportError::TooFlat { sigma: position_sigma, limit: LIMIT, unit });
     }
-    let odds_place = odds_of_place(&course, &data, &best, &candidates[1..], position_sigma)?;
+    let odds_place = odds_of_place(&course, &best, &candidates[1..], position_sigma)?;
     Ok(Placement {
         pair,
         course,

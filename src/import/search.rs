@@ -7,6 +7,7 @@ use super::course::Course;
 use super::likelihood::{Freedom, cost};
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::wander::Wander;
 use crate::statistics::minimise_few;
 
 /// A timing with its cost.
@@ -14,7 +15,14 @@ use crate::statistics::minimise_few;
 pub(super) struct Candidate {
     pub timing: Timing,
     pub freedom: Freedom,
+    pub wander: Wander,
     pub cost: f64,
+}
+
+impl Candidate {
+    fn of(course: &Course, data: &Averages, timing: Timing, freedom: Freedom) -> Candidate {
+        Candidate { timing, freedom, wander: data.wander, cost: cost(course, data, &timing, freedom) }
+    }
 }
 
 /// Averages of the grid, of the first descent and of the last.
@@ -64,11 +72,14 @@ pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
     let mut best = descended;
     best.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     let few = apart(course, best, 3, 0.2);
-    let mut fine: Vec<Candidate> =
-        few.par_iter().map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2)).collect();
+    let mut fine: Vec<Candidate> = few
+        .par_iter()
+        .map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2))
+        .map(|start| settled(course, &levels.fine, &start, 0.1))
+        .collect();
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     if let Some(first) = fine.first_mut() {
-        *first = descend_apart(course, &levels.fine, *first, 0.5);
+        *first = descend_apart(course, &levels.fine.with(first.wander), *first, 0.5);
     }
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     apart(course, fine, 3, 0.05)
@@ -92,7 +103,7 @@ fn between_marks(course: &Course, data: &Averages, seen: &Seen) -> Vec<Candidate
         .flat_map(|ramp_s| [[moving_s; 2], each_s].map(|moving_s| (ramp_s, moving_s)))
         .map(|(ramp_s, moving_s)| {
             let timing = Timing { start_s, paces: moving_s.map(|moving_s| course.run_s / (moving_s - ramp_s)), ramp_s };
-            Candidate { timing, freedom: Freedom::NONE, cost: cost(course, data, &timing, Freedom::NONE) }
+            Candidate::of(course, data, timing, Freedom::NONE)
         })
         .collect()
 }
@@ -113,7 +124,7 @@ fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
             firsts.into_iter().flat_map(move |one| {
                 steps(one + moving, latest, step).into_iter().map(move |other| {
                     let timing = Timing { start_s: [one, other], paces: [pace; 2], ramp_s: RAMP_S };
-                    Candidate { timing, freedom: Freedom::NONE, cost: cost(course, data, &timing, Freedom::NONE) }
+                    Candidate::of(course, data, timing, Freedom::NONE)
                 })
             })
         })
@@ -185,8 +196,8 @@ pub(super) fn moved(course: &Course, timing: &Timing, units: &[f64; VARIABLES], 
 }
 
 /// Nelder–Mead from a start, again with smaller steps until it no longer gains.
-pub(super) fn descend(course: &Course, data: &Averages, start: Timing, freedom: Freedom, size: f64) -> Candidate {
-    let mut best = Candidate { timing: start, freedom, cost: cost(course, data, &start, freedom) };
+fn descend(course: &Course, data: &Averages, start: Timing, freedom: Freedom, size: f64) -> Candidate {
+    let mut best = Candidate::of(course, data, start, freedom);
     let mut size = size;
     for _ in 0..3 {
         let next = stepped(course, data, &best, size, DIFFERENCES[0]);
@@ -208,11 +219,11 @@ fn stepped(course: &Course, data: &Averages, from: &Candidate, size: f64, differ
     units[4] *= difference / DIFFERENCES[0];
     let at = |x: &[f64; VARIABLES]| moved(course, &from.timing, &units, x);
     let timing = at(&minimise_few([0.0; VARIABLES], size, |x| cost(course, data, &at(x), from.freedom)));
-    Candidate { timing, cost: cost(course, data, &timing, from.freedom), ..*from }
+    Candidate::of(course, data, timing, from.freedom)
 }
 
 /// The same for directions that ran at two paces, kept where the readings speak for it.
-pub(super) fn descend_apart(course: &Course, data: &Averages, from: Candidate, size: f64) -> Candidate {
+fn descend_apart(course: &Course, data: &Averages, from: Candidate, size: f64) -> Candidate {
     let apart = stepped(course, data, &from, size, DIFFERENCES[1]);
     // the two kinds of pace are two valleys: down to the ground of the other before they are compared
     let apart = descend(course, data, apart.timing, apart.freedom, 0.3 * size);
@@ -220,11 +231,34 @@ pub(super) fn descend_apart(course: &Course, data: &Averages, from: Candidate, s
 }
 
 /// The same with the freedom that the readings speak for.
-pub(super) fn descend_freely(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
+fn descend_freely(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
     let [first, others @ ..] = Freedom::ALL;
     let best = descend(course, data, start, first, size);
     others
         .into_iter()
         .map(|freedom| descend(course, data, best.timing, freedom, size))
         .fold(best, |best, next| if next.cost < best.cost { next } else { best })
+}
+
+/// A candidate with the wander that its readings show: what is left of each timing says how its own readings wander.
+fn settled(course: &Course, fine: &Averages, start: &Candidate, size: f64) -> Candidate {
+    let data = fine.with(wandering(course, fine, start));
+    descend_freely(course, &data, start.timing, size)
+}
+
+/// Candidates of one test once more, each by its own wander and with directions at two paces, the best first.
+pub(super) fn settled_apart(course: &Course, fine: &Averages, candidates: &[Candidate]) -> Vec<Candidate> {
+    let mut again: Vec<Candidate> = candidates
+        .par_iter()
+        .map(|candidate| settled(course, fine, candidate, 0.1))
+        .map(|candidate| descend_apart(course, &fine.with(candidate.wander), candidate, 0.5))
+        .collect();
+    again.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    again
+}
+
+/// The likeliest wander beside a timing.
+fn wandering(course: &Course, data: &Averages, best: &Candidate) -> Wander {
+    let at = |x: &[f64; 2]| cost(course, &data.with(Wander::off(x)), &best.timing, best.freedom);
+    Wander::off(&minimise_few(best.wander.spreads(), 0.5, at))
 }

@@ -8,26 +8,6 @@ use super::likelihood::cost;
 use super::search::{Candidate, VARIABLES, moved, units};
 use super::timing::Timing;
 
-/// Factor on the averages' standard deviations that what is left asks for: its size, and its correlation: n readings are
-/// worth `n / (1 + 2 Σ ρ_k)` independent ones, summed until pairs of lags no longer correlate (Geyer 1992).
-pub(super) fn correlated_scale(left_mm: &[f64], sigma_mm: &[f64]) -> f64 {
-    let scaled: Vec<f64> = left_mm.iter().zip(sigma_mm).map(|(left, sigma)| left / sigma).collect();
-    let count = scaled.len().max(1);
-    let mean = (scaled.iter().map(|value| value * value).sum::<f64>() / count as f64).max(1e-12);
-    let lagged = |lag: usize| {
-        scaled.iter().zip(&scaled[lag.min(count)..]).map(|(one, other)| one * other).sum::<f64>() / count as f64 / mean
-    };
-    let mut worth = 1.0;
-    for lag in (1..count / 8).step_by(2) {
-        let pair = lagged(lag) + lagged(lag + 1);
-        if pair <= 0.0 {
-            break;
-        }
-        worth += 2.0 * pair;
-    }
-    (mean * worth).sqrt()
-}
-
 /// Covariance of the variables in their units: twice the inverse of the cost's second derivatives, by differences whose
 /// steps raise the cost by about one.
 pub(super) fn covariance(course: &Course, data: &Averages, best: &Candidate) -> DMatrix<f64> {

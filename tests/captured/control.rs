@@ -42,6 +42,8 @@ pub enum Habit {
     Waits,
     /// The feed override is not at 100 %.
     Override(f64),
+    /// The programmed feed is kept, and ramps are as long as axes that accelerate fast or slowly need.
+    Exact,
 }
 
 pub const HABITS: [Habit; 4] = [Habit::SlowMarks, Habit::TwoPaces, Habit::UnevenRests, Habit::Waits];
@@ -55,8 +57,12 @@ impl Manner {
         let pace_there = pace();
         let pace_back = if habit == Habit::TwoPaces { pace() } else { pace_there };
         let ramp_s = random.random_range(0.08..0.29);
+        let (paces, ramp_s) = match habit {
+            Habit::Exact => ([1.0; 2], 0.005 * 60f64.powf(random.random_range(0.0..1.0))),
+            _ => ([pace_there, pace_back], ramp_s),
+        };
         Manner {
-            paces: [pace_there, pace_back],
+            paces,
             ramp_s,
             rests_s,
             between_s: (!marked).then_some(between_s),

@@ -24,6 +24,8 @@ pub struct Erring {
     machine: Machine,
     random: ChaCha8Rng,
     placed: BTreeMap<String, [f64; 3]>,
+    /// Part of the usual offsets with which balls and bars are placed.
+    part: f64,
 }
 
 impl Erring {
@@ -43,7 +45,18 @@ impl Erring {
                 };
             }
         }
-        Erring { machine, random, placed: BTreeMap::new() }
+        Erring { machine, random, placed: BTreeMap::new(), part: 1.0 }
+    }
+
+    /// The same with a part of each error: sweeps of one axis are nearly flat.
+    pub fn by_part(machine: &Machine, seed: u64, part: f64) -> Erring {
+        let mut erring = Erring::drawn(machine, seed);
+        for (axis, nominal) in erring.machine.axes.iter_mut().zip(&machine.axes) {
+            for (error, nominal) in axis.location_errors.iter_mut().zip(&nominal.location_errors) {
+                *error = nominal + part * (*error - nominal);
+            }
+        }
+        Erring { part, ..erring }
     }
 
     /// Deviations from the bar's stated length, mm.
@@ -86,7 +99,7 @@ impl Erring {
 
     /// The placement of a thing, drawn when it is first mounted.
     fn off(&mut self, name: &str, spread_mm: f64) -> [f64; 3] {
-        let random = &mut self.random;
+        let (random, spread_mm) = (&mut self.random, self.part * spread_mm);
         let draw = || {
             std::array::from_fn(|_| -> f64 {
                 spread_mm * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, random)

@@ -60,7 +60,7 @@ pub fn preflight(
         .filter_map(|suspicion| {
             let refit = refit(&suspicion.undone, Some(&as_it_is.values))?;
             let is_one = suspicion.effect != READING_ZERO || own_zero_mm(&refit) > LEAST_SPREAD_MM;
-            is_one.then(|| (suspicion.diminished * refit.misfit_um, suspicion))
+            is_one.then_some((suspicion.diminished * refit.misfit_um, suspicion))
         })
         .collect();
     bring_nearer(&thinned, misfit_um, &mut judged);
