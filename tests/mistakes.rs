@@ -370,6 +370,39 @@ const CASES: &[Case] = &[
         due: Named(&["files-exchanged"], "c-short-ccw and c-side-ccw"),
     },
     Case {
+        name: "files of two pivots exchanged in both directions",
+        make: |f| {
+            exchange(f, "c-short-ccw.csv", "c-side-ccw.csv");
+            exchange(f, "c-short-cw.csv", "c-side-cw.csv");
+        },
+        due: Named(&["files-exchanged"], "each with its repeats"),
+    },
+    Case {
+        name: "deviations of a program of the wrong sign",
+        make: |f| edit_lengths(f, "c-side", |_, length| 200.0 - length),
+        due: Named(&["reading-sign"], "c-side"),
+    },
+    Case {
+        name: "deviations of a program a tenth",
+        make: |f| edit_lengths(f, "c-side", |_, length| 100.0 + 0.1 * (length - 100.0)),
+        due: Named(&["unit"], "a tenth of what they should be"),
+    },
+    Case {
+        name: "a program zeroed for itself",
+        make: |f| edit_lengths(f, "c-side", |_, length| length + 0.4),
+        due: Named(&["reading-zero", "ball-place", "bar-other"], "c-side"),
+    },
+    Case {
+        name: "a standing slide rounded",
+        make: |f| edit_tests(f, "a-far", "X: -111.8034", "X: -112"),
+        due: Named(&["standing-axis"], "X stood at about -111.8"),
+    },
+    Case {
+        name: "angles of a program from another zero",
+        make: |f| edit_rows(f, "c-side", |rows| rows.iter_mut().for_each(|row| row[1] -= 30.0)),
+        due: Named(&["column-shifted"], "column C is off by about -30"),
+    },
+    Case {
         name: "files of two axes exchanged",
         make: |f| exchange(f, "c-short-ccw.csv", "a-short-ccw.csv"),
         due: Refused("axis C has neither a column"),

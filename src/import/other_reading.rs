@@ -40,6 +40,10 @@ const OTHERS: [(f64, f64, &str, &str); 10] = [
     (1.0, 1e3, "the times are seconds and were taken as milliseconds", "name the column time_s"),
 ];
 
+/// Readings range over less than this where the bar is on, mm, and follow each other in steps between these, s.
+const MOST_MM: f64 = 5.0;
+const STEP_S: (f64, f64) = (1e-4, 2.0);
+
 /// Forms of the marks of some tests, each with a test that has it.
 pub(super) fn forms(session: &Session, among: &[Pair]) -> Vec<(Marks, String)> {
     let mut forms: Vec<(Marks, String)> = Vec::new();
@@ -60,7 +64,17 @@ pub(super) fn alike(one: &Marks, other: &Marks) -> bool {
 /// What the readings are, where all marks of a test's program are in them at another sense, unit or clock.
 pub(super) fn other_reading(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Option<ImportError> {
     let forms = forms(session, among);
-    OTHERS.iter().find_map(|&(by, time_by, what, cure)| {
+    let finite = || capture.reading_mm.iter().copied().filter(|reading| reading.is_finite());
+    let range_mm = finite().fold(f64::MIN, f64::max) - finite().fold(f64::MAX, f64::min);
+    let step_s = (capture.time_s.last()? - capture.time_s.first()?) / capture.time_s.len() as f64;
+    // marks are in sight, the bar stays within its stroke, and the gauge reads as gauges do
+    let may_be = |by: f64, time_by: f64| {
+        let has_room = |(marks, _): &(Marks, String)| by.abs() * range_mm > 0.5 * marks.move_mm.abs();
+        forms.iter().any(has_room)
+            && by.abs() * range_mm < MOST_MM
+            && (STEP_S.0..STEP_S.1).contains(&(time_by * step_s))
+    };
+    OTHERS.iter().filter(|other| may_be(other.0, other.1)).find_map(|&(by, time_by, what, cure)| {
         let scaled = Capture {
             time_s: capture.time_s.iter().map(|time| time * time_by).collect(),
             reading_mm: capture.reading_mm.iter().map(|reading| reading * by).collect(),

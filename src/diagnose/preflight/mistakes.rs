@@ -47,9 +47,9 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
     list.extend(exchanged::with_worst(session, &worst_tests(residual_mm)));
     let programs: Vec<Vec<usize>> = worst_programs(session, residual_mm);
     list.extend(exchanged::programs(session, &programs));
-    let single = worst_tests(residual_mm).into_iter().take(1).map(|test| vec![test]);
-    let mut groups: Vec<Vec<usize>> = programs.iter().cloned().chain(single).collect();
-    list.extend(columns_off(session, &groups));
+    // of one recording alone a shift in time says as much
+    list.extend(columns_off(session, &programs));
+    let mut groups = programs.clone();
     groups.extend(alike(session));
     groups.dedup();
     list.extend(scaled(session, &groups));
