@@ -175,6 +175,7 @@ fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result
     let noise_um = 1e3 * mean_noise_mm2(&noise_floor(&model, &model.residual_mm)).sqrt();
     let strain = strain(&problem, &values, 1.0);
     let found = preflight(session, 1e3 * fit.rms_mm, noise_um, examination.left_out_share, strain);
-    // the shift of one test's clock may be a slip: only a diagnosis tells
-    Ok(found.filter(|fault| !fault.is_shift_of_single_tests()).or_else(|| further_contradiction(session)))
+    // the shift of one test's clock may be a slip, angles that are off a slide's error: only a diagnosis tells
+    let may_be_physics = |fault: &DataFault| fault.is_shift_of_single_tests() || fault.may_be_a_slide();
+    Ok(found.filter(|fault| !may_be_physics(fault)).or_else(|| further_contradiction(session)))
 }

@@ -312,6 +312,12 @@ impl DataFault {
         self.is_shift_of_single_tests() || self.effect == FOREIGN && self.tests.len() == 1
     }
 
+    /// Whether it may as well be a slide that errs where it stands in the tests concerned: angles that are off change a sweep by as
+    /// much as its errors turn, which is little.
+    pub fn may_be_a_slide(&self) -> bool {
+        self.effect == COLUMN_SHIFTED && self.before_um < ENORMOUS * self.after_um
+    }
+
     /// Whether effects may explain what this mistake does: as it looks like one, or gains no more in some tests than physics may.
     pub fn may_be_physics(&self) -> bool {
         let is_modest = !self.tests.is_empty() && self.before_um < ENORMOUS * self.after_um;

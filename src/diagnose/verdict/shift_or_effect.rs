@@ -29,6 +29,13 @@ fn explains_more(fine: &LinearModel, search: &Search, noise_um: f64, fault: &Dat
     !search.found.is_empty() && jumps < 2 && leaves_something && AS_NEAR * left_um(fine, search) < fault.after_um
 }
 
+/// Whether what was found leaves no more than noise, or than undoing a mistake does.
+fn explains_as_much(fine: &LinearModel, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
+    let enough_um = (fine.thresholds.explained * noise_um).max(AS_NEAR * fault.after_um);
+    let jumps = search.found.iter().filter(|found| found.chosen.is_event()).count();
+    !search.found.is_empty() && jumps < 2 && left_um(fine, search) < enough_um
+}
+
 /// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where effects explain
 /// more than it.
 pub(crate) fn beside(fine: &LinearModel, search: &Search, noise_um: f64, mut fault: DataFault) -> Option<DataFault> {
@@ -36,9 +43,12 @@ pub(crate) fn beside(fine: &LinearModel, search: &Search, noise_um: f64, mut fau
         fault.causes.push(cause(fine.context.machine(), &search.found[0].chosen, &[]));
         return Some(fault.shared_evenly());
     }
-    let is_physics = match fault.looks_like_an_effect() {
-        true => explains_a_shift(fine, search, noise_um, &fault),
-        false => explains_more(fine, search, noise_um, &fault),
+    let is_physics = if fault.looks_like_an_effect() {
+        explains_a_shift(fine, search, noise_um, &fault)
+    } else if fault.may_be_a_slide() {
+        explains_as_much(fine, search, noise_um, &fault)
+    } else {
+        explains_more(fine, search, noise_um, &fault)
     };
     (!is_physics).then_some(fault)
 }
