@@ -7,7 +7,7 @@ use crate::statistics::{noise_of_rows, rms};
 use nalgebra::{DMatrix, DVector};
 
 use super::data_fault::{RECORDER, listed};
-use super::suspicion::{SOMETIMES, Suspicion};
+use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Follow, Path, Recording, Session, Test};
@@ -67,18 +67,7 @@ pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspic
                 format!("{which} hold a run there and the run back: make two tests of each, one a direction"),
             ),
         };
-        let (place, components) = (RECORDER.to_string(), Vec::new());
-        list.push(Suspicion {
-            effect,
-            place,
-            components,
-            tests,
-            says,
-            shift_ms: None,
-            diminished: 1.0,
-            weight: SOMETIMES,
-            undone,
-        });
+        list.push(Suspicion::new(effect, RECORDER, tests, says, undone));
     }
     list
 }

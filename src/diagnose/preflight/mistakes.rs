@@ -16,6 +16,7 @@ use crate::statistics::rms;
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
 pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<f64>]) -> Vec<Suspicion> {
     let mut list = Vec::new();
+    let worst = worst_tests(residual_mm);
     let machine = &session.machine;
     let busy: Vec<usize> = (0..machine.axes.len())
         .filter(|&axis| {
@@ -35,17 +36,17 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
         list.push(shifted((session, whole), &every, *seconds));
     }
     // one test alone: only the worst ones are worth the refits
-    for test in worst_tests(residual_mm) {
+    for &test in &worst {
         for seconds in SHIFTS_S {
             list.push(shifted((session, whole), &[test], *seconds));
         }
         list.extend(columns_of_some(session, &[test]));
     }
     list.extend(without_dwells(session, whole));
-    list.extend(worst_tests(residual_mm).into_iter().filter_map(|test| foreign(session, test)));
+    list.extend(worst.iter().filter_map(|&test| foreign(session, test)));
     list.extend(on_any_link(session));
-    list.extend(exchanged::with_worst(session, &worst_tests(residual_mm)));
-    let programs: Vec<Vec<usize>> = worst_programs(session, residual_mm);
+    list.extend(exchanged::with_worst(session, &worst));
+    let programs = worst_programs(session, &worst);
     list.extend(exchanged::programs(session, &programs));
     // of one recording alone a shift in time says as much
     list.extend(columns_off(session, &programs));
@@ -117,9 +118,9 @@ fn alike(session: &Session) -> Vec<Vec<usize>> {
 }
 
 /// The programs of the tests that fit worst: each with its other directions and repeats.
-fn worst_programs(session: &Session, residual_mm: &[Vec<f64>]) -> Vec<Vec<usize>> {
+fn worst_programs(session: &Session, worst: &[usize]) -> Vec<Vec<usize>> {
     let mut programs: Vec<Vec<usize>> = Vec::new();
-    for test in worst_tests(residual_mm) {
+    for &test in worst {
         let repeats = exchanged::repeats(session, test);
         if !programs.contains(&repeats) {
             programs.push(repeats);

@@ -4,6 +4,7 @@
 //! into the other may take the wrong sign or unit, and whoever zeroes the gauge at the start of a run moves its zero.
 
 use super::data_fault::{RECORDER, listed};
+use super::places::misplaced::names;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::session::{LengthColumn, Session, Zero};
 
@@ -29,7 +30,7 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
         let is_all = tests.len() == every.len();
         let names: Vec<String> = match is_all {
             true => Vec::new(),
-            false => tests.iter().map(|&test| session.tests[test].name.clone()).collect(),
+            false => self::names(session, tests),
         };
         // a factor common to all changes every error and no residual in its proportion: only a sign can be told
         let factors = FACTORS.iter().filter(|(factor, _)| *factor < 0.0 || !is_all);
@@ -62,7 +63,7 @@ fn with_deviations(session: &Session, tests: &[usize], factor: f64) -> Session {
 /// Groups of tests in which the gauge was zeroed for itself.
 pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
     let of = |tests: &Vec<usize>| {
-        let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+        let names = names(session, tests);
         let mut undone = session.clone();
         for &test in tests {
             undone.tests[test].bar_setup = Some("zeroed for itself".into());
@@ -72,17 +73,7 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             "the gauge had a zero of its own in {}: state 'bar_setup' and 'zero: free' there, and zero it once a session",
             listed(&names)
         );
-        Suspicion {
-            effect: READING_ZERO,
-            place: "bar".into(),
-            components: Vec::new(),
-            tests: names,
-            says,
-            shift_ms: None,
-            diminished: 1.0,
-            weight: RARELY,
-            undone,
-        }
+        Suspicion { weight: RARELY, ..Suspicion::new(READING_ZERO, "bar", names, says, undone) }
     };
     groups.iter().filter(|group| group.len() < session.tests.len()).map(of).collect()
 }

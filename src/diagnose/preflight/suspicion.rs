@@ -19,6 +19,18 @@ pub(crate) struct Suspicion {
 }
 
 impl Suspicion {
+    /// A mistake in what the session says of some tests, of no special weight.
+    pub(crate) fn new(
+        effect: &'static str,
+        place: &str,
+        tests: Vec<String>,
+        says: String,
+        undone: Session,
+    ) -> Suspicion {
+        let (place, components) = (place.to_string(), Vec::new());
+        Suspicion { effect, place, components, tests, says, shift_ms: None, diminished: 1.0, weight: SOMETIMES, undone }
+    }
+
     /// As what may be the mistake instead of another one.
     pub(crate) fn rival(self, probability: f64) -> Rival {
         let Suspicion { effect, place, components, says, .. } = self;

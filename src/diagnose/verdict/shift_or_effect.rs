@@ -21,19 +21,25 @@ fn explains_a_shift(fine: &LinearModel, search: &Search, noise_um: f64, fault: &
     !chosen.is_shift_of_one_test() && left_um(fine, search) < enough_um
 }
 
+/// Whether what was found are several jumps.
+fn are_jumps(search: &Search) -> bool {
+    search.found.iter().filter(|found| found.chosen.is_event()).count() > 1
+}
+
 /// Whether what was found leaves clearly less than undoing a mistake does, which leaves more than noise. Several jumps follow any
 /// mistake in several tests.
 fn explains_more(fine: &LinearModel, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
-    let jumps = search.found.iter().filter(|found| found.chosen.is_event()).count();
     let leaves_something = fault.after_um > fine.thresholds.explained * noise_um;
-    !search.found.is_empty() && jumps < 2 && leaves_something && AS_NEAR * left_um(fine, search) < fault.after_um
+    !search.found.is_empty()
+        && !are_jumps(search)
+        && leaves_something
+        && AS_NEAR * left_um(fine, search) < fault.after_um
 }
 
 /// Whether what was found leaves no more than noise, or than undoing a mistake does.
 fn explains_as_much(fine: &LinearModel, search: &Search, noise_um: f64, fault: &DataFault) -> bool {
     let enough_um = (fine.thresholds.explained * noise_um).max(AS_NEAR * fault.after_um);
-    let jumps = search.found.iter().filter(|found| found.chosen.is_event()).count();
-    !search.found.is_empty() && jumps < 2 && left_um(fine, search) < enough_um
+    !search.found.is_empty() && !are_jumps(search) && left_um(fine, search) < enough_um
 }
 
 /// A mistake beside what a search found: with the slip that says as much of the same tests; `None` where effects explain

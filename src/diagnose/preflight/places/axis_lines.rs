@@ -4,7 +4,7 @@ use crate::statistics::least_along;
 use nalgebra::Vector3;
 
 use super::ball_places::WORTH;
-use super::misplaced::{suspicion, told};
+use super::misplaced::told;
 use crate::diagnose::preflight::quick_fit::{Refit, nominal_mm};
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::identify::Quantity;
@@ -57,7 +57,7 @@ fn with_line(session: &Session, axis: usize, shift: Vector3<f64>) -> Suspicion {
         told(&shift, &Vector3::zeros()),
         told(&(machine.axes[axis].origin + shift), &machine.axes[axis].origin)
     );
-    let mut found = suspicion(AXIS_LINE, name, Vec::new(), says, undone);
+    let mut found = Suspicion::new(AXIS_LINE, name, Vec::new(), says, undone);
     found.components = vec![name.clone()];
     found.weight = RARELY;
     found

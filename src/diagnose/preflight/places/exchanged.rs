@@ -2,7 +2,7 @@
 
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::SESSION;
-use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
+use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::session::{Motion, Session, Test};
 
 /// Pairs that are tried by a refit.
@@ -16,17 +16,7 @@ fn with_recordings(session: &Session, from: &[usize], says: String) -> Suspicion
         undone.tests[index].recording = session.tests[other].recording.clone();
         tests.push(session.tests[index].name.clone());
     }
-    Suspicion {
-        effect: "files-exchanged",
-        place: SESSION.into(),
-        components: Vec::new(),
-        tests,
-        says,
-        shift_ms: None,
-        diminished: 1.0,
-        weight: SOMETIMES,
-        undone,
-    }
+    Suspicion::new("files-exchanged", SESSION, tests, says, undone)
 }
 
 fn exchanged(session: &Session, one: usize, other: usize) -> Suspicion {

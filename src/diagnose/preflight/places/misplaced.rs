@@ -37,18 +37,6 @@ pub(crate) fn misplaced(session: &Session) -> Vec<Suspicion> {
     list
 }
 
-/// A mistake in what the session says of these tests.
-pub(crate) fn suspicion(
-    effect: &'static str,
-    place: &str,
-    tests: Vec<String>,
-    says: String,
-    undone: Session,
-) -> Suspicion {
-    let (place, components) = (place.to_string(), Vec::new());
-    Suspicion { effect, place, components, tests, says, shift_ms: None, diminished: 1.0, weight: SOMETIMES, undone }
-}
-
 /// Names of tests.
 pub(crate) fn names(session: &Session, tests: &[usize]) -> Vec<String> {
     tests.iter().map(|&test| session.tests[test].name.clone()).collect()
@@ -92,7 +80,7 @@ fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec
                 how.unwrap_or_default(),
                 listed(&names(session, tests))
             );
-            let mut suspicion = suspicion(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            let mut suspicion = Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone);
             suspicion.weight = match near {
                 Some((_, words)) if words.contains("exchanged") && words.contains("turned") => RARELY,
                 Some(_) => OFTEN,
@@ -130,7 +118,7 @@ fn on_link(session: &Session, end: End, tests: &[usize], link: &str) -> Suspicio
         ball_words(end, ball),
         listed(&names(session, tests))
     );
-    suspicion(BALL_LINK, end.place(), names(session, tests), says, undone)
+    Suspicion::new(BALL_LINK, end.place(), names(session, tests), says, undone)
 }
 
 /// All pivots that are stated on one link on another one of its branch: about a turning axis the lengths hardly tell.
@@ -179,7 +167,7 @@ fn all_moved(session: &Session, chain: &Chain, end: End) -> Vec<Suspicion> {
                 "all {which} by {} mm from where the session puts them: look at {why}, and correct every 'at'",
                 told(&shift, &Vector3::zeros())
             );
-            suspicion(BALL_PLACE, end.place(), Vec::new(), says, undone)
+            Suspicion::new(BALL_PLACE, end.place(), Vec::new(), says, undone)
         })
         .into_iter()
         .collect()
@@ -205,7 +193,7 @@ fn other_bars(session: &Session, chain: &Chain, setups: &Setups) -> Vec<Suspicio
             middle.abs(),
             if middle > 0.0 { "long" } else { "short" }
         );
-        list.push(suspicion(BAR, "bar", names(session, &tests), says, undone));
+        list.push(Suspicion::new(BAR, "bar", names(session, &tests), says, undone));
     }
     list
 }

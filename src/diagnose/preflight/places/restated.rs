@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use super::ball_places::{End, NOMINAL_MM, Sights, misfit_mm, sights, written_otherwise};
-use super::misplaced::{BALL_PLACE, ball_words, names, suspicion, told};
+use super::misplaced::{BALL_PLACE, ball_words, names, told};
 use super::standing::{groups, misfit_of_shift, stood_at};
 use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::{SESSION, listed};
@@ -65,7 +65,7 @@ fn places(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Su
                 told(&place, &ball.at),
                 listed(&names(session, tests))
             );
-            let mut found = suspicion(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            let mut found = Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone);
             let is_twice = words.contains("exchanged") && words.contains("turned");
             found.weight = if is_twice { RARELY } else { OFTEN };
             found
@@ -105,7 +105,7 @@ fn directions(session: &Session) -> Vec<Suspicion> {
             let says = format!(
                 "{name} turns about {letter} by the lengths: correct 'direction' of {name} in the machine file"
             );
-            let mut found = suspicion(AXIS_DIRECTION, SESSION, Vec::new(), says, undone);
+            let mut found = Suspicion::new(AXIS_DIRECTION, SESSION, Vec::new(), says, undone);
             found.components = vec![name.clone()];
             found.weight = SOMETIMES;
             list.push(found);

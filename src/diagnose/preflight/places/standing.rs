@@ -1,7 +1,7 @@
 //! Axes that stood elsewhere than the session says, by what the lengths say.
 
 use super::ball_places::WORTH;
-use super::misplaced::{names, suspicion};
+use super::misplaced::names;
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
@@ -159,7 +159,7 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
         crate::diagnose::preflight::data_fault::listed(&names(session, tests)),
         shift.to_degrees()
     );
-    let mut found = suspicion(COLUMN_SHIFTED, RECORDER, names(session, tests), says, undone);
+    let mut found = Suspicion::new(COLUMN_SHIFTED, RECORDER, names(session, tests), says, undone);
     found.components = vec![name.clone()];
     found.weight = RARELY;
     Some(found)
@@ -185,7 +185,7 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
         kind.to_file_unit(stated),
         crate::diagnose::preflight::data_fault::listed(&names(session, tests))
     );
-    let mut found = suspicion(STANDING_AXIS, SESSION, names(session, tests), says, undone);
+    let mut found = Suspicion::new(STANDING_AXIS, SESSION, names(session, tests), says, undone);
     found.components = vec![axis_name.clone()];
     Some(found)
 }
