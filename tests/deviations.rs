@@ -275,6 +275,8 @@ fn wrong_deviations_get_one_message() {
     assert!(lengths.ends_with("the column seems to hold absolute lengths, name it length_mm"), "{lengths}");
     let micrometres = refused("", &scaled(1e3, 0.0));
     assert!(micrometres.ends_with("the column seems to be in µm, name it deviation_um"), "{micrometres}");
+    let millimetres = refused("", &header("deviation_mm", "deviation_um"));
+    assert!(millimetres.ends_with("the column seems to be in mm, name it deviation_mm"), "{millimetres}");
     let without_bar = |more: &str| {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("machine.yaml"), MACHINE).unwrap();

@@ -164,6 +164,19 @@ fn hold(files: &mut Files, begin: &str, held: Range<usize>) {
     });
 }
 
+/// Takes one wave a turn off the readings of a full turn whose first and last row stand at one angle.
+fn take_centre_off(rows: &mut Vec<[f64; 3]>) {
+    let turn = &rows[1..];
+    let part = |wave: fn(f64) -> f64| {
+        2.0 * turn.iter().map(|row| row[2] * wave(row[1].to_radians())).sum::<f64>() / turn.len() as f64
+    };
+    let (cosine, sine) = (part(f64::cos), part(f64::sin));
+    for row in rows {
+        let angle = row[1].to_radians();
+        row[2] -= cosine * angle.cos() + sine * angle.sin();
+    }
+}
+
 fn exchange(files: &mut Files, one: &str, other: &str) {
     let (a, b) = (files[one].clone(), files[other].clone());
     files.insert(one.into(), b);
@@ -388,6 +401,36 @@ const CASES: &[Case] = &[
         due: Named(&["unit"], "a tenth of what they should be"),
     },
     Case {
+        name: "deviations of a program ten times too large",
+        make: |f| edit_lengths(f, "c-side", |_, length| 100.0 + 10.0 * (length - 100.0)),
+        due: Named(&["unit"], "ten times too large"),
+    },
+    Case {
+        name: "every recording zeroed at its start",
+        make: |f| {
+            edit_rows(f, "", |rows| {
+                let (first, bar) = (rows[0][2], rows[0][2].round());
+                rows.iter_mut().for_each(|row| row[2] += bar - first);
+            })
+        },
+        due: Named(&["readings-processed"], "zeroed at the start of every recording"),
+    },
+    Case {
+        name: "the mean taken off every recording",
+        make: |f| {
+            edit_rows(f, "", |rows| {
+                let mean = rows.iter().map(|row| row[2]).sum::<f64>() / rows.len() as f64;
+                rows.iter_mut().for_each(|row| row[2] += mean.round() - mean);
+            })
+        },
+        due: Named(&["readings-processed"], "the mean was taken off"),
+    },
+    Case {
+        name: "the centre taken off full turns",
+        make: |f| edit_rows(f, "c-", take_centre_off),
+        due: Named(&["readings-processed"], "the centre was taken off"),
+    },
+    Case {
         name: "a program zeroed for itself",
         make: |f| edit_lengths(f, "c-side", |_, length| length + 0.4),
         due: Named(&["reading-zero", "ball-place", "bar-other"], "c-side"),
@@ -401,6 +444,20 @@ const CASES: &[Case] = &[
         name: "angles of a program from another zero",
         make: |f| edit_rows(f, "c-side", |rows| rows.iter_mut().for_each(|row| row[1] -= 30.0)),
         due: Named(&["column-shifted"], "column C is off by about -30"),
+    },
+    Case {
+        name: "angles of two programs from another zero",
+        make: |f| {
+            for begin in ["c-side", "c-high"] {
+                edit_rows(f, begin, |rows| rows.iter_mut().for_each(|row| row[1] -= 30.0));
+            }
+        },
+        due: Named(&["column-shifted"], "column C is off by about -30"),
+    },
+    Case {
+        name: "angles of a program in radians",
+        make: |f| edit_rows(f, "c-side", |rows| rows.iter_mut().for_each(|row| row[1] = row[1].to_radians())),
+        due: Named(&["unit", "arc"], "c-side"),
     },
     Case {
         name: "files of two axes exchanged",
@@ -869,4 +926,19 @@ fn diagnose_repeats_every_warning_of_identify() {
     assert_eq!(warnings("diagnose"), told);
     let (_, text, _) = fiveaxis(&["diagnose", session.to_str().unwrap()]);
     assert!(text.contains("times its spread"), "{text}");
+}
+
+#[test]
+fn a_location_error_that_no_machine_has_is_warned_of() {
+    let warned = |files: &Files| {
+        let folder = tempfile::tempdir().unwrap();
+        written(files, folder.path());
+        let session = load_session(&folder.path().join("session.yaml")).unwrap();
+        let warnings = examine(&session, &Options::default()).unwrap().warnings;
+        warnings.iter().any(|warning| warning.contains("EX0C of") && warning.contains("more than machines in use have"))
+    };
+    assert!(!warned(sound()));
+    let mut files = sound().clone();
+    edit(&mut files, "machine.yaml", "C: {origin: [0, 0, 0]", "C: {origin: [1, 0, 0]");
+    assert!(warned(&files));
 }

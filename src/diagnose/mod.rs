@@ -42,26 +42,26 @@ pub use verdict::location_errors::{HangsOn, Moved};
 pub use verdict::shares::{ShareOfReadings, Source};
 
 use self::findings::proposals::Layout;
+use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
 use self::preflight::examine::examined;
+use self::preflight::mistake_or_effect::unless_physics;
 use self::preflight::quick_fit::strain;
 use self::preflight::small_misfit::preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
-use self::selection::screening::screening_grid::terms_by_shape;
+use self::selection::joint_fit::mean_square;
 use self::selection::search::{floors, nothing, search_cleanly};
+use self::selection::two_resolutions::at_two_resolutions;
 use self::validation::detection_limits::{unseen_causes, unseen_senses};
 use self::validation::hidden_shifts::hidden_shifts;
 use self::validation::uncovering::uncovering_tests;
 use self::verdict::explanation::explain;
-use self::verdict::shift_or_effect::{beside, shift_of_one_test};
+use self::verdict::shift_of_one_test::shift_of_one_test;
 use crate::chain::Chain;
-use crate::effects::Context;
+use crate::effects::{CandidateFamily, Context};
 use crate::identify::{self, Fit, Options, Problem};
 use crate::session::{Session, Setups};
-
-/// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
-const WIDER_SETUPS: f64 = 2.5;
 
 /// Diagnoses a session.
 pub fn diagnose(session: &Session, options: &Options) -> Result<Diagnosis, DiagnoseError> {
@@ -76,67 +76,77 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     }
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
-    let mut unknowns = options.unknowns(session, &setups);
-    for unknown in unknowns.iter_mut().filter(|unknown| unknown.quantity.is_setup()) {
-        unknown.prior_sigma *= WIDER_SETUPS;
-    }
-    let problem = Problem::new(session, &chain, &setups, unknowns)?;
+    let problem = Problem::new(session, &chain, &setups, fitted_anyway(session, options, &setups))?;
     let fit = identify::fit(&problem)?;
     let context = Context::of(session, &chain)?;
     let mut fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     fine.thresholds = thresholds;
-    let diagnosis = diagnosed(fine, &setups, fit, true)?;
+    let diagnosis = diagnosed(fine, options, &setups, fit, true)?;
     Ok(Diagnosis { warnings: examination.warnings, ..diagnosis })
 }
 
 /// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
-fn diagnosed(mut fine: LinearModel, setups: &Setups, fit: Fit, may_hide: bool) -> Result<Diagnosis, DiagnoseError> {
+fn diagnosed(
+    fine: LinearModel,
+    options: &Options,
+    setups: &Setups,
+    fit: Fit,
+    may_hide: bool,
+) -> Result<Diagnosis, DiagnoseError> {
+    at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, (setups, fit, may_hide)))?
+}
+
+fn searched(
+    resolutions: &Resolutions,
+    families: &[CandidateFamily],
+    options: &Options,
+    (setups, fit, may_hide): (&Setups, Fit, bool),
+) -> Result<Diagnosis, DiagnoseError> {
+    let Resolutions { fine, coarse, .. } = *resolutions;
     let (problem, session, values) = (fine.problem, fine.context.session(), fit.values());
-    let families = families(&fine);
-    fine.prepare(families.iter().flat_map(|family| &family.outlets));
-    fine.set_together(terms_by_shape(&session.machine, &families));
-    let (thinned, groups) = thin(session, &fine.kept);
-    let thin_context = Context::of(&thinned, problem.chain)?;
-    let mut coarse = fine.thinned(&thin_context, &groups);
-    coarse.prepare(families.iter().flat_map(|family| &family.outlets));
-    let cells = ScreeningGrid::of(&coarse, &families);
-    let resolutions = Resolutions { fine: &fine, coarse: &coarse, cells: &cells };
-    let floors = floors(&resolutions);
+    let floors = floors(resolutions);
     let noise_um = 1e3 * mean_noise_mm2(&floors[0]).sqrt();
 
     let strain = strain(problem, &values, WIDER_SETUPS);
     let readings: usize = fine.kept.iter().map(Vec::len).sum();
     let left_out = fit.left_out() as f64 / readings.max(1) as f64;
-    let fault = match session.has_parts() {
-        true => None,
-        false => {
-            preflight(session, 1e3 * fit.rms_mm, noise_um, left_out, strain).or_else(|| further_contradiction(session))
-        }
+    let measures = [1e3 * fit.rms_mm, noise_um, left_out, strain];
+    // the mistakes known here are those of lengths between balls
+    let mistake = if session.has_parts() { None } else { preflight(session, measures) };
+    let (certain, contested) = match mistake {
+        Some(mistake) if !mistake.fault.may_be_physics() => (Some(mistake.fault), None),
+        other => (further_contradiction(session).filter(|_| !session.has_parts()), other),
     };
-    let is_certain = fault.as_ref().is_some_and(|fault| !fault.may_be_physics());
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
-    let search = match is_certain {
-        true => Ok(nothing(&fine, &floors[0])),
-        false => search_cleanly(&resolutions, &floors, &families, cleaner),
+    let search = match certain {
+        Some(_) => Ok(nothing(fine, &floors[0])),
+        None => search_cleanly(resolutions, &floors, families, cleaner),
     };
     let mut search = match search {
         Ok(search) => search,
-        Err(cleaner) => return diagnosed(fine.with_rows(cleaner.kept_rows()), setups, *cleaner, false),
+        Err(cleaner) => return diagnosed(fine.with_rows(cleaner.kept_rows()), options, setups, *cleaner, false),
     };
-    let fault = fault.and_then(|fault| beside(&fine, &search, noise_um, fault)).or_else(|| shift_of_one_test(&search));
+    let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
+    let contested = contested.filter(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
+    let fault = match contested {
+        Some(mistake) => unless_physics(session, options, fine.thresholds, mistake)?,
+        None => certain,
+    };
+    let fault = fault.or_else(|| shift_of_one_test(&search));
     if fault.is_some() {
-        search = nothing(&fine, &floors[0]);
+        search = nothing(fine, &floors[0]);
     }
 
-    let layout = Layout { session: &thinned, problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
-    let explanation = explain(&resolutions, &floors, &families, &mut search, &layout, fault.is_some());
+    let layout =
+        Layout { session: coarse.context.session(), problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
+    let explanation = explain(resolutions, &floors, families, &mut search, &layout, fault.is_some());
     // a wrong sense makes all numbers wrong: it stands first
     let mut blind_to = unseen_senses(session, &fit)?;
-    let regression = Regression::new(&coarse, &floors[1], &[], &coarse.kept);
-    let hidden = unseen_causes(&coarse, &families, |columns| regression.information(columns));
+    let regression = Regression::new(coarse, &floors[1], &[], &coarse.kept);
+    let hidden = unseen_causes(coarse, families, |columns| regression.information(columns));
     let shifts = hidden_shifts(&regression, &hidden, blind_to.len());
     blind_to.extend(hidden.into_iter().filter(|hidden| hidden.matters).map(|hidden| hidden.unseen));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
-    let diagnosis = Diagnosis::of((&fine, &families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
+    let diagnosis = Diagnosis::of((fine, families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
     Ok(Diagnosis { uncovered_by, ..diagnosis })
 }

@@ -229,6 +229,7 @@ fn periods(seen: &Observations) -> Vec<CandidateFamily> {
     // in an arm the weight of its links is the likelier cause of what turns once with a joint
     let rank = usize::from(!seen.context.has_sweeps());
     let rotary = seen.moving(AxisKind::Rotary).map(|(axis, ends)| orders_of_turn(seen, axis, ends));
+    let geared = seen.moving(AxisKind::Rotary).filter_map(|(axis, ends)| orders_of_gears(seen, axis, ends));
     let moving = seen.moving(AxisKind::Linear).map(|(axis, ends)| periods_of_way(seen, axis, ends));
     let standing = seen.axes(AxisKind::Linear).filter(|&axis| seen.context.travelled(axis).is_none());
     // a screw's error shows between the places where a slide stands, but not its period: the customary leads are tried
@@ -237,14 +238,31 @@ fn periods(seen: &Observations) -> Vec<CandidateFamily> {
         let own = vec![Outlet::own(seen.machine(), axis)];
         CandidateFamily::new(CYCLIC_ERROR.name, Place::Axis(axis), own, 20.0).over(SCREW_LEADS_MM.map(lead).to_vec())
     });
-    rotary.chain(moving).chain(shown).map(|family| family.ranked(rank)).collect()
+    rotary.chain(geared).chain(moving).chain(shown).map(|family| family.ranked(rank)).collect()
 }
 
-/// Orders per turn of a rotary axis, as fine as the arc tells them apart and as high as the readings follow.
+/// Orders per turn of a rotary axis, as fine as the arc tells them apart and as high as neighbouring readings follow.
 fn orders_of_turn(seen: &Observations, axis: usize, (from, to): (f64, f64)) -> CandidateFamily {
-    let (place, arc) = (Place::Axis(axis), to - from);
+    let arc = to - from;
     let lowest = if arc > NEARLY_A_TURN { 1.0 } else { (TAU / arc).max(1.0) };
-    let highest = (0.4 * TAU / seen.context.finest_step(axis)).min(HIGHEST_ORDER);
+    orders_between(seen, axis, (lowest, highest_followed(seen, axis)), arc)
+}
+
+/// The highest order that neighbouring readings follow.
+fn highest_followed(seen: &Observations, axis: usize) -> f64 {
+    (0.4 * TAU / seen.context.finest_step(axis)).min(HIGHEST_ORDER)
+}
+
+/// Orders above those in static poses: the teeth of a joint's gear turn many times between two poses, and show where poses
+/// stand at no regular steps.
+fn orders_of_gears(seen: &Observations, axis: usize, (from, to): (f64, f64)) -> Option<CandidateFamily> {
+    let lowest = highest_followed(seen, axis);
+    let is_told = !seen.context.has_sweeps() && lowest < HIGHEST_ORDER && seen.context.is_irregular(axis);
+    is_told.then(|| orders_between(seen, axis, (lowest, HIGHEST_ORDER), to - from))
+}
+
+fn orders_between(seen: &Observations, axis: usize, (lowest, highest): (f64, f64), arc: f64) -> CandidateFamily {
+    let place = Place::Axis(axis);
     let step = (TAU / (2.0 * arc)).max(0.5);
     let mut grid = Vec::new();
     let mut order = lowest;

@@ -3,6 +3,8 @@
 use super::Context;
 use crate::chain::{Branch, Geometry};
 use crate::machine::AxisKind;
+use std::f64::consts::TAU;
+
 use crate::statistics::median;
 
 /// Change of gravity's direction in a link from which it counts as turning there, in units of g.
@@ -10,6 +12,12 @@ const TURNED_G: f64 = 0.02;
 
 /// Travel below which an axis has not moved, mm or rad.
 const NO_TRAVEL: f64 = 1e-6;
+
+/// Positions nearer than this are one, rad or mm: a hundredth of a degree.
+const ONE_PLACE: f64 = 1.7e-4;
+
+/// Coherence of positions with a grid of their median step, from 0 (none) to 1, from which they lie on it.
+const ON_A_GRID: f64 = 0.5;
 
 impl Context<'_> {
     /// Whether any test was recorded in time; static poses have none.
@@ -52,6 +60,17 @@ impl Context<'_> {
             positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).collect::<Vec<_>>()
         });
         median(steps).unwrap_or(1.0)
+    }
+
+    /// Whether the positions of an axis in motion lie on no grid: on one, a short period looks like a long one.
+    pub(super) fn is_irregular(&self, axis: usize) -> bool {
+        let motions = (0..self.tests()).map(|test| self.motion(test)).filter(|motion| motion.moving.contains(&axis));
+        let mut places: Vec<f64> = motions.flat_map(|motion| motion.axis(axis).collect::<Vec<_>>()).collect();
+        places.sort_by(f64::total_cmp);
+        places.dedup_by(|one, other| (*one - *other).abs() < ONE_PLACE);
+        let Some(step) = median(places.windows(2).map(|pair| pair[1] - pair[0])) else { return false };
+        let sum = |part: fn(f64) -> f64| places.iter().map(|at| part(TAU * at / step)).sum::<f64>();
+        sum(f64::cos).hypot(sum(f64::sin)) < ON_A_GRID * places.len() as f64
     }
 
     /// Number of different places at which an axis stands as tests begin, `apart` mm or rad from each other.

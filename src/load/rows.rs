@@ -133,6 +133,9 @@ fn refuse_outside_stroke(
     line: impl Fn(usize) -> usize,
     bar: f64,
 ) -> Result<(), LoadError> {
+    if recording.column == LengthColumn::DeviationUm {
+        refuse_in_other_unit(file, recording, bar)?;
+    }
     let is_outside = |length: &f64| length.is_finite() && (length - bar).abs() > STROKE_LIMIT_MM;
     let outside = recording.length_mm.iter().filter(|length| is_outside(length)).count();
     let readings = recording.readings();
@@ -167,6 +170,24 @@ fn refuse_outside_stroke(
             recording.in_column(recording.length_mm[row], bar)
         ),
     ))
+}
+
+/// Deviations that are all smaller than this are in another unit, µm: balls are set to tens of micrometres, and gauges read to 0.1.
+const LEAST_DEVIATION_UM: f64 = 0.5;
+
+/// Deviations in µm that no gauge could tell from zero, and that are not zero throughout.
+fn refuse_in_other_unit(file: &Path, recording: &Recording, bar: f64) -> Result<(), LoadError> {
+    let finite = recording.length_mm.iter().filter(|length| length.is_finite());
+    let largest_um = finite.map(|length| 1e3 * (length - bar).abs()).fold(0.0, f64::max);
+    // lengths near a bar's are doubles: computed zeros are smaller than 1e-6
+    if !(1e-4..LEAST_DEVIATION_UM).contains(&largest_um) {
+        return Ok(());
+    }
+    let found = format!(
+        "the largest reading of {} is {largest_um:.4} µm, where gauges tell 0.1 µm and balls are set to tens of µm; the column seems to be in mm, name it deviation_mm",
+        recording.column.name()
+    );
+    Err(LoadError::file(file, found))
 }
 
 /// Why a column of deviations, all outside the stroke, holds something else.

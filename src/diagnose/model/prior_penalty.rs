@@ -1,7 +1,20 @@
 //! How far the fit had to pull balls, bars and location errors from what was stated of them. It fits nothing.
 
 use super::linear_model::LinearModel;
-use crate::identify::Quantity;
+use crate::identify::{Options, Quantity, Unknown};
+use crate::session::{Session, Setups};
+
+/// Setups are given so many times their stated spread: a pivot that a knock moved by three sigmas is no missing physics.
+pub(crate) const WIDER_SETUPS: f64 = 2.5;
+
+/// What is fitted anyway beside effects.
+pub(crate) fn fitted_anyway(session: &Session, options: &Options, setups: &Setups) -> Vec<Unknown> {
+    let mut unknowns = options.unknowns(session, setups);
+    for unknown in unknowns.iter_mut().filter(|unknown| unknown.quantity.is_setup()) {
+        unknown.prior_sigma *= WIDER_SETUPS;
+    }
+    unknowns
+}
 
 /// Degrees of freedom of the t distribution of what was stated: one cup set carelessly is far off, and no sign of physics.
 const FREEDOM: f64 = 8.0;

@@ -108,6 +108,10 @@ const WARNED_STRAIN: f64 = 3.0;
 /// Share of readings left out that is warned of.
 const WARNED_LEFT_OUT: f64 = 0.01;
 
+/// A location error of this share of its widest plausible size is warned of: 0.3 mm and 0.03° on machine tools, where tens of
+/// micrometres and arcseconds are usual.
+const WARNED_LOCATION: f64 = 0.3;
+
 /// What a user should look at although the fit stands.
 pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
     let setups = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, _)| unknown.quantity.is_setup());
@@ -124,5 +128,22 @@ pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
     let outliers = (share > WARNED_LEFT_OUT).then(|| {
         format!("{:.1} % of the readings were left out as gross outliers: look after the gauge", 100.0 * share)
     });
-    strained.chain(outliers).collect()
+    let located = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, _)| !unknown.quantity.is_setup());
+    let far = located.filter_map(|(unknown, estimate)| {
+        let off = estimate.value - unknown.prior_mean;
+        let is_far = matches!(unknown.quantity, Quantity::Location { .. })
+            && off.abs() > WARNED_LOCATION * unknown.prior_sigma
+            && off.abs() > estimate.sigma;
+        let measure = unknown.measure;
+        is_far.then(|| {
+            format!(
+                "{} of {:.0} {} is more than machines in use have: it may as well be a ball or the line of the axis that stands \
+                 elsewhere than the files say",
+                unknown.label,
+                measure.to_output(off),
+                if measure.output_unit() == "um" { "µm" } else { measure.output_unit() }
+            )
+        })
+    });
+    strained.chain(outliers).chain(far).collect()
 }

@@ -4,14 +4,16 @@ use super::contradictions::{contradiction, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
 use super::doubts::{left_out_share, misfit, repeats_um, unjudged, warnings};
 use super::gross_misfit::contest;
+use super::mistake_or_effect::unless_physics;
 use super::places::frames::{instrument_moved, mistaken_columns};
 use super::quick_fit::{refit, robust_rms_mm, strain};
-use super::scaled_readings::{READING_SIGN, turned};
+use super::scaled_readings::{READING_SIGN, held_otherwise};
 use super::small_misfit::preflight;
 use crate::chain::Chain;
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_floor};
+use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
 use crate::identify::{self, Fit, FitError, Options, Problem};
 use crate::session::{Session, Setups};
@@ -61,7 +63,7 @@ impl Examination {
 pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitError> {
     let mut examination = examined(session, options)?;
     if examination.is_sound() {
-        examination.fault = mistaken_unless_sound(session, &examination)?;
+        examination.fault = mistaken_unless_sound(session, options, &examination)?;
     }
     if !examination.is_sound() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
@@ -121,17 +123,18 @@ const ALIKE: f64 = 0.05;
 /// other: five standard deviations.
 const TOLD: f64 = 25.0;
 
-/// What turned deviations would do.
+/// What readings held otherwise would do.
 enum Sense {
     Told,
-    /// They would fit as well, and every error would come out with the other sign.
+    /// Turned they would fit as well, and every error would come out with the other sign.
     Open,
     /// They fit as well with balls and bars where the session puts them.
     Wrong(DataFault),
 }
 
+/// Whether offsets of balls and bars say how the readings are held, where no residual does.
 fn sense_of_readings(session: &Session) -> Sense {
-    let Some(turned) = turned(session) else { return Sense::Told };
+    let others = held_otherwise(session);
     let of = |session: &Session| {
         let refitted = refit(&few_rows(session), None)?;
         let left_um = 1e3 * robust_rms_mm(&refitted.residual_mm);
@@ -140,22 +143,19 @@ fn sense_of_readings(session: &Session) -> Sense {
             setups.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).powi(2)).sum();
         Some((left_um, offsets))
     };
-    match (of(session), of(&turned)) {
-        (Some(now), Some(then)) if then.0 < (1.0 + ALIKE) * now.0 => match now.1 - then.1 {
-            less if less > TOLD => Sense::Wrong(DataFault {
-                components: vec!["length".into()],
-                before_um: now.0,
-                after_um: then.0,
-                ..DataFault::seen(
-                    READING_SIGN,
-                    RECORDER,
-                    Vec::new(),
-                    "the deviations from the bars' lengths have the wrong sign: turn it".into(),
-                )
-            }),
-            less if less > -TOLD => Sense::Open,
-            _ => Sense::Told,
-        },
+    let Some(now) = of(session).filter(|_| !others.is_empty()) else { return Sense::Told };
+    let judged = others.into_iter().filter_map(|other| {
+        let then = of(&other.session)?;
+        (then.0 < (1.0 + ALIKE) * other.factor * now.0).then_some((now.1 - then.1, then.0, other))
+    });
+    match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
+        Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {
+            components: vec!["length".into()],
+            before_um: now.0,
+            after_um,
+            ..DataFault::seen(other.effect, RECORDER, Vec::new(), other.says)
+        }),
+        Some((less, _, other)) if less > -TOLD && other.effect == READING_SIGN => Sense::Open,
         _ => Sense::Told,
     }
 }
@@ -164,7 +164,11 @@ const SENSE_OPEN: &str = "these tests do not tell the sense of the readings: wit
     every error has the other sign; lengthen the bar by hand and look whether the reading rises";
 
 /// A mistake behind a residual that is far above the noise floor, or an arc, direction or speed that is not its test's.
-fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result<Option<DataFault>, FitError> {
+fn mistaken_unless_sound(
+    session: &Session,
+    options: &Options,
+    examination: &Examination,
+) -> Result<Option<DataFault>, FitError> {
     let Some(fit) = examination.fit.as_ref().filter(|_| !session.has_parts()) else { return Ok(None) };
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
@@ -174,8 +178,12 @@ fn mistaken_unless_sound(session: &Session, examination: &Examination) -> Result
     let model = LinearModel::new(&context, &problem, &values, fit.kept_rows());
     let noise_um = 1e3 * mean_noise_mm2(&noise_floor(&model, &model.residual_mm)).sqrt();
     let strain = strain(&problem, &values, 1.0);
-    let found = preflight(session, 1e3 * fit.rms_mm, noise_um, examination.left_out_share, strain);
-    // the shift of one test's clock may be a slip, angles that are off a slide's error: only a diagnosis tells
-    let may_be_physics = |fault: &DataFault| fault.is_shift_of_single_tests() || fault.may_be_a_slide();
-    Ok(found.filter(|fault| !may_be_physics(fault)).or_else(|| further_contradiction(session)))
+    let left_out = examination.left_out_share;
+    // what gains little is for a diagnosis to find
+    let found = preflight(session, [1e3 * fit.rms_mm, noise_um, left_out, strain]).filter(|mistake| mistake.is_plain);
+    let found = match found {
+        Some(mistake) => unless_physics(session, options, Thresholds::default(), mistake)?,
+        None => None,
+    };
+    Ok(found.or_else(|| further_contradiction(session)))
 }

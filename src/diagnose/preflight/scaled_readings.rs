@@ -5,8 +5,9 @@
 
 use super::data_fault::{RECORDER, listed};
 use super::places::misplaced::names;
+use super::processed_readings::processed;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
-use crate::session::{LengthColumn, Session, Zero};
+use crate::session::{Session, Test, Zero};
 
 pub(crate) const READING_SIGN: &str = "reading-sign";
 pub(crate) const READING_ZERO: &str = "reading-zero";
@@ -33,6 +34,7 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             false => self::names(session, tests),
         };
         // a factor common to all changes every error and no residual in its proportion: only a sign can be told
+        let share = readings(session, tests) as f64 / readings(session, &every).max(1) as f64;
         let factors = FACTORS.iter().filter(|(factor, _)| *factor < 0.0 || !is_all);
         list.extend(factors.map(|&(factor, words)| Suspicion {
             effect: if factor < 0.0 { READING_SIGN } else { "unit" },
@@ -41,12 +43,18 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             tests: names.clone(),
             says: format!("the deviations from the bar's length in {} {words}", listed(&names)),
             shift_ms: None,
-            diminished: factor.max(1.0),
+            diminished: factor.abs().powf(share),
             weight: if is_all { OFTEN } else { SOMETIMES },
             undone: with_deviations(session, tests, factor.recip()),
         }));
     }
     list
+}
+
+/// Readings of some tests.
+fn readings(session: &Session, tests: &[usize]) -> usize {
+    let recordings = tests.iter().filter_map(|&test| session.tests[test].recording.as_ref());
+    recordings.map(|recording| recording.length_mm.iter().filter(|length| length.is_finite()).count()).sum()
 }
 
 /// The session with the deviations of some tests multiplied.
@@ -78,12 +86,55 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
     groups.iter().filter(|group| group.len() < session.tests.len()).map(of).collect()
 }
 
-/// The session with all deviations turned, where its files hold deviations: a sign that nothing else tells.
-pub(crate) fn turned(session: &Session) -> Option<Session> {
+/// The same readings as they would be if they had been written otherwise in all tests, which no residual tells.
+pub(crate) struct HeldOtherwise {
+    pub(crate) session: Session,
+    /// Deviations then over those recorded.
+    pub(crate) factor: f64,
+    pub(crate) effect: &'static str,
+    pub(crate) says: String,
+}
+
+/// Nominal lengths of bars are whole millimetres within this, mm.
+const FROM_NOMINAL_MM: f64 = 0.2;
+
+/// All ways in which deviations of all tests may have been written, where the files hold deviations; lengths may be nominal ones
+/// with a deviation added.
+pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
+    if session.tests.iter().any(|test| test.bar_length_mm.is_none() || test.recording.is_none()) {
+        return Vec::new();
+    }
+    // what all recordings have alike by software needs no other explanation
+    let processed = processed(session, session);
+    if !processed.is_empty() {
+        let held =
+            |one: Suspicion| HeldOtherwise { session: one.undone, factor: 1.0, effect: one.effect, says: one.says };
+        return processed.into_iter().map(held).collect();
+    }
     let every: Vec<usize> = (0..session.tests.len()).collect();
-    let are_deviations = session.tests.iter().all(|test| {
-        let column = test.recording.as_ref().map(|recording| recording.column);
-        test.bar_length_mm.is_some() && column.is_some_and(LengthColumn::is_deviation)
-    });
-    are_deviations.then(|| with_deviations(session, &every, -1.0))
+    let is_deviation = |test: &Test| test.recording.as_ref().is_some_and(|recording| recording.column.is_deviation());
+    let mut list = Vec::new();
+    if session.tests.iter().all(is_deviation) {
+        let turned = with_deviations(session, &every, -1.0);
+        let says = "the deviations from the bars' lengths have the wrong sign: turn it".to_string();
+        list.push(HeldOtherwise { session: turned, factor: 1.0, effect: READING_SIGN, says });
+    }
+    let mut nominal = session.clone();
+    let mut moved = 0.0f64;
+    for test in &mut nominal.tests {
+        let (Some(bar), Some(recording)) = (test.bar_length_mm, &mut test.recording) else { continue };
+        let off = bar.round() - bar;
+        if off.abs() > FROM_NOMINAL_MM {
+            return list;
+        }
+        moved = moved.max(off.abs());
+        recording.length_mm.iter_mut().for_each(|length| *length += off);
+    }
+    if moved > 0.0 {
+        let says = "deviations were counted from the bars' nominal lengths and not from the calibrated ones that the session states: \
+                    state whole millimetres as bar_length, or correct the readings"
+            .to_string();
+        list.push(HeldOtherwise { session: nominal, factor: 1.0, effect: READING_ZERO, says });
+    }
+    list
 }

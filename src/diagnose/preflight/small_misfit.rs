@@ -1,8 +1,8 @@
 //! Mistakes in the files before any physics: a sign, a name, a unit, an order, a time that does not belong. It repairs nothing.
 //!
 //! A session is refitted as if one mistake had been made, on few rows. A mistake is named when undoing it lowers the
-//! misfit many times over, far below what any physics of the catalogue could do at that size of residual; what gains less in
-//! some tests is held against physics (`may_be_physics`).
+//! misfit many times over, far below what any physics of the catalogue could do at that size of residual; what gains less is
+//! held against physics (`mistake_or_effect`).
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::statistics::{median, rms};
@@ -12,6 +12,7 @@ use super::data_fault::{DataFault, RECORDER, Rival};
 use super::mistakes::{
     ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
 };
+use super::places::exchanged::repeats;
 use super::places::restated::restated;
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, slides_a_little_elsewhere, stood_at};
 use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN, Refit, refit};
@@ -30,19 +31,38 @@ const NEAR_NOISE: f64 = 1.6;
 
 const ENORMOUS: f64 = 6.0;
 
+/// Undoing a mistake lowers the residual at least so many times, or the readings with it undone are not searched for physics.
+const WORTH_A_SEARCH: f64 = 1.2;
+
 /// Share of readings left out as outliers that is suspicious by itself.
 const SUSPICIOUS_SHARE: f64 = 0.02;
 
+/// A mistake, with the few rows of the session as they would be without it.
+pub(crate) struct Mistake {
+    pub(crate) fault: DataFault,
+    pub(crate) undone: Session,
+    /// Log odds of it before any reading, against no mistake: one of all that were tried; and the density of readings that undoing
+    /// it makes smaller.
+    pub(crate) log_odds: f64,
+    /// It leaves little more than noise, or gains enormously.
+    pub(crate) is_plain: bool,
+}
+
+impl Mistake {
+    /// Whether undoing it leaves no more than something else does, µm, nearly.
+    pub(crate) fn leaves_as_little(&self, left_um: f64) -> bool {
+        self.fault.after_um < AS_NEAR * left_um
+    }
+}
+
 /// The mistake that best explains a session, if one does.
 ///
-/// `strain` is the largest offset of a ball or bar in the fit, in units of its spread.
-pub fn preflight(
+/// It is looked for by the residual and the noise floor, µm, the share of readings left out as gross, and the largest offset of a
+/// ball or bar in the fit, in units of its spread.
+pub(crate) fn preflight(
     session: &Session,
-    residual_um: f64,
-    noise_um: f64,
-    left_out_share: f64,
-    strain: f64,
-) -> Option<DataFault> {
+    [residual_um, noise_um, left_out_share, strain]: [f64; 4],
+) -> Option<Mistake> {
     if residual_um < LEAST_RATIO * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
         return None;
     }
@@ -55,6 +75,7 @@ pub fn preflight(
     let worst = worst_tests(&as_it_is.residual_mm);
     suspicions.extend(restated(&thinned, &worst));
     suspicions.extend(slides_a_little_elsewhere(&thinned, &worst));
+    let tried = suspicions.len() as f64;
     let mut judged: Vec<(f64, Suspicion)> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| {
@@ -68,12 +89,18 @@ pub fn preflight(
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (best, others) = likeliest(judged)?;
     let best = finer((&thinned, session), misfit_um, best);
+    let best = widened(&thinned, misfit_um, best);
     let (after, best) = toggled((&thinned, session), misfit_um, best);
     let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
     let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
-    // physics can also be imitated by a mistake: undoing a real one leaves little more than noise, or gains enormously
-    let undone = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
-    undone.then(|| DataFault { rivals, ..best.fault(before, after) }.shared_evenly())
+    let is_plain = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
+    (before > WORTH_A_SEARCH * after).then(|| {
+        let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
+        let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
+        let log_odds = (best.weight / tried).ln() - readings as f64 * best.diminished.ln();
+        let undone = best.undone.clone();
+        Mistake { fault: DataFault { rivals, ..best.fault(before, after) }.shared_evenly(), undone, log_odds, is_plain }
+    })
 }
 
 /// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
@@ -88,6 +115,9 @@ fn own_zero_mm(refit: &Refit) -> f64 {
         .filter(|(unknown, _)| matches!(unknown.quantity, Quantity::Bar { .. }));
     bars.max_by(|a, b| a.0.prior_sigma.total_cmp(&b.0.prior_sigma)).map_or(0.0, |(_, value)| value.abs())
 }
+
+/// Misfits by different rows and weights that differ by less, as a ratio, say the same.
+const AS_NEAR: f64 = 1.1;
 
 /// A mistake with the misfit that undoing it leaves, µm.
 type Judged = (f64, Suspicion);
@@ -123,7 +153,8 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
 
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
-    unit_of_lengths(session).or_else(|| preflight(session, f64::INFINITY, 0.0, 1.0, f64::INFINITY))
+    unit_of_lengths(session)
+        .or_else(|| preflight(session, [f64::INFINITY, 0.0, 1.0, f64::INFINITY]).map(|mistake| mistake.fault))
 }
 
 /// Units in which lengths may have been written, with their size in mm.
@@ -251,6 +282,30 @@ fn finer_place(
     (best.0, best.2)
 }
 
+/// A column that is off in some tests, with the other programs in which it is off by as much: those that leave less so.
+fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync, mut best: Judged) -> Judged {
+    let axis = best.1.components.first().and_then(|name| thinned.machine.axis_index(name));
+    let (Some(axis), COLUMN_SHIFTED) = (axis, best.1.effect) else { return best };
+    let mut struck: Vec<usize> =
+        (0..thinned.tests.len()).filter(|&test| best.1.tests.contains(&thinned.tests[test].name)).collect();
+    let Some(&first) = struck.first() else { return best };
+    let at = |session: &Session| first_position(session, first, axis).unwrap_or(0.0);
+    let shift = at(&best.1.undone) - at(thinned);
+    for other in 0..thinned.tests.len() {
+        if struck.contains(&other) {
+            continue;
+        }
+        let more: Vec<usize> = struck.iter().copied().chain(repeats(thinned, other)).collect();
+        let wider = column_off(thinned, axis, &more, shift)
+            .and_then(|wider| misfit_um(&wider.undone).map(|misfit| (misfit, wider)))
+            .filter(|(misfit, _)| *misfit < (1.0 - TOGGLE_GAIN) * best.0);
+        if let Some(wider) = wider {
+            (best, struck) = (wider, more);
+        }
+    }
+    best
+}
+
 /// Where an axis is in the first row of a test's recording.
 fn first_position(session: &Session, test: usize, axis: usize) -> Option<f64> {
     let recording = session.tests[test].recording.as_ref()?;
@@ -301,27 +356,16 @@ pub(crate) fn toggled(
 }
 
 impl DataFault {
-    /// Whether lengths and positions of some tests only would be apart.
-    pub fn is_shift_of_single_tests(&self) -> bool {
-        self.effect == TIME_SHIFT && !self.tests.is_empty()
-    }
-
     /// Whether an effect says of some tests what this mistake does: a clock that is late in them, or balls of one test that stand
     /// elsewhere, as lost motion looks in the one sweep that shows it.
-    pub fn looks_like_an_effect(&self) -> bool {
-        self.is_shift_of_single_tests() || self.effect == FOREIGN && self.tests.len() == 1
+    fn looks_like_an_effect(&self) -> bool {
+        let is_shift_of_some = self.effect == TIME_SHIFT && !self.tests.is_empty();
+        is_shift_of_some || self.effect == FOREIGN && self.tests.len() == 1
     }
 
-    /// Whether it may as well be a slide that errs where it stands in the tests concerned: angles that are off change a sweep by as
-    /// much as its errors turn, which is little.
-    pub fn may_be_a_slide(&self) -> bool {
-        self.effect == COLUMN_SHIFTED && self.before_um < ENORMOUS * self.after_um
-    }
-
-    /// Whether effects may explain what this mistake does: as it looks like one, or gains no more in some tests than physics may.
-    pub fn may_be_physics(&self) -> bool {
-        let is_modest = !self.tests.is_empty() && self.before_um < ENORMOUS * self.after_um;
-        is_modest || self.looks_like_an_effect()
+    /// Whether effects may explain what this mistake does: as it looks like one, or gains no more than physics may.
+    pub(crate) fn may_be_physics(&self) -> bool {
+        self.before_um < ENORMOUS * self.after_um || self.looks_like_an_effect()
     }
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.

@@ -11,7 +11,7 @@ pub(crate) struct Suspicion {
     pub(crate) tests: Vec<String>,
     pub(crate) says: String,
     pub(crate) shift_ms: Option<f64>,
-    /// Readings undone are so many times smaller than recorded: what is left of them, noise included, counts as recorded.
+    /// Readings undone are so many times smaller than recorded, in the geometric mean: what is left of them counts as recorded.
     pub(crate) diminished: f64,
     /// How usual the mistake is beside the others.
     pub(crate) weight: f64,

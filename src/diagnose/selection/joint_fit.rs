@@ -69,6 +69,7 @@ impl JointFit {
             best_left: self.best_left,
             floor: selection.floors[0].clone(),
             contenders: selection.contenders.take(),
+            stated_misfit: self.pulls.misfit(),
         }
     }
 
@@ -99,6 +100,24 @@ impl JointFit {
     pub(crate) fn standing(&self, selection: &SelectionContext) -> f64 {
         let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
         -0.5 * self.misfit(selection) - cost
+    }
+}
+
+/// Factors of two by which the noise of a test may differ from that of the others; one of them is a standard deviation.
+const LOUDER_OCTAVES: [f64; 8] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0];
+
+impl Search {
+    /// Log likelihood of what it leaves, less what shapes and amplitudes cost; the noise of each test may be louder or quieter
+    /// than what was fitted to all.
+    pub(crate) fn standing(&self, model: &LinearModel) -> f64 {
+        let cost: f64 = self.found.iter().map(|found| found.gain - found.log_odds).sum();
+        let of_test = |test: usize| {
+            let trace = [masked(model, &self.residual_mm, test)];
+            let at = |octaves: &f64| misfit(&self.noise_after[test].scaled(octaves.exp2()), &trace) + octaves * octaves;
+            LOUDER_OCTAVES.iter().map(at).fold(f64::INFINITY, f64::min)
+        };
+        let readings: f64 = (0..self.residual_mm.len()).map(of_test).sum();
+        -0.5 * (readings + self.stated_misfit) - cost
     }
 }
 

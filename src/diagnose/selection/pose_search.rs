@@ -64,6 +64,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         residual_mm: state.residual_mm,
         best_left,
         contenders: Vec::new(),
+        stated_misfit: 0.0,
     }
 }
 

@@ -133,5 +133,6 @@ pub fn nothing(model: &LinearModel, floor: &[NoiseModel]) -> Search {
         residual_mm: model.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,
         contenders: Vec::new(),
+        stated_misfit: 0.0,
     }
 }

@@ -83,6 +83,8 @@ pub struct Search {
     pub residual_before_mm2: f64,
     /// Of sweeps: families that came near the best one at any step, by number. Empty: none is left out.
     pub contenders: Vec<bool>,
+    /// Twice the negative log likelihood of what was stated of balls, bars and location errors, with what was found in the fit.
+    pub stated_misfit: f64,
 }
 
 /// The same session at two resolutions: all rows for what is fast, averaged rows for what is slow.

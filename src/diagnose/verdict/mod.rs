@@ -8,4 +8,4 @@ pub(crate) mod irregular_motion;
 pub(crate) mod location_errors;
 pub(crate) mod recurring;
 pub(crate) mod shares;
-pub(crate) mod shift_or_effect;
+pub(crate) mod shift_of_one_test;

@@ -2,6 +2,7 @@
 
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
+use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test, way_mm};
 use crate::statistics::median;
 
@@ -46,6 +47,10 @@ const SPEEDS: std::ops::Range<f64> = 2.0..60_000.0;
 /// Units in which times may have been written, with the speed that they seem to give over the true one.
 const TIME_UNITS: [(&str, f64); 3] = [("milliseconds", 1e-3), ("minutes", 60.0), ("microseconds", 1e-6)];
 
+/// Units in which positions may have been written, with the speed that they seem to give over the true one: of rotary axes, of
+/// linear ones.
+const POSITION_UNITS: [(&str, f64); 2] = [("radians", std::f64::consts::PI / 180.0), ("inches", 1.0 / 25.4)];
+
 /// How near the speed comes to what a wrong unit gives, as a share.
 const AS_BY_UNIT: f64 = 0.25;
 
@@ -74,6 +79,18 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
         let says = format!("times of {} are in {unit}: convert the column time_s to seconds", listed(&tests));
         let mut fault = DataFault::seen("unit", RECORDER, tests, says);
         fault.components = vec!["time".into()];
+        return Some(fault);
+    }
+    let axis =
+        first.recording.as_ref().and_then(|recording| recording.axes.first()).map(|&axis| &session.machine.axes[axis]);
+    let as_position = axis.map(|axis| (axis, POSITION_UNITS[usize::from(axis.kind == AxisKind::Linear)]));
+    if let Some((axis, (unit, factor))) = as_position
+        && (ratio / factor - 1.0).abs() < AS_BY_UNIT
+    {
+        let (name, due) = (&axis.name, axis.kind.position_unit());
+        let says = format!("{name} is in {unit} in {}: convert the column to {due}", listed(&tests));
+        let mut fault = DataFault::seen("unit", RECORDER, tests, says);
+        fault.components = vec![name.clone()];
         return Some(fault);
     }
     let stated = match first.feed_mm_per_min {

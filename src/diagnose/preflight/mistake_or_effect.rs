@@ -1,0 +1,98 @@
+//! Whether a mistake in the files explains a session, or physics of the machine, by the evidence of both. It looks for no mistake.
+//!
+//! The session is searched for effects as it was recorded, and as it would be without the mistake, on the same few rows. What
+//! either search says of the readings is compared: log likelihood with its own noise, less what forms, amplitudes and the
+//! choice among mistakes cost.
+
+use super::data_fault::{DataFault, SURE_OF_FAULT};
+use super::small_misfit::Mistake;
+use crate::chain::Chain;
+use crate::diagnose::cause::{Cause, LEAST_PROBABILITY};
+use crate::diagnose::model::decimate::few_rows;
+use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::prior_penalty::fitted_anyway;
+use crate::diagnose::selection::naming::cause;
+use crate::diagnose::selection::search::{floors, search};
+use crate::diagnose::selection::two_resolutions::at_two_resolutions;
+use crate::diagnose::thresholds::Thresholds;
+use crate::effects::Context;
+use crate::identify::{self, FitError, Options, Problem};
+use crate::session::{Session, Setups};
+
+/// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
+/// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
+const LEFT_OUT: f64 = -4.4;
+
+/// A mistake held against physics: with what else may be the cause, and `None` where physics is likelier.
+pub(crate) fn unless_physics(
+    session: &Session,
+    options: &Options,
+    thresholds: Thresholds,
+    mistake: Mistake,
+) -> Result<Option<DataFault>, FitError> {
+    let Mistake { mut fault, undone, log_odds, .. } = mistake;
+    if !fault.may_be_physics() {
+        return Ok(Some(fault));
+    }
+    let recorded = read_in_both(&few_rows(session), &undone);
+    if rows(&recorded) != rows(&undone) {
+        return Ok(Some(fault));
+    }
+    let recorded = explained(&recorded, options, thresholds)?;
+    let corrected = explained(&undone, options, thresholds)?;
+    let odds = corrected.standing - recorded.standing + log_odds;
+    let probability = 1.0 / (1.0 + (-odds).exp());
+    if probability < 0.5 {
+        return Ok(None);
+    }
+    if 1.0 - probability > LEAST_PROBABILITY {
+        fault.causes.extend(recorded.cause);
+    }
+    fault.probability = fault.probability.min(SURE_OF_FAULT * probability);
+    Ok(Some(fault))
+}
+
+/// The session with the readings that another one has as well.
+fn read_in_both(session: &Session, other: &Session) -> Session {
+    let mut both = session.clone();
+    for (test, other) in both.tests.iter_mut().zip(&other.tests) {
+        let (Some(recording), Some(other)) = (&mut test.recording, &other.recording) else { continue };
+        for (length, other) in recording.length_mm.iter_mut().zip(&other.length_mm) {
+            if !other.is_finite() {
+                *length = f64::NAN;
+            }
+        }
+    }
+    both
+}
+
+/// Rows of each test.
+fn rows(session: &Session) -> Vec<usize> {
+    session.tests.iter().map(|test| test.recording.as_ref().map_or(0, |recording| recording.length_mm.len())).collect()
+}
+
+/// What a search says of a session.
+struct Explained {
+    /// Log evidence.
+    standing: f64,
+    /// The first of them.
+    cause: Option<Cause>,
+}
+
+fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Result<Explained, FitError> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let problem = Problem::new(session, &chain, &setups, fitted_anyway(session, options, &setups))?;
+    let fit = identify::fit(&problem)?;
+    let context = Context::of(session, &chain)?;
+    let mut model = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
+    model.thresholds = thresholds;
+    let explained = at_two_resolutions(model, |resolutions, families| {
+        let found = search(resolutions, &floors(resolutions), families);
+        Explained {
+            standing: found.standing(resolutions.fine) + LEFT_OUT * fit.left_out() as f64,
+            cause: found.found.first().map(|found| cause(&session.machine, &found.chosen, &[])),
+        }
+    });
+    Ok(explained?)
+}
