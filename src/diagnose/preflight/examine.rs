@@ -15,7 +15,7 @@ use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_floor};
 use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
-use crate::identify::{self, Fit, FitError, Options, Problem};
+use crate::identify::{self, Fit, FitError, Options, Problem, Quantity, Unknown};
 use crate::session::{Session, Setups};
 
 /// What stands against believing a fit.
@@ -138,15 +138,22 @@ fn sense_of_readings(session: &Session) -> Sense {
     let of = |session: &Session| {
         let refitted = refit(&few_rows(session), None)?;
         let left_um = 1e3 * robust_rms_mm(&refitted.residual_mm);
-        let setups = refitted.unknowns.iter().zip(&refitted.values).filter(|(unknown, _)| unknown.quantity.is_setup());
-        let offsets: f64 =
-            setups.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).powi(2)).sum();
-        Some((left_um, offsets))
+        let squares = |of_bars: bool| -> f64 {
+            let of = |unknown: &Unknown| {
+                let is_bar = matches!(unknown.quantity, Quantity::Bar { .. });
+                unknown.quantity.is_setup() && (is_bar || !of_bars)
+            };
+            let offsets = refitted.unknowns.iter().zip(&refitted.values).filter(|(unknown, _)| of(unknown));
+            offsets.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).powi(2)).sum()
+        };
+        Some((left_um, squares(false), squares(true)))
     };
     let Some(now) = of(session).filter(|_| !others.is_empty()) else { return Sense::Told };
     let judged = others.into_iter().filter_map(|other| {
         let then = of(&other.session)?;
-        (then.0 < (1.0 + ALIKE) * other.factor * now.0).then_some((now.1 - then.1, then.0, other))
+        // another zero concerns the bars alone
+        let less = if other.effect == READING_SIGN { now.1 - then.1 } else { now.2 - then.2 };
+        (then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
         Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {

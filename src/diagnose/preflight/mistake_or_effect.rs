@@ -11,6 +11,7 @@ use crate::diagnose::cause::{Cause, LEAST_PROBABILITY};
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::prior_penalty::fitted_anyway;
+use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::search::{floors, search};
 use crate::diagnose::selection::two_resolutions::at_two_resolutions;
@@ -18,6 +19,8 @@ use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
+use crate::statistics::{NoiseModel, log_determinant};
+use nalgebra::Cholesky;
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
 /// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
@@ -89,10 +92,18 @@ fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Re
     model.thresholds = thresholds;
     let explained = at_two_resolutions(model, |resolutions, families| {
         let found = search(resolutions, &floors(resolutions), families);
+        let room = room_for_unknowns(resolutions.fine, &found.noise_after);
         Explained {
-            standing: found.standing(resolutions.fine) + LEFT_OUT * fit.left_out() as f64,
+            standing: found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64,
             cause: found.found.first().map(|found| cause(&session.machine, &found.chosen, &[])),
         }
     });
     Ok(explained?)
+}
+
+/// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its
+/// own explains much because it may stand anywhere.
+fn room_for_unknowns(model: &LinearModel, noise: &[NoiseModel]) -> f64 {
+    let covariance = Regression::new(model, noise, &[], &model.kept).covariance();
+    0.5 * Cholesky::new(covariance).map_or(0.0, |factor| log_determinant(&factor))
 }

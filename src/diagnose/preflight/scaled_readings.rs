@@ -89,8 +89,6 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
 /// The same readings as they would be if they had been written otherwise in all tests, which no residual tells.
 pub(crate) struct HeldOtherwise {
     pub(crate) session: Session,
-    /// Deviations then over those recorded.
-    pub(crate) factor: f64,
     pub(crate) effect: &'static str,
     pub(crate) says: String,
 }
@@ -107,8 +105,7 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
     // what all recordings have alike by software needs no other explanation
     let processed = processed(session, session);
     if !processed.is_empty() {
-        let held =
-            |one: Suspicion| HeldOtherwise { session: one.undone, factor: 1.0, effect: one.effect, says: one.says };
+        let held = |one: Suspicion| HeldOtherwise { session: one.undone, effect: one.effect, says: one.says };
         return processed.into_iter().map(held).collect();
     }
     let every: Vec<usize> = (0..session.tests.len()).collect();
@@ -117,24 +114,27 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
     if session.tests.iter().all(is_deviation) {
         let turned = with_deviations(session, &every, -1.0);
         let says = "the deviations from the bars' lengths have the wrong sign: turn it".to_string();
-        list.push(HeldOtherwise { session: turned, factor: 1.0, effect: READING_SIGN, says });
+        list.push(HeldOtherwise { session: turned, effect: READING_SIGN, says });
     }
     let mut nominal = session.clone();
-    let mut moved = 0.0f64;
+    let mut offsets: Vec<f64> = Vec::new();
     for test in &mut nominal.tests {
         let (Some(bar), Some(recording)) = (test.bar_length_mm, &mut test.recording) else { continue };
         let off = bar.round() - bar;
         if off.abs() > FROM_NOMINAL_MM {
             return list;
         }
-        moved = moved.max(off.abs());
+        if !offsets.contains(&off) {
+            offsets.push(off);
+        }
         recording.length_mm.iter_mut().for_each(|length| *length += off);
     }
-    if moved > 0.0 {
+    // what brings one bar back may be a slip or growth as well
+    if offsets.len() > 1 {
         let says = "deviations were counted from the bars' nominal lengths and not from the calibrated ones that the session states: \
                     state whole millimetres as bar_length, or correct the readings"
             .to_string();
-        list.push(HeldOtherwise { session: nominal, factor: 1.0, effect: READING_ZERO, says });
+        list.push(HeldOtherwise { session: nominal, effect: READING_ZERO, says });
     }
     list
 }
