@@ -151,9 +151,11 @@ fn sense_of_readings(session: &Session) -> Sense {
     let Some(now) = of(session).filter(|_| !others.is_empty()) else { return Sense::Told };
     let judged = others.into_iter().filter_map(|other| {
         let then = of(&other.session)?;
-        // another zero concerns the bars alone
-        let less = if other.effect == READING_SIGN { now.1 - then.1 } else { now.2 - then.2 };
-        (then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
+        // another zero concerns the bars alone, and brings each of them back
+        let is_sign = other.effect == READING_SIGN;
+        let less = if is_sign { now.1 - then.1 } else { now.2 - then.2 };
+        let is_back = is_sign || then.2 < BACK_AGAIN * bars(&other.session) as f64;
+        (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
         Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {
@@ -165,6 +167,15 @@ fn sense_of_readings(session: &Session) -> Sense {
         Some((less, _, other)) if less > -TOLD && other.effect == READING_SIGN => Sense::Open,
         _ => Sense::Told,
     }
+}
+
+/// Mean squared offset of the bars, in their spreads, with which they are where they were stated to be: two spreads each.
+const BACK_AGAIN: f64 = 4.0;
+
+/// Number of bars with a length and a zero of their own.
+fn bars(session: &Session) -> usize {
+    let of = &Setups::of(session).bar_of;
+    of.iter().flatten().collect::<std::collections::BTreeSet<_>>().len()
 }
 
 const SENSE_OPEN: &str = "these tests do not tell the sense of the readings: with all deviations turned they fit as well, and \
