@@ -86,7 +86,7 @@ pub(super) fn follow(
     };
     match round {
         Some(round) => arcs_with_turn(machine, planned.axis, test, (&course, curves), &round),
-        None => straight_blocks(machine, test, coordinates, &course, &motion),
+        None => straight_blocks(machine, test, coordinates, (&course, curves), &motion),
     }
 }
 
@@ -102,7 +102,7 @@ fn straight_blocks(
     machine: &Machine,
     test: &Test,
     coordinates: &Coordinates,
-    course: &Course,
+    (course, curves): (&Course, Curves),
     whole: &Motion,
 ) -> Vec<Step> {
     let chain = Chain::of(machine);
@@ -120,7 +120,7 @@ fn straight_blocks(
     for (from, to) in [(course.from, course.begin), (course.begin, course.end), (course.end, course.to)] {
         let (deg, fewest) = ((to - from).abs(), ((to - from).abs() / longest_deg - 1e-6).ceil());
         let Some(rough) = between(machine, test, from, to, fewest).filter(|_| fewest >= 1.0) else { continue };
-        let count = blocks(ms(&rough), deg, fewest);
+        let count = blocks(ms(&rough), deg, fewest, curves);
         let Some(motion) = between(machine, test, from, to, count) else { continue };
         let mut ends = on_grid(machine, coordinates, &motion);
         // the run-out ends where the other direction and the way back begin
@@ -129,7 +129,7 @@ fn straight_blocks(
         }
         steps.extend(ends.windows(2).map(|pair| Step::Move {
             to: place(machine, coordinates, &moving, &pair[1]),
-            minutes: way(&pair[0], &pair[1]) / feed,
+            minutes: in_whole_cycles(way(&pair[0], &pair[1]) / feed, curves),
         }));
     }
     steps
@@ -176,16 +176,36 @@ fn longest_deg(geometry: &Geometry, test: &Test, motion: &Motion, step: f64) -> 
     step * (CHORD_MM / worst.max(1e-12)).sqrt().min(1.0)
 }
 
-/// Into how many blocks an arc is cut: as many as the chord asks for or up to a quarter more, so that a block takes hardly
-/// less than whole milliseconds. That is as fine as `FT` states a time, and it is rounded up.
-fn blocks(arc_ms: f64, arc_deg: f64, fewest: f64) -> f64 {
+/// Blocks more than the chord asks for, as a share, among which is chosen: where `FT` states times in whole milliseconds, and
+/// elsewhere. Shorter blocks are slower to join.
+const MORE_BLOCKS: f64 = 0.25;
+const MORE_BLOCKS_BY_RATE: f64 = 0.05;
+
+/// Into how many blocks an arc is cut: as many as the chord asks for or a few more, so that a block takes hardly less than
+/// whole milliseconds. That is as fine as `FT` states a time, and it is rounded up; and what a control's cycle lasts.
+fn blocks(arc_ms: f64, arc_deg: f64, fewest: f64, curves: Curves) -> f64 {
+    let more = if curves == Curves::Plain { MORE_BLOCKS } else { MORE_BLOCKS_BY_RATE };
     // ends that move to readings written in full make a block longer or shorter by up to one such step
     let longest = |count: f64| 1.0 + GRID_DEG * count / arc_deg;
     let slower = |count: f64| (arc_ms / count * longest(count)).ceil() * count / arc_ms;
-    (0..=(0.25 * fewest) as usize)
+    (0..=(more * fewest) as usize)
         .map(|more| fewest + more as f64)
         .min_by(|a, b| slower(*a).total_cmp(&slower(*b)))
         .unwrap_or(fewest)
+}
+
+/// Cycle of a control, ms, and what a block takes beyond whole cycles: one that ended within a cycle would give the rest of it
+/// away, and its neighbours would be joined at up to 1.1 of the feed (LinuxCNC).
+const CYCLE_MS: f64 = 1.0;
+const BEYOND_MS: f64 = 0.02;
+
+/// Time of a block in minutes: whole cycles and hardly more, where the control does not round by itself.
+fn in_whole_cycles(minutes: f64, curves: Curves) -> f64 {
+    if curves == Curves::Plain {
+        return minutes;
+    }
+    let cycles = (minutes * 60_000.0 / CYCLE_MS - BEYOND_MS).ceil().max(1.0);
+    (cycles * CYCLE_MS + BEYOND_MS) / 60_000.0
 }
 
 /// A circle of two slides on which a rotary axis is carried along.
@@ -289,7 +309,7 @@ pub(super) fn circle(machine: &Machine, test: &Test, coordinates: &Coordinates, 
     let Some((course, motion)) = whole(machine, test) else { return Vec::new() };
     let names = [plane.first, plane.second].map(|axis| machine.axes[axis].name.as_str());
     if curves == Curves::Plain && names == ["Z", "X"] {
-        return straight_blocks(machine, test, coordinates, &course, &motion);
+        return straight_blocks(machine, test, coordinates, (&course, Curves::Plain), &motion);
     }
     let on = |deg: f64| [radius_mm * deg.to_radians().cos(), radius_mm * deg.to_radians().sin()];
     course

@@ -22,6 +22,11 @@ const ANY_CENTRE_MM: f64 = 1.0;
 
 /// Readings by what the recordings have in common: their first deviation, their mean one, no eccentricity.
 pub(crate) fn processed(session: &Session, whole: &Session) -> Vec<Suspicion> {
+    own_zeros(session, whole).into_iter().chain(centred(session, whole)).collect()
+}
+
+/// Recordings with one first deviation, or one mean.
+pub(crate) fn own_zeros(session: &Session, whole: &Session) -> Vec<Suspicion> {
     let mut list = Vec::new();
     let deviations: Vec<Vec<f64>> = whole.tests.iter().filter_map(deviations).collect();
     if deviations.len() < LEAST_TESTS || deviations.len() < session.tests.len() {
@@ -40,14 +45,18 @@ pub(crate) fn processed(session: &Session, whole: &Session) -> Vec<Suspicion> {
         let says = format!("the mean was taken off the readings of every recording: {own_zero}");
         list.push(suspected(session, &every, says, with_own_zero(session)));
     }
-    let turns: Vec<usize> =
-        every.iter().copied().filter(|&test| eccentricity_mm(&whole.tests[test]).is_some()).collect();
-    let centred = turns.iter().filter_map(|&test| eccentricity_mm(&whole.tests[test])).all(|mm| mm < ALIKE_MM);
-    if turns.len() >= LEAST_TESTS && centred {
-        let says = "the centre was taken off the readings of every full turn, and with it what location errors do: export the readings as they were read".to_string();
-        list.push(suspected(session, &turns, says, with_own_centre(session, &turns)));
-    }
     list
+}
+
+/// Full turns without eccentricity.
+fn centred(session: &Session, whole: &Session) -> Option<Suspicion> {
+    let every = 0..session.tests.len();
+    let turns: Vec<usize> = every.filter(|&test| eccentricity_mm(&whole.tests[test]).is_some()).collect();
+    let centred = turns.iter().filter_map(|&test| eccentricity_mm(&whole.tests[test])).all(|mm| mm < ALIKE_MM);
+    (turns.len() >= LEAST_TESTS && centred).then(|| {
+        let says = "the centre was taken off the readings of every full turn, and with it what location errors do: export the readings as they were read".to_string();
+        suspected(session, &turns, says, with_own_centre(session, &turns))
+    })
 }
 
 fn are_alike(figures: &[f64]) -> bool {

@@ -5,7 +5,7 @@
 
 use super::data_fault::{RECORDER, listed};
 use super::places::misplaced::names;
-use super::processed_readings::processed;
+use super::processed_readings::own_zeros;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::session::{Session, Test, Zero};
 
@@ -103,10 +103,10 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
         return Vec::new();
     }
     // what all recordings have alike by software needs no other explanation
-    let processed = processed(session, session);
-    if !processed.is_empty() {
+    let own_zeros = own_zeros(session, session);
+    if !own_zeros.is_empty() {
         let held = |one: Suspicion| HeldOtherwise { session: one.undone, effect: one.effect, says: one.says };
-        return processed.into_iter().map(held).collect();
+        return own_zeros.into_iter().map(held).collect();
     }
     let every: Vec<usize> = (0..session.tests.len()).collect();
     let is_deviation = |test: &Test| test.recording.as_ref().is_some_and(|recording| recording.column.is_deviation());
