@@ -115,6 +115,7 @@ fn searched(
     let mistake = if session.has_parts() { None } else { preflight(session, measures) };
     let (certain, contested) = match mistake {
         Some(mistake) if !mistake.fault.may_be_physics() => (Some(mistake.fault), None),
+        Some(mistake) if mistake.is_plain => (None, Some(mistake)),
         other => (further_contradiction(session).filter(|_| !session.has_parts()), other),
     };
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
@@ -129,7 +130,9 @@ fn searched(
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
     let contested = contested.filter(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
     let fault = match contested {
-        Some(mistake) => unless_physics(session, options, fine.thresholds, mistake)?,
+        Some(mistake) => {
+            unless_physics(session, options, fine.thresholds, mistake)?.or_else(|| further_contradiction(session))
+        }
         None => certain,
     };
     let fault = fault.or_else(|| shift_of_one_test(&search));

@@ -7,7 +7,7 @@ use super::gross_misfit::contest;
 use super::mistake_or_effect::unless_physics;
 use super::places::frames::{instrument_moved, mistaken_columns};
 use super::quick_fit::{refit, robust_rms_mm, strain};
-use super::scaled_readings::{READING_SIGN, held_otherwise};
+use super::scaled_readings::{READING_SIGN, READING_ZERO, held_otherwise};
 use super::small_misfit::preflight;
 use crate::chain::Chain;
 use crate::diagnose::model::decimate::few_rows;
@@ -100,6 +100,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
         match sense_of_readings(session) {
             Sense::Told => {}
             Sense::Open => warnings.push(SENSE_OPEN.into()),
+            Sense::Perhaps(why) => warnings.push(why),
             Sense::Wrong(turned) => fault = Some(turned),
         }
     }
@@ -128,6 +129,8 @@ enum Sense {
     Told,
     /// Turned they would fit as well, and every error would come out with the other sign.
     Open,
+    /// Bars would then have their lengths; a slide's scale may do as much where it stands.
+    Perhaps(String),
     /// They fit as well with balls and bars where the session puts them.
     Wrong(DataFault),
 }
@@ -158,6 +161,9 @@ fn sense_of_readings(session: &Session) -> Sense {
         (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
+        Some((less, _, other)) if less > TOLD && other.effect == READING_ZERO => {
+            Sense::Perhaps(format!("bars are off in all tests as if {}", other.says))
+        }
         Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {
             components: vec!["length".into()],
             before_um: now.0,
