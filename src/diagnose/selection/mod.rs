@@ -13,3 +13,4 @@ pub(crate) mod screening;
 pub(crate) mod search;
 pub(crate) mod selected;
 pub(crate) mod shapes;
+pub(crate) mod weights;
