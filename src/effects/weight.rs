@@ -69,7 +69,7 @@ pub static WEIGHT_COMPLIANCE: Kind = Kind {
     ],
     check,
     outlets: |machine, place| match place {
-        Place::Axis(axis) => every_component(machine, axis),
+        Place::Axis(axis) if bears(machine, axis) => every_component(machine, axis),
         _ => Vec::new(),
     },
     measure,
@@ -95,6 +95,9 @@ const ALONG_SLIDE: [(&str, usize, i32); 9] = [
     ("yhh", 1, 2),
     ("zhh", 2, 2),
 ];
+
+/// Highest power of the distance.
+const MOST_POWER: i32 = 2;
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.80665;
@@ -130,6 +133,12 @@ fn beyond(chain: &Chain, axis: usize) -> Vec<usize> {
     let branch = chain.branch(chain.carried_by(axis).branch);
     let outward = branch.iter().skip_while(|&&other| other != axis).skip(1);
     outward.copied().filter(|&other| chain.joint(other).kind == AxisKind::Rotary).collect()
+}
+
+/// Whether any rotary joint is beyond an axis.
+fn bears(machine: &Machine, axis: usize) -> bool {
+    let chain = Chain::of(machine);
+    !beyond(&chain, axis).is_empty() || !hanging(machine, &chain, axis).is_empty()
 }
 
 fn check(machine: &Machine, effect: &Effect) -> Result<(), String> {
@@ -273,7 +282,9 @@ fn yields(seen: &Observations) -> Vec<CandidateFamily> {
 /// A joint about its line, across it, and about its line under the moments of parallel neighbours.
 fn joint_yields(seen: &Observations, axis: usize) -> Vec<CandidateFamily> {
     let (machine, place) = (seen.machine(), Place::Axis(axis));
-    let new = |outlets, effect| CandidateFamily::new(WEIGHT_COMPLIANCE.name, place, outlets, PLAUSIBLE_OF_ARMS).over(vec![effect]);
+    let new = |outlets, effect| {
+        CandidateFamily::new(WEIGHT_COMPLIANCE.name, place, outlets, PLAUSIBLE_OF_ARMS).over(vec![effect])
+    };
     let is_known = |effect: &Effect| check(machine, effect).is_ok();
     let own = Outlet::own(machine, axis);
     let mut list = Vec::new();
@@ -287,8 +298,10 @@ fn joint_yields(seen: &Observations, axis: usize) -> Vec<CandidateFamily> {
         let tilts = directions(machine, axis).tilts.into_iter().filter(|tilt| changes(1 + tilt.direction_index()));
         let pairs: Vec<_> = tilts.map(|tilt| (Outlet::Motion { axis, component: tilt }, about(tilt))).collect();
         if !pairs.is_empty() {
-            let outlets = pairs.iter().map(|(outlet, _)| *outlet).collect();
-            list.push(CandidateFamily { pairs, ..new(outlets, effect) });
+            let (across, outlets) = (across(own, &pairs), pairs.iter().map(|(outlet, _)| *outlet).collect::<Vec<_>>());
+            let with_own = outlets.iter().copied().chain([own]).collect();
+            list.push(CandidateFamily { pairs, ..new(outlets, effect.clone()) });
+            list.push(CandidateFamily { pairs: across, ..new(with_own, effect) });
         }
     }
     for other in parallel(seen, axis) {
@@ -299,6 +312,12 @@ fn joint_yields(seen: &Observations, axis: usize) -> Vec<CandidateFamily> {
         }
     }
     list
+}
+
+/// What a joint yields in one direction to the moment in another: a link is seldom even.
+fn across(own: Outlet, tilts: &[(Outlet, &'static str)]) -> Vec<(Outlet, &'static str)> {
+    let all = || [(own, ABOUT[0])].into_iter().chain(tilts.iter().copied());
+    all().flat_map(|(outlet, own)| all().filter(move |(_, by)| *by != own).map(move |(_, by)| (outlet, by))).collect()
 }
 
 /// The function of the moment about the direction of a component.
@@ -316,10 +335,13 @@ fn slide_yields(seen: &Observations, axis: usize) -> Vec<CandidateFamily> {
         return Vec::new();
     }
     let changes = changes(seen, &effect);
-    let driven_by = |components: &[Component], by: &dyn Fn(Component, usize) -> bool| {
+    let driven_by = |power: i32, components: &[Component], by: &dyn Fn(Component, usize) -> bool| {
         let outlets = motion(axis, components);
         let of = |component: Component| {
-            let functions = ALONG_SLIDE.iter().zip(&changes).filter(move |((_, k, _), changes)| **changes && by(component, *k));
+            let functions = ALONG_SLIDE
+                .iter()
+                .zip(&changes)
+                .filter(move |((_, k, p), changes)| **changes && *p == power && by(component, *k));
             functions.map(move |((name, ..), _)| (Outlet::Motion { axis, component }, *name))
         };
         let pairs: Vec<_> = components.iter().flat_map(|&component| of(component)).collect();
@@ -327,8 +349,12 @@ fn slide_yields(seen: &Observations, axis: usize) -> Vec<CandidateFamily> {
         (!pairs.is_empty()).then(|| CandidateFamily { pairs, ..family.over(vec![effect.clone()]) })
     };
     let [across, other, tilt, other_tilt, roll] = beside_own(seen.machine(), axis);
-    let turns = driven_by(&[tilt, other_tilt, roll], &|component, k| component.direction_index() == k);
     let own = directions(seen.machine(), axis).along.direction_index();
-    let shifts = driven_by(&[across, other], &|component, k| component.direction_index() != k && k != own);
-    turns.into_iter().chain(shifts).collect()
+    let mut all = Vec::new();
+    // each power by itself: one that the readings do not ask for leads astray at other heights
+    for power in 0..=MOST_POWER {
+        all.extend(driven_by(power, &[tilt, other_tilt, roll], &|component, k| component.direction_index() == k));
+        all.extend(driven_by(power, &[across, other], &|component, k| component.direction_index() != k && k != own));
+    }
+    all
 }
