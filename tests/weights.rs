@@ -161,7 +161,7 @@ fn weights_without_a_lever_or_of_another_number_are_refused() {
         (with("", "place: Z, sizes: {EBZ: {y: 2 arcsec/Nm}}"), "a slide needs the key 'middle'"),
         (with("", "place: Z, middle: 0, under: J2, sizes: {EBZ: {y: 2 arcsec/Nm}}"), "leave it out at a slide"),
         (with("", "place: J4, sizes: {own: 2 arcsec/Nm}"), "weight-compliance cannot sit at 'J4'"),
-        (with(&BRANCH.replace("[650, 250, 500]", "[650, .nan, 500]"), tilt), "L2"),
+        (with(&BRANCH.replace("[650, 250, 500]", "[650, .nan, 500]"), tilt), "'NaN' is not a finite number"),
     ] {
         let message = refused(text);
         assert!(message.contains(due), "{message}\ndue: {due}");
@@ -194,7 +194,7 @@ fn joints_that_yield_to_weight_are_found_again_and_predict() {
     let rows = random_rows(160, 5);
     // a tendon leads the moment of the elbow to the shoulder, and the column bends
     let sizes = "effects:\n\
-        \x20 - {effect: weight-compliance, place: J2, sizes: {EBJ2: {own: 60 arcsec/Nm}}}\n\
+        \x20 - {effect: weight-compliance, place: J3, sizes: {EBJ3: {own: 60 arcsec/Nm}}}\n\
         \x20 - {effect: weight-compliance, place: J2, under: J3, sizes: {EBJ2: {own: -50 arcsec/Nm}}}\n\
         \x20 - {effect: weight-compliance, place: Z, middle: 750, sizes: {EXZ: {y: 30 um/Nm, yh: 20 um/Nm}, EYZ: {x: -30 um/Nm, xh: -20 um/Nm}}}\n";
     poses(folder.path(), &format!("{COLUMN}{sizes}"), &COLUMNS[..5], &rows);
@@ -227,7 +227,7 @@ fn joints_that_yield_to_weight_are_found_again_and_predict() {
         let of = |effect: &Effect| effect.sizes.iter().find(|size| size.function == "own").map(|size| size.value);
         saved.effects.iter().filter(is_it).find_map(of).unwrap_or_default().to_degrees() * 3600.0
     };
-    for (due, is) in [(60.0, found("J2", None)), (-50.0, found("J2", Some("J3")))] {
+    for (due, is) in [(60.0, found("J3", None)), (-50.0, found("J2", Some("J3")))] {
         assert!((is - due).abs() < 10.0, "{is} arcsec/Nm for {due}\n{}", machine_yaml(&saved));
     }
     run(&["simulate", &path("saved/session.yaml"), "--out", &path("again")]);

@@ -173,59 +173,77 @@ fn check(machine: &Machine, effect: &Effect) -> Result<(), String> {
     }
 }
 
-/// Moment of what is beyond an axis about its origin at every row, in the carrier's frame, N·m.
-fn moments(context: &Context, effect: &Effect, axis: usize) -> Result<Vec<Vec<Vector3<f64>>>, EffectError> {
-    let tests = 0..context.tests();
-    tests
-        .map(|test| {
-            let motion = context.motion(test);
-            let at = |row: usize| moment(context, effect, axis, (motion.row(row), Some((test, row))));
-            (0..motion.rows()).map(at).collect()
-        })
-        .collect()
+/// What weighs on an axis.
+struct Weight<'c> {
+    geometry: Geometry<'c>,
+    chain: &'c Chain,
+    axis: usize,
+    beyond: Vec<usize>,
+    branches: Vec<&'c CarriedBranch>,
+    /// kg, of the joints beyond and then of the branches; one each where there are none.
+    masses: &'c [f64],
+    /// Unit vector in R.
+    gravity: Vector3<f64>,
 }
 
-/// The same at positions of the axes; joints of carried branches are at zero where no row is named.
-fn moment(
-    context: &Context,
-    effect: &Effect,
-    axis: usize,
-    (at, row): (&[f64], Option<(usize, usize)>),
-) -> Result<Vector3<f64>, EffectError> {
-    let (machine, chain) = (context.machine(), context.chain());
-    let geometry = Geometry::nominal(chain);
-    let own = chain.carried_by(axis);
-    let carrier = geometry.pose(LinkId { depth: own.depth.saturating_sub(1), ..own }, at, None);
-    let place = geometry.pose(own, at, None).point(&chain.joint(axis).origin);
-    let origin = |other: usize| geometry.pose(chain.carried_by(other), at, None).point(&chain.joint(other).origin);
-    let mut points: Vec<Vector3<f64>> = beyond(chain, axis).into_iter().map(origin).collect();
-    for branch in hanging(machine, chain, axis) {
-        let on = branch.on.map_or(LinkId::BED, |on| chain.carried_by(on));
-        let mut pose = geometry.pose(on, at, None);
-        for joint in &branch.joints {
-            let origin = joint.origin.unwrap_or_default();
-            points.push(pose.point(&origin));
-            let degrees = match row {
-                Some((test, row)) => positions(context, &effect.kind, test, joint)?[row],
-                None => 0.0,
-            };
-            let angle = if joint.reversed { -degrees } else { degrees }.to_radians();
-            let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(joint.direction), angle).into_inner();
-            pose = pose.then(&Pose { rotation, translation_mm: origin - rotation * origin });
+impl<'c> Weight<'c> {
+    fn on(context: &'c Context, effect: &'c Effect, axis: usize) -> Weight<'c> {
+        let (machine, chain) = (context.machine(), context.chain());
+        Weight {
+            geometry: Geometry::nominal(chain),
+            chain,
+            axis,
+            beyond: beyond(chain, axis),
+            branches: hanging(machine, chain, axis),
+            masses: list(effect, "masses"),
+            gravity: machine.gravity,
         }
     }
-    let masses = list(effect, "masses");
-    let weighed = points.iter().enumerate().map(|(k, point)| (point - place) * masses.get(k).copied().unwrap_or(1.0));
-    let first_moment = weighed.sum::<Vector3<f64>>() / MM_PER_M;
-    Ok(carrier.rotation.tr_mul(&first_moment.cross(&machine.gravity)) * GRAVITY)
+
+    /// Moment about the axis's origin in the carrier's frame, N·m, at positions of the axes and of the joints of its branches, degrees.
+    fn moment(&self, at: &[f64], carried: impl Fn(usize) -> f64) -> Vector3<f64> {
+        let (geometry, chain, own) = (&self.geometry, self.chain, self.chain.carried_by(self.axis));
+        let origin = |axis: usize| geometry.pose(chain.carried_by(axis), at, None).point(&chain.joint(axis).origin);
+        let mut points: Vec<Vector3<f64>> = self.beyond.iter().map(|&axis| origin(axis)).collect();
+        let mut joints = 0..;
+        for branch in &self.branches {
+            let on = branch.on.map_or(LinkId::BED, |on| chain.carried_by(on));
+            let mut pose = geometry.pose(on, at, None);
+            for (joint, number) in branch.joints.iter().zip(&mut joints) {
+                let origin = joint.origin.unwrap_or_default();
+                points.push(pose.point(&origin));
+                let angle = if joint.reversed { -carried(number) } else { carried(number) }.to_radians();
+                let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(joint.direction), angle).into_inner();
+                pose = pose.then(&Pose { rotation, translation_mm: origin - rotation * origin });
+            }
+        }
+        let (place, mass) = (origin(self.axis), |k: usize| self.masses.get(k).copied().unwrap_or(1.0));
+        let weighed = points.iter().enumerate().map(|(k, point)| (point - place) * mass(k));
+        let first_moment = weighed.sum::<Vector3<f64>>() / MM_PER_M;
+        let carrier = geometry.pose(LinkId { depth: own.depth.saturating_sub(1), ..own }, at, None);
+        carrier.rotation.tr_mul(&first_moment.cross(&self.gravity)) * GRAVITY
+    }
+
+    /// The same at every row.
+    fn moments(&self, context: &Context, effect: &Effect) -> Result<Vec<Vec<Vector3<f64>>>, EffectError> {
+        let in_test = |test: usize| {
+            let motion = context.motion(test);
+            let joints = self.branches.iter().flat_map(|branch| &branch.joints);
+            let columns: Vec<&[f64]> =
+                joints.map(|joint| positions(context, &effect.kind, test, joint)).collect::<Result<_, _>>()?;
+            let at = |row: usize| self.moment(motion.row(row), |joint| columns[joint][row]);
+            Ok((0..motion.rows()).map(at).collect())
+        };
+        (0..context.tests()).map(in_test).collect()
+    }
 }
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let (machine, Place::Axis(place)) = (context.machine(), effect.place) else { return Ok(Vec::new()) };
     let axis = driving(machine, effect).unwrap_or(place);
-    let moments = moments(context, effect, axis)?;
-    let zero = vec![0.0; machine.axes.len()];
-    let at_zero = moment(context, effect, axis, (&zero, None))?;
+    let weight = Weight::on(context, effect, axis);
+    let moments = weight.moments(context, effect)?;
+    let at_zero = weight.moment(&vec![0.0; machine.axes.len()], |_| 0.0);
     if let Some(middle_mm) = effect.number("middle") {
         let height_m = |q: f64| (q - middle_mm) / MM_PER_M;
         let of_slide = |&(_, k, power): &(&str, usize, i32)| {
