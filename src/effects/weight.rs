@@ -32,7 +32,7 @@ pub static WEIGHT_COMPLIANCE: Kind = Kind {
     notable: Notable { length: 0.1, angle: 0.1 },
     shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::Payload },
     unseen: Unseen::Never,
-    unmoved: &[AxisKind::Rotary],
+    unmoved: &[],
     form_error: 0.03,
     needs_runs: false,
     signature: Signature::Weight,
