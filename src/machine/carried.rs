@@ -20,6 +20,8 @@ pub struct CarriedJoint {
     pub name: String,
     /// Unit vector in R at the zero position.
     pub direction: Vector3<f64>,
+    /// A point on its line, mm, in R at the zero position; `None`: not stated.
+    pub origin: Option<Vector3<f64>>,
     /// It counts against the right-handed sense.
     pub reversed: bool,
 }

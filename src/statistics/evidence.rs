@@ -76,6 +76,62 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Bloc
     BlockEvidence { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
 }
 
+/// Amplitude priors of the parts of a block that have the most evidence together, display units, and their evidence against nothing;
+/// a part that adds less than `least` beside the others has none.
+///
+/// All parts begin with one prior: what two explain only together is seen by neither alone.
+pub fn likeliest_priors(
+    (information, z): (&DMatrix<f64>, &DVector<f64>),
+    parts: &[std::ops::Range<usize>],
+    plausible: f64,
+    least: f64,
+) -> (Vec<Option<f64>>, f64) {
+    let evidence = |priors: &[Option<f64>]| evidence_of_parts((information, z), parts, priors);
+    let common = likeliest_prior(plausible, |tau| evidence(&vec![Some(tau); parts.len()]));
+    let mut priors = vec![Some(common); parts.len()];
+    let mut now = evidence(&priors);
+    for _ in 0..SWEEPS {
+        let before = priors.clone();
+        for part in 0..parts.len() {
+            let with = |tau: Option<f64>| {
+                let mut tried = priors.clone();
+                tried[part] = tau;
+                evidence(&tried)
+            };
+            let tau = likeliest_prior(plausible, |tau| with(Some(tau)));
+            let (there, without) = (with(Some(tau)), with(None));
+            (priors[part], now) = if there - without > least { (Some(tau), there) } else { (None, without) };
+        }
+        if priors == before {
+            break;
+        }
+    }
+    (priors, now)
+}
+
+/// Times that the prior of every part is found anew beside the others, at most.
+const SWEEPS: usize = 12;
+
+/// Log evidence of a block whose parts have these amplitude priors, against nothing.
+fn evidence_of_parts(
+    (information, z): (&DMatrix<f64>, &DVector<f64>),
+    parts: &[std::ops::Range<usize>],
+    priors: &[Option<f64>],
+) -> f64 {
+    let with_prior = parts.iter().zip(priors).filter_map(|(part, tau)| Some((part, (*tau)?)));
+    let columns: Vec<(usize, f64)> = with_prior.flat_map(|(part, tau)| part.clone().map(move |k| (k, tau))).collect();
+    let count = columns.len();
+    let scaled = DMatrix::from_fn(count, count, |i, j| {
+        let ((row, a), (column, b)) = (columns[i], columns[j]);
+        a * b * information[(row, column)] + if i == j { 1.0 } else { 0.0 }
+    });
+    let score = DVector::from_iterator(count, columns.iter().map(|&(k, tau)| tau * z[k]));
+    match Cholesky::new(scaled) {
+        Some(factor) => 0.5 * (score.dot(&factor.solve(&score)) - log_determinant(&factor)),
+        None => f64::NEG_INFINITY,
+    }
+}
+
 /// Logarithm of the determinant of the matrix that was factored.
 pub fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
     let lower = factor.l_dirty();

@@ -14,3 +14,4 @@ pub(crate) mod search;
 pub(crate) mod selected;
 pub(crate) mod shapes;
 pub(crate) mod two_resolutions;
+pub(crate) mod weights;

@@ -20,7 +20,7 @@ use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_clas
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 use crate::machine::ParameterValue;
-use crate::statistics::{NOISE_FLOOR_MM, NoiseModel};
+use crate::statistics::{BlockEvidence, NOISE_FLOOR_MM, NoiseModel};
 
 /// Effects at most: a bound on time, far beyond what recordings of an arm have shown.
 const MOST_EFFECTS: usize = 40;
@@ -38,9 +38,12 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     let mut state = State::start(model, &poses);
     let noise_before = state.noise.clone();
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
-    // a load that was measured is asked before anything else that could imitate it
+    // a load that was measured is asked before anything else that could imitate it, then the weight of what is beyond
     let loads = only_loads(families);
     state.rounds(&loads, &poses, model.thresholds.accept);
+    if !state.has_load() {
+        state.take_weights(families, &poses);
+    }
     state.rounds(&without_free_curves(families), &poses, model.thresholds.accept);
     let mut families = families.to_vec();
     if let Some(rates) = state.refined_rates() {
@@ -50,8 +53,11 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         }
         state = State::start(model, &poses);
     }
-    if !state.found.iter().any(|found| is_a(&found.chosen.effect.kind, Signature::Load)) {
+    if !state.has_load() {
         state.rounds(&loads, &poses, model.thresholds.pose_further);
+    }
+    if state.found.is_empty() {
+        state.take_weights(&families, &poses);
     }
     state.rounds(&without_free_curves(&families), &poses, model.thresholds.pose_further);
     let best_left = state.rounds(&families, &poses, model.thresholds.pose_further);
@@ -83,11 +89,11 @@ fn without_free_curves(families: &[CandidateFamily]) -> Vec<CandidateFamily> {
 }
 
 /// What has been found so far and what it leaves.
-struct State<'g, 'a> {
-    model: &'g LinearModel<'a>,
-    joint: Vec<Accepted>,
+pub(super) struct State<'g, 'a> {
+    pub(super) model: &'g LinearModel<'a>,
+    pub(super) joint: Vec<Accepted>,
     found: Vec<SelectedEffect>,
-    residual_mm: Vec<Vec<f64>>,
+    pub(super) residual_mm: Vec<Vec<f64>>,
     /// White noise at the level of the residual, enlarged for readings that count as one.
     noise: Vec<NoiseModel>,
     /// The session under this noise, as long as all of it only changes by a factor: shapes that were judged are not worked out
@@ -97,7 +103,7 @@ struct State<'g, 'a> {
 
 impl<'g, 'a> State<'g, 'a> {
     /// What is left beside some columns.
-    fn regression(&mut self, joint: &[Accepted]) -> Regression<'g, 'a> {
+    pub(super) fn regression(&mut self, joint: &[Accepted]) -> Regression<'g, 'a> {
         let known = self.whitened.take().and_then(|(noise, data)| Some((weight(&noise, &self.noise)?, noise, data)));
         let whiten =
             || (1.0, self.noise.clone(), Arc::new(WhitenedData::new(self.model, &self.noise, &self.model.kept)));
@@ -116,6 +122,61 @@ impl<'g, 'a> State<'g, 'a> {
         let residual_mm = model.residual_mm.clone();
         let noise = noise(model, poses, &residual_mm);
         State { model, joint: Vec::new(), found: Vec::new(), residual_mm, noise, whitened: None }
+    }
+
+    /// Whether a measured load was found to act.
+    fn has_load(&self) -> bool {
+        self.found.iter().any(|found| is_a(&found.chosen.effect.kind, Signature::Load))
+    }
+
+    /// Noise as a residual shows it.
+    pub(super) fn set_noise(&mut self, poses: &Poses, residual_mm: &[Vec<f64>]) {
+        self.noise = noise(self.model, poses, residual_mm);
+    }
+
+    /// Gain in log likelihood from one residual to another, the noise fitted to each.
+    fn gain(&self, poses: &Poses, before_mm: &[Vec<f64>], after_mm: &[Vec<f64>]) -> f64 {
+        let classes = squares_by_class(self.model, before_mm).into_iter().zip(squares_by_class(self.model, after_mm));
+        let ratios = classes.filter(|((_, count), (after, _))| *count > 0 && *after > 0.0);
+        let sum: f64 = ratios.map(|((before, count), (after, _))| count as f64 * (before / after).ln()).sum();
+        0.5 * sum / readings_as_one(self.model, poses, after_mm)
+    }
+
+    /// Accepts candidates that were judged together, each with what it adds beside the others.
+    pub(super) fn accept_together(&mut self, candidates: Vec<Candidate>, poses: &Poses) {
+        let others = |without: usize| {
+            let rest = candidates.iter().enumerate().filter(move |(k, _)| *k != without);
+            rest.flat_map(|(_, candidate)| candidate.accepted())
+        };
+        let before = self.joint.clone();
+        let joint: Vec<Accepted> = before.iter().cloned().chain(others(candidates.len())).collect();
+        let left = self.regression(&joint).residual_mm(&joint);
+        let square_after = mean_square(self.model, &left);
+        let mut found = Vec::with_capacity(candidates.len());
+        for (index, candidate) in candidates.iter().enumerate() {
+            let rest: Vec<Accepted> = before.iter().cloned().chain(others(index)).collect();
+            let regression = self.regression(&rest);
+            let without = regression.residual_mm(&rest);
+            let judgement = regression.judge(&candidate.columns, candidate.judgement.tau);
+            let gain = self.gain(poses, &without, &left);
+            let (log_odds, tau) = (judgement.log_evidence, candidate.judgement.tau);
+            let judgement = BlockEvidence { tau, ..judgement };
+            let chosen = Candidate { judgement, log_odds, ..candidate.clone() };
+            found.push(SelectedEffect {
+                log_odds: gain - (0.5 * chosen.judgement.chi2 - log_odds),
+                chosen,
+                rivals: Vec::new(),
+                gain,
+                ranked_odds: gain,
+                beside_gain: gain,
+                fall_mm2: mean_square(self.model, &without) - square_after,
+                form_withdrawn: false,
+            });
+        }
+        self.found.extend(found);
+        self.set_noise(poses, &left);
+        self.residual_mm = left;
+        self.joint = joint;
     }
 
     /// Rounds until nothing more passes; log odds of the best candidate that did not.
@@ -167,11 +228,7 @@ impl<'g, 'a> State<'g, 'a> {
         let left = regression.residual_mm(&joint);
         let (square_before, square_after) =
             (mean_square(self.model, &self.residual_mm), mean_square(self.model, &left));
-        let classes =
-            squares_by_class(self.model, &self.residual_mm).into_iter().zip(squares_by_class(self.model, &left));
-        let ratios = classes.filter(|((_, count), (after, _))| *count > 0 && *after > 0.0);
-        let sum: f64 = ratios.map(|((before, count), (after, _))| count as f64 * (before / after).ln()).sum();
-        let gain = 0.5 * sum / readings_as_one(self.model, poses, &left);
+        let gain = self.gain(poses, &self.residual_mm, &left);
         let log_odds = gain - (0.5 * chosen.judgement.chi2 - chosen.log_odds);
         let rivals = candidates
             .into_iter()

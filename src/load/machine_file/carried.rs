@@ -1,11 +1,12 @@
 //! The `carried:` list of a machine file: branches that load the machine without lying between workpiece and tool.
 
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::AXES;
 use crate::load::checked_text::message::LoadError;
-use crate::load::checked_text::quantity::unit_vector;
+use crate::load::checked_text::quantity::{finite, unit_vector};
 use crate::machine::{CarriedBranch, CarriedJoint};
 
 #[derive(Deserialize)]
@@ -21,6 +22,7 @@ pub(super) struct CarriedFile {
 struct JointFile {
     name: String,
     direction: [f64; 3],
+    origin: Option<[f64; 3]>,
     #[serde(default)]
     reversed: bool,
 }
@@ -59,7 +61,11 @@ pub(super) fn carried(
             }
             taken.push(&joint.name);
             let direction = unit_vector(document, &at("joints"), "direction", joint.direction)?;
-            joints.push(CarriedJoint { name: joint.name.clone(), direction, reversed: joint.reversed });
+            for value in joint.origin.unwrap_or_default() {
+                finite(document, &at("joints"), value)?;
+            }
+            let origin = joint.origin.map(Vector3::from);
+            joints.push(CarriedJoint { name: joint.name.clone(), direction, origin, reversed: joint.reversed });
         }
         branches.push(CarriedBranch { name: file.name.clone(), on, joints });
     }

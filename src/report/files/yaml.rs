@@ -90,9 +90,10 @@ fn carried_yaml(out: &mut String, machine: &Machine, branch: &CarriedBranch) {
     let on = branch.on.map_or("b", |axis| &machine.axes[axis].name);
     let _ = writeln!(out, "  - name: {}\n    on: {}\n    joints:", text(&branch.name), text(on));
     for joint in &branch.joints {
+        let origin = joint.origin.map(|origin| format!(", origin: {}", vector(&origin))).unwrap_or_default();
         let reversed = if joint.reversed { ", reversed: true" } else { "" };
-        let _ =
-            writeln!(out, "      - {{name: {}, direction: {}{reversed}}}", text(&joint.name), vector(&joint.direction));
+        let (name, direction) = (text(&joint.name), vector(&joint.direction));
+        let _ = writeln!(out, "      - {{name: {name}, direction: {direction}{origin}{reversed}}}");
     }
 }
 
