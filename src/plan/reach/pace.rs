@@ -54,7 +54,9 @@ fn fastest_rad_per_s(machine: &Machine, candidate: &Candidate) -> f64 {
                 // a block must be so long that it can be entered and left at full speed: v²/a
                 false => {
                     let fastest = ramp(acceleration, beyond(slides_mm));
-                    let block = block_deg(along_mm).to_radians();
+                    // the run-in is cut into whole blocks, which are the shortest
+                    let (longest, run_in) = (block_deg(along_mm).to_radians(), beyond(slides_mm));
+                    let block = run_in / (run_in / longest).ceil();
                     fastest.min((JOINED * acceleration * block).sqrt()).min(block / LEAST_BLOCK_S)
                 }
             }
