@@ -137,9 +137,7 @@ fn an_arm_is_explained_and_poses_that_nothing_was_fitted_to_are_predicted() {
     assert!(hidden < 158.0, "{hidden}");
     assert!((kept / fit("rms_after_um") - 1.0).abs() < 0.01, "{kept} for {}", json["fit"]);
     let mut placebos = 0;
-    // what readings held out do not confirm says so by itself
-    let confirmed = findings.iter().filter(|finding| finding["cross_validated"] == "passed");
-    for placebo in confirmed.map(|finding| &finding["placebo"]).filter(|placebo| !placebo.is_null()) {
+    for placebo in findings.iter().map(|finding| &finding["placebo"]).filter(|placebo| !placebo.is_null()) {
         placebos += 1;
         assert!(placebo["mean"].as_f64().unwrap() < 0.05 && placebo["largest"].as_f64().unwrap() < 0.25, "{placebo}");
     }

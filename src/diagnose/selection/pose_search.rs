@@ -60,6 +60,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         state.take_weights(&families, &poses);
     }
     state.rounds(&without_free_curves(&families), &poses, model.thresholds.pose_further);
+    state.weigh_again(&families, &poses);
     let best_left = state.rounds(&families, &poses, model.thresholds.pose_further);
     Search {
         residual_before_mm2,
@@ -92,7 +93,7 @@ fn without_free_curves(families: &[CandidateFamily]) -> Vec<CandidateFamily> {
 pub(super) struct State<'g, 'a> {
     pub(super) model: &'g LinearModel<'a>,
     pub(super) joint: Vec<Accepted>,
-    found: Vec<SelectedEffect>,
+    pub(super) found: Vec<SelectedEffect>,
     pub(super) residual_mm: Vec<Vec<f64>>,
     /// White noise at the level of the residual, enlarged for readings that count as one.
     noise: Vec<NoiseModel>,

@@ -3,7 +3,7 @@
 
 use super::pose_search::State;
 use super::screening::candidates::family_terms;
-use super::selected::Candidate;
+use super::selected::{Candidate, SelectedEffect};
 use crate::diagnose::model::regression::Accepted;
 use crate::diagnose::noise::pose_noise::Poses;
 use crate::effects::{CandidateFamily, Signature, is_a};
@@ -45,6 +45,32 @@ impl State<'_, '_> {
         }
         parts.retain(|part| part.judgement.tau > 0.0);
         self.accept_together(parts, poses);
+    }
+
+    /// Weighs once more beside what was found after: what only stood for that goes, and what then adds nothing beside the weights.
+    pub(super) fn weigh_again(&mut self, families: &[CandidateFamily], poses: &Poses) {
+        let is_weight = |found: &SelectedEffect| is_a(&found.chosen.effect.kind, Signature::Weight);
+        if !self.found.iter().any(is_weight) {
+            return;
+        }
+        self.found.retain(|found| !is_weight(found));
+        self.joint = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        self.take_weights(families, poses);
+        for index in (0..self.found.len()).rev().filter(|&index| !is_weight(&self.found[index])).collect::<Vec<_>>() {
+            let others = self.found.iter().enumerate().filter(|(other, _)| *other != index);
+            let others: Vec<Accepted> = others.flat_map(|(_, found)| found.chosen.accepted()).collect();
+            let chosen = &self.found[index].chosen;
+            let (columns, tau) = (chosen.columns.clone(), chosen.judgement.tau);
+            let evidence = self.regression(&others).judge(&columns, tau).log_evidence;
+            if evidence < 0.0 {
+                self.found.remove(index);
+            }
+        }
+        let joint: Vec<Accepted> = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        self.residual_mm = self.regression(&joint).residual_mm(&joint);
+        self.joint = joint;
+        let left = self.residual_mm.clone();
+        self.set_noise(poses, &left);
     }
 
     /// Every family that yields to weight, not judged yet.
