@@ -164,19 +164,6 @@ fn hold(files: &mut Files, begin: &str, held: Range<usize>) {
     });
 }
 
-/// Takes one wave a turn off the readings of a full turn whose first and last row stand at one angle.
-fn take_centre_off(rows: &mut Vec<[f64; 3]>) {
-    let turn = &rows[1..];
-    let part = |wave: fn(f64) -> f64| {
-        2.0 * turn.iter().map(|row| row[2] * wave(row[1].to_radians())).sum::<f64>() / turn.len() as f64
-    };
-    let (cosine, sine) = (part(f64::cos), part(f64::sin));
-    for row in rows {
-        let angle = row[1].to_radians();
-        row[2] -= cosine * angle.cos() + sine * angle.sin();
-    }
-}
-
 fn exchange(files: &mut Files, one: &str, other: &str) {
     let (a, b) = (files[one].clone(), files[other].clone());
     files.insert(one.into(), b);
@@ -424,11 +411,6 @@ const CASES: &[Case] = &[
             })
         },
         due: Named(&["readings-processed"], "the mean was taken off"),
-    },
-    Case {
-        name: "the centre taken off full turns",
-        make: |f| edit_rows(f, "c-", take_centre_off),
-        due: Named(&["readings-processed"], "the centre was taken off"),
     },
     Case {
         name: "a program zeroed for itself",

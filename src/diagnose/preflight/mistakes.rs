@@ -6,7 +6,7 @@ use super::places::ball_places::End;
 use super::places::exchanged;
 use super::places::misplaced::on_any_link;
 use super::places::standing::columns_off;
-use super::processed_readings::processed;
+use super::processed_readings::own_zeros;
 use super::scaled_readings::{scaled, zeroed};
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
@@ -56,7 +56,7 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
     groups.dedup();
     list.extend(scaled(session, &groups));
     list.extend(zeroed(session, &programs));
-    list.extend(processed(session, whole));
+    list.extend(own_zeros(session, whole));
     list.extend(of_one_conversion(session));
     list
 }
