@@ -137,7 +137,11 @@ fn an_arm_is_explained_and_poses_that_nothing_was_fitted_to_are_predicted() {
     assert!(hidden < 158.0, "{hidden}");
     assert!((kept / fit("rms_after_um") - 1.0).abs() < 0.01, "{kept} for {}", json["fit"]);
     let mut placebos = 0;
-    for placebo in findings.iter().map(|finding| &finding["placebo"]).filter(|placebo| !placebo.is_null()) {
+    // what readings held out do not confirm is claimed by half at most, whatever chance makes of its senses
+    let (confirmed, others): (Vec<_>, Vec<_>) =
+        findings.iter().partition(|finding| finding["cross_validated"] == "passed");
+    assert!(others.iter().all(|finding| finding["probability"].as_f64().unwrap() <= 0.5), "{others:?}");
+    for placebo in confirmed.iter().map(|finding| &finding["placebo"]).filter(|placebo| !placebo.is_null()) {
         placebos += 1;
         assert!(placebo["mean"].as_f64().unwrap() < 0.05 && placebo["largest"].as_f64().unwrap() < 0.25, "{placebo}");
     }
