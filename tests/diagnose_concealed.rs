@@ -146,7 +146,7 @@ fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
     assert!((fault.shift_ms.expect("shift").abs() / 2360.0 - 1.0).abs() < 0.1, "{:?}", fault.shift_ms);
     assert!(fault.after_um < 1.1 * noise_um, "{fault:?}");
     // nothing but a second look at the clocks tells it from that slip
-    let slips: Vec<&str> = fault.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    let slips: Vec<&str> = fault.causes.iter().map(|(cause, _)| cause.effect.as_str()).collect();
     assert_eq!(slips, ["pivot-slip"]);
     assert!(fault.rivals.is_empty());
 }

@@ -1,6 +1,6 @@
 //! A mistake in the files or in what they say of the set-up, with others that leave the same. How it is found stands elsewhere.
 
-use crate::diagnose::cause::{Cause, MOST_RIVALS};
+use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
 /// A mistake in the files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataFault {
@@ -23,8 +23,8 @@ pub struct DataFault {
     pub probability: f64,
     /// Other mistakes that leave the same: effect, axes or columns, and in words.
     pub rivals: Vec<Rival>,
-    /// Effects of the machine that do.
-    pub causes: Vec<Cause>,
+    /// Effects of the machine that may be the cause instead, with their probabilities.
+    pub causes: Vec<(Cause, f64)>,
 }
 
 /// A mistake that the recordings cannot tell from the one named.
@@ -70,11 +70,20 @@ impl DataFault {
         Rival { effect, place, components, says, probability }
     }
 
-    /// The same with its rivals and causes as likely as itself.
+    /// The same with its rivals as likely as itself.
     pub(crate) fn shared_evenly(mut self) -> DataFault {
-        let others = (self.rivals.len() + self.causes.len()).min(MOST_RIVALS);
+        let others = self.rivals.len().min(MOST_RIVALS);
         self.probability = SURE_OF_FAULT / (1 + others) as f64;
         self.rivals.iter_mut().for_each(|rival| rival.probability = self.probability);
+        self
+    }
+
+    /// The same with an effect that may be the cause instead, as probable as what is left of `probability`.
+    pub(crate) fn or_effect(mut self, probability: f64, effect: Option<Cause>) -> DataFault {
+        self.probability *= probability;
+        self.rivals.iter_mut().for_each(|rival| rival.probability *= probability);
+        let left = SURE_OF_FAULT * (1.0 - probability);
+        self.causes.extend(effect.filter(|_| left > LEAST_PROBABILITY).map(|effect| (effect, left)));
         self
     }
 }

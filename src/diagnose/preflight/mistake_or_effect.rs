@@ -4,10 +4,10 @@
 //! either search says of the readings is compared: log likelihood with its own noise, less what forms, amplitudes and the
 //! choice among mistakes cost.
 
-use super::data_fault::{DataFault, SURE_OF_FAULT};
+use super::data_fault::DataFault;
 use super::small_misfit::Mistake;
 use crate::chain::Chain;
-use crate::diagnose::cause::{Cause, LEAST_PROBABILITY};
+use crate::diagnose::cause::Cause;
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::prior_penalty::fitted_anyway;
@@ -33,7 +33,7 @@ pub(crate) fn unless_physics(
     thresholds: Thresholds,
     mistake: Mistake,
 ) -> Result<Option<DataFault>, FitError> {
-    let Mistake { mut fault, undone, log_odds, .. } = mistake;
+    let Mistake { fault, undone, log_odds, .. } = mistake;
     if !fault.may_be_physics() {
         return Ok(Some(fault));
     }
@@ -45,14 +45,7 @@ pub(crate) fn unless_physics(
     let corrected = explained(&undone, options, thresholds)?;
     let odds = corrected.standing - recorded.standing + log_odds;
     let probability = 1.0 / (1.0 + (-odds).exp());
-    if probability < 0.5 {
-        return Ok(None);
-    }
-    if 1.0 - probability > LEAST_PROBABILITY {
-        fault.causes.extend(recorded.cause);
-    }
-    fault.probability = fault.probability.min(SURE_OF_FAULT * probability);
-    Ok(Some(fault))
+    Ok((probability >= 0.5).then(|| fault.or_effect(probability, recorded.cause)))
 }
 
 /// The session with the readings that another one has as well.

@@ -299,7 +299,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         probability: rival.probability,
         says: Some(rival.says.clone()),
     };
-    let causes = fault.causes.iter().map(|cause| rival_json(cause, fault.probability));
+    let causes = fault.causes.iter().map(|(cause, probability)| rival_json(cause, *probability));
     FindingJson {
         effect: fault.effect.to_string(),
         driver: "data fault",
