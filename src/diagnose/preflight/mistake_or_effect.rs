@@ -41,8 +41,9 @@ pub(crate) fn unless_physics(
     if rows(&recorded) != rows(&undone) {
         return Ok(Some(fault));
     }
-    let recorded = explained(&recorded, options, thresholds)?;
-    let corrected = explained(&undone, options, thresholds)?;
+    // what has no fit is no explanation
+    let Some(corrected) = explained(&undone, options, thresholds)? else { return Ok(None) };
+    let Some(recorded) = explained(&recorded, options, thresholds)? else { return Ok(Some(fault)) };
     let odds = corrected.standing - recorded.standing + log_odds;
     let probability = 1.0 / (1.0 + (-odds).exp());
     Ok((probability >= 0.5).then(|| fault.or_effect(probability, recorded.cause)))
@@ -71,15 +72,19 @@ fn rows(session: &Session) -> Vec<usize> {
 struct Explained {
     /// Log evidence.
     standing: f64,
-    /// The first of them.
+    /// The first effect found.
     cause: Option<Cause>,
 }
 
-fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Result<Explained, FitError> {
+fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Result<Option<Explained>, FitError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let problem = Problem::new(session, &chain, &setups, fitted_anyway(session, options, &setups))?;
-    let fit = identify::fit(&problem)?;
+    let fit = match identify::fit(&problem) {
+        Ok(fit) => fit,
+        Err(FitError::NoConvergence) => return Ok(None),
+        Err(why) => return Err(why),
+    };
     let context = Context::of(session, &chain)?;
     let mut model = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     model.thresholds = thresholds;
@@ -91,7 +96,7 @@ fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Re
             cause: found.found.first().map(|found| cause(&session.machine, &found.chosen, &[])),
         }
     });
-    Ok(explained?)
+    Ok(Some(explained?))
 }
 
 /// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its
