@@ -19,6 +19,7 @@ use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN, Refit, refit};
 use super::scaled_readings::READING_ZERO;
 use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::few_rows;
+use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::identify::Quantity;
 use crate::machine::AxisKind;
 use crate::session::Session;
@@ -41,8 +42,8 @@ const SUSPICIOUS_SHARE: f64 = 0.02;
 pub(crate) struct Mistake {
     pub(crate) fault: DataFault,
     pub(crate) undone: Session,
-    /// Log odds of it before any reading, against no mistake: one of all that were tried; and the density of readings that undoing
-    /// it makes smaller.
+    /// Log odds of it before any reading, against no mistake: one of all that were tried, less what a fitted shift costs; and the
+    /// density of readings that undoing it makes smaller.
     pub(crate) log_odds: f64,
     /// It leaves little more than noise, or gains enormously.
     pub(crate) is_plain: bool,
@@ -97,7 +98,9 @@ pub(crate) fn preflight(
     (before > WORTH_A_SEARCH * after).then(|| {
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
-        let log_odds = (best.weight / tried).ln() - readings as f64 * best.diminished.ln();
+        let has_figure = best.shift_ms.is_some() || [STANDING_AXIS, COLUMN_SHIFTED].contains(&best.effect);
+        let figure = if has_figure { PARAMETER_COST } else { 0.0 };
+        let log_odds = (best.weight / tried).ln() - figure - readings as f64 * best.diminished.ln();
         let undone = best.undone.clone();
         Mistake { fault: DataFault { rivals, ..best.fault(before, after) }.shared_evenly(), undone, log_odds, is_plain }
     })
