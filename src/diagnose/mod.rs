@@ -112,11 +112,13 @@ fn searched(
     let left_out = fit.left_out() as f64 / readings.max(1) as f64;
     let measures = [1e3 * fit.rms_mm, noise_um, left_out, strain];
     // the mistakes known here are those of lengths between balls
-    let mistake = if session.has_parts() { None } else { preflight(session, measures) };
+    let is_of_lengths = !session.has_parts();
+    let mistake = if is_of_lengths { preflight(session, measures) } else { None };
     let (certain, contested) = match mistake {
+        None if !is_of_lengths => (None, None),
         Some(mistake) if !mistake.fault.may_be_physics() => (Some(mistake.fault), None),
         Some(mistake) if mistake.is_plain => (None, Some(mistake)),
-        other => (further_contradiction(session).filter(|_| !session.has_parts()), other),
+        other => (further_contradiction(session), other),
     };
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
     let search = match certain {

@@ -7,11 +7,10 @@ use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, direct
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, no_check, single_function, word,
+    every_component, measure_per_load, no_check, single_function, word,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
-use crate::units::Measure;
+use crate::machine::{AxisKind, Effect, Outlet, Place};
 
 /// A joint that yields to a measured load.
 pub static LOAD_COMPLIANCE: Kind = Kind {
@@ -50,17 +49,10 @@ pub static LOAD_COMPLIANCE: Kind = Kind {
         Place::Axis(axis) if machine.axes[axis].kind == AxisKind::Rotary => every_component(machine, axis),
         _ => Vec::new(),
     },
-    measure,
+    measure: measure_per_load,
     functions: single_function,
     profiles,
 };
-
-fn measure(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
-    match outlet.measure(machine) {
-        Measure::Angle => Measure::AnglePerLoad,
-        _ => Measure::LengthPerLoad,
-    }
-}
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let channel = word(effect, "channel").unwrap_or_default();

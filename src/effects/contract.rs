@@ -411,6 +411,14 @@ pub(super) fn plain_measure(machine: &Machine, outlet: &Outlet, _function: &str)
     outlet.measure(machine)
 }
 
+/// The measure of the outlet per unit of a load, for functions that are the load.
+pub(super) fn measure_per_load(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
+    match outlet.measure(machine) {
+        Measure::Angle => Measure::AnglePerLoad,
+        _ => Measure::LengthPerLoad,
+    }
+}
+
 /// Parameters that need no more than their bounds.
 pub(super) fn no_check(_machine: &Machine, _effect: &Effect) -> Result<(), String> {
     Ok(())

@@ -11,13 +11,12 @@ use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, beside
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, word,
+    every_component, list, measure_per_load, word,
 };
 use super::load_frame::positions;
 use super::{Context, EffectError};
 use crate::chain::{Chain, Geometry, LinkId, Pose};
 use crate::machine::{AxisKind, CarriedBranch, Component, Effect, Machine, Outlet, ParameterValue, Place};
-use crate::units::Measure;
 
 /// A joint or a slide that yields to the weight beyond it.
 pub static WEIGHT_COMPLIANCE: Kind = Kind {
@@ -72,7 +71,7 @@ pub static WEIGHT_COMPLIANCE: Kind = Kind {
         Place::Axis(axis) if bears(machine, axis) => every_component(machine, axis),
         _ => Vec::new(),
     },
-    measure,
+    measure: measure_per_load,
     functions: |effect| match effect.parameter("middle") {
         Some(_) => ALONG_SLIDE.iter().map(|(name, ..)| name.to_string()).collect(),
         None => ABOUT.iter().map(|name| name.to_string()).collect(),
@@ -103,13 +102,6 @@ const MOST_POWER: i32 = 2;
 const GRAVITY: f64 = 9.80665;
 /// mm in a metre.
 const MM_PER_M: f64 = 1e3;
-
-fn measure(machine: &Machine, outlet: &Outlet, _function: &str) -> Measure {
-    match outlet.measure(machine) {
-        Measure::Angle => Measure::AnglePerLoad,
-        _ => Measure::LengthPerLoad,
-    }
-}
 
 /// The axis whose moment drives an effect.
 fn driving(machine: &Machine, effect: &Effect) -> Result<usize, String> {
