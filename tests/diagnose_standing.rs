@@ -186,9 +186,10 @@ fn a_vibration_is_told_by_its_own_frequency_where_every_rate_shows_another() {
             let is_missing = |row: usize| missing.is_some_and(|one_in| row * 7919 % 1009 < 1009 / one_in);
             (0..lengths.len()).filter(|row| is_missing(*row)).for_each(|row| lengths[row] = f64::NAN);
         }
-        let findings = diagnose(&session, &Options::default()).expect("diagnosis").findings;
-        let [finding] = findings.as_slice() else {
-            panic!("{:?}", findings.iter().map(|finding| &finding.cause).collect::<Vec<_>>())
+        let diagnosis = diagnose(&session, &Options::default()).expect("diagnosis");
+        let [finding] = diagnosis.findings.as_slice() else {
+            let causes: Vec<_> = diagnosis.findings.iter().map(|finding| &finding.cause).collect();
+            panic!("{size_um} µm, one in {missing:?} missing: {causes:?}, {:?}", diagnosis.data_fault)
         };
         assert!(names(finding, "vibration", "Y"), "{:?} of {:?}", finding.cause, finding.rivals);
         let told_hz = finding.effects[0].number("frequency").expect("frequency");

@@ -663,6 +663,49 @@ const CASES: &[Case] = &[
         },
         due: Named(&["readings-missing"], "a-far-cw"),
     },
+    // digits
+    Case {
+        name: "a gauge that was off all morning",
+        make: |f| edit_lengths(f, "", |_, length| length.round()),
+        due: Named(&["gauge-stuck"], "no reading differs"),
+    },
+    Case {
+        name: "a gauge whose range ends at 10 µm on either side",
+        make: |f| edit_lengths(f, "", |_, length| length.clamp(length.round() - 0.01, length.round() + 0.01)),
+        due: Named(&["stroke-end"], "end of its stroke"),
+    },
+    Case {
+        name: "lengths with two decimals",
+        make: |f| edit_lengths(f, "", |_, length| (100.0 * length).round() / 100.0),
+        due: Named(&["values-rounded"], "all lengths are multiples of 0.01 mm"),
+    },
+    Case {
+        name: "a recording added to itself",
+        make: |f| {
+            edit_rows(f, "c-side-cw", |rows| {
+                let step = rows[1][0] - rows[0][0];
+                let again = rows.last().unwrap()[0] + step;
+                let second: Vec<[f64; 3]> = rows.iter().map(|row| [row[0] + again, row[1], row[2]]).collect();
+                rows.extend(second);
+            })
+        },
+        due: Named(&["doubled-rows"], "added to itself"),
+    },
+    Case {
+        name: "A of one planned recording 2° beside its sweep",
+        make: |f| {
+            for (name, (axis, from, to), ..) in DESIGNS {
+                for (way, from, to) in [("ccw", from, to), ("cw", to, from)] {
+                    let sweep = format!(
+                        "sweep: {{axis: {axis}, from: {from}, to: {to}, step: 1}}\n    recording: {name}-{way}.csv"
+                    );
+                    edit(f, "session.yaml", &format!("recording: {name}-{way}.csv"), &sweep);
+                }
+            }
+            edit_rows(f, "a-high-cw", |rows| rows.iter_mut().for_each(|row| row[1] += 1.5));
+        },
+        due: Named(&["column-shifted"], "beside the sweep"),
+    },
     // texts
     Case {
         name: "header missing",

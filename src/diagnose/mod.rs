@@ -55,6 +55,7 @@ use self::selection::search::{floors, nothing, search_cleanly};
 use self::selection::two_resolutions::at_two_resolutions;
 use self::validation::detection_limits::{unseen_causes, unseen_senses};
 use self::validation::hidden_shifts::hidden_shifts;
+use self::validation::linear_axes::leave_to_linear_axes;
 use self::validation::uncovering::uncovering_tests;
 use self::verdict::explanation::explain;
 use self::verdict::shift_of_one_test::shift_of_one_test;
@@ -82,7 +83,8 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let mut fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     fine.thresholds = thresholds;
     let diagnosis = diagnosed(fine, options, &setups, fit, true)?;
-    Ok(Diagnosis { warnings: examination.warnings, ..diagnosis })
+    let warnings = [examination.warnings, diagnosis.warnings].concat();
+    Ok(Diagnosis { warnings, ..diagnosis })
 }
 
 /// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
@@ -116,7 +118,7 @@ fn searched(
     let mistake = if is_of_lengths { preflight(session, measures) } else { None };
     let (certain, contested) = match mistake {
         None if !is_of_lengths => (None, None),
-        Some(mistake) if !mistake.fault.may_be_physics() => (Some(mistake.fault), None),
+        Some(mistake) if !mistake.may_be_physics() => (Some(mistake.fault), None),
         Some(mistake) if mistake.is_plain => (None, Some(mistake)),
         other => (further_contradiction(session), other),
     };
@@ -142,6 +144,7 @@ fn searched(
         search = nothing(fine, &floors[0]);
     }
 
+    let warnings = leave_to_linear_axes(fine, &mut search);
     let layout =
         Layout { session: coarse.context.session(), problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
     let explanation = explain(resolutions, &floors, families, &mut search, &layout, fault.is_some());
@@ -153,5 +156,5 @@ fn searched(
     blind_to.extend(hidden.into_iter().filter(|hidden| hidden.matters).map(|hidden| hidden.unseen));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
     let diagnosis = Diagnosis::of((fine, families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
-    Ok(Diagnosis { uncovered_by, ..diagnosis })
+    Ok(Diagnosis { uncovered_by, warnings, ..diagnosis })
 }

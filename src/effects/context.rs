@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::chain::{Chain, Geometry, sines_and_cosines};
 use crate::machine::{AxisKind, Machine, Place};
-use crate::session::{Clock, Motion, MotionError, Session};
+use crate::session::{Clock, Motion, MotionError, Session, marked};
 
 /// Values of one function: by test in the order of the session file, then by row.
 pub type Profile = Vec<Vec<f64>>;
@@ -303,7 +303,8 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Positions passed on the way to the first row: the path of the first rows carried on backwards by the overshoot.
+/// Positions passed on the way to the first row: the path of the first rows carried on backwards by the overshoot, and before it the
+/// mark of the program, out along the bar and back: it tells on which flank the slides stand that do not move in the run.
 ///
 /// A parabola through three rows, the overshoot apart, follows arcs and straight sweeps alike. Static poses have none.
 fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
@@ -342,5 +343,9 @@ fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
             positions.push(start + weights[1] * (q(1) - start) + weights[2] * (q(2) - start));
         }
     }
-    positions
+    let start = positions[..axes.len()].to_vec();
+    match test.marks.and_then(|marks| marked(&session.machine, test, &start, marks.move_mm)) {
+        Some(out) => [start, out, positions].concat(),
+        None => positions,
+    }
 }

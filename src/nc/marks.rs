@@ -3,8 +3,8 @@
 use super::coordinates::Coordinates;
 use super::step::Step;
 use crate::machine::Machine;
-use crate::plan::{PlannedTest, marked};
-use crate::session::Marks;
+use crate::plan::PlannedTest;
+use crate::session::{Marks, marked};
 
 /// Seconds that the machine rests at the ends of a run.
 const REST_S: f64 = 3.0;

@@ -44,7 +44,6 @@ pub use reach::pace::CHORD_MM;
 pub use reach::sweep_reach::{ClearArc, ClearSweep, longest_sweep};
 pub use reasons::forecast::ErrorForecast;
 pub use result::advice::plan_with_advice;
-pub use result::marks::marked;
 pub use result::mounting::{Arm, CupLooks, Mounting};
 pub use result::placing::Placing;
 pub use result::plan_result::{Plan, PlannedTest, TradeOff};

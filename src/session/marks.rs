@@ -1,4 +1,4 @@
-//! Short moves along the bar by which a program marks in the readings when its runs begin and end. Where they lead is the plan's.
+//! Short moves along the bar by which a program marks in the readings when its runs begin and end. How long they are is the plan's.
 
 /// The marks of a test: out and back before and after each direction, with rests whose times are known.
 ///

@@ -3,6 +3,7 @@
 mod ball;
 mod claim;
 mod instruments;
+mod mark_move;
 mod marks;
 mod motion;
 mod path;
@@ -15,6 +16,7 @@ mod test_motion;
 pub use ball::{Ball, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::{locate_instruments, sighted_misfit_mm};
+pub use mark_move::marked;
 pub use marks::Marks;
 pub use motion::Motion;
 pub use path::{CirclePlane, Follow, Path};

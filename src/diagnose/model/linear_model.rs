@@ -177,6 +177,27 @@ impl<'a> LinearModel<'a> {
         self.context.has_sweeps()
     }
 
+    /// Change of the readings by one standard deviation of an unknown of a problem over the same rows, mm.
+    pub fn unknown(&self, problem: &Problem, k: usize) -> Column {
+        let sigma = problem.unknowns[k].prior_sigma;
+        let in_test = |test: usize| -> Vec<f64> {
+            if !problem.tests[test].columns.contains(&k) {
+                return Vec::new();
+            }
+            let of_row = |(row, s): (usize, &Sensitivity)| {
+                let shape = match problem.unknowns[k].quantity {
+                    Quantity::Slide { axis, shape, .. } => {
+                        problem.slides.at(axis, shape, self.context.motion(test).row(row)[axis])
+                    }
+                    _ => 1.0,
+                };
+                sigma * shape * problem.derivative(test, k, s)
+            };
+            self.sensitivities[test].iter().enumerate().map(of_row).collect()
+        };
+        Column::new((0..self.tests()).map(in_test).collect())
+    }
+
     /// Number of tests.
     pub fn tests(&self) -> usize {
         self.residual_mm.len()

@@ -2,10 +2,11 @@
 
 use super::contradictions::{contradiction, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
-use super::doubts::{left_out_share, misfit, repeats_um, unjudged, warnings};
+use super::doubts::{left_out_share, left_over, misfit, repeats_um, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::unless_physics;
 use super::places::frames::{instrument_moved, mistaken_columns};
+use super::processed_readings::READING_PROCESSED;
 use super::quick_fit::{refit, robust_rms_mm, strain};
 use super::scaled_readings::{READING_SIGN, READING_ZERO, held_otherwise};
 use super::small_misfit::preflight;
@@ -64,6 +65,12 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
     let mut examination = examined(session, options)?;
     if examination.is_sound() {
         examination.fault = mistaken_unless_sound(session, options, &examination)?;
+    }
+    if let Some(left) =
+        examination.fit.as_ref().filter(|_| examination.is_sound()).and_then(|fit| left_over(session, fit))
+    {
+        examination.fit.iter_mut().for_each(Fit::claim_nothing);
+        examination.warnings.push(left);
     }
     if !examination.is_sound() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
@@ -156,7 +163,12 @@ fn sense_of_readings(session: &Session) -> Sense {
         let then = of(&other.session)?;
         // another zero concerns the bars alone, and brings each of them back
         let is_sign = other.effect == READING_SIGN;
-        let less = if is_sign { now.1 - then.1 } else { now.2 - then.2 };
+        let less = match other.effect {
+            READING_SIGN => now.1 - then.1,
+            // what software took off each recording, balls make up for as well as bars
+            READING_PROCESSED => now.1 + now.2 - then.1 - then.2,
+            _ => now.2 - then.2,
+        };
         let is_back = is_sign || then.2 < BACK_AGAIN * bars(&other.session) as f64;
         (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
     });

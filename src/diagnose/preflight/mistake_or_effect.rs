@@ -33,10 +33,10 @@ pub(crate) fn unless_physics(
     thresholds: Thresholds,
     mistake: Mistake,
 ) -> Result<Option<DataFault>, FitError> {
-    let Mistake { fault, undone, log_odds, .. } = mistake;
-    if !fault.may_be_physics() {
-        return Ok(Some(fault));
+    if !mistake.may_be_physics() {
+        return Ok(Some(mistake.fault));
     }
+    let Mistake { fault, undone, log_odds, .. } = mistake;
     let recorded = read_in_both(&few_rows(session), &undone);
     if rows(&recorded) != rows(&undone) {
         return Ok(Some(fault));

@@ -56,6 +56,9 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
     groups.dedup();
     list.extend(scaled(session, &groups));
     list.extend(zeroed(session, &programs));
+    // a gauge taken down between the directions has another zero in one of them
+    let alone = worst.iter().map(|&test| vec![test]).filter(|alone| !programs.contains(alone));
+    list.extend(zeroed(session, &alone.collect::<Vec<_>>()));
     list.extend(own_zeros(session, whole));
     list.extend(of_one_conversion(session));
     list

@@ -6,8 +6,11 @@
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::statistics::{median, rms};
+use std::collections::{HashMap, HashSet};
+
 use rayon::prelude::*;
 
+use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
 use super::mistakes::{
     ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
@@ -15,7 +18,7 @@ use super::mistakes::{
 use super::places::exchanged::repeats;
 use super::places::restated::restated;
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, slides_a_little_elsewhere, stood_at};
-use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN, Refit, refit};
+use super::quick_fit::{MOST_STRAIN, Refit, refit};
 use super::scaled_readings::READING_ZERO;
 use super::suspicion::Suspicion;
 use crate::diagnose::model::decimate::few_rows;
@@ -47,9 +50,19 @@ pub(crate) struct Mistake {
     pub(crate) log_odds: f64,
     /// It leaves little more than noise, or gains enormously.
     pub(crate) is_plain: bool,
+    /// It leaves little more than noise.
+    pub(crate) is_near_noise: bool,
 }
 
 impl Mistake {
+    /// Whether effects may explain what this mistake does: as it looks like one, gains no more than physics may, or leaves more than
+    /// noise of a residual that slips and wear may leave.
+    pub(crate) fn may_be_physics(&self) -> bool {
+        let fault = &self.fault;
+        let may_slip = !self.is_near_noise && fault.before_um < OF_PHYSICS_UM;
+        fault.before_um < ENORMOUS * fault.after_um || may_slip || fault.looks_like_an_effect()
+    }
+
     /// Whether undoing it leaves no more than something else does, µm, nearly.
     pub(crate) fn leaves_as_little(&self, left_um: f64) -> bool {
         self.fault.after_um < AS_NEAR * left_um
@@ -76,12 +89,13 @@ pub(crate) fn preflight(
     let worst = worst_tests(&as_it_is.residual_mm);
     suspicions.extend(restated(&thinned, &worst));
     suspicions.extend(slides_a_little_elsewhere(&thinned, &worst));
-    let tried = suspicions.len() as f64;
+    suspicions.retain(|suspicion| !contradicts_a_sweep(session, suspicion));
+    let tried = Tried::of(&suspicions);
     let mut judged: Vec<(f64, Suspicion)> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| {
             let refit = refit(&suspicion.undone, Some(&as_it_is.values))?;
-            let is_one = suspicion.effect != READING_ZERO || own_zero_mm(&refit) > LEAST_SPREAD_MM;
+            let is_one = suspicion.effect != READING_ZERO || own_zero_mm(&refit) > least_zero_mm(&thinned, &suspicion);
             is_one.then_some((suspicion.diminished * refit.misfit_um, suspicion))
         })
         .collect();
@@ -94,22 +108,71 @@ pub(crate) fn preflight(
     let (after, best) = toggled((&thinned, session), misfit_um, best);
     let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
     let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
-    let is_plain = (before > LEAST_RATIO * after && after < NEAR_NOISE * noise_um) || before > ENORMOUS * after;
+    let is_near_noise = after < NEAR_NOISE * noise_um;
+    let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
     (before > WORTH_A_SEARCH * after).then(|| {
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
         let has_figure = best.shift_ms.is_some() || [STANDING_AXIS, COLUMN_SHIFTED].contains(&best.effect);
         let figure = if has_figure { PARAMETER_COST } else { 0.0 };
-        let log_odds = (best.weight / tried).ln() - figure - readings as f64 * best.diminished.ln();
+        let log_odds = tried.log_prior(&best) - figure - readings as f64 * best.diminished.ln();
         let undone = best.undone.clone();
-        Mistake { fault: DataFault { rivals, ..best.fault(before, after) }.shared_evenly(), undone, log_odds, is_plain }
+        // what is left beside noise may be another mistake, or belong to one that is not known
+        let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
+        let fault = DataFault { rivals, ..best.fault(before, after) }.shared_evenly().or_effect(whole, None);
+        Mistake { fault, undone, log_odds, is_plain, is_near_noise }
     })
+}
+
+/// Whether a column would be off, or turned round, in a recording that lies where the session states its sweep.
+fn contradicts_a_sweep(session: &Session, suspicion: &Suspicion) -> bool {
+    let is_of_positions = [COLUMN_SHIFTED, ANGLE_REVERSED].contains(&suspicion.effect);
+    let struck = session.tests.iter().filter(|test| suspicion.tests.contains(&test.name));
+    is_of_positions && struck.into_iter().any(|test| agrees_with_sweep(session, test))
 }
 
 /// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
 const FOREIGN_GAIN: f64 = 1.5;
 
-/// How far a gauge that was zeroed for itself is off, mm: a few micrometres may as well be errors of slides where they stand.
+/// How many mistakes were tried of each kind: places of one kind share what it is worth, figures cost for themselves.
+struct Tried {
+    places: HashMap<&'static str, HashSet<ColumnsAndTests>>,
+}
+
+/// Columns and tests that a mistake concerns.
+type ColumnsAndTests = (Vec<String>, Vec<String>);
+
+impl Tried {
+    fn of(suspicions: &[Suspicion]) -> Tried {
+        let mut places: HashMap<&'static str, HashSet<ColumnsAndTests>> = HashMap::new();
+        for one in suspicions {
+            places.entry(one.effect).or_default().insert((one.components.clone(), one.tests.clone()));
+        }
+        Tried { places }
+    }
+
+    /// Logarithm of the probability of a mistake among all that were tried, before any reading.
+    fn log_prior(&self, of: &Suspicion) -> f64 {
+        let alike = self.places.get(of.effect).map_or(1, HashSet::len).max(1);
+        (of.weight / (self.places.len().max(1) * alike) as f64).ln()
+    }
+}
+
+/// Zero of a gauge in one direction of a program that is told from noise, mm: ten times what a good gauge scatters by.
+const LEAST_ZERO_MM: f64 = 0.002;
+
+/// The same in all directions of a program, mm: there a few micrometres may as well be errors of slides where they stand.
+const LEAST_ZERO_OF_ALL_MM: f64 = 0.01;
+
+/// How far the zero of some tests must be off to be one, mm.
+fn least_zero_mm(session: &Session, suspicion: &Suspicion) -> f64 {
+    let struck = |test: &usize| suspicion.tests.contains(&session.tests[*test].name);
+    let first = (0..session.tests.len()).find(struck);
+    let is_whole = first.is_none_or(|first| repeats(session, first).iter().all(struck));
+    if is_whole { LEAST_ZERO_OF_ALL_MM } else { LEAST_ZERO_MM }
+}
+
+/// How far a gauge that was zeroed for itself is off, mm.
 fn own_zero_mm(refit: &Refit) -> f64 {
     let bars = refit
         .unknowns
@@ -358,17 +421,15 @@ pub(crate) fn toggled(
     (misfit, suspicion)
 }
 
-impl DataFault {
-    /// Whether an effect says of some tests what this mistake does: a clock that is late in them, or balls of one test that stand
-    /// elsewhere, as lost motion looks in the one sweep that shows it.
-    fn looks_like_an_effect(&self) -> bool {
-        let is_shift_of_some = self.effect == TIME_SHIFT && !self.tests.is_empty();
-        is_shift_of_some || self.effect == FOREIGN && self.tests.len() == 1
-    }
+/// Residual that physics may leave on a machine that runs, µm rms: cups that were knocked, worn screws, a spindle that grows.
+const OF_PHYSICS_UM: f64 = 30.0;
 
-    /// Whether effects may explain what this mistake does: as it looks like one, or gains no more than physics may.
-    pub(crate) fn may_be_physics(&self) -> bool {
-        self.before_um < ENORMOUS * self.after_um || self.looks_like_an_effect()
+impl DataFault {
+    /// Whether an effect says of some tests what this mistake does: a clock that is late in them, a ball that slipped where a zero
+    /// moved, or balls of one test that stand elsewhere, as lost motion looks in the one sweep that shows it.
+    fn looks_like_an_effect(&self) -> bool {
+        let is_of_some = [TIME_SHIFT, READING_ZERO].contains(&self.effect) && !self.tests.is_empty();
+        is_of_some || self.effect == FOREIGN && self.tests.len() == 1
     }
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.

@@ -65,6 +65,7 @@ impl JointFit {
             noise_before: start.noise,
             noise_after: self.noise,
             found: self.found,
+            beside: Vec::new(),
             residual_mm: self.residual_mm,
             best_left: self.best_left,
             floor: selection.floors[0].clone(),

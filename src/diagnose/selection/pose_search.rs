@@ -63,6 +63,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     state.weigh_again(&families, &poses);
     let best_left = state.rounds(&families, &poses, model.thresholds.pose_further);
     Search {
+        beside: Vec::new(),
         residual_before_mm2,
         floor: noise_before.clone(),
         noise_before,

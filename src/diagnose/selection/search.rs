@@ -129,6 +129,7 @@ pub fn nothing(model: &LinearModel, floor: &[NoiseModel]) -> Search {
         noise_after: floor.to_vec(),
         floor: floor.to_vec(),
         found: Vec::new(),
+        beside: Vec::new(),
         residual_before_mm2: mean_square(model, &model.residual_mm),
         residual_mm: model.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,

@@ -75,6 +75,8 @@ pub struct Search {
     pub noise_before: Vec<NoiseModel>,
     pub noise_after: Vec<NoiseModel>,
     pub found: Vec<SelectedEffect>,
+    /// Columns of linear axes within their class, where they stand for something that was found.
+    pub beside: Vec<Accepted>,
     /// Residuals with what was found in the fit, mm.
     pub residual_mm: Vec<Vec<f64>>,
     /// Log odds of the best candidate that was not accepted.

@@ -4,5 +4,6 @@ pub(crate) mod cross_validation;
 pub(crate) mod detection_limits;
 pub(crate) mod hidden_shifts;
 pub(crate) mod leave_setup_out;
+pub(crate) mod linear_axes;
 pub(crate) mod sign_randomisation;
 pub(crate) mod uncovering;

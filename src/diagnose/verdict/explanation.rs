@@ -30,9 +30,10 @@ pub(crate) struct Explanation<'g, 'a> {
 impl<'g, 'a> Explanation<'g, 'a> {
     pub(crate) fn of(fine: &'g LinearModel<'a>, families: &[CandidateFamily], search: &Search) -> Explanation<'g, 'a> {
         let columns: Vec<Accepted> = search.found.iter().flat_map(|found| found.chosen.accepted()).collect();
-        let regression = Regression::new(fine, &search.noise_after, &columns, &fine.kept);
+        let all = [columns.clone(), search.beside.clone()].concat();
+        let regression = Regression::new(fine, &search.noise_after, &all, &fine.kept);
         let findings = findings(fine, families, search, &regression, &columns);
-        let left_mm = regression.residual_mm(&columns);
+        let left_mm = regression.residual_mm(&all);
         Explanation { columns, regression, left_mm, findings }
     }
 

@@ -1,15 +1,12 @@
 //! The moves along the bar by which programs mark their runs in the readings: within the stroke, inside the ranges, clear. It writes no program.
 
-use nalgebra::DMatrix;
-
 use super::plan_result::PlannedTest;
-use crate::chain::{Chain, Geometry};
 use crate::collision::{Instrument, certify};
-use crate::machine::{AxisKind, Machine};
+use crate::machine::Machine;
 use crate::plan::context::evaluation::Evaluation;
 use crate::plan::places::candidate::Avoid;
 use crate::plan::places::run_in::OFF_LIMIT;
-use crate::session::{Marks, Test};
+use crate::session::{Marks, marked};
 
 /// Longest move, mm, and the most of half a stroke that it takes: a ball placed by hand has moved the bar within it already.
 const MOVE_MM: f64 = 0.4;
@@ -23,33 +20,6 @@ const REST_S: f64 = 0.5;
 /// Gap of the first test, and how much longer each further one's is, s: a hundred times what a mark is found to.
 const GAP_S: f64 = 1.0;
 const GAP_STEP_S: f64 = 0.2;
-/// Slides that leave the bar's direction by more cannot move along it, mm.
-const ASIDE_MM: f64 = 1e-6;
-
-/// Where the axes stand when the bar is longer by so much and keeps its direction, from a row of the run, mm and rad; `None`
-/// where the linear axes cannot move along it.
-pub fn marked(machine: &Machine, test: &Test, row: &[f64], move_mm: f64) -> Option<Vec<f64>> {
-    let chain = Chain::of(machine);
-    let geometry = Geometry::nominal(&chain);
-    let (pivot, spindle) = test.links(&chain).ok()?;
-    let bar = |q: &[f64]| {
-        geometry.point(spindle, &test.spindle_ball.at, q, None) - geometry.point(pivot, &test.pivot.at, q, None)
-    };
-    let slides: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
-    let here = bar(row);
-    // linear axes move the bar's end evenly: steps of 1 mm tell how
-    let by_mm = DMatrix::from_fn(3, slides.len(), |i, k| {
-        let mut moved = row.to_vec();
-        moved[slides[k]] += 1.0;
-        (bar(&moved) - here)[i]
-    });
-    let wanted = here.normalize() * move_mm;
-    let steps = by_mm.clone().svd(true, true).solve(&wanted, 1e-9).ok()?;
-    let left: f64 = (&by_mm * &steps - wanted).norm();
-    let mut end = row.to_vec();
-    slides.iter().zip(steps.iter()).for_each(|(&k, step)| end[k] += step);
-    (left < ASIDE_MM).then_some(end)
-}
 
 /// Marks of a planned test: longer if that is free at both ends of the run, else shorter, else none.
 pub(crate) fn marks(evaluation: &mut Evaluation, planned: &PlannedTest) -> Option<Marks> {

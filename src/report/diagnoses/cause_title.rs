@@ -17,6 +17,7 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "reading-sign" => "Data fault: deviations have the wrong sign".into(),
         "reading-zero" => "Data fault: readings have a zero of their own".into(),
         "readings-processed" => "Data fault: software took something off the readings".into(),
+        "values-rounded" => "Data fault: values were rounded".into(),
         "ball-place" => format!("Data fault: {} elsewhere than stated", standing(place)),
         "ball-link" => format!("Data fault: {} on another link than stated", standing(place)),
         "standing-axis" => format!("Data fault: {moving} stood elsewhere than stated"),

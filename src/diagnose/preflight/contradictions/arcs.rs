@@ -14,7 +14,47 @@ const CUT_SHORT: f64 = 0.8;
 
 /// A recording whose arc is not that of its test.
 pub(super) fn other_arc(session: &Session) -> Option<DataFault> {
-    session.tests.iter().find_map(|test| against_sweep(session, test)).or_else(|| cut_short(session))
+    let against = session.tests.iter().find_map(|test| against_sweep(session, test));
+    against.or_else(|| beside_sweep(session)).or_else(|| cut_short(session))
+}
+
+/// Whether a recording has both ends where the sweep of its test states them, as recordings have that were made by its program.
+pub(crate) fn agrees_with_sweep(session: &Session, test: &Test) -> bool {
+    off_sweep(session, test).is_some_and(|(_, off)| off.iter().all(|off| off.abs() < BESIDE))
+}
+
+/// How far both ends of a recorded arc lie from the stated ones, mm or degrees, with the axis.
+fn off_sweep(session: &Session, test: &Test) -> Option<(usize, [f64; 2])> {
+    let Some(Path::Sweep { axis, from, to, .. }) = test.path else { return None };
+    let (first, last) = ends(session, test.recording.as_ref()?, axis)?;
+    Some((axis, [first - from, last - to]))
+}
+
+/// Degrees by which both ends of an arc may lie beside the stated ones: rows are some tenths apart.
+const BESIDE: f64 = 0.7;
+
+/// How far the arc's own length may then be off, as a share of how far it lies beside.
+const AS_LONG: f64 = 0.2;
+
+/// An arc as long as stated that lies beside where the sweep states it, while others of the session lie where theirs do.
+fn beside_sweep(session: &Session) -> Option<DataFault> {
+    let others = session.tests.iter().filter(|test| agrees_with_sweep(session, test)).count();
+    session.tests.iter().filter(|_| 2 * others >= session.tests.len()).find_map(|test| {
+        let (axis, [first, last]) = off_sweep(session, test)?;
+        let beside = 0.5 * (first + last);
+        let axis = Some(&session.machine.axes[axis]).filter(|axis| axis.kind == AxisKind::Rotary)?;
+        if beside.abs() < BESIDE || (last - first).abs() > AS_LONG * beside.abs() {
+            return None;
+        }
+        let says = format!(
+            "column {} of {} lies {beside:+.2}° beside the sweep that the session states, where other recordings lie on theirs: the \
+             recording began late, or counts from another zero; take {beside:.2} off the column, or state the sweep that was run",
+            axis.name, test.name
+        );
+        let mut fault = DataFault::seen("column-shifted", RECORDER, vec![test.name.clone()], says);
+        fault.components = vec![axis.name.clone()];
+        Some(fault)
+    })
 }
 
 /// Ends of the recorded travel of an axis, mm or degrees, for recordings in time.

@@ -1,10 +1,13 @@
-//! What recordings and session say against each other, seen without a fit: one recording in two tests, clocks, rows that stand still, arcs.
+//! What recordings and session say against each other, seen without a fit: one recording in two tests, clocks, rows that stand still, lost digits, arcs.
 
 mod arcs;
 mod directions;
+mod rounded;
 mod same_rows;
 mod standstill;
 mod times;
+
+pub(crate) use arcs::agrees_with_sweep;
 
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::session::Session;
@@ -12,10 +15,12 @@ use crate::session::Session;
 /// What no other mistake can look like; copies come first, for a copied file contradicts its test in other ways too.
 pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
     same_rows::copied(session)
+        .or_else(|| same_rows::appended(session))
         .or_else(|| standstill::missing(session))
         .or_else(|| standstill::stuck(session))
         .or_else(|| standstill::standing(session))
         .or_else(|| times::overlapping(session))
+        .or_else(|| rounded::rounded(session))
 }
 
 /// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.

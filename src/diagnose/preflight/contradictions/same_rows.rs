@@ -4,7 +4,7 @@ use crate::statistics::noise_of_rows;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::diagnose::preflight::data_fault::{DataFault, SESSION, listed};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
 use crate::session::{Ball, Session, Test};
 
 /// Rows that are compared as one piece, and different readings in it: two sweeps with readings of 0.1 µm and as much noise
@@ -62,6 +62,21 @@ pub(super) fn copied(session: &Session) -> Option<DataFault> {
         listed(&names)
     );
     (!tests.is_empty()).then(|| DataFault::seen("same-recording", SESSION, names, says))
+}
+
+/// A recording whose second half is its first: a file that was added to itself.
+pub(super) fn appended(session: &Session) -> Option<DataFault> {
+    let test = session.tests.iter().find(|test| {
+        let lengths = readings(test);
+        let (first, second) = lengths.split_at(lengths.len() / 2);
+        first.len() >= PIECE && first == second && is_read(first)
+    })?;
+    let says = format!(
+        "the second half of the recording of {} holds the readings of its first half, row by row: the file was added to itself; keep each \
+         row once",
+        test.name
+    );
+    Some(DataFault::seen("doubled-rows", RECORDER, vec![test.name.clone()], says))
 }
 
 fn readings(test: &Test) -> Vec<f64> {

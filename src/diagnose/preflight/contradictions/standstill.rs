@@ -5,7 +5,7 @@ use std::f64::consts::LN_2;
 
 use super::same_rows::is_read;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
-use crate::session::{Clock, Recording, Session};
+use crate::session::{Clock, Recording, Session, Test};
 use crate::statistics::median;
 
 /// Rows in a row from which axes stand still, and the share of a usual step below which they do.
@@ -103,20 +103,21 @@ fn equal_runs(recording: &Recording) -> Vec<usize> {
 
 /// Recordings whose readings stand for many rows, or that do not change at all where others do.
 pub(super) fn stuck(session: &Session) -> Option<DataFault> {
-    let dead = |recording: &Recording| {
-        let (_, count) = equal_rows(recording);
-        recording.readings() > STUCK_ROWS && count + 1 == recording.readings()
-    };
     let is_timed = |recording: &&Recording| !matches!(recording.clock, Clock::Pose(_));
-    let recordings = || session.tests.iter().filter_map(|test| test.recording.as_ref()).filter(is_timed);
+    let ends = StrokeEnds::of(session);
+    let timed: Vec<(&Test, &Recording)> =
+        session.tests.iter().filter_map(|test| Some((test, test.recording.as_ref().filter(is_timed)?))).collect();
+    let moves: Vec<Recording> = timed.iter().map(|(test, recording)| ends.between(test, recording)).collect();
+    if let Some(fault) = all_dead(&timed) {
+        return Some(fault);
+    }
     // computed lengths of a machine with few errors stand still by right
-    if !recordings().any(|recording| is_read(&recording.length_mm)) {
+    if !moves.iter().any(|recording| is_read(&recording.length_mm)) {
         return None;
     }
     let longest_by_chance = OnceCell::new();
-    session.tests.iter().find_map(|test| {
-        let recording = test.recording.as_ref().filter(is_timed)?;
-        if dead(recording) {
+    timed.iter().find_map(|&(test, recording)| {
+        if is_dead(recording) {
             let says = format!(
                 "no reading of {} differs from the others: the gauge stuck or was not connected; record the test again",
                 test.name
@@ -125,13 +126,15 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
         }
         let (from, count) = equal_rows(recording);
         let lengths = read_lengths(recording);
-        let equal = lengths.windows(2).filter(|pair| pair[0] == pair[1]).count() - count;
-        let others = lengths.len().saturating_sub(count + 1);
-        let by_chance = count + 1 < STUCK_ROWS || count < *longest_by_chance.get_or_init(|| chance_run(recordings));
-        if by_chance || equal as f64 > RARELY_EQUAL * others as f64 {
+        let held = *lengths.get(from)?;
+        let others: Vec<f64> =
+            read_lengths(&ends.between(test, recording)).into_iter().filter(|l| *l != held).collect();
+        let equal = others.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        let by_chance =
+            count + 1 < STUCK_ROWS || count < *longest_by_chance.get_or_init(|| chance_run(|| moves.iter()));
+        if by_chance || equal as f64 > RARELY_EQUAL * others.len() as f64 {
             return None;
         }
-        let held = lengths[from];
         let is_end = lengths.iter().all(|length| *length <= held) || lengths.iter().all(|length| *length >= held);
         let (effect, what, cure) = match is_end {
             true => (
@@ -144,6 +147,52 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
         let says = format!("{} readings of {} in a row are {held} mm: {what}; {cure}", count + 1, test.name);
         Some(DataFault::seen(effect, RECORDER, vec![test.name.clone()], says))
     })
+}
+
+/// Whether no reading differs from the others.
+fn is_dead(recording: &Recording) -> bool {
+    let (_, count) = equal_rows(recording);
+    recording.readings() > STUCK_ROWS && count + 1 == recording.readings()
+}
+
+/// Recordings from which on one figure in all of them is no machine without errors, but a gauge that was off.
+const ALL_DEAD: usize = 2;
+
+/// Sessions in which no reading of any recording differs from the others.
+fn all_dead(timed: &[(&Test, &Recording)]) -> Option<DataFault> {
+    let all = timed.len() >= ALL_DEAD && timed.iter().all(|(_, recording)| is_dead(recording));
+    let says = "no reading differs from the others of its recording: the gauge stuck or was not connected; record the session again";
+    all.then(|| DataFault::seen("gauge-stuck", RECORDER, Vec::new(), says.to_string()))
+}
+
+/// The shortest and the longest reading of each bar in a session: where a gauge at the end of its stroke stays.
+struct StrokeEnds {
+    by_bar: Vec<(Option<f64>, [f64; 2])>,
+}
+
+impl StrokeEnds {
+    fn of(session: &Session) -> StrokeEnds {
+        let mut by_bar: Vec<(Option<f64>, [f64; 2])> = Vec::new();
+        for test in &session.tests {
+            let Some(recording) = &test.recording else { continue };
+            let finite = || recording.length_mm.iter().copied().filter(|length| length.is_finite());
+            let (least, most) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+            match by_bar.iter_mut().find(|(bar, _)| *bar == test.bar_length_mm) {
+                Some((_, ends)) => *ends = [ends[0].min(least), ends[1].max(most)],
+                None => by_bar.push((test.bar_length_mm, [least, most])),
+            }
+        }
+        StrokeEnds { by_bar }
+    }
+
+    /// A recording without the readings at either end.
+    fn between(&self, test: &Test, recording: &Recording) -> Recording {
+        let mut moves = recording.clone();
+        let ends = self.by_bar.iter().find(|(bar, _)| *bar == test.bar_length_mm).map(|(_, ends)| *ends);
+        let is_end = |length: f64| ends.is_some_and(|ends| ends.contains(&length));
+        moves.length_mm.iter_mut().filter(|length| is_end(**length)).for_each(|length| *length = f64::NAN);
+        moves
+    }
 }
 
 /// Lengths that were read.

@@ -1,0 +1,134 @@
+//! Columns written with too few digits: lengths coarser than any gauge reads, positions so coarse that the lengths feel it.
+
+use crate::chain::{Chain, Geometry};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
+use crate::session::{Motion, Recording, Session, Test};
+use crate::statistics::rms;
+
+/// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
+const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
+
+/// How near to a multiple of its step a value lies, as a share of the step.
+const ON_STEP: f64 = 1e-4;
+
+/// Lengths of so large a step are not what a gauge read, mm: gauges read to 0.1 µm, and the noise of a good one is 0.2 µm.
+const COARSE_LENGTH_MM: f64 = 0.01;
+
+/// Positions of so large a step were rounded for people to read, mm or degrees: controls log to 0.001 and finer.
+const COARSE_POSITION: f64 = 0.01;
+
+/// Rounded positions that move the lengths by so much, µm rms, look like physics: as much as a gauge's noise.
+const WORTH_UM: f64 = 0.2;
+
+/// Share of the rows beside which steps are uneven, from which a column was rounded: one that was commanded in even steps lies
+/// on a grid by right.
+const UNEVEN: f64 = 0.05;
+
+/// Rows of a test at which lengths are held against positions.
+const FEW: usize = 24;
+
+/// Lengths or positions that were rounded.
+pub(super) fn rounded(session: &Session) -> Option<DataFault> {
+    rounded_lengths(session).or_else(|| rounded_positions(session))
+}
+
+fn rounded_lengths(session: &Session) -> Option<DataFault> {
+    let of_bars = session.tests.iter().filter(|test| test.bar_length_mm.is_some());
+    let recordings: Vec<&Recording> = of_bars.filter_map(|test| test.recording.as_ref()).collect();
+    let read = || recordings.iter().flat_map(|recording| &recording.length_mm).copied().filter(|l| l.is_finite());
+    let first = read().next()?;
+    if read().all(|length| length == first) {
+        return None;
+    }
+    let step_mm = step(read)?;
+    let says = format!(
+        "all lengths are multiples of {step_mm} mm, where a gauge reads to 0.0001 mm: they were rounded; export them with all their digits"
+    );
+    let mut fault = DataFault::seen("values-rounded", RECORDER, Vec::new(), says);
+    fault.components = vec!["length".into()];
+    (step_mm >= COARSE_LENGTH_MM).then_some(fault)
+}
+
+fn rounded_positions(session: &Session) -> Option<DataFault> {
+    let chain = Chain::of(&session.machine);
+    let mut worst: Option<(f64, usize, f64)> = None;
+    let mut tests = Vec::new();
+    for test in session.tests.iter().filter(|test| test.bar_length_mm.is_some()) {
+        let Some(recording) = test.recording.as_ref().filter(|recording| recording.time_s().is_some()) else {
+            continue;
+        };
+        let mut found = false;
+        for (column, &axis) in recording.axes.iter().enumerate() {
+            let kind = session.machine.axes[axis].kind;
+            let values: Vec<f64> = recording.positions[column].iter().map(|value| kind.to_file_unit(*value)).collect();
+            let Some(step) = step(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION) else { continue };
+            if !is_uneven(&values, step) {
+                continue;
+            }
+            let off = kind.from_file_unit(step) / 12f64.sqrt();
+            let Some(worth_um) = change_per(session, &chain, test, axis).map(|change| 1e3 * change * off) else {
+                continue;
+            };
+            if worth_um > WORTH_UM {
+                found = true;
+                if worst.is_none_or(|(most, ..)| worth_um > most) {
+                    worst = Some((worth_um, axis, step));
+                }
+            }
+        }
+        if found {
+            tests.push(test.name.clone());
+        }
+    }
+    let (worth_um, axis, step) = worst?;
+    let axis = &session.machine.axes[axis];
+    let says = format!(
+        "positions were rounded: {} has steps of {step} {} in {}, which moves the lengths by {worth_um:.1} µm rms; export positions with \
+         all their digits",
+        axis.name,
+        axis.kind.position_unit(),
+        listed(&tests)
+    );
+    let mut fault = DataFault::seen("values-rounded", RECORDER, tests, says);
+    fault.components = vec![axis.name.clone()];
+    Some(fault)
+}
+
+/// The largest step of which all values are multiples.
+fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
+    let is_on = |step: &f64| {
+        values().all(|value| {
+            let steps = value / step;
+            (steps - steps.round()).abs() < ON_STEP
+        })
+    };
+    STEPS.into_iter().find(is_on)
+}
+
+/// Whether a column on a grid moves unevenly: third differences of even and of smooth motion are nothing.
+fn is_uneven(values: &[f64], step: f64) -> bool {
+    let third = values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
+    let uneven = third.filter(|third| third.abs() > 0.5 * step).count();
+    uneven as f64 > UNEVEN * values.len() as f64
+}
+
+/// Change of the length per mm or rad of an axis along a test, rms.
+fn change_per(session: &Session, chain: &Chain, test: &Test, axis: usize) -> Option<f64> {
+    let geometry = Geometry::nominal(chain);
+    let motion = Motion::of(session, chain, test).ok()?;
+    let links = test.links(chain).ok()?;
+    let length = |at: &[f64]| {
+        let pivot = geometry.point(links.0, &test.pivot.at, at, None);
+        (pivot - geometry.point(links.1, &test.spindle_ball.at, at, None)).norm()
+    };
+    let change = |row: usize| {
+        let (mut above, mut below) = (motion.row(row).to_vec(), motion.row(row).to_vec());
+        above[axis] += HALF_STEP;
+        below[axis] -= HALF_STEP;
+        (length(&above) - length(&below)) / (2.0 * HALF_STEP)
+    };
+    Some(rms((0..motion.rows()).step_by((motion.rows() / FEW).max(1)).map(change)))
+}
+
+/// Half a step of differences, mm or rad.
+const HALF_STEP: f64 = 1e-4;
