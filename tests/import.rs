@@ -100,8 +100,10 @@ fn another_program_s_capture_is_refused() {
     for (k, &other) in planned.pairs.iter().enumerate().filter(|(k, _)| *k != 1) {
         let why = refusal(planned, &[other], &drawn);
         println!("{} as {k}: {why}", drawn.says);
-        let told =
-            matches!(why, ImportError::OtherGap { .. } | ImportError::OtherRuns { .. } | ImportError::OtherFeed { .. });
+        let told = matches!(
+            why,
+            ImportError::OtherTest { .. } | ImportError::OtherRuns { .. } | ImportError::OtherFeed { .. }
+        );
         assert!(told, "{why}");
     }
 }
@@ -175,6 +177,58 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
             let hidden_deg = if habit == Habit::UnevenRests { 0.02 * placement.course.rate() } else { 0.0 };
             let allowed = REACH_DEG.max(4.0 * placement.position_sigma) + hidden_deg;
             assert!(off < allowed, "{}: misplaced by {off}", drawn.says);
+        }
+    }
+}
+
+#[test]
+fn a_wait_of_tenths_of_a_second_makes_no_other_test_of_a_capture() {
+    let planned = &*SLOW;
+    let (mut right, mut all) = (0, 0);
+    for (k, waits_s) in [0.14, 0.2, 0.27, 0.4, 0.55].into_iter().enumerate() {
+        for pair in [k % planned.pairs.len(), (k + 2) % planned.pairs.len()] {
+            let seed = 300 + 10 * k as u64 + pair as u64;
+            let mut erring = Erring::drawn(&planned.session.machine, seed);
+            let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::WaitsFor(waits_s));
+            all += 1;
+            let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
+                Ok(placement) => placement,
+                Err(why) => {
+                    println!("{}: {why}", drawn.says);
+                    assert!(why.to_string().contains("--test"), "{}: {why}", drawn.says);
+                    // what it asks for settles it
+                    place(&planned.session, &[planned.pairs[pair]], &drawn.capture, Feeds::Programmed)
+                        .unwrap_or_else(|why| panic!("{}: {why}", drawn.says))
+                }
+            };
+            assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+            let (off, _) = planned.compared(&drawn, &placement);
+            println!(
+                "{}: off {off:.4} sigma {:.4} odds {:.1}",
+                drawn.says, placement.position_sigma, placement.odds_tests
+            );
+            assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
+            right += usize::from(placement.odds_tests > 3.0);
+        }
+    }
+    assert!(2 * right > all, "{right} of {all}");
+}
+
+#[test]
+fn servos_that_lag_are_placed_where_the_machine_was() {
+    let planned = &*SLOW;
+    for (k, lag_s) in [0.015, 0.03, 0.05].into_iter().enumerate() {
+        for pair in [k % planned.pairs.len(), (k + 2) % planned.pairs.len()] {
+            let seed = 400 + 10 * k as u64 + pair as u64;
+            let mut erring = Erring::drawn(&planned.session.machine, seed);
+            let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Lags(lag_s));
+            let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed)
+                .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
+            assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+            let (off, _) = planned.compared(&drawn, &placement);
+            let found_s = placement.timing.lag_s;
+            println!("{}: off {off:.4} sigma {:.4} lag {found_s:.3}", drawn.says, placement.position_sigma);
+            assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
         }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::error::ImportError;
-use crate::chain::Chain;
+use crate::chain::{Chain, Poses};
 use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::beyond_path;
@@ -78,6 +78,9 @@ pub struct Course {
     pub marks: Option<Marks>,
     /// Nominal length, mm, by node.
     pub(super) length_mm: Vec<f64>,
+    /// What a lag of one second adds to it at the programmed feed beside a delay, mm, by node: it cuts corners and shrinks
+    /// circles by `½τ²q̈`, as its square.
+    pub(super) cut_mm: Vec<f64>,
     /// Forms that errors of balls, bar and axes may add, mm at one standard deviation, by component and node.
     pub(super) components: Vec<Vec<f64>>,
     /// Node, with its fraction, at even programmed times.
@@ -119,7 +122,7 @@ impl Course {
         if run_s <= 0.0 {
             return Err(ImportError::NoPath { test: test.name });
         }
-        let (length_mm, components) = read_along(&alone, &chain, machine)?;
+        let ReadAlong { length_mm, cut_mm, components } = read_along(&alone, &chain, machine)?;
         let at = |value: f64| {
             let node = (value - ends[0]) / (ends[1] - ends[0]) * (time_s.len() - 1) as f64;
             interpolated(&time_s, node)
@@ -135,6 +138,7 @@ impl Course {
             feeds,
             marks: test.marks,
             length_mm,
+            cut_mm,
             components,
             node_at: nodes_at(&time_s),
             motion,
@@ -219,8 +223,18 @@ fn nodes_at(time_s: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Nominal lengths and the principal forms that errors may add.
-fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<(Vec<f64>, Vec<Vec<f64>>), ImportError> {
+/// What is read along a run, by node.
+struct ReadAlong {
+    length_mm: Vec<f64>,
+    cut_mm: Vec<f64>,
+    components: Vec<Vec<f64>>,
+}
+
+/// Lag at which the cut corners are computed, s: small beside a run, and its µm are far above rounding.
+const CUT_LAG_S: f64 = 0.1;
+
+/// Nominal lengths, what a lag cuts off them, and the principal forms that errors may add.
+fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<ReadAlong, ImportError> {
     let setups = Setups::of(session);
     // slides out of square draw once-a-turn forms where they follow
     let free = parse_free("all", machine).unwrap_or_else(|_| default_free(machine));
@@ -234,8 +248,29 @@ fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<(Ve
     for (k, &index) in problem.tests[0].columns.iter().enumerate() {
         columns.column_mut(k).scale_mut(problem.unknowns[index].prior_sigma);
     }
-    let length_mm = prediction.residual_mm.iter().map(|off| -off).collect();
-    Ok((length_mm, principal_forms(&columns)))
+    let length_mm: Vec<f64> = prediction.residual_mm.iter().map(|off| -off).collect();
+    let motion = cut_by_lag(&problem.tests[0].motion);
+    problem.tests[0].poses = Poses::from_rows(motion.axis_count, &motion.positions).with_sines(chain);
+    problem.tests[0].motion = motion;
+    let cut = problem.predict(0, &problem.geometry(&values), &values);
+    let cut_mm = cut.residual_mm.iter().zip(&length_mm).map(|(off, length)| (-off - length) / CUT_LAG_S.powi(2));
+    Ok(ReadAlong { cut_mm: cut_mm.collect(), length_mm, components: principal_forms(&columns) })
+}
+
+/// A motion whose axes lag by [`CUT_LAG_S`], but for the delay.
+fn cut_by_lag(motion: &Motion) -> Motion {
+    let mut cut = motion.clone();
+    let (Some(time_s), rows) = (&motion.time_s, motion.rows()) else { return cut };
+    for row in 0..if rows > 2 { rows } else { 0 } {
+        let middle = row.clamp(1, rows - 2);
+        let [before, after] = [time_s[middle] - time_s[middle - 1], time_s[middle + 1] - time_s[middle]];
+        for axis in 0..motion.axis_count {
+            let [a, b, c] = [middle - 1, middle, middle + 1].map(|row| motion.row(row)[axis]);
+            let acceleration = 2.0 * ((c - b) / after - (b - a) / before) / (before + after);
+            cut.positions[row * motion.axis_count + axis] += 0.5 * CUT_LAG_S.powi(2) * acceleration;
+        }
+    }
+    cut
 }
 
 /// Principal forms of columns, each at one standard deviation.

@@ -56,9 +56,13 @@ pub enum ImportError {
     )]
     OtherFeed { test: String, pace: f64 },
     #[error(
-        "{found} of the 4 marks that the program of {test} makes are in the readings: it is cut off, or of another program; record from before the first to after the last"
+        "{found} whole marks are in the readings, where the program of {test} makes 4: it is cut off, or of another program; record from before the first to after the last"
     )]
     MarksMissing { test: String, found: usize },
+    #[error(
+        "{found} moves like marks are in the readings, where a program makes 4, and no four of them are told for certain: a run was broken off, or the bar was touched; trim the capture to its last start, just before {from_s:.1} s, or record again"
+    )]
+    ManyMarks { found: usize, from_s: f64 },
     #[error(
         "none of the 4 marks that the program of {test} makes is in the readings: the machine stood still, or ran another program; if it ran one without marks, take the tests' marks out of the session"
     )]
@@ -70,12 +74,12 @@ pub enum ImportError {
         .seen_s[0], .seen_s[1]
     )]
     OtherRuns { test: String, seen_s: [f64; 2], due_s: f64 },
-    #[error("between the directions' marks lie {seen_s:.2} s, {due_s:.2} s in {test}: it is the capture of {other}")]
-    OtherGap { test: String, seen_s: f64, due_s: f64, other: String },
     #[error("the readings fit another test of the session best: {test}")]
     OtherTest { test: String },
-    #[error("the readings fit the tests {one} and {other} alike (log odds {odds:.1}); name the first test with --test")]
-    TwoTests { one: String, other: String, odds: f64 },
+    #[error(
+        "the capture may be that of {one} or of {other} (log odds {odds:.1}, {due:.1} are asked for): their readings are alike, and the wait between the directions is that of the one, or longer than that of the other; say which with --test {one} or --test {other}"
+    )]
+    TwoTests { one: String, other: String, odds: f64, due: f64 },
 }
 
 impl From<EffectError> for ImportError {

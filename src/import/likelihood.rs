@@ -78,9 +78,22 @@ fn prior(course: &Course, timing: &Timing) -> f64 {
         + of_ramp(timing.ramp_s)
 }
 
-/// How long the gap between two directions' marks may be longer or shorter than programmed, s, one standard deviation: a dwell
-/// is counted in cycles of a control's slow clock.
-const GAP_SIGMA_S: f64 = 0.04;
+/// How long the gap between two directions' marks is beside the programmed one: shares of captures and standard deviations, s.
+/// Most controls keep a dwell to a cycle or two, and gauges' clocks to a hundredth of it; some count in cycles of a slow clock.
+/// Set by reason: waits of real operators were not at hand.
+const KEPT: [(f64, f64); 2] = [(0.8, 0.015), (0.15, 0.04)];
+/// Share of captures in which the second direction waits longer, by a feed hold, single blocks or a clock that jumps; never
+/// shorter. Half of these waits are shorter than the second number, s, and any is possible: `c/(c + x)²`. By reason, as above.
+const LONGER: (f64, f64) = (0.05, 0.5);
+
+/// Minus twice the logarithm of the density, 1/s, of a gap that is longer than programmed by `longer_s`.
+fn of_gap(longer_s: f64) -> f64 {
+    let kept = KEPT.map(|(share, sigma)| share / (sigma * TAU.sqrt()) * (-0.5 * (longer_s / sigma).powi(2)).exp());
+    let (share, half_s) = LONGER;
+    let longer = if longer_s > 0.0 { share * half_s / (half_s + longer_s).powi(2) } else { 0.0 };
+    -2.0 * (kept[0] + kept[1] + longer).max(f64::MIN_POSITIVE).ln()
+}
+
 /// Share of runs that are slower than the marks: of one axis, whose run is one block, and of several, whose blocks may be too short
 /// for the control's look-ahead. None is faster: one feed and one override hold for both. A faster run would only have a longer
 /// ramp, and nearly flat readings say little against that.
@@ -97,11 +110,11 @@ fn of_own_pace(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
 }
 /// By how much a control ends its rests at its pleasure, s, with the share of controls that do: a slow part of it has to answer
 /// first.
-const UNEVEN: [(f64, f64); 4] = [(0.0, 0.85), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05)];
-/// The largest of these.
+const UNEVEN: [(f64, f64); 5] = [(0.0, 0.83), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05), (5e-2, 0.02)];
+/// The largest of these that leaves the times of marks and run comparable.
 pub(super) const UNEVEN_S: f64 = 2e-2;
 
-/// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs and the gap, but for a
+/// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs, and the gap, but for a
 /// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower by themselves.
 fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
@@ -124,8 +137,8 @@ fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let off = 0.5 * timing.paces.map(|pace| (pace / seen.pace).ln()).iter().sum::<f64>();
     let share = SLOWER[usize::from(course.moving().len() > 1)];
     let pace = of_own_pace(off, seen.pace_sigma, course.feeds.sigma(), share);
-    let gap = course.marks.filter(|_| seen.gap_is_known).map_or(0.0, |marks| (seen.gap_s - marks.gap_s) / GAP_SIGMA_S);
-    times + gap * gap + pace
+    let gap = course.marks.map_or(0.0, |marks| of_gap(seen.gap_s - marks.gap_s));
+    times + gap + pace
 }
 
 /// Cost of a timing.
@@ -146,7 +159,12 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
     for (&time, &value) in data.time_s.iter().zip(&data.value_mm) {
         let (place, sense) = timing.place_s(time, course.run_s);
         let node = Node::of(course.node(place), course.length_mm.len());
-        let off = value - node.of_table(&course.length_mm) + middle;
+        let mut off = value - node.of_table(&course.length_mm) + middle;
+        if timing.lag_s > 0.0 {
+            let direction = usize::from(sense < 0.0);
+            let speed = timing.speed(direction, time - timing.start_s[direction], course.run_s);
+            off -= (timing.lag_s * speed).powi(2) * node.of_table(&course.cut_mm);
+        }
         model.extend(course.components.iter().map(|component| node.of_table(component)));
         model.push(ZERO_MM);
         model.push(drift_mm * ((time - first) / (last - first) - 0.5));

@@ -5,11 +5,16 @@
 //! control slows down (u < w), `v·(u − w/2)` before. v and w are the same for all moves. `g(x) = x²/2` where the speed falls
 //! evenly, `x/2 − sin(πx)/2π` where it falls as a squared sine; the readings say which. The begin of a move is not used: lost
 //! motion delays it.
+//!
+//! Servos lag: axes follow the command by `τẋ = c − x`, τ the same for all axes and moves. What is left of the way is then
+//! `r + τV`, V the speed that lags. A lag delays whatever is steady by τ, as a gauge's clock may: an end stands here for the
+//! command's end plus τ, so that times of moves and of runs keep one zero, and only the tails behind ends tell τ.
 
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::lag::{LAG, Lag};
 use crate::statistics::minimise_few;
 
 /// The second half of a move and the rest behind it.
@@ -24,13 +29,15 @@ pub(super) struct SecondHalf {
 
 /// What the moves tell together.
 pub(super) struct Moves {
-    /// End of each move, s.
+    /// End of each move, s: of its command, later by the lag.
     pub end_s: Vec<f64>,
     /// Speed, mm/s.
     pub speed: f64,
     /// Time in which a move comes to rest, s.
     pub ramp_s: f64,
-    /// Covariance of the ends, s², then speed and ramp.
+    /// Time constant of the servos' lag, s.
+    pub lag_s: f64,
+    /// Covariance of the ends, s², then speed, ramp and lag.
     covariance: DMatrix<f64>,
 }
 
@@ -39,6 +46,8 @@ pub(super) struct Moves {
 const KINDS: [(f64, f64, f64); 2] = [(0.8, 4e-3, 0.7), (0.2, 0.12, 0.6)];
 /// Ramps from which the search begins, s.
 const RAMPS_S: [f64; 2] = [0.005, 0.15];
+/// Lags from which the search begins, s.
+const LAGS_S: [f64; 2] = [0.0, 0.03];
 /// How well the first guess of an end is known where readings of its move are missing, s.
 const GUESS_S: f64 = 0.05;
 /// Gauss–Newton steps for end and level of one move.
@@ -48,7 +57,7 @@ impl Moves {
     /// Standard deviation of `end[k] + by_speed·speed + by_ramp·ramp`, s.
     pub fn sigma(&self, k: usize, by_speed: f64, by_ramp: f64) -> f64 {
         let ends = self.end_s.len();
-        let mut way = DVector::zeros(ends + 2);
+        let mut way = DVector::zeros(ends + SHARED);
         (way[k], way[ends], way[ends + 1]) = (1.0, by_speed, by_ramp);
         (way.transpose() * &self.covariance * &way)[(0, 0)].max(0.0).sqrt()
     }
@@ -60,41 +69,92 @@ impl Moves {
     }
 }
 
-/// How a control slows down.
+/// How a control slows down, and how the axes follow.
 #[derive(Debug, Clone, Copy)]
 struct Ramp {
     lasts_s: f64,
     /// As a squared sine, else evenly.
     smooth: bool,
+    lag: Lag,
+    /// How long the move is commanded, s: it speeds up as it slows down.
+    whole_s: f64,
 }
 
-/// Way left `before_s` before the end, mm, with its derivatives by `before_s`, by the speed and by the ramp.
-fn left(before_s: f64, speed: f64, ramp: Ramp) -> [f64; 4] {
-    let x = before_s / ramp.lasts_s;
-    if before_s <= 0.0 {
-        [0.0; 4]
-    } else if x < 1.0 {
-        let (way, rate) = match ramp.smooth {
-            true => (0.5 * x - (PI * x).sin() / (2.0 * PI), 0.5 * (1.0 - (PI * x).cos())),
-            false => (0.5 * x * x, x),
+impl Ramp {
+    /// Way left `before_s` before the command's end, over the speed, s, and the speed commanded, over that of the move.
+    fn commanded(self, before_s: f64) -> (f64, f64) {
+        let x = before_s / self.lasts_s;
+        if before_s <= 0.0 {
+            (0.0, 0.0)
+        } else if x >= 1.0 {
+            (before_s - 0.5 * self.lasts_s, 1.0)
+        } else if self.smooth {
+            (self.lasts_s * (0.5 * x - (PI * x).sin() / (2.0 * PI)), 0.5 * (1.0 - (PI * x).cos()))
+        } else {
+            (0.5 * self.lasts_s * x * x, x)
+        }
+    }
+
+    /// The speed that lags, over that of the move.
+    fn speed(self, before_s: f64) -> f64 {
+        if self.lag.0 < Lag::NONE_S {
+            return self.commanded(before_s).1;
+        }
+        // what it still lacks since the move began falls as what it has left once the move ends
+        self.slowing(self.lasts_s - before_s) - self.slowing(self.whole_s - before_s)
+    }
+
+    /// The lagging speed after a command has begun to slow down from even speed, over that.
+    fn slowing(self, since_s: f64) -> f64 {
+        let lag_s = self.lag.0;
+        if since_s <= 0.0 {
+            return 1.0;
+        }
+        let within_s = since_s.min(self.lasts_s);
+        let decay = (-within_s / lag_s).exp();
+        let at_end = if self.smooth {
+            let rate = PI / self.lasts_s;
+            let (sin, cos) = (rate * within_s).sin_cos();
+            let square = (rate * lag_s).powi(2);
+            0.5 * (1.0 + (cos + rate * lag_s * sin + square * decay) / (1.0 + square))
+        } else {
+            1.0 - (within_s - lag_s * (1.0 - decay)) / self.lasts_s
         };
-        [speed * ramp.lasts_s * way, speed * rate, ramp.lasts_s * way, speed * (way - x * rate)]
-    } else {
-        let part = before_s - 0.5 * ramp.lasts_s;
-        [speed * part, speed, part, -0.5 * speed]
+        at_end * (-(since_s - within_s) / lag_s).exp()
     }
 }
+
+/// Way left `before_s` before the end, over the speed, s, and the speed over that of the move.
+fn left_s(before_s: f64, ramp: Ramp) -> (f64, f64) {
+    // an end is that of the command plus the lag
+    let before_s = before_s - ramp.lag.0;
+    let speed = ramp.speed(before_s);
+    (ramp.commanded(before_s).0 + ramp.lag.0 * speed, speed)
+}
+
+/// Way left `before_s` before the end, mm, with its derivatives by `before_s`, by the speed, by the ramp and by the lag.
+fn left(before_s: f64, speed: f64, ramp: Ramp) -> [f64; 5] {
+    let (way_s, rate) = left_s(before_s, ramp);
+    let step_s = 1e-2 * ramp.lasts_s;
+    let longer = left_s(before_s, Ramp { lasts_s: ramp.lasts_s + step_s, ..ramp }).0;
+    let lag_step_s = 5e-4;
+    let later = left_s(before_s, Ramp { lag: Lag(ramp.lag.0 + lag_step_s), ..ramp }).0;
+    [speed * way_s, speed * rate, way_s, speed * (longer - way_s) / step_s, speed * (later - way_s) / lag_step_s]
+}
+
+/// Parameters that all moves share: speed, ramp and lag.
+const SHARED: usize = 3;
 
 /// End and level of one move at a speed and a ramp, and the squares that are left.
 fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| half.rows.iter().map(of).sum::<f64>() / half.rows.len() as f64;
     let mut end_s = half.end_s + 0.5 * ramp.lasts_s;
-    let mut level = mean(&|row| row.1 + half.sense * left(end_s - row.0, speed, ramp)[0]);
+    let mut level = mean(&|row| row.1 + half.sense * speed * left_s(end_s - row.0, ramp).0);
     for _ in 0..STEPS {
         let (mut aa, mut ab, mut bb, mut ar, mut br) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for &(time, value) in &half.rows {
-            let [way, slope, ..] = left(end_s - time, speed, ramp);
-            let (off, by_end) = (value - level + half.sense * way, -half.sense * slope);
+            let (way_s, rate) = left_s(end_s - time, ramp);
+            let (off, by_end) = (value - level + half.sense * speed * way_s, -half.sense * speed * rate);
             aa += 1.0;
             ab += by_end;
             bb += by_end * by_end;
@@ -110,7 +170,7 @@ fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
         let step = (aa * br - ab * ar) / determinant;
         end_s += step.clamp(-0.1, 0.1);
     }
-    let squares = half.rows.iter().map(|row| row.1 - level + half.sense * left(end_s - row.0, speed, ramp)[0]);
+    let squares = half.rows.iter().map(|row| row.1 - level + half.sense * speed * left_s(end_s - row.0, ramp).0);
     (end_s, level, squares.map(|off| off * off).sum())
 }
 
@@ -123,20 +183,29 @@ fn prior(ramp_s: f64) -> (f64, f64) {
     (-2.0 * (kinds[0].0 + kinds[1].0).max(f64::MIN_POSITIVE).ln(), likeliest)
 }
 
-/// Ends, speed and ramp of all moves; `speed` is a first guess, mm/s, `sigma_mm` the noise of a reading. `None` where the
-/// readings do not determine them.
-pub(super) fn ends_of(halves: &[SecondHalf], speed: f64, sigma_mm: f64) -> Option<Moves> {
-    let at =
-        |x: &[f64; 2], ramp: Ramp| (speed * (0.1 * x[0]).exp(), Ramp { lasts_s: ramp.lasts_s * x[1].exp(), ..ramp });
-    let cost = |x: &[f64; 2], ramp: Ramp| {
+/// Ends, speed and ramp of all moves of `move_mm`; `speed` is a first guess, mm/s, `sigma_mm` the noise of a reading. `None`
+/// where the readings do not determine them.
+pub(super) fn ends_of(halves: &[SecondHalf], move_mm: f64, speed: f64, sigma_mm: f64) -> Option<Moves> {
+    let at = |x: &[f64; 3], ramp: Ramp| {
+        let lag = LAG.off(ramp.lag, x[2]);
+        let speed = speed * (0.1 * x[0]).exp();
+        (speed, {
+            let lasts_s = ramp.lasts_s * x[1].exp();
+            Ramp { lasts_s, lag, whole_s: move_mm.abs() / speed + lasts_s, ..ramp }
+        })
+    };
+    let cost = |x: &[f64; 3], ramp: Ramp| {
         let (speed, ramp) = at(x, ramp);
         let squares: f64 = halves.iter().map(|half| ended(half, speed, ramp).2).sum();
-        squares / (sigma_mm * sigma_mm) + prior(ramp.lasts_s).0
+        squares / (sigma_mm * sigma_mm) + prior(ramp.lasts_s).0 + LAG.cost(ramp.lag)
     };
     let (ramp, x) = [false, true]
         .into_iter()
-        .flat_map(|smooth| RAMPS_S.map(|lasts_s| Ramp { lasts_s, smooth }))
-        .map(|ramp| (ramp, minimise_few([0.0; 2], 0.2, |x| cost(x, ramp))))
+        .flat_map(|smooth| RAMPS_S.map(|lasts_s| (lasts_s, smooth)))
+        .flat_map(|(lasts_s, smooth)| {
+            LAGS_S.map(|lag_s| Ramp { lasts_s, smooth, lag: Lag(lag_s), whole_s: f64::INFINITY })
+        })
+        .map(|ramp| (ramp, minimise_few([0.0; 3], 0.2, |x| cost(x, ramp))))
         .min_by(|one, other| cost(&one.1, one.0).total_cmp(&cost(&other.1, other.0)))?;
     let (speed, ramp) = at(&x, ramp);
     let ramp_s = ramp.lasts_s;
@@ -144,14 +213,16 @@ pub(super) fn ends_of(halves: &[SecondHalf], speed: f64, sigma_mm: f64) -> Optio
     let end_s: Vec<f64> = solved.iter().map(|(end, ..)| *end).collect();
     let rows: usize = halves.iter().map(|half| half.rows.len()).sum();
     let squares: f64 = solved.iter().map(|(.., squares)| squares).sum();
-    // columns: ends, speed, ramp, levels
+    // columns: ends, speed, ramp, lag, levels
     let ends = halves.len();
-    let width = 2 * ends + 2;
+    let width = 2 * ends + SHARED;
     let mut normal = DMatrix::zeros(width, width);
     for (k, half) in halves.iter().enumerate() {
         for &(time, _) in &half.rows {
-            let [_, slope, by_speed, by_ramp] = left(end_s[k] - time, speed, ramp).map(|value| -half.sense * value);
-            let columns = [(k, slope), (ends, by_speed), (ends + 1, by_ramp), (ends + 2 + k, 1.0)];
+            let [_, slope, by_speed, by_ramp, by_lag] =
+                left(end_s[k] - time, speed, ramp).map(|value| -half.sense * value);
+            let columns =
+                [(k, slope), (ends, by_speed), (ends + 1, by_ramp), (ends + 2, by_lag), (ends + SHARED + k, 1.0)];
             for (i, a) in columns {
                 columns.iter().for_each(|(j, b)| normal[(i, *j)] += a * b);
             }
@@ -163,8 +234,10 @@ pub(super) fn ends_of(halves: &[SecondHalf], speed: f64, sigma_mm: f64) -> Optio
     normal /= variance;
     (0..ends).for_each(|k| normal[(k, k)] += GUESS_S.powi(-2));
     normal[(ends + 1, ends + 1)] += (prior(ramp_s).1 * ramp_s).powi(-2);
-    let covariance = normal.cholesky()?.inverse().view((0, 0), (ends + 2, ends + 2)).into_owned();
-    (speed > 0.0 && end_s.iter().all(|end| end.is_finite())).then_some(Moves { end_s, speed, ramp_s, covariance })
+    normal[(ends + 2, ends + 2)] += LAG.sigma_s.powi(-2);
+    let covariance = normal.cholesky()?.inverse().view((0, 0), (ends + SHARED, ends + SHARED)).into_owned();
+    let is_found = speed > 0.0 && end_s.iter().all(|end| end.is_finite());
+    is_found.then_some(Moves { end_s, speed, ramp_s, lag_s: ramp.lag.0, covariance })
 }
 
 #[cfg(test)]
@@ -177,28 +250,43 @@ mod tests {
         let count = ((end_s + 0.3 - middle_s) / step_s) as usize;
         let rows = (0..count)
             .map(|k| middle_s + step_s * k as f64)
-            .map(|time| (time, 7.0 - sense * left(end_s - time, 1.0, ramp)[0]))
+            .map(|time| (time, 7.0 - sense * left_s(end_s - time, ramp).0))
             .collect();
         SecondHalf { rows, sense, end_s: end_s - 0.5 * ramp.lasts_s + 0.003 }
     }
 
     #[test]
     fn slow_moves_end_when_the_machine_stands() {
-        for (ramp_s, smooth) in [(0.003, false), (0.1, true), (0.29, false), (0.29, true)] {
+        for (ramp_s, smooth, lag_s) in [
+            (0.003, false, 0.0),
+            (0.1, true, 0.0),
+            (0.29, false, 0.0),
+            (0.29, true, 0.0),
+            (0.003, false, 0.03),
+            (0.1, false, 0.05),
+            (0.1, true, 0.02),
+        ] {
+            let lag = Lag(lag_s);
             for step_s in [0.002, 0.03] {
                 let due = [1.0, 2.013, 9.38, 10.1];
                 let halves: Vec<SecondHalf> = due
                     .iter()
                     .zip([1.0, -1.0, 1.0, -1.0])
-                    .map(|(end, sense)| half(*end, sense, Ramp { lasts_s: ramp_s, smooth }, step_s))
+                    .map(|(end, sense)| {
+                        half(*end, sense, Ramp { lasts_s: ramp_s, smooth, lag, whole_s: 0.4 + ramp_s }, step_s)
+                    })
                     .collect();
-                let moves = ends_of(&halves, 1.04, 2e-4).expect("determined");
+                let moves = ends_of(&halves, 0.4, 1.04, 2e-4).expect("determined");
                 for (k, (end, due)) in moves.end_s.iter().zip(due).enumerate() {
                     let off = end - due;
-                    assert!(off.abs() < 3.0 * moves.sigma(k, 0.0, 0.0) + 1e-4, "{ramp_s} {step_s}: {off}");
+                    assert!(off.abs() < 3.0 * moves.sigma(k, 0.0, 0.0) + 1e-4, "{ramp_s} {lag_s} {step_s}: {off}");
                     // a ramp that falls between two readings moves an end by half of it
                     let most = 2e-3 + 0.2 * step_s;
-                    assert!(moves.sigma(k, 0.0, 0.0) < most, "{ramp_s} {step_s}: ± {}", moves.sigma(k, 0.0, 0.0));
+                    assert!(
+                        moves.sigma(k, 0.0, 0.0) < most,
+                        "{ramp_s} {lag_s} {step_s}: ± {}",
+                        moves.sigma(k, 0.0, 0.0)
+                    );
                 }
                 assert!((moves.speed - 1.0).abs() < 5e-3, "{}", moves.speed);
             }

@@ -66,10 +66,16 @@ pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
             kept.push(mark);
         }
     }
+    let mut begins_s: Vec<f64> = kept.iter().map(|mark| mark.begin_s).collect();
+    begins_s.sort_by(f64::total_cmp);
+    let found = begins_s.len();
+    let last_four_s = begins_s.get(found.saturating_sub(4)).copied().unwrap_or(f64::NAN);
     kept.truncate(4);
     kept.sort_by(|one, other| one.begin_s.total_cmp(&other.begin_s));
     match <[Mark; 4]>::try_from(kept) {
-        Ok(four) => seen(&rows, marks, &four, capture.noise_mm()).map_or(Found::Some(4), Found::All),
+        // of a mark whose return is cut off nothing is left to fit: three are whole
+        Ok(four) => seen(&rows, marks, &four, capture.noise_mm())
+            .map_or(Found::Some(3), |seen| Found::All(Seen { found, last_four_s, ..seen })),
         Err(fewer) if fewer.is_empty() => Found::None,
         Err(fewer) => Found::Some(fewer.len()),
     }
@@ -122,7 +128,7 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
     }
     let programmed = marks.feed_mm_per_min / 60.0;
     let pace = four.iter().map(|mark| mark.pace).sum::<f64>() / 4.0;
-    let moves = ends_of(&halves, programmed * pace, noise_mm.max(LEVEL_MM))?;
+    let moves = ends_of(&halves, marks.move_mm, programmed * pace, noise_mm.max(LEVEL_MM))?;
     let way_s = marks.move_mm.abs() / moves.speed;
     // moves in order: each mark goes out, then back
     let out_begins = |mark: usize| moves.end_s[2 * mark] - way_s - moves.ramp_s;
@@ -138,8 +144,10 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         run_sigma_s: [sigma(0), sigma(2)],
         pace: moves.speed / programmed,
         pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
+        lag_s: moves.lag_s,
         gap_s: out_begins(2) - is_back(1),
-        gap_is_known: true,
+        found: 4,
+        last_four_s: four[0].begin_s,
         marks_s: [0, 1, 2, 3].map(|mark| [out_begins(mark), is_back(mark)]),
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! A capture holds readings over the gauge's own time, from before the first run-in to after the second run-out, and no axis
 //! position. What the axes did is known but for five numbers: when each direction began to move, their paces (speed over the
-//! programmed feed) and the time in which the control ramps up. They minimise
+//! programmed feed) and the time in which the control ramps up; where marks show it, how far the servos lag. They minimise
 //! `rᵀC⁻¹r + ‖x‖² + log det(C + MMᵀ) + priors`, `r = y − L₀(p) − M(p)·x`, C the noise with its wander, y the
 //! readings, p the place along the run at each reading, L₀ the nominal length there, and M·x what balls, bar, location errors
 //! and a few µm of unknown form and hysteresis may add (columns scaled by their standard deviations, x integrated out). A start
@@ -14,6 +14,7 @@
 //! | `course` | what would be read along a run? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
 //! | `mark_moves` | when did those moves end? |
+//! | `lag` | how do axes follow their commands? |
 //! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |
 //! | `wander` | what do readings say that wander together? |
@@ -27,6 +28,7 @@
 mod capture;
 mod course;
 mod error;
+mod lag;
 mod likelihood;
 mod mark_moves;
 mod marks;
@@ -42,6 +44,6 @@ mod wander;
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
 pub use error::ImportError;
-pub use place::{Placement, place};
+pub use place::{Placement, place, place_named};
 pub use split::{recordings, split_session};
 pub use timing::Timing;

@@ -6,7 +6,7 @@ use super::error::ImportError;
 use super::likelihood::{UNEVEN_S, cost_at_rest, left};
 use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
-use super::search::{Candidate, Levels, search, settled_apart, units};
+use super::search::{Candidate, Levels, RAMPS_S, search, settled_apart, units};
 use super::seen_marks::Seen;
 use super::timing::Timing;
 use super::uncertainty::{apart, covariance, pace_sigma, position_sigma};
@@ -29,6 +29,8 @@ pub struct Placement {
     pub noise_mm: f64,
     /// True where the program's marks told when the runs began and ended.
     pub by_marks: bool,
+    /// How much longer the second direction waited than programmed, s, where that is no control's cycle; 0 else.
+    pub waited_s: f64,
     /// Log odds against the next best place in time, and against the next best pair of tests (none other: infinite).
     pub odds_place: f64,
     pub odds_tests: f64,
@@ -42,6 +44,11 @@ const STROKE_MM: f64 = 1.0;
 const OUTSIDE_SHARE: f64 = 0.1;
 /// Log odds from which on something is held for certain: 1 in 20,000.
 const CERTAIN: f64 = 10.0;
+/// Log odds against another test where marks were seen: 1 in 20. A capture whose readings speak for neither of two tests is taken
+/// for the one whose gap it has to a hundredth of a second, and never where readings speak against it.
+const CLEAR_OF_TESTS: f64 = 3.0;
+/// What a file's name says for the test that it names, in log odds: one name in twenty is wrong.
+const OF_NAME: f64 = 3.0;
 /// Log odds against another place in time: 1 in 100.
 const CLEAR: f64 = 4.6;
 /// Share of the readings' own size, and size, mm, that a believed placement may leave.
@@ -54,7 +61,8 @@ const LEFT_OF_MARKED_MM: f64 = 30e-3;
 const LEAST_LEFT_MM: f64 = 0.5e-3;
 /// Multiple of the noise below which what is left is no misfit.
 const NOISES: f64 = 3.0;
-/// Most that the gap between the directions may differ from a test's, s: half of what tells tests apart, and a slow clock's cycle.
+/// Most that a gap may differ from a test's to say for itself that its program ran, s: half of what tells tests apart, and a slow
+/// clock's cycle.
 const GAP_OFF_S: f64 = 0.12;
 /// Most standard deviations by which a run may begin or end beside its marks.
 const RUN_OFF: f64 = 6.0;
@@ -65,6 +73,17 @@ const LIMIT: f64 = 2.0;
 /// Places a capture on the best of some pairs of tests. With [`Feeds::Programmed`] a capture that fits at another feed alone
 /// is refused: so does many a capture of another program.
 pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Result<Placement, ImportError> {
+    place_named(session, among, capture, feeds, None)
+}
+
+/// The same for a capture whose file is named like a pair's test: evidence, but weak.
+pub fn place_named(
+    session: &Session,
+    among: &[Pair],
+    capture: &Capture,
+    feeds: Feeds,
+    named: Option<Pair>,
+) -> Result<Placement, ImportError> {
     let readings = capture.reading_mm.iter().filter(|reading| reading.is_finite()).count();
     if readings < FEWEST {
         return Err(ImportError::TooFew { readings, due: FEWEST });
@@ -74,7 +93,7 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
         let off = ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM };
         return Err(other_reading(session, among, capture, feeds).unwrap_or(off));
     }
-    let placed = placed(session, among, capture, feeds);
+    let placed = placed(session, among, capture, feeds, named);
     match (&placed, feeds) {
         (
             Err(
@@ -88,7 +107,7 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
             ),
             Feeds::Programmed,
         ) => {
-            let elsewhere = self::placed(session, among, capture, Feeds::Any);
+            let elsewhere = self::placed(session, among, capture, Feeds::Any, named);
             match elsewhere {
                 Ok(found) if (found.timing.pace() - 1.0).abs() > 0.1 => Err(ImportError::OtherFeed {
                     test: session.tests[found.pair.tests[0]].name.clone(),
@@ -101,50 +120,113 @@ pub fn place(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds)
     }
 }
 
-fn placed(session: &Session, among: &[Pair], capture: &Capture, feeds: Feeds) -> Result<Placement, ImportError> {
-    let mut found: Vec<(Pair, Course, Vec<Candidate>)> = Vec::new();
-    let mut short = None;
+fn placed(
+    session: &Session,
+    among: &[Pair],
+    capture: &Capture,
+    feeds: Feeds,
+    named: Option<Pair>,
+) -> Result<Placement, ImportError> {
     let marked = marked(session, among, capture, feeds)?;
-    let (such, seen) = with_such_marks(session, among, marked)?;
+    let seen = marked.map(|(_, seen)| seen);
     let levels = &Levels::of(capture, seen);
-    for pair in such {
+    let placed = searched(session, &with_such_marks(session, among, marked), capture, feeds, levels)
+        .and_then(|found| chosen(session, among, found, named, capture, levels));
+    match (&placed, seen) {
+        // runs lie between marks of one start; with marks of several, only a gap as programmed is believed
+        (_, Some(seen))
+            if seen.found > 4 && !placed.as_ref().is_ok_and(|placed| gap_is_kept(&placed.course, &seen)) =>
+        {
+            Err(ImportError::ManyMarks { found: seen.found, from_s: seen.last_four_s })
+        }
+        _ => placed,
+    }
+}
+
+/// A test with the run that it makes and timings that explain the readings, the best first.
+type Searched = (Pair, Course, Vec<Candidate>);
+
+/// The tests that the readings may be of, the best first.
+fn searched(
+    session: &Session,
+    such: &[Pair],
+    capture: &Capture,
+    feeds: Feeds,
+    levels: &Levels,
+) -> Result<Vec<Searched>, ImportError> {
+    let seen = levels.fine.marks;
+    let (mut found, mut why, mut nearest_s): (Vec<Searched>, _, _) = (Vec::new(), ImportError::NoPair, f64::INFINITY);
+    for &pair in such {
         let course = Course::of(session, pair, feeds)?;
+        let test = || session.tests[pair.tests[0]].name.clone();
+        if let Some(seen) = seen.filter(|seen| !may_run_between(&course, seen)) {
+            let off_s = (seen.runs_s[0][1] - seen.runs_s[0][0] - course.run_s).abs();
+            if off_s < nearest_s {
+                (why, nearest_s) = (other_runs(&test(), &course, &seen), off_s);
+            }
+            continue;
+        }
         let candidates = search(&course, levels);
         if candidates.is_empty() {
             let (first, last) = capture.ends_s();
-            short = Some(ImportError::TooShort {
-                test: session.tests[pair.tests[0]].name.clone(),
-                lasts_s: last - first,
-                due_s: 2.0 * course.run_s,
-            });
+            why = ImportError::TooShort { test: test(), lasts_s: last - first, due_s: 2.0 * course.run_s };
             continue;
         }
         found.push((pair, course, candidates));
     }
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
+    if found.is_empty() { Err(why) } else { Ok(found) }
+}
+
+/// The test that explains the readings, where it is told from all others that were tried.
+fn chosen(
+    session: &Session,
+    among: &[Pair],
+    found: Vec<Searched>,
+    named: Option<Pair>,
+    capture: &Capture,
+    levels: &Levels,
+) -> Result<Placement, ImportError> {
     let name = |pair: &Pair| session.tests[pair.tests[0]].name.clone();
-    let Some(least) = found.first().map(|(_, _, candidates)| candidates[0].cost) else {
-        return Err(short.unwrap_or(ImportError::NoPair));
+    let said = |pair: &Pair| if named == Some(*pair) { 2.0 * OF_NAME } else { 0.0 };
+    let cost = |(pair, _, candidates): &Searched| candidates[0].cost - said(pair);
+    let least = |among: &dyn Fn(&Pair) -> bool| {
+        (0..found.len()).filter(|&k| among(&found[k].0)).min_by(|&i, &k| cost(&found[i]).total_cmp(&cost(&found[k])))
     };
-    // where the gap tells nothing, all tests were tried; one that was named needs only be as good as the best
-    let best = name(&found[0].0);
-    found.retain(|(pair, ..)| among.contains(pair));
-    match found.first() {
-        Some((_, _, candidates)) if 0.5 * (candidates[0].cost - least) < CLEAR => {}
-        _ => return Err(ImportError::OtherTest { test: best }),
-    }
-    let next = found.get(1).map(|(pair, _, candidates)| (name(pair), candidates[0].cost));
-    let (pair, course, candidates) = found.swap_remove(0);
-    let odds_tests = next.as_ref().map_or(f64::INFINITY, |(_, cost)| 0.5 * (cost - candidates[0].cost));
-    let placement = judged(&name(&pair), (pair, course), &candidates, capture, levels)?;
-    // without the gap between marks, tests are told by their readings alone
-    let clear = if seen.is_some_and(|seen| seen.gap_is_known) { CLEAR } else { CERTAIN };
-    match next {
-        Some((other, _)) if odds_tests < clear => {
-            Err(ImportError::TwoTests { one: name(&pair), other, odds: odds_tests })
+    let (Some(best), asked) = (least(&|_| true), least(&|pair| among.contains(pair))) else {
+        return Err(ImportError::NoPair);
+    };
+    let asked = match asked {
+        // a test that was named needs only be as good as the best
+        Some(asked) if 0.5 * (cost(&found[asked]) - cost(&found[best])) < CLEAR => asked,
+        _ => return Err(ImportError::OtherTest { test: name(&found[best].0) }),
+    };
+    let (pair, course, candidates) = &found[asked];
+    let next = least(&|other| other != pair);
+    let odds_tests = next.map_or(f64::INFINITY, |next| 0.5 * (cost(&found[next]) - cost(&found[asked])));
+    let placement = judged(&name(pair), (*pair, course.clone()), candidates, capture, levels)?;
+    let due = if levels.fine.marks.is_some() { CLEAR_OF_TESTS } else { CERTAIN };
+    match next.filter(|&next| among.contains(&found[next].0)) {
+        Some(next) if odds_tests < due => {
+            Err(ImportError::TwoTests { one: name(pair), other: name(&found[next].0), odds: odds_tests, due })
         }
         _ => Ok(Placement { odds_tests, ..placement }),
     }
+}
+
+/// True where the gap between the directions' marks is that of the program.
+fn gap_is_kept(course: &Course, seen: &Seen) -> bool {
+    course.marks.is_some_and(|own| (own.gap_s - seen.gap_s).abs() < GAP_OFF_S)
+}
+
+/// True where a run fits between marks at any pace and ramp that are searched.
+fn may_run_between(course: &Course, seen: &Seen) -> bool {
+    let [slowest, fastest] = course.feeds.range();
+    let slack_s = RUN_OFF * UNEVEN_S;
+    seen.runs_s.iter().all(|[begin, end]| {
+        let moving_s = end - begin;
+        moving_s > course.run_s / fastest - slack_s && moving_s < course.run_s / slowest + RAMPS_S[1] + slack_s
+    })
 }
 
 /// Log odds against the next best place in time; refused where one explains the readings alike.
@@ -169,32 +251,12 @@ fn odds_of_place(
     Ok(odds_place)
 }
 
-/// Tests whose programs make the marks that were seen: those of that form with that gap. Where no test of the session has it,
-/// the operator let the second direction wait: then all of that form are sought among, and the readings tell which it is.
-fn with_such_marks(
-    session: &Session,
-    among: &[Pair],
-    marked: Option<(Marks, Seen)>,
-) -> Result<(Vec<Pair>, Option<Seen>), ImportError> {
-    let Some((marks, seen)) = marked else { return Ok((among.to_vec(), None)) };
-    let own = |pair: &Pair| session.tests[pair.tests[0]].marks.filter(|own| alike(&marks, own));
-    let is_near = |pair: &&Pair| own(pair).is_some_and(|own| (own.gap_s - seen.gap_s).abs() < GAP_OFF_S);
-    let near: Vec<Pair> = among.iter().filter(is_near).copied().collect();
-    let all = pairs(session);
-    if !near.is_empty() {
-        return Ok((near, Some(seen)));
-    }
-    let (Some(other), Some(asked)) = (all.iter().find(is_near), among.first()) else {
-        let formed = all.into_iter().filter(|pair| own(pair).is_some()).collect();
-        return Ok((formed, Some(Seen { gap_is_known: false, ..seen })));
-    };
-    let name = |pair: &Pair| session.tests[pair.tests[0]].name.clone();
-    Err(ImportError::OtherGap {
-        test: name(asked),
-        seen_s: seen.gap_s,
-        due_s: own(asked).map_or(f64::NAN, |own| own.gap_s),
-        other: name(other),
-    })
+/// Tests whose programs make the marks that were seen: all of that form, whatever their gap, for the second direction may have
+/// waited. The gap is evidence among others.
+fn with_such_marks(session: &Session, among: &[Pair], marked: Option<(Marks, Seen)>) -> Vec<Pair> {
+    let Some((marks, _)) = marked else { return among.to_vec() };
+    let is_such = |pair: &Pair| session.tests[pair.tests[0]].marks.is_some_and(|own| alike(&marks, &own));
+    pairs(session).into_iter().filter(is_such).collect()
 }
 
 /// The marks of some of these tests' programs that the capture shows; `None` where it shows none at all.
@@ -204,12 +266,17 @@ fn marked(
     capture: &Capture,
     feeds: Feeds,
 ) -> Result<Option<(Marks, Seen)>, ImportError> {
-    let mut missing = None;
+    let (mut most, mut missing) = (0, None);
     for (marks, test) in forms(session, among) {
         match find(capture, &marks, feeds.range()) {
             Found::All(seen) => return Ok(Some((marks, seen))),
-            Found::Some(found) => missing = Some(ImportError::MarksMissing { test, found }),
-            Found::None => {}
+            Found::Some(found) if found > most => {
+                most = found;
+                // many tests make the same marks: which was meant is not known
+                let test = if among.len() == 1 { test } else { "any test of the session".into() };
+                missing = Some(ImportError::MarksMissing { test, found });
+            }
+            Found::Some(_) | Found::None => {}
         }
     }
     // marks are a thousand times the noise: without one the program did not run, or ran without them
@@ -243,7 +310,7 @@ fn judged(
     if odds < CERTAIN && data.marks.is_none() {
         return Err(ImportError::AtRest { odds });
     }
-    let is_known = data.marks.as_ref().is_some_and(|seen| seen.gap_is_known);
+    let is_known = data.marks.as_ref().is_some_and(|seen| gap_is_kept(&course, seen));
     if left_mm > allowed_mm(is_known, size_mm, noise_mm) {
         return Err(ImportError::Unexplained {
             test: test.into(),
@@ -267,6 +334,8 @@ fn judged(
     if position_sigma > LIMIT {
         return Err(ImportError::TooFlat { sigma: position_sigma, limit: LIMIT, unit });
     }
+    let gap_s = |seen: &Seen| seen.gap_s - course.marks.map_or(seen.gap_s, |own| own.gap_s);
+    let waited_s = data.marks.as_ref().filter(|seen| !gap_is_kept(&course, seen)).map_or(0.0, gap_s);
     let odds_place = odds_of_place(&course, &best, &candidates[1..], position_sigma)?;
     Ok(Placement {
         pair,
@@ -277,6 +346,7 @@ fn judged(
         left_mm,
         noise_mm,
         by_marks: data.marks.is_some(),
+        waited_s,
         averages: (data.time_s.iter().zip(&data.value_mm).zip(&residual))
             .map(|((time, value), left)| [*time, *value, *left])
             .collect(),
@@ -318,12 +388,13 @@ fn refuse_other_runs(test: &str, course: &Course, data: &Averages, timing: &Timi
             (run[k] - seen.runs_s[direction][k]).abs() > RUN_OFF * sigma
         })
     });
-    match is_off {
-        true => Err(ImportError::OtherRuns {
-            test: test.into(),
-            seen_s: seen.runs_s.map(|[begin, end]| end - begin),
-            due_s: course.run_s,
-        }),
-        false => Ok(()),
+    if is_off { Err(other_runs(test, course, seen)) } else { Ok(()) }
+}
+
+fn other_runs(test: &str, course: &Course, seen: &Seen) -> ImportError {
+    ImportError::OtherRuns {
+        test: test.into(),
+        seen_s: seen.runs_s.map(|[begin, end]| end - begin),
+        due_s: course.run_s,
     }
 }

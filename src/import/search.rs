@@ -34,7 +34,7 @@ const STEPS: f64 = 60.0;
 /// Ramp that the grid assumes, s.
 const RAMP_S: f64 = 0.15;
 /// Ramps of controls, s.
-const RAMPS_S: [f64; 2] = [0.005, 2.0];
+pub(super) const RAMPS_S: [f64; 2] = [0.005, 2.0];
 /// Step of the grid in the logarithm of the pace.
 const PACE_STEP: f64 = 0.02;
 /// Share of a run that may lie outside the capture, so that one which was cut off is seen to be.
@@ -102,7 +102,8 @@ fn between_marks(course: &Course, data: &Averages, seen: &Seen) -> Vec<Candidate
         // directions at one pace, and each at its own
         .flat_map(|ramp_s| [[moving_s; 2], each_s].map(|moving_s| (ramp_s, moving_s)))
         .map(|(ramp_s, moving_s)| {
-            let timing = Timing { start_s, paces: moving_s.map(|moving_s| course.run_s / (moving_s - ramp_s)), ramp_s };
+            let paces = moving_s.map(|moving_s| course.run_s / (moving_s - ramp_s));
+            let timing = Timing { start_s, paces, ramp_s, lag_s: seen.lag_s };
             Candidate::of(course, data, timing, Freedom::NONE)
         })
         .collect()
@@ -123,7 +124,7 @@ fn grid(course: &Course, data: &Averages) -> Vec<Candidate> {
             let firsts = steps(first - outside, latest - moving, step);
             firsts.into_iter().flat_map(move |one| {
                 steps(one + moving, latest, step).into_iter().map(move |other| {
-                    let timing = Timing { start_s: [one, other], paces: [pace; 2], ramp_s: RAMP_S };
+                    let timing = Timing { start_s: [one, other], paces: [pace; 2], ramp_s: RAMP_S, lag_s: 0.0 };
                     Candidate::of(course, data, timing, Freedom::NONE)
                 })
             })

@@ -6,17 +6,20 @@ const EDGE_S: f64 = 0.03;
 /// What the marks tell of a capture's two runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
-    /// When each direction began to move and came to rest, s.
+    /// When each direction began to move and came to rest, s: as commanded, later by the lag.
     pub runs_s: [[f64; 2]; 2],
     /// Standard deviation of each of these, s.
     pub run_sigma_s: [[f64; 2]; 2],
     /// Speed of the marks over their programmed feed, with its standard deviation.
     pub pace: f64,
     pub pace_sigma: f64,
-    /// Rest between the two directions' marks, s, and whether it is that of a program: an operator may let the second
-    /// direction wait.
+    /// Time constant of the servos' lag, s.
+    pub lag_s: f64,
+    /// Rest between the two directions' marks, s.
     pub gap_s: f64,
-    pub gap_is_known: bool,
+    /// How many marks are in the readings, and when the fourth from the end begins, s.
+    pub found: usize,
+    pub last_four_s: f64,
     /// Begin and end of each mark, s: readings there are none of a run's.
     pub marks_s: [[f64; 2]; 4],
 }

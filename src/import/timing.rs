@@ -1,14 +1,23 @@
 //! Where along its run the machine is at a time: rest, ramp, even pace, ramp, rest, and back. Times only, no positions.
 
+use super::lag::Lag;
+
+/// Time constants after which nothing is left of a change of speed.
+const SETTLED: f64 = 15.0;
+/// Shortest ramp, s: none would divide by nothing.
+const SHORTEST_S: f64 = 1e-9;
+
 /// When a capture's two directions ran, in the gauge's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
-    /// Begin of motion in each direction, s.
+    /// Begin of motion in each direction, s: of its command, later by the lag, which delays whatever is steady as a clock does.
     pub start_s: [f64; 2],
     /// Speed over the programmed feed, of each direction.
     pub paces: [f64; 2],
     /// Time in which the control comes to speed, and to rest, s.
     pub ramp_s: f64,
+    /// Time constant of the servos' lag, s.
+    pub lag_s: f64,
 }
 
 impl Timing {
@@ -23,11 +32,31 @@ impl Timing {
     }
 
     /// Programmed time gone `since_s` after a direction began to move, s: the speed rises evenly over the ramp, is even, and
-    /// falls evenly.
+    /// falls evenly; the axes lag.
     pub fn gone_s(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
+        if self.lag_s < Lag::NONE_S {
+            return self.commanded_s(direction, since_s, run_s);
+        }
+        // x = c − τẋ
+        self.commanded_s(direction, since_s + self.lag_s, run_s) - self.lag_s * self.speed(direction, since_s, run_s)
+    }
+
+    /// Speed of the lagging axes over the programmed feed, `since_s` after a direction began to move.
+    pub(super) fn speed(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
+        let (whole, pace, ramp) = (self.moving_s(direction, run_s), self.paces[direction], self.ramp_s.max(SHORTEST_S));
+        let since_s = since_s + self.lag_s;
+        if since_s > ramp + SETTLED * self.lag_s && since_s < whole - ramp {
+            return pace;
+        }
+        let rising = |from_s: f64| Lag(self.lag_s).of_rising(since_s - from_s);
+        pace / ramp * (rising(0.0) - rising(ramp) - rising(whole - ramp) + rising(whole))
+    }
+
+    /// Programmed time gone as the control commands it, without a lag.
+    fn commanded_s(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
         let whole = self.moving_s(direction, run_s);
         let pace = self.paces[direction];
-        let ramp = self.ramp_s.max(1e-9);
+        let ramp = self.ramp_s.max(SHORTEST_S);
         if since_s <= 0.0 {
             0.0
         } else if since_s >= whole {
@@ -43,14 +72,16 @@ impl Timing {
 
     /// Place along the first direction's run, programmed s, and the sense of the last motion: 0 before any.
     pub fn place_s(&self, time_s: f64, run_s: f64) -> (f64, f64) {
-        if time_s > self.start_s[1] {
+        // a command leads its delayed begin by the lag
+        let [first_s, second_s] = self.start_s.map(|start_s| start_s - self.lag_s);
+        if time_s > second_s {
             (run_s - self.gone_s(1, time_s - self.start_s[1], run_s), -1.0)
         } else {
-            (self.gone_s(0, time_s - self.start_s[0], run_s), if time_s > self.start_s[0] { 1.0 } else { 0.0 })
+            (self.gone_s(0, time_s - self.start_s[0], run_s), if time_s > first_s { 1.0 } else { 0.0 })
         }
     }
 
-    /// Time at which a direction has gone so far, s; the inverse of [`Timing::gone_s`].
+    /// Time at which a direction has gone so far, s; the inverse of [`Timing::gone_s`] where the pace is even.
     pub fn time_at(&self, direction: usize, gone_s: f64, run_s: f64) -> f64 {
         let whole = self.moving_s(direction, run_s);
         let pace = self.paces[direction];

@@ -31,6 +31,8 @@ pub struct PlacedJson {
     pub pace_sigma: f64,
     /// Time in which the control came to speed, s.
     pub ramp_s: f64,
+    /// Time constant of the servos' lag, s, as the marks show it.
+    pub lag_s: f64,
     /// Standard deviation of the path position of a reading, in `position_unit` (`deg` or `mm`).
     pub position_sigma: f64,
     pub position_unit: &'static str,
@@ -79,6 +81,7 @@ pub fn placed_json(session: &Session, file: String, placement: &Placement, rows:
         paces: timing.paces,
         pace_sigma: placement.sigma[2],
         ramp_s: timing.ramp_s,
+        lag_s: timing.lag_s,
         position_sigma: placement.position_sigma,
         position_unit: if course.unit == "°" { "deg" } else { "mm" },
         left_um: placement.left_mm * UM_PER_MM,

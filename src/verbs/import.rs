@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Chain;
-use fiveaxis::import::{Capture, Feeds, ImportError, Pair, Placement, pairs, place, recordings, split_session};
+use fiveaxis::import::{Capture, Feeds, ImportError, Pair, Placement, pairs, place_named, recordings, split_session};
 use fiveaxis::load::{CaptureFile, CaptureHints, load_capture, load_session};
 use fiveaxis::report::capture::{ImportJson, capture_svg, import_text, placed_json};
 use fiveaxis::report::recording::path_csv;
@@ -12,7 +12,7 @@ use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{LengthColumn, Motion, Recording, Session};
 
 use super::Refusal;
-use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
+use super::output::{Foreign, OutputFolder, print, print_json, remark, session_inputs, settle, write_all};
 use crate::verbs::output::ending::Ending;
 use crate::verbs::output::progress::Working;
 
@@ -141,7 +141,7 @@ fn placed(
         ImportError::Motion(_) | ImportError::Fit(_) => Refusal::from(why),
         _ => Ending::data_fault(format!("{}: {why}", file.display())),
     };
-    let placement = place(session, among, &capture, feeds).map_err(refuse)?;
+    let placement = place_named(session, among, &capture, feeds, named(session, file)).map_err(refuse)?;
     let test = &session.tests[placement.pair.tests[0]];
     let bar_mm = match (read.column.is_deviation(), test.bar_length_mm) {
         (false, _) => 0.0,
@@ -156,7 +156,60 @@ fn placed(
         }
     };
     let recordings = recordings(&placement, &capture, bar_mm, read.column);
+    warn(session, file, &placement);
     Ok(Placed { file: file.to_path_buf(), read, capture, placement, recordings })
+}
+
+/// Distance of a pace from the programmed feed from which on it is told: what gauges' clocks and controls are off by, twice over.
+const PACE_OFF: f64 = 0.02;
+
+/// The one pair whose test the name of a file holds, without the sense of its first direction; `None` where it holds several.
+fn named(session: &Session, file: &Path) -> Option<Pair> {
+    let stem = file.file_stem()?.to_string_lossy().to_lowercase();
+    let base = |pair: &Pair| {
+        let name = session.tests[pair.tests[0]].name.to_lowercase();
+        ["-ccw", "-cw"].iter().find_map(|sense| name.strip_suffix(sense)).unwrap_or(&name).to_string()
+    };
+    // a-100-1 stands in c-a-100-1 and in a-100-12, which is another test
+    let holds = |name: &str| {
+        stem.match_indices(name).any(|(at, _)| {
+            let is_apart = |other: Option<char>| !other.is_some_and(|other| other.is_alphanumeric() || other == '-');
+            let behind = &stem[at + name.len()..];
+            let behind = ["-ccw", "-cw"].iter().find_map(|sense| behind.strip_prefix(sense)).unwrap_or(behind);
+            is_apart(stem[..at].chars().next_back()) && is_apart(behind.chars().next())
+        })
+    };
+    let mut all = pairs(session).into_iter().filter(|pair| holds(&base(pair)));
+    all.next().filter(|_| all.next().is_none())
+}
+
+/// Says what is odd about a placement that is believed.
+fn warn(session: &Session, file: &Path, placement: &Placement) {
+    let name = |pair: &Pair| session.tests[pair.tests[0]].name.as_str();
+    let pace = placement.timing.pace();
+    if (pace - 1.0).abs() > PACE_OFF {
+        remark(format_args!(
+            "{}: the run of {} took {pace:.3} of its programmed feed: an override, or the gauge's clock is off",
+            file.display(),
+            name(&placement.pair)
+        ));
+    }
+    if placement.waited_s > 0.0 {
+        remark(format_args!(
+            "{}: between its directions lie {:.2} s more than the program of {} waits: a feed hold, or another plan's capture",
+            file.display(),
+            placement.waited_s,
+            name(&placement.pair)
+        ));
+    }
+    if let Some(other) = named(session, file).filter(|other| *other != placement.pair) {
+        remark(format_args!(
+            "{}: the file is named like {}, and its readings are those of {}; is it named rightly?",
+            file.display(),
+            name(&other),
+            name(&placement.pair)
+        ));
+    }
 }
 
 /// All files of the folder, and what was done.

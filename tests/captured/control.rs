@@ -25,6 +25,8 @@ pub struct Manner {
     longer_s: f64,
     /// A rest between the directions that is the operator's, s.
     waits_s: f64,
+    /// Time constant by which all axes follow their commands, s.
+    lag_s: f64,
 }
 
 /// What controls and operators do beside running a program as written.
@@ -40,6 +42,10 @@ pub enum Habit {
     UnevenRests,
     /// The operator lets the second direction wait.
     Waits,
+    /// He lets it wait for so long beside the dwell, s.
+    WaitsFor(f64),
+    /// Servos lag by a time constant, s.
+    Lags(f64),
     /// The feed override is not at 100 %.
     Override(f64),
     /// The programmed feed is kept, and ramps are as long as axes that accelerate fast or slowly need.
@@ -68,7 +74,12 @@ impl Manner {
             between_s: (!marked).then_some(between_s),
             mark_ramp_s: (habit == Habit::SlowMarks).then_some(ramp_s),
             longer_s: if habit == Habit::UnevenRests { 0.04 } else { 0.0 },
-            waits_s: if habit == Habit::Waits { random.random_range(0.5..10.0) } else { 0.0 },
+            waits_s: match habit {
+                Habit::Waits => random.random_range(0.5..10.0),
+                Habit::WaitsFor(waits_s) => waits_s,
+                _ => 0.0,
+            },
+            lag_s: if let Habit::Lags(lag_s) = habit { lag_s } else { 0.0 },
         }
     }
 }
@@ -99,6 +110,7 @@ pub struct Motion {
     letters: Vec<String>,
     kinds: Vec<AxisKind>,
     last_s: f64,
+    lag_s: f64,
     /// Begin and end of the two runs, s.
     pub runs_s: [[f64; 2]; 2],
 }
@@ -194,7 +206,8 @@ pub fn timeline(machine: &Machine, text: &str, manner: &Manner, random: &mut Cha
         };
     }
     let kinds = machine.axes.iter().map(|axis| axis.kind).collect();
-    Motion { groups, letters, kinds, last_s: clock, runs_s: <[[f64; 2]; 2]>::try_from(runs).expect("two runs") }
+    let runs_s = <[[f64; 2]; 2]>::try_from(runs).expect("two runs");
+    Motion { groups, letters, kinds, last_s: clock, lag_s: manner.lag_s, runs_s }
 }
 
 impl Group {
@@ -223,8 +236,23 @@ impl Motion {
         self.last_s
     }
 
-    /// Positions of all axes at a time, mm and rad.
+    /// Positions of all axes at a time, mm and rad: the mean of commands past, a share of e^(−age/lag) each.
     pub fn at(&self, time_s: f64) -> Vec<f64> {
+        const PARTS: usize = 64;
+        if self.lag_s == 0.0 {
+            return self.commanded(time_s);
+        }
+        let mut mean = vec![0.0; self.kinds.len()];
+        for part in 0..PARTS {
+            let age_s = -self.lag_s * (1.0 - (part as f64 + 0.5) / PARTS as f64).ln();
+            let commanded = self.commanded((time_s - age_s).max(0.0));
+            mean.iter_mut().zip(commanded).for_each(|(mean, q)| *mean += q / PARTS as f64);
+        }
+        mean
+    }
+
+    /// Positions that are commanded at a time.
+    fn commanded(&self, time_s: f64) -> Vec<f64> {
         let k = self.groups.partition_point(|group| group.begin_s <= time_s).saturating_sub(1);
         let group = &self.groups[k];
         let whole = group.ends_s[group.ends_s.len() - 1];
