@@ -50,17 +50,12 @@ pub(crate) struct Mistake {
     pub(crate) log_odds: f64,
     /// It leaves little more than noise, or gains enormously.
     pub(crate) is_plain: bool,
-    /// It leaves little more than noise.
-    pub(crate) is_near_noise: bool,
 }
 
 impl Mistake {
-    /// Whether effects may explain what this mistake does: as it looks like one, gains no more than physics may, or leaves more than
-    /// noise of a residual that slips and wear may leave.
+    /// Whether effects may explain what this mistake does: as it looks like one, or gains no more than physics may.
     pub(crate) fn may_be_physics(&self) -> bool {
-        let fault = &self.fault;
-        let may_slip = !self.is_near_noise && fault.before_um < OF_PHYSICS_UM;
-        fault.before_um < ENORMOUS * fault.after_um || may_slip || fault.looks_like_an_effect()
+        self.fault.before_um < ENORMOUS * self.fault.after_um || self.fault.looks_like_an_effect()
     }
 
     /// Whether undoing it leaves no more than something else does, µm, nearly.
@@ -120,7 +115,7 @@ pub(crate) fn preflight(
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
         let fault = DataFault { rivals, ..best.fault(before, after) }.shared_evenly().or_effect(whole, None);
-        Mistake { fault, undone, log_odds, is_plain, is_near_noise }
+        Mistake { fault, undone, log_odds, is_plain }
     })
 }
 
@@ -421,15 +416,16 @@ pub(crate) fn toggled(
     (misfit, suspicion)
 }
 
-/// Residual that physics may leave on a machine that runs, µm rms: cups that were knocked, worn screws, a spindle that grows.
+/// Residual that a ball which slipped may leave, µm rms: a cup that was knocked by more comes off.
 const OF_PHYSICS_UM: f64 = 30.0;
 
 impl DataFault {
     /// Whether an effect says of some tests what this mistake does: a clock that is late in them, a ball that slipped where a zero
-    /// moved, or balls of one test that stand elsewhere, as lost motion looks in the one sweep that shows it.
+    /// moved or an axis stood elsewhere, or balls of one test that stand elsewhere, as lost motion looks in the one sweep that shows it.
     fn looks_like_an_effect(&self) -> bool {
         let is_of_some = [TIME_SHIFT, READING_ZERO].contains(&self.effect) && !self.tests.is_empty();
-        is_of_some || self.effect == FOREIGN && self.tests.len() == 1
+        let may_be_a_slip = self.effect == STANDING_AXIS && self.before_um < OF_PHYSICS_UM;
+        is_of_some || may_be_a_slip || self.effect == FOREIGN && self.tests.len() == 1
     }
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.

@@ -12,15 +12,16 @@ pub(crate) use arcs::agrees_with_sweep;
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::session::Session;
 
-/// What no other mistake can look like; copies come first, for a copied file contradicts its test in other ways too.
+/// What no other mistake can look like; lost digits and copies come first, for readings without digits agree by chance, and a copied
+/// file contradicts its test in other ways too.
 pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
-    same_rows::copied(session)
+    rounded::rounded(session)
+        .or_else(|| same_rows::copied(session))
         .or_else(|| same_rows::appended(session))
         .or_else(|| standstill::missing(session))
         .or_else(|| standstill::stuck(session))
         .or_else(|| standstill::standing(session))
         .or_else(|| times::overlapping(session))
-        .or_else(|| rounded::rounded(session))
 }
 
 /// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.

@@ -8,8 +8,8 @@ use crate::statistics::rms;
 /// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
 const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
 
-/// How near to a multiple of its step a value lies, as a share of the step.
-const ON_STEP: f64 = 1e-4;
+/// How near to a multiple of its step a value lies, mm or degrees: a tenth of the last digit that files have.
+const ON_STEP: f64 = 1e-7;
 
 /// Lengths of so large a step are not what a gauge read, mm: gauges read to 0.1 µm, and the noise of a good one is 0.2 µm.
 const COARSE_LENGTH_MM: f64 = 0.01;
@@ -99,7 +99,7 @@ fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
     let is_on = |step: &f64| {
         values().all(|value| {
             let steps = value / step;
-            (steps - steps.round()).abs() < ON_STEP
+            (steps - steps.round()).abs() * step < ON_STEP
         })
     };
     STEPS.into_iter().find(is_on)
