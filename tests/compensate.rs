@@ -11,9 +11,13 @@ use std::process::Command;
 use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, NotCorrected, Settings};
+use fiveaxis::disturbances::take_remembered;
 use fiveaxis::inverse::Tool;
 use fiveaxis::load::{load_machine_and_bodies, standard_kit};
-use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
+use fiveaxis::machine::{
+    AxisKind, Component, ComponentError, ComponentForm, Effect, Harmonic, Machine, Outlet, ParameterValue,
+    Place as EffectPlace,
+};
 use plain_machine::{Plain, distance};
 use plain_program::{LETTERS, Move, moves};
 use rand::{RngExt, SeedableRng};
@@ -26,6 +30,13 @@ const DIRECTION_RAD: f64 = 0.01 / 206_264.806;
 const SAMPLE_MM: f64 = 0.01;
 /// Of the others.
 const COARSE_MM: f64 = 0.2;
+/// Of a move's time, how late a block may be: the last digits of times, and the time in which lost motion is taken up.
+const LATE: f64 = 2e-5;
+const LATE_BY_REVERSALS: f64 = 4e-3;
+/// Blocks shorter than this take up what a reversal costs, mm: twice the largest size and a little.
+const TURNS_BACK_MM: f64 = 0.015;
+/// Rounds of a search for the nearest point of the ideal path, each over half the width.
+const ROUNDS: usize = 20;
 /// Length of the tool, mm.
 const LENGTH: f64 = 95.0;
 const G54: [f64; 6] = [5.0, -3.0, -40.0, 0.0, 0.0, 0.0];
@@ -152,57 +163,86 @@ fn compare(
     sample_mm: f64,
 ) -> Found {
     let tool = Tool::of(machine, bodies, Some(LENGTH)).expect("tool");
-    let plain = |errs| Plain { machine, errs, tip: tool.tip_mm.into(), axis: tool.axis.into() };
-    let (nominal, actual) = (plain(false), plain(true));
+    let actual = Plain { machine, errs: true, tip: tool.tip_mm.into(), axis: tool.axis.into() };
+    compare_driven((machine, bodies), coordinates, [before, after], (sample_mm, LATE), &mut |q| actual.tool(q))
+}
+
+/// Tip and direction of a tool at positions, asked in the order of a program.
+type Driven<'d> = dyn FnMut(&[f64]) -> ([f64; 3], [f64; 3]) + 'd;
+
+/// The same for a machine that knows the way by which it came: its tool at positions, asked in the order of the program.
+fn compare_driven(
+    (machine, bodies): (&Machine, &Bodies),
+    coordinates: Coordinates,
+    texts: [&str; 2],
+    (sample_mm, late): (f64, f64),
+    actual: &mut Driven,
+) -> Found {
+    let tool = Tool::of(machine, bodies, Some(LENGTH)).expect("tool");
+    let nominal = Plain { machine, errs: false, tip: tool.tip_mm.into(), axis: tool.axis.into() };
     let tables = [G54, [0.0; 6]];
     // coordinates of the tip hold no tool length
     let length = if coordinates == Coordinates::Axes { LENGTH } else { 0.0 };
-    let [ideal, driven] = [before, after].map(|text| moves(text, [0.0; 6], tables, length));
+    let [ideal, driven] = texts.map(|text| moves(text, [0.0; 6], tables, length));
     let mut found = Found { tip_mm: 0.0, direction_rad: 0.0, feed: 0.0, samples: 0 };
     let at = |mv: &Move, s: f64| positions(&nominal, coordinates, mv.at(s));
     let blocks: Vec<&Move> = ideal.iter().filter(|mv| !mv.is_rapid).collect();
     assert!(blocks.len() > 5);
-    for block in blocks {
-        let pieces: Vec<&Move> = driven.iter().filter(|mv| mv.number == block.number && !mv.is_rapid).collect();
-        assert!(!pieces.is_empty(), "N{} is gone", block.number);
-        let minutes: f64 = pieces.iter().map(|mv| mv.minutes).sum();
-        found.feed = found.feed.max((minutes / block.minutes - 1.0).abs());
-        let mut gone = 0.0;
-        for piece in pieces {
-            let (a, b) = (actual.tool(&at(piece, 0.0)).0, actual.tool(&at(piece, 1.0)).0);
-            let samples = (distance(a, b) / sample_mm).ceil().clamp(4.0, 20_000.0) as usize;
-            for k in 0..=samples {
-                let s = k as f64 / samples as f64;
-                let (tip, way) = actual.tool(&at(piece, s));
-                // the ideal place of that moment; the last digits of times are shifted to the nearest point
-                let mut share = ((gone + s * piece.minutes) / minutes).min(1.0);
-                let offs = |share: f64| {
-                    let (place, wanted) = nominal.tool(&at(block, share));
-                    (distance(place, tip), distance(wanted, way))
-                };
-                // a point of the ideal path where both are near
-                let both = |share: f64| {
-                    let (tip, direction) = offs(share);
-                    (tip / TIP_MM).hypot(direction / DIRECTION_RAD)
-                };
-                let mut width = 2e-5;
-                let rounds = if both(share) < 0.7 { 0 } else { 12 };
-                for _ in 0..rounds {
-                    let best = [share - width, share, share + width]
-                        .map(|x| x.clamp(0.0, 1.0))
-                        .into_iter()
-                        .min_by(|x, y| both(*x).total_cmp(&both(*y)));
-                    share = best.expect("three");
-                    width *= 0.5;
-                }
-                let (tip_off, direction_off) = offs(share);
-                found.tip_mm = found.tip_mm.max(tip_off);
-                found.direction_rad = found.direction_rad.max(direction_off);
-                found.samples += 1;
-            }
-            gone += piece.minutes;
-        }
+    let total = |number: u32| -> f64 {
+        driven.iter().filter(|mv| mv.number == number && !mv.is_rapid).map(|mv| mv.minutes).sum()
+    };
+    for block in &blocks {
+        found.feed = found.feed.max((total(block.number) / block.minutes - 1.0).abs());
     }
+    let (mut number, mut gone, mut minutes) = (u32::MAX, 0.0, 0.0);
+    for piece in &driven {
+        if piece.is_rapid {
+            actual(&at(piece, 1.0));
+            continue;
+        }
+        let block = blocks.iter().find(|mv| mv.number == piece.number).expect("a block of that number");
+        if piece.number != number {
+            (number, gone, minutes) = (piece.number, 0.0, total(piece.number));
+        }
+        let (a, b) = (nominal.tool(&at(piece, 0.0)).0, nominal.tool(&at(piece, 1.0)).0);
+        let samples = (distance(a, b) / sample_mm).ceil().clamp(4.0, 20_000.0) as usize;
+        // a block of some micrometres turns an axis back: what friction throws it off at once is there for that block's time
+        let turns_back = late > LATE && distance(a, b) < TURNS_BACK_MM;
+        for k in 0..=samples {
+            let s = k as f64 / samples as f64;
+            let (tip, way) = actual(&at(piece, s));
+            // the ideal place of that moment; the last digits of times are shifted to the nearest point
+            let mut share = ((gone + s * piece.minutes) / minutes).min(1.0);
+            let offs = |share: f64| {
+                let (place, wanted) = nominal.tool(&at(block, share));
+                (distance(place, tip), distance(wanted, way))
+            };
+            // a point of the ideal path where both are near
+            let both = |share: f64| {
+                let (tip, direction) = offs(share);
+                (tip / TIP_MM).hypot(direction / DIRECTION_RAD)
+            };
+            let mut width = late;
+            let rounds = if both(share) < 0.7 { 0 } else { ROUNDS };
+            for _ in 0..rounds {
+                let best = [share - width, share, share + width]
+                    .map(|x| x.clamp(0.0, 1.0))
+                    .into_iter()
+                    .min_by(|x, y| both(*x).total_cmp(&both(*y)));
+                share = best.expect("three");
+                width *= 0.5;
+            }
+            let (tip_off, direction_off) = offs(share);
+            found.samples += 1;
+            if turns_back && k < samples {
+                continue;
+            }
+            found.tip_mm = found.tip_mm.max(tip_off);
+            found.direction_rad = found.direction_rad.max(direction_off);
+        }
+        gone += piece.minutes;
+    }
+    assert!(blocks.iter().all(|block| driven.iter().any(|mv| mv.number == block.number)), "a block is gone");
     found
 }
 
@@ -255,6 +295,170 @@ fn the_tool_of_an_erring_machine_is_on_the_ideal_path() {
             // the test sees the errors where nothing is corrected
             assert!(uncorrected.tip_mm > 100.0 * TIP_MM);
         }
+    }
+}
+
+/// Laws of the test's own: value after a way, per unit of size.
+enum Law {
+    /// Free gap, mm or rad.
+    Play(f64),
+    /// Wind-up that relaxes over a travel.
+    Windup(f64),
+    /// Friction that turns round over a travel.
+    Spike(f64),
+}
+
+/// An axis that remembers its way: what it adds to which component, mm or rad.
+struct Remembers {
+    axis: usize,
+    component: Component,
+    size: f64,
+    law: Law,
+    state: f64,
+    sense: f64,
+    last: Option<f64>,
+}
+
+impl Remembers {
+    fn new(machine: &Machine, axis: &str, component: Component, size: f64, law: Law) -> Remembers {
+        let axis = machine.axis_index(axis).expect("axis");
+        Remembers { axis, component, size, law, state: 0.0, sense: 0.0, last: None }
+    }
+
+    fn effect(&self, machine: &Machine) -> Effect {
+        let own = self.component == machine.axes[self.axis].own_component();
+        let (parameter, value) = match self.law {
+            Law::Play(gap) => ("gap", gap),
+            Law::Windup(travel) => ("take_up", travel),
+            Law::Spike(travel) => ("travel", travel),
+        };
+        let kind = match (&self.law, own, machine.axes[self.axis].kind) {
+            (Law::Spike(_), ..) => "reversal-spike",
+            (_, true, AxisKind::Linear) => "linear-backlash",
+            (_, true, AxisKind::Rotary) => "rotary-backlash",
+            _ => "lateral-play",
+        };
+        let outlet = Outlet::Motion { axis: self.axis, component: self.component };
+        let effect = Effect::new(kind, EffectPlace::Axis(self.axis)).size(outlet, "", self.size);
+        let effect = effect.with(parameter, ParameterValue::Number(value));
+        match self.law {
+            Law::Windup(_) => effect.with("windup_share", ParameterValue::Number(1.0)),
+            _ => effect,
+        }
+    }
+
+    fn go(&mut self, sign: f64, q: f64) -> f64 {
+        let mut way = sign * (q - *self.last.get_or_insert(q));
+        // less is rounding, and waits until it is more
+        if way.abs() < 1e-7 {
+            way = 0.0;
+        } else {
+            self.last = Some(q);
+        }
+        let relax = |state: f64, travel: f64| way.signum() + (state - way.signum()) * (-way.abs() / travel).exp();
+        if way != 0.0 {
+            self.sense = way.signum();
+            self.state = match self.law {
+                Law::Play(gap) => (self.state + 2.0 * way / gap).clamp(-1.0, 1.0),
+                Law::Windup(travel) | Law::Spike(travel) => relax(self.state, travel),
+            };
+        }
+        match self.law {
+            Law::Spike(_) => 0.5 * (self.state - self.sense) * self.size,
+            _ => -self.state * self.size,
+        }
+    }
+}
+
+fn remembering(name: &str, list: fn(&Machine) -> Vec<Remembers>, text: &str, coordinates: Coordinates) -> [Found; 2] {
+    let (machine, bodies) = erring(name, 100);
+    let remembered = |machine: &Machine| {
+        let mut machine = machine.clone();
+        machine.effects = list(&machine).iter().map(|one| one.effect(&machine)).collect();
+        let list = take_remembered(&mut machine, &[]);
+        assert!(machine.effects.is_empty());
+        list
+    };
+    let drive = |after: &str, sample_mm: f64| {
+        let tool = Tool::of(&machine, &bodies, Some(LENGTH)).expect("tool");
+        let mut list = list(&machine);
+        let mut actual = |q: &[f64]| {
+            let mut now = machine.clone();
+            for one in &mut list {
+                let value = one.go(machine.motion_sign(one.axis), q[one.axis]);
+                let form = ComponentForm::Table {
+                    position: vec![q[one.axis] - 1.0, q[one.axis] + 1.0],
+                    value: vec![value; 2],
+                };
+                now.axes[one.axis].component_errors.push(ComponentError { component: one.component, form });
+            }
+            Plain { machine: &now, errs: true, tip: tool.tip_mm.into(), axis: tool.axis.into() }.tool(q)
+        };
+        compare_driven((&machine, &bodies), coordinates, [text, after], (sample_mm, LATE_BY_REVERSALS), &mut actual)
+    };
+    let chain = Chain::of(&machine);
+    let corrected = |list| {
+        let mut compensator =
+            Compensator::new(&machine, &chain, &bodies, settings(coordinates)).expect("machine").with_remembered(list);
+        let mut out = Vec::new();
+        text.split_inclusive('\n').for_each(|line| compensator.line(line.as_bytes(), &mut out).expect("corrected"));
+        String::from_utf8(out).expect("text")
+    };
+    let after = corrected(remembered(&machine));
+    println!("{name} {coordinates:?}: {} lines of {}", after.lines().count(), text.lines().count());
+    [drive(&corrected(Vec::new()), 0.2), drive(&after, 0.02)]
+}
+
+/// Axes that turn back within arcs, at corners and between moves. The rapids at its beginning make their flanks known.
+const TURNING_BACK: &str = "G21 G90 G17 G94 G40 G49 G54\nT1 M6\nG0 G43 H1 Z60\nG0 X5 Y10 A-28 C60\nG0 X-3 Y0 A-20 C20\n\
+    N10 G1 X8 Y3 Z45 F900\nN20 X-4 Y5\nN30 G2 X-4 Y5 I6 J0\nN40 G3 X2 Y9 Z47 R8 F700\nG0 X0 Y20 Z50\n\
+    N50 G1 X5 Y12 A-26 C24\nN60 X1 Y14 Z48 A-22 C20\nN70 Z50\nN80 Z49.999 X1.5\nN90 G18 G2 X6 Z42 R8\nM30\n";
+
+#[test]
+fn lost_motion_play_and_spikes_are_taken_out_along_the_program() {
+    let lists: [fn(&Machine) -> Vec<Remembers>; 3] = [
+        // a dead zone: the slide stands while its drive turns round
+        |machine| vec![Remembers::new(machine, "X", Component::EX, 0.002, Law::Play(0.004))],
+        |machine| {
+            vec![
+                Remembers::new(machine, "X", Component::EX, 0.002, Law::Play(0.2)),
+                Remembers::new(machine, "A", Component::EX, 0.003, Law::Play(0.2f64.to_radians())),
+                Remembers::new(machine, "C", Component::EC, 2e-5, Law::Windup(0.5f64.to_radians())),
+            ]
+        },
+        |machine| vec![Remembers::new(machine, "Y", Component::EY, 0.006, Law::Spike(0.4))],
+    ];
+    for (k, list) in lists.into_iter().enumerate() {
+        // words of the tip leave a slide that stands trembling by a nanometre, and each time the spike's law turns back
+        let both = [Coordinates::Axes, Coordinates::Workpiece];
+        for &coordinates in if k == 2 { &both[..1] } else { &both[..] } {
+            let [without, found] = remembering("hermle-c600u.yaml", list, TURNING_BACK, coordinates);
+            println!(
+                "{coordinates:?}: {:.3} µm, {:.4} arcsec, feed {:.1e}; as the position alone {:.3} µm",
+                1e3 * found.tip_mm,
+                206_264.806 * found.direction_rad,
+                found.feed,
+                1e3 * without.tip_mm
+            );
+            assert!(without.tip_mm > 10.0 * TIP_MM, "{coordinates:?}: {} µm", 1e3 * without.tip_mm);
+            assert!(found.tip_mm < TIP_MM, "{coordinates:?}: tip {} µm", 1e3 * found.tip_mm);
+            assert!(found.direction_rad < DIRECTION_RAD, "{coordinates:?}: {} rad", found.direction_rad);
+            assert!(found.feed < 0.02, "{coordinates:?}: feed off by {}", found.feed);
+        }
+    }
+}
+
+/// Ends whose rounding lies along the radius: LinuxCNC drives the whole circle.
+#[test]
+fn a_circle_whose_end_is_rounded_is_a_whole_circle() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nN10 G2 X0.001 Y0 I50 F1000\nN20 G3 X0 Y0 I50\nN30 G3 X0 Y-0.00004 I50\n";
+    let plain = Settings { tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
+    let after = corrected(&machine, &bodies, text, plain).expect("corrected");
+    for block in ["N10", "N20", "N30"] {
+        let from = after.lines().position(|line| line.starts_with(block)).expect("block");
+        let pieces = after.lines().skip(from + 1).take_while(|line| !line.starts_with('N')).count();
+        assert!(pieces >= 3, "{block} is cut into {} pieces:\n{after}", pieces + 1);
     }
 }
 
@@ -371,6 +575,31 @@ fn everything_else_stays_byte_for_byte() {
 }
 
 #[test]
+fn modes_and_text_that_belong_to_no_move_stay_as_they_are() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let text = "%\nG21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nG1 X5 A-24 F500\nG93\nG94\nG1 X6 F500\nM30\n%\nX[#1] not of it\n\
+                G1 X9\n%\n";
+    let plain = Settings { tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
+    let after = corrected(&machine, &bodies, text, plain).expect("corrected");
+    let own = |word: &str| after.lines().filter(|line| *line == word).count();
+    assert_eq!((own("G93"), own("G94")), (1, 1), "{after}");
+    assert!(after.ends_with("%\nX[#1] not of it\nG1 X9\n%\n"), "{after}");
+}
+
+#[test]
+fn a_feed_move_that_starts_uncorrected_is_told_with_its_line() {
+    let (machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let chain = Chain::of(&machine);
+    let plain = Settings { tool_length_mm: Some(LENGTH), ..settings(Coordinates::Axes) };
+    let mut compensator = Compensator::new(&machine, &chain, &bodies, plain).expect("machine");
+    let text = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-25 C0\nG1 X5 F500\nG53 G0 Z20\nG1 X6\nG1 X7\n";
+    let mut out = Vec::new();
+    text.split_inclusive('\n').for_each(|line| compensator.line(line.as_bytes(), &mut out).expect("corrected"));
+    let starts = compensator.summary().starts_off;
+    assert!(starts.line == 5 && starts.amount > 5e-3, "{starts:?}");
+}
+
+#[test]
 fn what_is_not_understood_is_refused_with_its_line() {
     let (machine, bodies) = erring("hermle-c600u.yaml", 8);
     let head = "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 A-20 C0\n";
@@ -378,6 +607,8 @@ fn what_is_not_understood_is_refused_with_its_line() {
         ("G81 X1 Y1 Z-3 R2 F100", "canned cycle"),
         ("G1 X#100 F100", "variable"),
         ("G1 X[1+2] F100", "variable"),
+        ("G1 X F100", "X without a number"),
+        ("G1 XY5 F100", "X without a number"),
         ("o100 sub", "variable"),
         ("O100 G1", "subprogram"),
         ("M98 P100", "subprogram"),

@@ -259,3 +259,86 @@ fn a_control_that_holds_all_places_leaves_nothing_of_them() {
     }
     assert!(seen > 10, "{seen}");
 }
+
+/// Recordings of a planned machine with location errors of C and a bend of X about x; the session's machine states the bend by
+/// `bend`, under the axes.
+fn bent(folder: &Path, bend: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let fiveaxis = |arguments: &[&str]| {
+        let run = Command::cargo_bin("fiveaxis").expect("built").args(arguments).output().expect("run");
+        assert!(run.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&run.stderr));
+    };
+    let text = |path: &Path| path.to_str().expect("text").to_string();
+    let plan = folder.join("plan");
+    let machine = text(&root.join("machines/table-head-cb-moving-table-y.yaml"));
+    fiveaxis(&["plan", &machine, "--feed", "1500", "--circles", "--sigma", "3um,3arcsec", "--out", &text(&plan)]);
+    let drawn = std::fs::read_to_string(&machine).expect("machine");
+    let bent = drawn.replace(
+        "X: {range: [-375, 375]}",
+        "X: {range: [-375, 375], component_errors: {EAX: {polynomial: [0 arcsec, 0.001147 arcsec]}}}",
+    );
+    let c = "C: {origin: [0, 0, 0], range: [-360, 360]";
+    let truth = bent.replace(c, &format!("{c}, errors: {{EX0C: 31 um, EY0C: -42 um}}"));
+    std::fs::write(plan.join("truth.yaml"), truth).expect("written");
+    let session = std::fs::read_to_string(plan.join("session.yaml")).expect("session");
+    std::fs::write(plan.join("true.yaml"), session.replace("machine: machine.yaml", "machine: truth.yaml"))
+        .expect("written");
+    let recorded = folder.join("recorded");
+    fiveaxis(&["simulate", &text(&plan.join("true.yaml")), "--out", &text(&recorded), "--instrument", "default"]);
+    let stated = if bend.is_empty() { bent } else { format!("{drawn}\neffects:\n{bend}") };
+    std::fs::write(recorded.join("machine.yaml"), stated).expect("written");
+    let lines = session.lines().filter(|line| !line.trim_start().starts_with("sweep:") && !line.starts_with('#'));
+    std::fs::write(recorded.join("session.yaml"), lines.collect::<Vec<_>>().join("\n") + "\n").expect("written");
+    text(&recorded.join("session.yaml"))
+}
+
+#[test]
+fn parameters_that_make_the_volume_worse_are_told_and_not_written() {
+    let scratch = tempfile::tempdir().expect("folder");
+    let session = bent(scratch.path(), "");
+    let out = scratch.path().join("out");
+    let said = ["control", &session, "--control", "heidenhain"];
+    let (code, value) = run(&said);
+    assert_eq!(code, Some(0), "{value}");
+    let figure = |key: &str| value[key]["position_p95_um"].as_f64().expect("figure");
+    assert!(figure("volume_after") > 1.05 * figure("volume_now"), "{value}");
+    let warnings = value["warnings"].to_string();
+    assert!(warnings.contains("make the volume worse") && warnings.contains("EAX over the travel of X"), "{warnings}");
+    let with_out = [&said[..], &["--out", out.to_str().expect("text")]].concat();
+    let (code, value) = run(&with_out);
+    assert_eq!(code, Some(2));
+    assert!(value["error"].to_string().contains("no files are written") && !out.exists(), "{value}");
+    let (code, _) = run(&[&with_out[..], &["--force"]].concat());
+    assert_eq!(code, Some(0));
+    assert!(out.join("parameters.csv").is_file());
+}
+
+#[test]
+fn what_was_found_ends_where_it_was_recorded_and_an_open_cause_is_told() {
+    let scratch = tempfile::tempdir().expect("folder");
+    let effect = "  - effect: straightness\n    place: X\n    degrees: [2]\n    half_travel: 100\n    \
+                  cannot_tell_from: \"rotary-error-motion of C (EXC), 49 % against 49 %\"\n    \
+                  sizes: {EAX: {degree2: 11.47 arcsec}}\n";
+    let session = bent(scratch.path(), effect);
+    let out = scratch.path().join("out");
+    let (code, value) =
+        run(&["control", &session, "--control", "fanuc", "--force", "--out", out.to_str().expect("text")]);
+    assert_eq!(code, Some(0), "{value}");
+    let warnings = value["warnings"].to_string();
+    assert!(warnings.contains("the cause is open") && warnings.contains("its last value is held"), "{warnings}");
+    let table = std::fs::read_to_string(out.join("EAX.csv")).expect("table");
+    let rows: Vec<f64> =
+        table.lines().skip(1).map(|line| line.split(',').next().expect("x").parse().expect("number")).collect();
+    let (first, last) = (rows[0], rows[rows.len() - 1]);
+    assert!(first < -90.0 && first > -200.0 && last > 90.0 && last < 200.0, "{first} … {last} of ±375");
+    let program = scratch.path().join("part.ngc");
+    std::fs::write(&program, "G21 G90 G17 G94 G54 G49\nG0 X0 Y0 Z0 B0 C0\nG1 X200 F900\n").expect("written");
+    let corrected = scratch.path().join("corrected.ngc");
+    let machine = Path::new(&session).with_file_name("machine.yaml");
+    let [program, machine, corrected] = [&program, &machine, &corrected].map(|file| file.to_str().expect("text"));
+    let (code, value) =
+        run(&["compensate", program, machine, "--errors", &session, "--offset", "G54:", "--out", corrected]);
+    assert_eq!(code, Some(0), "{value}");
+    let warnings = value["warnings"].to_string();
+    assert!(warnings.contains("the cause is open") && warnings.contains("its last value is held"), "{warnings}");
+}

@@ -103,3 +103,57 @@ fn the_command_reads_a_folder_of_dated_sessions() {
     assert_eq!(code, Some(2));
     assert!(value["error"].to_string().contains("no date in its name"), "{value}");
 }
+
+/// A session of a folder under a name, copied from the examples.
+fn copied(from: &str, folder: &Path) {
+    std::fs::create_dir_all(folder).expect("folder");
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(from)).expect("example") {
+        let file = entry.expect("entry").path();
+        std::fs::copy(&file, folder.join(file.file_name().expect("name"))).expect("copied");
+    }
+}
+
+#[test]
+fn a_history_is_of_one_machine_and_of_days_of_the_calendar() {
+    let run = |folder: &Path| {
+        let output = Command::cargo_bin("fiveaxis")
+            .expect("built")
+            .arg("history")
+            .arg(folder)
+            .arg("--json")
+            .output()
+            .expect("run");
+        let text = String::from_utf8(output.stdout).expect("text");
+        (output.status.code(), serde_json::from_str::<serde_json::Value>(&text).expect("JSON"))
+    };
+    let scratch = tempfile::tempdir().expect("folder");
+    copied("examples/thesis/chapter5", &scratch.path().join("2024-02-29"));
+    // a folder without a session is named
+    std::fs::create_dir(scratch.path().join("2024-03-10")).expect("folder");
+    let (code, value) = run(scratch.path());
+    assert_eq!(code, Some(0), "{value}");
+    assert!(value["warnings"].to_string().contains("2024-03-10 is left out: it holds no session.yaml"), "{value}");
+    // two machines of one code
+    copied("examples/gallery/01-worm-gear", &scratch.path().join("2024-03-10"));
+    let (code, value) = run(scratch.path());
+    assert_eq!(code, Some(2));
+    let says = value["error"].to_string();
+    assert!(says.contains("Five-axis 200") && says.contains("Hermle C600U") && says.contains("one machine"), "{says}");
+    // the same name, an axis elsewhere
+    std::fs::remove_dir_all(scratch.path().join("2024-03-10")).expect("removed");
+    let moved = scratch.path().join("2024-04-30");
+    copied("examples/thesis/chapter5", &moved);
+    let machine = std::fs::read_to_string(moved.join("machine.yaml")).expect("machine");
+    std::fs::write(moved.join("machine.yaml"), machine.replace("A: {origin: [0, 0, 0]", "A: {origin: [0, 0, 0.01]"))
+        .expect("written");
+    let (code, value) = run(scratch.path());
+    assert_eq!(code, Some(2));
+    assert!(value["error"].to_string().contains("A about"), "{value}");
+    for wrong in ["2025-02-30", "2025-04-31", "2023-02-29", "2025-13-01", "0000-01-01"] {
+        let scratch = tempfile::tempdir().expect("folder");
+        copied("examples/thesis/chapter5", &scratch.path().join(wrong));
+        let (code, value) = run(scratch.path());
+        assert_eq!(code, Some(2), "{wrong}");
+        assert!(value["error"].to_string().contains(&format!("{wrong} is no day of the calendar")), "{value}");
+    }
+}

@@ -3,7 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use fiveaxis::machine::{AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine};
+use fiveaxis::machine::{
+    self, AxisKind, Component, ComponentError, ComponentForm, Harmonic, Machine, Outlet, ParameterValue, Place,
+};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -67,7 +69,7 @@ pub fn truth(machine: &Machine, random: &mut ChaCha8Rng) -> Machine {
 }
 
 impl Hidden {
-    /// What a machine file can say of it: location errors, and the effect if it depends on the position of its axis alone.
+    /// What a machine file can say of it: location errors, and the effect unless it depends on time.
     pub fn as_machine_file(&self) -> Machine {
         let mut machine = self.machine.clone();
         let Some(effect) = &self.effect else { return machine };
@@ -77,11 +79,33 @@ impl Hidden {
             Law::Screw { lead_mm } => wave(TAU / lead_mm),
             Law::Bend { over_mm } => ComponentForm::Polynomial(vec![0.0, effect.size / (over_mm * over_mm)]),
             Law::PerMetre => ComponentForm::Polynomial(vec![effect.size / 1000.0]),
-            Law::Play { .. } | Law::Spike { .. } | Law::Growth { .. } => return machine,
+            Law::Play { take_up } => return self.told(machine, play_name(effect), ("gap", take_up)),
+            Law::Spike { gone_mm } => return self.told(machine, "reversal-spike", ("travel", gone_mm)),
+            Law::Growth { .. } => return machine,
         };
         let index = machine.axis_index(effect.axis).expect("an axis of the machine");
         machine.axes[index].component_errors.push(ComponentError { component: effect.component, form });
         machine
+    }
+
+    /// The machine with the effect under its name in the catalogue.
+    fn told(&self, mut machine: Machine, name: &str, (parameter, value): (&str, f64)) -> Machine {
+        let Some(effect) = &self.effect else { return machine };
+        let axis = machine.axis_index(effect.axis).expect("an axis of the machine");
+        let outlet = Outlet::Motion { axis, component: effect.component };
+        let told = machine::Effect::new(name, Place::Axis(axis)).size(outlet, "", effect.size);
+        machine.effects.push(told.with(parameter, ParameterValue::Number(value)));
+        machine
+    }
+}
+
+/// Name of a play: along or about its axis, or across it.
+fn play_name(effect: &Effect) -> &'static str {
+    let is_own = format!("{:?}", effect.component) == format!("E{}", effect.axis);
+    match (is_own, matches!(effect.axis, "X" | "Y" | "Z")) {
+        (false, _) => "lateral-play",
+        (true, true) => "linear-backlash",
+        (true, false) => "rotary-backlash",
     }
 }
 

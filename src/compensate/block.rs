@@ -94,11 +94,13 @@ fn word(line: &[u8], from: usize) -> Result<Word, String> {
     }
     if at < line.len() && matches!(line[at], b'#' | b'[' | b'=') || at == begin {
         let rest = line.get(begin).copied();
-        let is_macro = line[from].is_ascii_alphabetic()
-            && rest.is_some_and(|byte| byte.is_ascii_alphabetic() || matches!(byte, b'#' | b'[' | b'=' | b'<'));
+        // a letter right behind is a macro's word, unless it has a number of its own: another word
+        let next_is_word = line.get(begin + 1).is_some_and(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-'));
+        let is_name = begin == from + 1 && !next_is_word && rest.is_some_and(|byte| byte.is_ascii_alphabetic());
+        let is_macro = is_name || rest.is_some_and(|byte| matches!(byte, b'#' | b'[' | b'=' | b'<'));
         return Err(match is_macro {
             true => "has a variable, expression or macro, whose value is not known here; let the CAM system or the control write it out".into(),
-            false => format!("has {} without a number", letter as char),
+            false => format!("has {} without a number; write both or neither", letter as char),
         });
     }
     let text = std::str::from_utf8(&line[begin..at]).unwrap_or_default();

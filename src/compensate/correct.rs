@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::command::{Positions, slide_step};
+use super::memory::{Memories, Search};
 use crate::inverse::{AxisInWorkpiece, Kinematics, Tool, ToolPose};
 
 /// Nearer to a singular direction than this, rad (two degrees), the turn that corrects the tool's direction is held back:
@@ -29,13 +30,15 @@ pub struct Corrector<'a> {
     actual: Kinematics<'a>,
     sliding: [usize; 3],
     turning: Vec<usize>,
+    /// What the way of the axes has left.
+    pub(super) memories: Memories,
     scratch: Vec<AxisInWorkpiece>,
 }
 
 impl<'a> Corrector<'a> {
     /// A machine with three slides and at most two rotary axes, by index.
     pub fn new(actual: Kinematics<'a>, sliding: [usize; 3], turning: &[usize]) -> Corrector<'a> {
-        Corrector { actual, sliding, turning: turning.to_vec(), scratch: Vec::new() }
+        Corrector { actual, sliding, turning: turning.to_vec(), memories: Memories::default(), scratch: Vec::new() }
     }
 
     /// Another tool in the spindle.
@@ -43,21 +46,48 @@ impl<'a> Corrector<'a> {
         self.actual = self.actual.with_tool(tool);
     }
 
-    /// The tool of the erring machine.
+    /// The tool of the erring machine that is driven from where it stands to positions.
     pub fn pose(&self, positions: &Positions) -> ToolPose {
-        self.actual.pose(&positions[..self.actual.machine().axes.len()])
+        let positions = (positions, &positions[..self.actual.machine().axes.len()]);
+        if self.memories.is_empty() {
+            return self.actual.pose(positions.1);
+        }
+        let mut motion = self.motion(positions.1);
+        self.memories.add_driven(positions.0, &mut motion);
+        self.actual.pose_with(positions.1, Some(&motion))
+    }
+
+    /// Component errors by the position, by axis.
+    fn motion(&self, positions: &[f64]) -> Vec<[f64; 6]> {
+        self.actual.component_errors(positions).unwrap_or_else(|| vec![[0.0; 6]; positions.len()])
     }
 
     /// Positions near `programmed` at which the erring machine's tool stands as `ideal`.
     ///
-    /// Newton steps of slides and turns together. The turns stay near the programmed ones: with the direction's
-    /// derivatives `c = k × d` they minimise `|C t − b|² + λ t²`, λ = 0 outside the zone of singular directions.
+    /// What the way itself changes is found in a second search: the first one tells which way each axis has to go.
     pub fn correct(&mut self, ideal: &ToolPose, programmed: &Positions) -> Corrected {
+        let first = self.search(ideal, programmed, programmed, Search::Past);
+        let machine = self.actual.machine();
+        if self.memories.is_empty() || !self.memories.ask(machine, &first.positions) {
+            return first;
+        }
+        let mut second = self.search(ideal, programmed, &first.positions, Search::Settled);
+        self.memories.keep_waiting(&mut second.positions);
+        second
+    }
+
+    /// Newton steps of slides and turns together, from a start. The turns stay near the programmed ones: with the direction's
+    /// derivatives `c = k × d` they minimise `|C t − b|² + λ t²`, λ = 0 outside the zone of singular directions.
+    fn search(&mut self, ideal: &ToolPose, programmed: &Positions, start: &Positions, search: Search) -> Corrected {
         let count = self.actual.machine().axes.len();
-        let mut positions = *programmed;
+        let mut positions = *start;
         let mut off_rad = 0.0;
+        let mut search = search;
         for step in 0..MOST_STEPS {
-            let motion = self.actual.component_errors(&positions[..count]);
+            let mut motion = self.actual.component_errors(&positions[..count]);
+            if !self.memories.is_empty() {
+                self.memories.add(search, &positions, motion.get_or_insert_with(|| vec![[0.0; 6]; count]));
+            }
             let pose = self.actual.pose_and_axes(&positions[..count], motion.as_deref(), &mut self.scratch);
             let lacking = ideal.tip_mm - pose.tip_mm;
             let off = ideal.axis - pose.axis;
@@ -67,13 +97,19 @@ impl<'a> Corrector<'a> {
             if step > 0 && lacking.norm() < MET_MM && (off_rad < MET_RAD || most < MET_RAD) {
                 break;
             }
+            let before = positions;
             let mut rest = lacking;
             for (&axis, turn) in self.turning.iter().zip(turned.iter()) {
                 rest -= self.scratch[axis].moves(&pose.tip_mm) * *turn;
-                positions[axis] += turn;
+                positions[axis] += turn / self.memories.share(search, axis, &before);
             }
             let slides = slide_step(&self.scratch, self.sliding, &rest);
-            self.sliding.iter().zip(slides.iter()).for_each(|(&axis, step)| positions[axis] += step);
+            for (&axis, step) in self.sliding.iter().zip(slides.iter()) {
+                positions[axis] += step / self.memories.share(search, axis, &before);
+            }
+            if search == Search::Settled {
+                search = Search::Way;
+            }
         }
         Corrected { positions, off_rad }
     }

@@ -12,6 +12,7 @@ mod block;
 mod codes;
 mod command;
 mod correct;
+mod memory;
 mod modal;
 mod moves;
 mod path;

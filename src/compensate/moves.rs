@@ -10,6 +10,9 @@ use super::rewrite::number;
 use super::state::{Compensator, Moving, Timing};
 use super::written::late_words;
 
+/// A feed move that starts this many tolerances beside its path is told.
+const STARTS_OFF: f64 = 3.0;
+
 impl Compensator<'_> {
     /// A block that moves.
     pub(super) fn moved(&mut self, line: &[u8], end: &[u8], block: &Block, out: &mut Vec<u8>) -> Result<(), String> {
@@ -86,6 +89,7 @@ impl Compensator<'_> {
                 self.sent[letter] = target[letter];
             }
         }
+        self.follow_memories();
         self.summary.left += 1;
         self.pass(line, end, block, out);
         Ok(())
@@ -176,6 +180,9 @@ impl Compensator<'_> {
             Timing::Rapid => Pieces::rapid(cut, fineness),
             _ => Pieces::new(&mut self.control, &self.corrector, cut, &sent, fineness),
         };
+        if !matches!(timing, Timing::Rapid) && pieces.starts_off_mm() > STARTS_OFF * self.settings.tolerance_mm {
+            self.summary.starts_off.take(pieces.starts_off_mm(), self.summary.lines);
+        }
         let late: Vec<&[u8]> = late_words(line, block);
         let mut is_first = true;
         while let Some(mut piece) = pieces.next(&mut self.control, &mut self.corrector)? {
@@ -195,6 +202,7 @@ impl Compensator<'_> {
                 true => self.first_piece(&Moving { line, block, path, timing }, &piece, !late.is_empty(), out),
                 false => self.next_piece(path, &piece, timing, out),
             }
+            self.follow_memories();
             if is_last && !is_first {
                 for word in late {
                     out.push(b' ');
@@ -219,10 +227,12 @@ impl Compensator<'_> {
             let Some((from, to)) = axis.range else { continue };
             if q < from - 1e-9 || q > to + 1e-9 {
                 let shown = |q: f64| number(axis.kind.to_file_unit(q), 4);
+                // a correction leads over a limit by some thousandths: as many digits as tell the two apart
+                let finely = |q: f64| number(axis.kind.to_file_unit(q), 7);
                 return Err(format!(
                     "takes {} to {} {}, outside its travel of {} to {}: is it a program of another machine, or are offsets and tool lengths others?",
                     axis.name,
-                    shown(q),
+                    finely(q),
                     axis.kind.position_unit(),
                     shown(from),
                     shown(to)

@@ -30,6 +30,8 @@ pub struct Arc {
 const RADII_APART: (f64, f64) = (0.02, 5e-4);
 /// Ends nearer than this are one point, mm: a full circle.
 const SAME_POINT: f64 = 1e-7;
+/// Angles below this are none, rad: LinuxCNC drives a full circle then.
+const SAME_ANGLE: f64 = 1e-6;
 
 /// How an arc was said.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,11 +72,14 @@ impl Arc {
         if start_radius < SAME_POINT {
             return Err("has an arc without a radius".into());
         }
-        let is_full = (start[0] - end[0]).hypot(start[1] - end[1]) < SAME_POINT;
         let sense = if counter { 1.0 } else { -1.0 };
+        let angle = (sense * (end_angle - start_angle)).rem_euclid(TAU);
+        // an end in the direction of the start is a full turn: the rounding of its words may lie along the radius
+        let is_full = (start[0] - end[0]).hypot(start[1] - end[1]) < SAME_POINT;
         let once = match is_full {
             true => TAU,
-            false => (sense * (end_angle - start_angle)).rem_euclid(TAU),
+            false if angle < SAME_ANGLE => TAU + angle,
+            false => angle,
         };
         let sweep = sense * (once + TAU * (turns - 1.0));
         Ok(Arc { plane, centre, start_radius, end_radius, start_angle, sweep })
@@ -129,5 +134,10 @@ impl Path {
     /// Length along the rotary coordinates, deg.
     pub fn turn_deg(&self) -> f64 {
         (3..6).map(|k| (self.to[k] - self.from[k]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Length along all coordinates, a degree counting as a millimetre.
+    pub fn whole(&self) -> f64 {
+        self.length_mm().hypot(self.turn_deg())
     }
 }

@@ -1,9 +1,10 @@
 //! A move cut into straight commands and arcs after which the erring machine's tool follows the ideal path within a tolerance.
 
-use super::command::{Control, Positions};
+use super::command::{Control, Coordinates, Positions};
 use super::correct::{Corrected, Corrector};
+use super::memory::LEVER_MM;
 use super::path::{Arc, ArcWords, Path, Place};
-use crate::machine::ComponentForm;
+use crate::machine::{AxisKind, ComponentForm};
 
 /// How closely the path is followed and how finely words are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +43,18 @@ const LOOKS: [f64; 3] = [0.27, 0.5, 0.77];
 const USED: f64 = 0.8;
 /// Shares of a move below this are not cut any more.
 const LEAST_SHARE: f64 = 1e-7;
+/// The same where an axis loses motion: its reversal is one short block.
+const LEAST_SHARE_OF_JUMPS: f64 = 1e-9;
+/// How much longer a block may be than the one before where an axis loses motion; 2 elsewhere.
+const GROWS_AFTER_REVERSAL: f64 = 8.0;
+/// Of a tolerance: a block that goes over less may hold the jump of a reversal, which no cut takes away.
+const JUMP: f64 = 0.5;
+/// Shares of a block below this are no place to cut it at a reversal.
+const NEAR_END: f64 = 1e-3;
+/// Rounds of a search for a reversal; each leaves two thirds of the interval.
+const ROUNDS: usize = 60;
+/// Ways below this tell no sense of motion, mm or rad.
+const STANDSTILL: f64 = 1e-9;
 /// An arc whose rise over its chord is below this share of the tolerance is written as a straight command.
 const FLAT: f64 = 0.3;
 /// Looks at a wave of a component error.
@@ -85,6 +98,11 @@ impl<'p> Pieces<'p> {
         Pieces { path, fineness, sent: path.to, sent_off_rad: 0.0, share: 0.0, step: 1.0, longest: 1.0, start_off }
     }
 
+    /// How far from its path the tool is when the move begins, mm.
+    pub fn starts_off_mm(&self) -> f64 {
+        self.start_off.0
+    }
+
     /// The next command; `None` at the end.
     pub fn next(&mut self, control: &mut Control, corrector: &mut Corrector) -> Result<Option<Piece>, String> {
         if self.share >= 1.0 {
@@ -95,19 +113,84 @@ impl<'p> Pieces<'p> {
             // two halves rather than a whole and a rest
             let step = if self.step >= rest { rest } else { self.step.min(0.5 * rest) };
             let end = if step >= rest { 1.0 } else { self.share + step };
+            let end = self.before_turn(control, corrector, end);
+            let step = end - self.share;
             let piece = self.command(control, corrector, end);
             let used = self.used(control, corrector, &piece);
-            if used <= USED {
-                self.step = (step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, 2.0)).min(self.longest);
+            if used <= USED || self.is_jump(control, corrector, end) {
+                let most = if corrector.memories.is_empty() { 2.0 } else { GROWS_AFTER_REVERSAL };
+                self.step = (step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, most)).min(self.longest);
                 (self.share, self.sent, self.sent_off_rad, self.start_off) =
                     (end, piece.command, piece.off_rad, (0.0, 0.0));
                 return Ok(Some(piece));
             }
-            if step < LEAST_SHARE {
+            let least = if corrector.memories.is_empty() { LEAST_SHARE } else { LEAST_SHARE_OF_JUMPS };
+            if step < least {
                 return Err("cannot be cut finely enough: an error of the machine jumps there, or the tolerance is below what words can say".into());
             }
             self.step = step * (0.85 * (USED / used).sqrt()).clamp(0.05, 0.7);
         }
+    }
+
+    /// The end of a piece, before the next reversal of an axis that loses motion, and short over what it has to take up.
+    fn before_turn(&self, control: &mut Control, corrector: &Corrector, end: f64) -> f64 {
+        if corrector.memories.is_empty() {
+            return end;
+        }
+        let at = |control: &mut Control, share: f64| control.positions(&self.path.at(share), &[0.0; 9]);
+        let mut end = end;
+        // straight commands of axes turn back at their ends alone
+        if self.path.arc.is_some() || control.coordinates == Coordinates::Workpiece {
+            for axis in corrector.memories.driving() {
+                end = self.first_turn(control, axis, end);
+            }
+        }
+        let from = at(control, self.share);
+        loop {
+            let to = at(control, end);
+            let reach = corrector.memories.reach(&from, &to);
+            if reach >= 1.0 {
+                return end;
+            }
+            end = self.share + (end - self.share) * (0.95 * reach.sqrt());
+        }
+    }
+
+    /// Where an axis turns back before an end of the ideal path; that end where it does not.
+    fn first_turn(&self, control: &mut Control, axis: usize, end: f64) -> f64 {
+        let share = |k: usize| match k {
+            0 => self.share,
+            4 => end,
+            k => self.share + LOOKS[k - 1] * (end - self.share),
+        };
+        let mut at = |share: f64| control.positions(&self.path.at(share), &[0.0; 9])[axis];
+        let seen: [f64; 5] = std::array::from_fn(|k| at(share(k)));
+        let way = |k: usize| seen[k + 1] - seen[k];
+        let turns = |k: &usize| way(*k).abs().min(way(k + 1).abs()) > STANDSTILL && way(*k) * way(k + 1) < 0.0;
+        let Some(k) = (0..3).find(turns) else { return end };
+        let sense = way(k).signum();
+        let (mut low, mut high) = (share(k), share(k + 2));
+        for _ in 0..ROUNDS {
+            let third = (high - low) / 3.0;
+            match sense * (at(low + third) - at(high - third)) < 0.0 {
+                true => low += third,
+                false => high -= third,
+            }
+        }
+        let turn = 0.5 * (low + high);
+        if turn - self.share > NEAR_END * (end - self.share) { turn } else { end }
+    }
+
+    /// Whether a piece is so short that what it is off can only be the jump of a reversal.
+    fn is_jump(&self, control: &mut Control, corrector: &Corrector, end: f64) -> bool {
+        if corrector.memories.is_empty() {
+            return false;
+        }
+        let [from, to] = [self.share, end].map(|share| control.positions(&self.path.at(share), &[0.0; 9]));
+        control.nominal.machine().axes.iter().zip(from.iter().zip(&to)).all(|(axis, (from, to))| {
+            let lever_mm = if axis.kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
+            (to - from).abs() * lever_mm < JUMP * self.fineness.tolerance_mm
+        })
     }
 
     /// The command for a share of the way.
@@ -204,9 +287,6 @@ fn longest_share(control: &Control, path: &Path, tolerance_mm: f64) -> f64 {
     }
     1.0 / pieces
 }
-
-/// Lever by which angular errors count, mm.
-const LEVER_MM: f64 = 300.0;
 
 /// Shortest way over which a form leaves a straight line by more than a tolerance, or a wave fits between looks, mm or rad.
 fn shortest(form: &ComponentForm, tolerance: f64) -> f64 {

@@ -3,6 +3,7 @@
 use super::block::Block;
 use super::command::Coordinates;
 use super::modal::{LETTERS, ToolLength};
+use super::path::Place;
 use super::settings::OFFSET_NAMES;
 use super::state::Compensator;
 
@@ -41,7 +42,35 @@ impl Compensator<'_> {
         let all = (0..9).all(|letter| !named(letter));
         for letter in 0..9 {
             if all || named(letter) {
-                (self.here[letter], self.sent[letter]) = (None, None);
+                self.lose_place(letter);
+            }
+        }
+    }
+
+    /// Where an axis stands is not known any more, nor which way it came.
+    pub(super) fn lose_place(&mut self, letter: usize) {
+        (self.here[letter], self.sent[letter]) = (None, None);
+        if let Some(axis) = self.control.axis_of[letter] {
+            self.corrector.memories.forget(axis);
+        }
+    }
+
+    /// Tells the axes that lose motion where they were sent to.
+    pub(super) fn follow_memories(&mut self) {
+        if self.corrector.memories.is_empty() {
+            return;
+        }
+        let is_known = |letter: usize| self.control.axis_of[letter].is_none() || self.sent[letter].is_some();
+        let all_known = (0..9).all(is_known);
+        let known: [bool; 9] = std::array::from_fn(|letter| {
+            let is_own = self.control.coordinates == Coordinates::Axes || letter > 2;
+            if is_own { is_known(letter) } else { all_known }
+        });
+        let sent: Place = std::array::from_fn(|k| self.sent[k].unwrap_or(0.0));
+        let positions = self.control.positions(&sent, &[0.0; 9]);
+        for (letter, _) in known.iter().enumerate().filter(|(_, known)| **known) {
+            if let Some(axis) = self.control.axis_of[letter] {
+                self.corrector.memories.went(axis, positions[axis]);
             }
         }
     }
@@ -56,6 +85,7 @@ impl Compensator<'_> {
             let known = (self.control.coordinates == Coordinates::Axes || letter > 2).then_some(value);
             (self.here[letter], self.sent[letter]) = (known, known);
         }
+        self.follow_memories();
         self.summary.left += 1;
         Ok(())
     }

@@ -4,12 +4,14 @@ use super::block::{Block, split};
 use super::codes::{Motion, is_usual_m_code};
 use super::command::{Control, Coordinates};
 use super::correct::Corrector;
+use super::memory::Memories;
 use super::modal::{LETTERS, Modal, Once, ToolLength};
 use super::rewrite::Changes;
 use super::settings::{NotCorrected, Settings, Summary};
-use super::state::{Compensator, Told};
+use super::state::{Compensator, Text, Told};
 use crate::bodies::Bodies;
 use crate::chain::Chain;
+use crate::disturbances::Remembered;
 use crate::inverse::Kinematics;
 use crate::machine::Machine;
 
@@ -37,6 +39,7 @@ impl<'a> Compensator<'a> {
             told: Told::default(),
             in_machine: false,
             kept: None,
+            text: Text::Before,
             block: Block::default(),
             changes: Changes::default(),
             summary: Summary::default(),
@@ -55,6 +58,20 @@ impl<'a> Compensator<'a> {
         Ok(compensator)
     }
 
+    /// With effects that depend on the way of an axis: each is run along the commands of the new program.
+    pub fn with_remembered(mut self, remembered: Vec<Remembered>) -> Compensator<'a> {
+        self.corrector.memories = Memories::new(remembered, self.settings.tolerance_mm);
+        self.leave_out_spikes();
+        self
+    }
+
+    /// In coordinates of the workpiece no reversal spike is taken out from here on.
+    fn leave_out_spikes(&mut self) {
+        if self.control.coordinates == Coordinates::Workpiece && self.corrector.memories.without_spikes() {
+            self.summary.spikes_stay_from = Some(self.summary.lines.max(1));
+        }
+    }
+
     /// What was done so far.
     pub fn summary(&self) -> &Summary {
         &self.summary
@@ -65,9 +82,20 @@ impl<'a> Compensator<'a> {
         self.summary.lines += 1;
         let length = line.iter().rposition(|byte| !matches!(byte, b'\n' | b'\r')).map_or(0, |last| last + 1);
         let (text, end) = line.split_at(length);
+        let is_bar = text.trim_ascii_start().starts_with(b"%");
+        let has_begun = self.text != Text::Before;
+        if self.text == Text::After || is_bar && has_begun {
+            // what stands behind the closing % is no program
+            self.text = Text::After;
+            out.extend_from_slice(line);
+            return Ok(());
+        }
         let begin = out.len();
         let mut block = std::mem::take(&mut self.block);
         let outcome = split(text, &mut block).and_then(|()| self.block(text, end, &block, out));
+        if is_bar || !block.words.is_empty() {
+            self.text = Text::Program;
+        }
         self.block = block;
         let Err(reason) = outcome else { return Ok(()) };
         let refusal = NotCorrected { line: self.summary.lines, reason };
@@ -87,7 +115,7 @@ impl<'a> Compensator<'a> {
         let reason: String = refusal.reason.chars().map(plain).take(160).collect();
         out.extend_from_slice(format!("(NOT CORRECTED, line {} {reason})\n", refusal.line).as_bytes());
         out.extend_from_slice(line);
-        (self.here, self.sent) = ([None; 9], [None; 9]);
+        (0..9).for_each(|letter| self.lose_place(letter));
         self.told = Told::default();
         self.summary.marked_count += 1;
         if self.summary.marked.len() < MOST_LISTED {
@@ -165,9 +193,7 @@ impl<'a> Compensator<'a> {
     /// A tool change may drive the slides to its place.
     fn after_tool_change(&mut self, block: &Block) {
         if block.words.iter().any(|word| word.letter == b'M' && word.code() == Some(60)) {
-            for letter in 0..3 {
-                (self.here[letter], self.sent[letter]) = (None, None);
-            }
+            (0..3).for_each(|letter| self.lose_place(letter));
         }
     }
 
@@ -188,6 +214,7 @@ impl<'a> Compensator<'a> {
                 for letter in 0..3 {
                     (self.here[letter], self.sent[letter]) = (None, None);
                 }
+                self.leave_out_spikes();
             }
         }
     }

@@ -64,6 +64,10 @@ pub struct Summary {
     pub changed: [Largest; 9],
     /// Largest angle that the tool stays off, rad.
     pub off: Largest,
+    /// How far from its path a feed move starts after a rapid that stayed as it was, mm.
+    pub starts_off: Largest,
+    /// Line from which on reversal spikes stay, for it goes on in coordinates of the workpiece; `None`: they do not, or there are none.
+    pub spikes_stay_from: Option<u64>,
     /// Blocks that stay with a comment, the first of them.
     pub marked: Vec<NotCorrected>,
     pub marked_count: u64,

@@ -17,6 +17,14 @@ pub(super) struct Told {
     pub(super) feed: Option<f64>,
 }
 
+/// Where the line in hand stands: before the first % or block, in the program, behind its closing %.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Text {
+    Before,
+    Program,
+    After,
+}
+
 /// How long the pieces of a move take.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Timing {
@@ -55,6 +63,7 @@ pub struct Compensator<'a> {
     pub(super) in_machine: bool,
     /// Modes that M70 has kept.
     pub(super) kept: Option<Modal>,
+    pub(super) text: Text,
     pub(super) block: Block,
     pub(super) changes: Changes,
     pub(super) summary: Summary,

@@ -10,6 +10,8 @@ use super::state::{Compensator, Moving, Timing};
 
 /// Feeds that differ by less are the same.
 const SAME_FEED: f64 = 1e-4;
+/// How many times faster than its move a block may be that takes lost motion up.
+const MOST_FASTER: f64 = 2.0;
 
 impl Compensator<'_> {
     /// Words for the axes that move; `said` are the letters that the block has.
@@ -128,8 +130,7 @@ impl Compensator<'_> {
         changes: &mut Changes,
     ) {
         let Some((mode, value)) = feed else { return self.follow(block) };
-        let is_mode = |word: &Word| word.letter == b'G' && matches!(word.code(), Some(930 | 940 | 950));
-        if block.words.iter().any(is_mode) || self.told.feed_mode != Some(mode) {
+        if block.words.iter().any(is_feed_mode) || self.told.feed_mode != Some(mode) {
             changes.put_before(mode.word());
         }
         let is_told =
@@ -180,13 +181,19 @@ impl Compensator<'_> {
         timing: Timing,
     ) -> Option<(FeedMode, f64)> {
         let share = piece.share - piece.from_share;
+        let from: Place = std::array::from_fn(|k| before[k].unwrap_or(path.from[k]));
+        let way = Path { from, to: piece.command, arc: piece.arc };
+        // lost motion is taken up at twice the speed of the move, not in no time
+        let most = if self.corrector.memories.is_empty() { f64::INFINITY } else { MOST_FASTER };
         match timing {
             Timing::Rapid => None,
-            Timing::Time(minutes) => Some((FeedMode::InverseTime, 1.0 / (minutes * share))),
+            Timing::Time(minutes) => {
+                let faster = way.whole() / (share * path.whole()) / most;
+                let longer = if faster.is_finite() { faster.max(1.0) } else { 1.0 };
+                Some((FeedMode::InverseTime, 1.0 / (minutes * share * longer)))
+            }
             Timing::Feed { mode, feed, length_mm } => {
-                let from: Place = std::array::from_fn(|k| before[k].unwrap_or(path.from[k]));
-                let way = Path { from, to: piece.command, arc: piece.arc };
-                let ratio = way.length_mm() / (share * length_mm);
+                let ratio = (way.length_mm() / (share * length_mm)).min(most);
                 let is_same = !ratio.is_finite() || (ratio - 1.0).abs() < SAME_FEED;
                 Some((mode, if is_same { feed } else { feed * ratio }))
             }
@@ -195,7 +202,8 @@ impl Compensator<'_> {
 
     /// A block that stays.
     pub(super) fn pass(&mut self, line: &[u8], end: &[u8], block: &Block, out: &mut Vec<u8>) {
-        if block.words.iter().any(|word| word.letter != b'N' && word.letter != b'O') {
+        let says_mode = block.words.iter().any(is_feed_mode);
+        if !says_mode && block.words.iter().any(|word| word.letter != b'N' && word.letter != b'O') {
             self.restore_feed(if end.is_empty() { b"\n" } else { end }, out);
         }
         self.follow(block);
@@ -229,6 +237,10 @@ impl Compensator<'_> {
         out.extend_from_slice(end);
         (self.told.feed_mode, self.told.feed) = (Some(mode), feed);
     }
+}
+
+fn is_feed_mode(word: &Word) -> bool {
+    word.letter == b'G' && matches!(word.code(), Some(930 | 940 | 950))
 }
 
 fn motion_of(piece: &Piece, timing: Timing) -> Motion {

@@ -2,7 +2,7 @@
 
 use crate::chain::{Branch, Chain, Composition, Geometry};
 use crate::inverse::{Kinematics, Tool};
-use crate::machine::{AxisKind, Machine};
+use crate::machine::{AxisKind, Component, ComponentError, ErrorName, Machine};
 use crate::volume::{Figures, PoseError};
 use nalgebra::Vector3;
 
@@ -79,4 +79,31 @@ pub fn left_over(actual: &Machine, held: &Machine, tool: Tool, poses: &[Vec<f64>
         })
         .collect();
     Figures::of(&errors)
+}
+
+/// The cause that makes most of what stays beside a held machine: without it least would stay. In words.
+pub fn what_stays(actual: &Machine, held: &Machine, tool: Tool, poses: &[Vec<f64>]) -> String {
+    let mut least = (f64::INFINITY, "the error of the directions of the axes".to_string());
+    let mut ask = |without: Machine, name: String| {
+        let left = left_over(&without, held, tool, poses).position_mm.p95;
+        if left < least.0 {
+            least = (left, name);
+        }
+    };
+    for (index, axis) in actual.axes.iter().enumerate() {
+        for component in Component::ALL {
+            let is_it = |error: &ComponentError| error.component == component;
+            if axis.component_errors.iter().any(is_it) {
+                let mut without = actual.clone();
+                without.axes[index].component_errors.retain(|error| !is_it(error));
+                ask(without, format!("{} over the travel of {}", ErrorName::motion(component, &axis.name), axis.name));
+            }
+            if component.is_angle() && axis.location_errors[component.index()] != 0.0 {
+                let mut without = actual.clone();
+                without.axes[index].location_errors[component.index()] = 0.0;
+                ask(without, ErrorName::location(component, &axis.name).to_string());
+            }
+        }
+    }
+    least.1
 }

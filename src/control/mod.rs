@@ -12,7 +12,7 @@ mod parameters;
 mod tables;
 
 pub use backlash::{Backlash, backlash};
-pub use held::{held, held_where, left_over};
+pub use held::{held, held_where, left_over, what_stays};
 pub use linuxcnc::{Module, module_of};
 pub use numbers::{Number, What, numbers};
 pub use parameters::{Control, Parameter, parameters};

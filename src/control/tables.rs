@@ -31,11 +31,11 @@ const BENT: f64 = 0.02;
 /// Rows that LinuxCNC's compensation files take.
 pub const LINUXCNC_ROWS: usize = 256;
 
-/// Tables of all component errors of a machine over the travel of its axes, as fine as their waves ask for.
+/// Tables of all component errors of a machine over the travel of its axes or where they are known, as fine as their waves ask for.
 pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
     let mut list = Vec::new();
     for (index, axis) in machine.axes.iter().enumerate() {
-        let Some((from, to)) = axis.range else { continue };
+        let Some(travel) = axis.range else { continue };
         let mut components: Vec<_> = axis.component_errors.iter().map(|error| error.component).collect();
         components.sort();
         components.dedup();
@@ -46,6 +46,7 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
                 .filter(|error| error.component == component)
                 .map(|error| &error.form)
                 .collect();
+            let (from, to) = measured(&forms, travel);
             let value = |q: f64| forms.iter().map(|form| form.value(q)).sum::<f64>();
             let is_own = axis.own_component() == component && axis.coordinate_direction().is_some();
             // along the axis's own direction a positive error is a motion of the carried part; the command's sense decides
@@ -65,6 +66,19 @@ pub fn tables(machine: &Machine) -> Vec<CompensationTable> {
         }
     }
     list
+}
+
+/// Positions at which a component is known, mm or rad: where all of its forms are tables, from the first row to the last.
+fn measured(forms: &[&ComponentForm], (low, high): (f64, f64)) -> (f64, f64) {
+    let ends = |form: &&ComponentForm| match form {
+        ComponentForm::Table { position, .. } => Some((*position.first()?, *position.last()?)),
+        _ => None,
+    };
+    let ends: Option<Vec<(f64, f64)>> = forms.iter().map(ends).collect();
+    let Some(ends) = ends else { return (low, high) };
+    let (from, to) = ends.iter().fold((f64::MAX, f64::MIN), |(a, b), (from, to)| (a.min(*from), b.max(*to)));
+    let (from, to) = (from.max(low), to.min(high));
+    if from < to { (from, to) } else { (low, high) }
 }
 
 /// The slide that takes a displacement of an axis's part out, and how much is added to its command per mm of it: both have to

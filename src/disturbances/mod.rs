@@ -2,7 +2,9 @@
 //! by name; which there are is the catalogue's.
 
 mod disturbance;
+mod remembered;
 mod steady;
 
 pub use disturbance::{Disturbance, Disturbances, column, gain};
-pub use steady::into_component_errors;
+pub use remembered::{Remembered, take_remembered};
+pub use steady::{TableEnd, Taken, into_component_errors, into_component_errors_within, positions_seen, steps_seen};

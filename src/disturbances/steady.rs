@@ -15,28 +15,112 @@ const BENT: f64 = 0.01;
 /// Travel of axes without a range, mm or rad on either side.
 const OPEN_TRAVEL: (f64, f64) = (1000.0, std::f64::consts::TAU);
 
+/// Shortest half of a table, mm or rad.
+const LEAST_SPAN: f64 = 1e-3;
+
 /// Takes effects that are functions of their axis's position into its component errors, by a table over the travel; those
 /// that are constant go into the location errors. Names of the effects that are neither stay and are returned.
 pub fn into_component_errors(machine: &mut Machine) -> Vec<String> {
+    into_component_errors_within(machine, &[]).left
+}
+
+/// What became of effects.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Taken {
+    /// Names of those that stay.
+    pub left: Vec<String>,
+    /// Those whose tables end within the travel: beyond it their last value holds.
+    pub ends: Vec<TableEnd>,
+}
+
+/// Where a table ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableEnd {
+    /// Name of the effect.
+    pub effect: String,
+    /// Axis index.
+    pub axis: usize,
+    /// mm or rad.
+    pub from: f64,
+    pub to: f64,
+}
+
+/// The same with tables over the positions alone at which an effect was seen: by axis index, mm or rad; none for all the travel.
+pub fn into_component_errors_within(machine: &mut Machine, seen: &[(f64, f64)]) -> Taken {
     let effects = std::mem::take(&mut machine.effects);
-    let mut left = Vec::new();
+    let mut taken = Taken::default();
     for effect in effects {
-        match as_component_errors(machine, &effect) {
+        let Some((axis, span)) = effect.place.axis().map(|axis| (axis, span(machine, axis, seen))) else {
+            taken.left.push(effect.kind.clone());
+            machine.effects.push(effect);
+            continue;
+        };
+        match as_component_errors(machine, &effect, span) {
             // forms of one component add up
             Some(errors) => {
+                let (from, to) = span;
+                let ends = machine.axes[axis].range.is_none_or(|(low, high)| from > low || to < high);
+                if !seen.is_empty() && ends && !errors.is_empty() {
+                    taken.ends.push(TableEnd { effect: effect.kind.clone(), axis, from, to });
+                }
                 errors.into_iter().for_each(|(axis, error)| machine.axes[axis].component_errors.push(error))
             }
             None => {
-                left.push(effect.kind.clone());
+                taken.left.push(effect.kind.clone());
                 machine.effects.push(effect);
             }
         }
     }
-    left
+    taken
+}
+
+/// Positions at which each axis was recorded, mm or rad; none where the session cannot be followed.
+pub fn positions_seen(session: &Session) -> Vec<(f64, f64)> {
+    let chain = Chain::of(&session.machine);
+    let context = Context::of(session, &chain);
+    context.map_or_else(
+        |_| Vec::new(),
+        |context| (0..session.machine.axes.len()).map(|axis| context.visited(axis)).collect(),
+    )
+}
+
+/// Median way of each axis from reading to reading where it moved, mm or rad; 0 where it never did.
+pub fn steps_seen(session: &Session) -> Vec<f64> {
+    let chain = Chain::of(&session.machine);
+    let Ok(context) = Context::of(session, &chain) else { return Vec::new() };
+    let of_axis = |axis: usize| {
+        let ways = |test: usize| {
+            let positions: Vec<f64> = context.motion(test).axis(axis).collect();
+            positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|way| *way > 0.0).collect::<Vec<f64>>()
+        };
+        let mut all: Vec<f64> = (0..context.tests()).flat_map(ways).collect();
+        let middle = all.len() / 2;
+        if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    };
+    (0..session.machine.axes.len()).map(of_axis).collect()
+}
+
+/// Positions over which an axis has a table, mm or rad.
+fn span(machine: &Machine, axis: usize, seen: &[(f64, f64)]) -> (f64, f64) {
+    let own = &machine.axes[axis];
+    let open = if own.kind == AxisKind::Linear { OPEN_TRAVEL.0 } else { OPEN_TRAVEL.1 };
+    let (from, to) = own.range.unwrap_or((-open, open));
+    match seen.get(axis) {
+        // an axis that never moved has one place, and a table two
+        Some(&(low, high)) if low <= high => {
+            let (low, high) = (low.max(from), high.min(to));
+            if high - low > LEAST_SPAN { (low, high) } else { (low - LEAST_SPAN, low + LEAST_SPAN) }
+        }
+        _ => (from, to),
+    }
 }
 
 /// Component errors that do the same; `None` where it depends on more than its axis's position.
-fn as_component_errors(machine: &Machine, effect: &Effect) -> Option<Vec<(usize, ComponentError)>> {
+fn as_component_errors(
+    machine: &Machine,
+    effect: &Effect,
+    (from, to): (f64, f64),
+) -> Option<Vec<(usize, ComponentError)>> {
     let Place::Axis(axis) = effect.place else { return None };
     let is_steady = kind(&effect.kind)?.driver == Driver::Position && effect.tests.is_none();
     let stays_there = |size: &crate::machine::Size| match size.outlet {
@@ -46,9 +130,6 @@ fn as_component_errors(machine: &Machine, effect: &Effect) -> Option<Vec<(usize,
     if !is_steady || !effect.sizes.iter().all(stays_there) {
         return None;
     }
-    let own = &machine.axes[axis];
-    let open = if own.kind == AxisKind::Linear { OPEN_TRAVEL.0 } else { OPEN_TRAVEL.1 };
-    let (from, to) = own.range.unwrap_or((-open, open));
     let mut steps = STEPS.0;
     let mut errors = read_at(machine, effect, axis, &evenly(from, to, steps))?;
     // a worm of many starts waves faster than the first steps can follow

@@ -5,11 +5,12 @@
 //! Both depend on travel alone, not on speed, and keep their state from test to test.
 
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, directions, motion, none, with_number};
-use super::context::Profile;
+use super::context::{Profile, Travel};
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
     no_check, plain_measure, single_function, word,
 };
+use super::memory::{MemoryLaw, Past};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 
@@ -193,40 +194,27 @@ pub(super) fn across(machine: &Machine, place: Place) -> Vec<Outlet> {
     all.filter(|outlet| *outlet != own).collect()
 }
 
-/// State of the two operators, each in −1 … 1.
-#[derive(Clone, Copy)]
-struct LostMotion {
-    play: f64,
-    windup: f64,
-}
-
-fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
-    let Place::Axis(axis) = effect.place else { return Ok(vec![context.profile(|_, _| 0.0)]) };
-    let machine = context.machine();
+/// The law of a lost motion or play and the axis that drives it; `None` for other kinds.
+pub(super) fn law(machine: &Machine, effect: &Effect, axis: usize) -> Option<(MemoryLaw, usize)> {
+    let kind = [&ROTARY_BACKLASH, &LINEAR_BACKLASH, &LATERAL_PLAY].into_iter().find(|kind| kind.name == effect.kind)?;
     let driving = word(effect, "of").and_then(|name| machine.axis_index(name)).unwrap_or(axis);
     // travels were read in the unit of the place
     let travel = |value: f64| machine.axes[driving].kind.from_file_unit(machine.axes[axis].kind.to_file_unit(value));
-    let windup_share = kind.number(context, effect, "windup_share");
-    let take_up = travel(kind.number(context, effect, "take_up"));
+    let windup_share = kind.number_of(machine, effect, "windup_share");
+    let take_up = travel(kind.number_of(machine, effect, "take_up"));
     let own = Outlet::own(machine, axis);
     let size = effect.sizes.iter().find(|size| size.outlet == own).map_or(0.0, |size| size.value.abs());
     let gap = effect.number("gap").map(travel).unwrap_or(2.0 * size * (1.0 - windup_share));
-    let advance = |state: &mut LostMotion, travel: super::context::Travel| {
-        let way = travel.distance;
-        if way.abs() <= STANDSTILL {
-            return;
-        }
-        state.play = if gap > 0.0 { (state.play + 2.0 * way / gap).clamp(-1.0, 1.0) } else { way.signum() };
-        let decay = if take_up > 0.0 { (-way.abs() / take_up).exp() } else { 0.0 };
-        state.windup = way.signum() + (state.windup - way.signum()) * decay;
-    };
-    let read = |state: &LostMotion| -((1.0 - windup_share) * state.play + windup_share * state.windup);
-    let start = kind.number(context, effect, "start");
-    Ok(vec![context.along(driving, LostMotion { play: start, windup: start }, advance, read)])
+    Some((MemoryLaw::LostMotion { windup_share, take_up, gap }, driving))
 }
 
-/// Commanded moves below this are rounding of the file, mm or rad.
-pub(super) const STANDSTILL: f64 = 1e-7;
+fn lost_motion(kind: &Kind, context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let found = effect.place.axis().and_then(|axis| law(context.machine(), effect, axis));
+    let Some((law, driving)) = found else { return Ok(vec![context.profile(|_, _| 0.0)]) };
+    let start = Past::on_flank(kind.number(context, effect, "start"));
+    let advance = |past: &mut Past, travel: Travel| law.advance(past, travel.distance);
+    Ok(vec![context.along(driving, start, advance, |past| law.value(past))])
+}
 
 /// Lost motion: all at once, half or all by wind-up; an axis that stands at first may stand on either flank.
 fn windups(seen: &Observations, kind: &str, axis: usize, take_up: f64) -> Vec<Effect> {

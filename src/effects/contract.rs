@@ -377,11 +377,16 @@ impl Kind {
 
     /// A number of the effect, or its default; positions in mm or rad.
     pub fn number(&self, context: &Context, effect: &Effect, name: &str) -> f64 {
+        self.number_of(context.machine(), effect, name)
+    }
+
+    /// The same without a session.
+    pub fn number_of(&self, machine: &Machine, effect: &Effect, name: &str) -> f64 {
         match effect.parameter(name) {
             Some(ParameterValue::Number(value)) => *value,
             _ => match self.parameters.iter().find(|parameter| parameter.name == name) {
                 Some(Parameter { default: DefaultValue::Number(value), unit: ParameterUnit::Position, .. }) => {
-                    effect.place.axis().map_or(*value, |axis| context.machine().axes[axis].kind.from_file_unit(*value))
+                    effect.place.axis().map_or(*value, |axis| machine.axes[axis].kind.from_file_unit(*value))
                 }
                 Some(Parameter { default: DefaultValue::Number(value), .. }) => *value,
                 _ => f64::NAN,

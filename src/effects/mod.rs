@@ -25,6 +25,7 @@ mod harmonics;
 mod history;
 mod imbalance;
 mod load_frame;
+mod memory;
 mod moment;
 mod mount_drift;
 mod named_ball;
@@ -53,6 +54,7 @@ pub use contract::{
 };
 pub use gravity::GRAVITY_SAG;
 pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION};
+pub use memory::{MemoryLaw, Past};
 pub use named_ball::{NamedBall, name_place};
 pub use reversal_spike::REVERSAL_SPIKE;
 pub use slide::{LINEAR_SCALE, SQUARENESS};
@@ -63,6 +65,8 @@ pub use timing::{RADIUS_LOSS, SERVO_LAG, TRIGGER_LATENCY};
 pub use unknown::UNKNOWN;
 pub use vibration::VIBRATION;
 pub use weight::WEIGHT_COMPLIANCE;
+
+use crate::machine::{Effect, Machine};
 
 /// The catalogue.
 pub static KINDS: &[&Kind] = &[
@@ -104,6 +108,12 @@ pub static KINDS: &[&Kind] = &[
 /// The kind with this name.
 pub fn kind(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.name == name).copied()
+}
+
+/// The law of an effect and the axis whose travel drives it; `None` where it has no memory, or one of times too.
+pub fn memory(machine: &Machine, effect: &Effect) -> Option<(MemoryLaw, usize)> {
+    let axis = effect.place.axis()?;
+    backlash::law(machine, effect, axis).or_else(|| Some((reversal_spike::law(machine, effect, axis)?, axis)))
 }
 
 /// What kind of trace the effect with this name leaves; `None` for names that are no effect's.

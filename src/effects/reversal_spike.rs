@@ -12,8 +12,9 @@ use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
     no_check, plain_measure, single_function,
 };
+use super::memory::{MemoryLaw, Past};
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Effect, Outlet, ParameterValue, Place};
+use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;
 
 /// Spike after the reversal of an axis.
@@ -79,11 +80,10 @@ pub static REVERSAL_SPIKE: Kind = Kind {
     profiles,
 };
 
-/// Friction direction and the servo's position error with its rate.
+/// Friction and the servo's position error with its rate.
 #[derive(Clone, Copy, Default)]
 struct Friction {
-    direction: f64,
-    bristle: f64,
+    past: Past,
     error: f64,
     rate: f64,
     /// Way of the row before and the time it took; `None` before the second row of a test.
@@ -96,11 +96,11 @@ const SETTLED: f64 = 1e-10;
 impl Friction {
     /// Whether a row goes on in the direction in which friction and servo have settled.
     fn is_settled(&mut self, travel: &Travel) -> bool {
-        let goes_on = travel.distance * self.direction >= 0.0 && travel.next * self.direction >= 0.0;
-        let rest = (self.bristle - self.direction).abs().max(self.error.abs()).max(self.rate.abs());
+        let goes_on = travel.distance * self.past.direction >= 0.0 && travel.next * self.past.direction >= 0.0;
+        let rest = (self.past.windup - self.past.direction).abs().max(self.error.abs()).max(self.rate.abs());
         let is_settled = goes_on && rest < SETTLED;
         if is_settled {
-            (self.bristle, self.error, self.rate) = (self.direction, 0.0, 0.0);
+            (self.past.windup, self.error, self.rate) = (self.past.direction, 0.0, 0.0);
         }
         is_settled
     }
@@ -124,24 +124,26 @@ fn turn((way_before, seconds_before): (f64, f64), (way, seconds): (f64, f64), ne
     }
 }
 
+/// The law of a spike by travel alone; `None` for other kinds, and where a servo catches up in time.
+pub(super) fn law(machine: &Machine, effect: &Effect, axis: usize) -> Option<MemoryLaw> {
+    let is_own = effect.sizes.iter().all(|size| size.outlet == Outlet::own(machine, axis));
+    let number = |name| REVERSAL_SPIKE.number_of(machine, effect, name);
+    let is_by_travel = effect.kind == REVERSAL_SPIKE.name && is_own && number("servo_hz") <= 0.0;
+    is_by_travel.then(|| MemoryLaw::Spike { travel: number("travel") })
+}
+
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let number = |name| REVERSAL_SPIKE.number(context, effect, name);
-    let (travel_scale, omega, damping) = (number("travel"), TAU * number("servo_hz"), number("damping"));
-    let turn_round = |state: &mut Friction, way: f64| {
-        if way.abs() > super::backlash::STANDSTILL {
-            state.direction = way.signum();
-            state.bristle = state.direction + (state.bristle - state.direction) * (-way.abs() / travel_scale).exp();
-        }
-    };
+    let (omega, damping) = (TAU * number("servo_hz"), number("damping"));
+    let law = MemoryLaw::Spike { travel: number("travel") };
     if omega <= 0.0 {
-        let read = |state: &Friction| (state.bristle - state.direction) / 2.0;
-        let advance = |state: &mut Friction, travel: Travel| turn_round(state, travel.distance);
-        return Ok(vec![context.along(axis, Friction::default(), advance, read)]);
+        let advance = |past: &mut Past, travel: Travel| law.advance(past, travel.distance);
+        return Ok(vec![context.along(axis, Past::default(), advance, |past| law.value(past))]);
     }
     let advance = |state: &mut Friction, travel: Travel| {
         let Some(seconds) = travel.seconds.filter(|seconds| *seconds > 0.0) else {
-            turn_round(state, travel.distance);
+            law.advance(&mut state.past, travel.distance);
             (state.error, state.rate, state.before) = (0.0, 0.0, None);
             return;
         };
@@ -155,9 +157,9 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
         let turn = state.before.map_or(0.0, |before| turn(before, (travel.distance, seconds), travel.next));
         for step in 0..steps as usize {
             let middle = (step as f64 + 0.5) * share;
-            let before = state.bristle;
-            turn_round(state, share * (travel.distance + turn * (2.0 * middle - 1.0)));
-            let push = -(state.bristle - before) / dt;
+            let before = state.past.windup;
+            law.advance(&mut state.past, share * (travel.distance + turn * (2.0 * middle - 1.0)));
+            let push = -(state.past.windup - before) / dt;
             // semi-implicit: stable for every damping
             state.rate = (state.rate + dt * (push - omega * omega * state.error)) / (1.0 + 2.0 * damping * omega * dt);
             state.error += dt * state.rate;

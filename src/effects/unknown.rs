@@ -4,7 +4,6 @@
 //! at `knots`, constant beyond. The driver is the position of an axis (mm, deg), that position by direction of
 //! motion, session time (s), speed (mm/s, deg/s) or acceleration.
 
-use super::backlash::STANDSTILL;
 use super::candidates::{CandidateFamily, Observations, beside_own, directions, motion, none, with_word};
 use super::context::Profile;
 use super::context::Travel;
@@ -12,6 +11,7 @@ use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
     every_component, list, plain_measure, word,
 };
+use super::memory::STANDSTILL;
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 

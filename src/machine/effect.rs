@@ -92,12 +92,21 @@ pub struct Effect {
     pub parameters: Vec<(String, ParameterValue)>,
     /// Tests in which it acts, by name; `None`: all.
     pub tests: Option<Vec<String>>,
+    /// A cause that is nearly as probable by the recordings that it was found in, in words.
+    pub cannot_tell_from: Option<String>,
 }
 
 impl Effect {
     /// An effect without sizes and with default parameters.
     pub fn new(kind: &str, place: Place) -> Effect {
-        Effect { kind: kind.to_string(), place, sizes: Vec::new(), parameters: Vec::new(), tests: None }
+        Effect {
+            kind: kind.to_string(),
+            place,
+            sizes: Vec::new(),
+            parameters: Vec::new(),
+            tests: None,
+            cannot_tell_from: None,
+        }
     }
 
     /// The effect with one more size.

@@ -53,6 +53,20 @@ pub fn summary_text(machine: &Machine, summary: &Summary, file: &str) -> String 
         }
         false => text.push_str("the tool's direction is met everywhere\n"),
     }
+    if summary.starts_off.line > 0 {
+        let _ = writeln!(
+            text,
+            "the feed move in line {} starts {:.1} µm beside its path, the largest of such: the rapid before it went to machine coordinates or to the end of a travel and stayed; go to the start with a G0 of all axes first",
+            summary.starts_off.line,
+            summary.starts_off.amount * UM_PER_MM
+        );
+    }
+    if let Some(line) = summary.spikes_stay_from {
+        let _ = writeln!(
+            text,
+            "reversal spikes stay from line {line} on: in coordinates of the workpiece slides turn back by rounding alone"
+        );
+    }
     for marked in summary.marked.iter().take(TOLD) {
         let _ = writeln!(text, "not corrected: {marked}");
     }
@@ -91,6 +105,9 @@ pub fn summary_json(machine: &Machine, summary: &Summary, file: &str) -> Value {
         "largest_changes": largest,
         "direction_off_arcsec": summary.off.amount * ARCSEC_PER_RAD,
         "direction_off_line": summary.off.line,
+        "starts_off_um": summary.starts_off.amount * UM_PER_MM,
+        "starts_off_line": summary.starts_off.line,
+        "spikes_stay_from_line": summary.spikes_stay_from,
         "not_corrected": marked,
         "not_corrected_count": summary.marked_count,
         "own_m_codes": unusual,

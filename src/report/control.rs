@@ -28,6 +28,8 @@ pub struct ControlReport<'a> {
     pub backlash: Vec<Backlash>,
     /// Names of the effects that depend on more than the position of their axis.
     pub stays: Vec<String>,
+    /// What has to be known before anything is entered, in sentences.
+    pub notes: Vec<String>,
 }
 
 fn control_name(control: Control) -> &'static str {
@@ -163,6 +165,9 @@ pub fn control_text(report: &ControlReport) -> String {
             );
         }
         None => text.push_str("\nHow much of the volume's error stays is not told: travels or the spindle are not stated in the machine file.\n"),
+    }
+    for note in &report.notes {
+        let _ = writeln!(text, "Warning: {note}.");
     }
     text.push_str("Repeat one test after entering: its circle must have become smaller.\n");
     text

@@ -45,8 +45,8 @@ fn remark(machine: &Machine, solution: &Solution) -> String {
         remarks.push(format!(
             "{} outside {} … {}",
             axis.name,
-            axis.kind.to_file_unit(from),
-            axis.kind.to_file_unit(to)
+            short(axis.kind.to_file_unit(from)),
+            short(axis.kind.to_file_unit(to))
         ));
     }
     if let Some(free) = solution.free {
@@ -104,16 +104,16 @@ pub fn inverse_json(machine: &Machine, target: &Target, inverse: &Inverse) -> Va
         json!({
             "first_axis": machine.axes[reach.axes[0]].name,
             "second_axis": machine.axes[reach.axes[1]].name,
-            "about": reach.about.as_slice(),
+            "about": unsigned(&reach.about),
             "angles_deg": reach.angles_rad.map(f64::to_degrees),
-            "singular": reach.singular().iter().map(|pole| json!(pole.as_slice())).collect::<Vec<_>>(),
+            "singular": reach.singular().iter().map(|pole| json!(unsigned(pole))).collect::<Vec<_>>(),
             "from_singular_deg": reach.from_pole_rad.to_degrees(),
         })
     });
     json!({
         "machine": machine.name,
-        "tip_mm": target.tip_mm.as_slice(),
-        "tool_axis": target.axis.as_slice(),
+        "tip_mm": unsigned(&target.tip_mm),
+        "tool_axis": unsigned(&target.axis),
         "solutions": solutions,
         "complete": inverse.is_complete,
         "reach": reach,
@@ -140,21 +140,31 @@ pub fn pose_json(machine: &Machine, at: &[f64], pose: &ToolPose) -> Value {
     json!({
         "machine": machine.name,
         "positions": positions(machine, at),
-        "tip_mm": pose.tip_mm.as_slice(),
-        "tool_axis": pose.axis.as_slice(),
-        "tool_across": pose.across.as_slice(),
+        "tip_mm": unsigned(&pose.tip_mm),
+        "tool_axis": unsigned(&pose.axis),
+        "tool_across": unsigned(&pose.across),
     })
 }
 
 /// Positions by axis name, mm and deg.
 fn positions(machine: &Machine, at: &[f64]) -> Map<String, Value> {
-    machine.axes.iter().zip(at).map(|(axis, &q)| (axis.name.clone(), json!(axis.kind.to_file_unit(q)))).collect()
+    machine.axes.iter().zip(at).map(|(axis, &q)| (axis.name.clone(), json!(axis.kind.to_file_unit(q) + 0.0))).collect()
 }
 
 /// Six decimals, no minus before a zero.
 fn place(value: f64) -> String {
     let text = format!("{value:.6}");
     if text.chars().all(|c| "-0.".contains(c)) { text.replace('-', "") } else { text }
+}
+
+/// The same without zeros at the end.
+fn short(value: f64) -> String {
+    place(value).trim_end_matches('0').trim_end_matches('.').to_string()
+}
+
+/// Coordinates in full, no minus before a zero.
+fn unsigned(vector: &Vector3<f64>) -> [f64; 3] {
+    [vector.x + 0.0, vector.y + 0.0, vector.z + 0.0]
 }
 
 fn direction(vector: &Vector3<f64>) -> String {

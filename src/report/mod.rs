@@ -30,4 +30,4 @@ pub use fits::{fit, fit_page, fit_text};
 pub use pictures::{polar, residual_plot, trace_plots};
 pub use wording::sense_words::{InsteadJson, SenseJson};
 pub use wording::words::{approach_in_words, what_moves};
-pub use wording::{linear_axes, meetings, table, words};
+pub use wording::{found, linear_axes, meetings, table, words};

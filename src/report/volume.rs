@@ -56,6 +56,7 @@ pub fn volume_text(report: &VolumeReport) -> String {
         ]);
     }
     text.push_str(&table.text());
+    text.push_str("\nThe largest is that of the sampled poses: between them it may be more.\n");
     if let Some(spread) = &report.spread {
         let _ = writeln!(
             text,

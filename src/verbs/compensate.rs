@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, LETTERS, LONGEST_LINE, OFFSET_NAMES, OffsetTable, Settings};
+use fiveaxis::disturbances::{into_component_errors_within, positions_seen, steps_seen, take_remembered};
 use fiveaxis::identify::DeterminedErrors;
 use fiveaxis::load::LoadError;
-use fiveaxis::machine::{Component, ErrorName};
+use fiveaxis::machine::{Component, Effect, ErrorName};
 use fiveaxis::report::compensate::{summary_json, summary_text};
+use fiveaxis::report::found::{along_the_program, ends_of_tables, open_causes};
 use fiveaxis::units::ARCSEC_PER_RAD;
 
 use super::Refusal;
@@ -82,14 +84,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut erring = erring_machine(&arguments.machine, arguments.errors.as_deref(), arguments.directions)?;
     erring.machine.stated_directions().map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
     leave_out_undetermined(&mut erring);
-    let left = fiveaxis::disturbances::into_component_errors(&mut erring.machine);
-    for effect in &left {
+    let session = erring.fit.as_ref().map(|(session, _)| session);
+    let (seen, steps) = session.map_or_else(Default::default, |session| (positions_seen(session), steps_seen(session)));
+    let found = erring.machine.effects.clone();
+    let remembered = take_remembered(&mut erring.machine, &steps);
+    let taken = into_component_errors_within(&mut erring.machine, &seen);
+    let taken_out: Vec<Effect> = found.into_iter().filter(|one| !erring.machine.effects.contains(one)).collect();
+    let mut notes = open_causes(&erring.machine, &taken_out);
+    notes.extend(along_the_program(&erring.machine, &remembered));
+    notes.extend(ends_of_tables(&erring.machine, &taken.ends));
+    for effect in &taken.left {
         eprintln!(
-            "fiveaxis: the effect {effect} depends on more than the position of its axis and stays in the machine"
+            "fiveaxis: the effect {effect} depends on more than the position and the way of its axis and stays in the machine"
         );
     }
-    let has_errors =
-        erring.machine.axes.iter().any(|axis| axis.location_errors != [0.0; 6] || !axis.component_errors.is_empty());
+    let has_errors = !remembered.is_empty()
+        || erring.machine.axes.iter().any(|axis| axis.location_errors != [0.0; 6] || !axis.component_errors.is_empty());
     if !has_errors {
         return Err(format!(
             "{} states no errors, so that there is nothing to correct; name a session or a fitted machine with --errors",
@@ -99,7 +109,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
     let chain = Chain::of(&erring.machine);
     let mut compensator = Compensator::new(&erring.machine, &chain, &erring.bodies, settings)
-        .map_err(|why| format!("{}: {why}", arguments.machine.display()))?;
+        .map_err(|why| format!("{}: {why}", arguments.machine.display()))?
+        .with_remembered(remembered);
     let mut inputs = erring.inputs.clone();
     inputs.push(arguments.program.clone());
     let reader = opened(&arguments.program)?;
@@ -109,9 +120,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     out.finish()?;
     drop(working);
     let summary = compensator.summary();
+    let file = arguments.out.display().to_string();
     match arguments.json {
-        true => print_json(&summary_json(&erring.machine, summary, &arguments.out.display().to_string())),
-        false => print(&summary_text(&erring.machine, summary, &arguments.out.display().to_string())),
+        true => {
+            notes.iter().for_each(|note| eprintln!("fiveaxis: {note}"));
+            print_json(&summary_json(&erring.machine, summary, &file))
+        }
+        false => {
+            let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
+            print(&(summary_text(&erring.machine, summary, &file) + &notes))
+        }
     }
 }
 

@@ -6,15 +6,19 @@ use clap::{Args, ValueEnum};
 use fiveaxis::bodies::Bodies;
 use fiveaxis::control::{
     Control, Number, Parameter, What, backlash, held, held_where, left_over, module_of, numbers, parameters, tables,
+    what_stays,
 };
 use fiveaxis::diagnose::examine;
-use fiveaxis::disturbances::into_component_errors;
+use fiveaxis::disturbances::{into_component_errors_within, positions_seen};
+use fiveaxis::effects::{Signature, is_a};
 use fiveaxis::identify::{Fit, Options, axis_lines, fitted_session};
+use fiveaxis::inverse::Tool;
 use fiveaxis::load::{LoadError, load_machine_and_bodies, load_session, read_limited};
-use fiveaxis::machine::Machine;
+use fiveaxis::machine::{Effect, Machine};
 use fiveaxis::report::control::{
     ControlReport, backlash_file, control_json, control_text, parameters_csv, parameters_hal,
 };
+use fiveaxis::report::found::{ends_of_tables, open_causes};
 use fiveaxis::units::UM_PER_MM;
 use fiveaxis::volume::{Figures, poses, spread};
 
@@ -119,14 +123,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         None => Vec::new(),
     };
     refuse_large(&parameters, arguments)?;
-    into_component_errors(&mut fitted);
+    let seen = positions_seen(&session);
+    into_component_errors_within(&mut fitted, &seen);
     let mut found = session.machine.clone();
-    let stays = into_component_errors(&mut found);
+    let taken = into_component_errors_within(&mut found, &seen);
     let is_open = |number: &Number, axis: usize, component: usize| {
         let is_place = !matches!(number.what, What::Direction | What::Pivot);
         is_place && !number.determined && (number.axis, number.component) == (axis, component)
     };
     let kept = held_where(&fitted, &|axis, component| !numbers.iter().any(|one| is_open(one, axis, component)));
+    let volume = volume(&arguments.session, &fitted, &kept, fit, &session.machine_file);
+    let stays = |effect: &Effect| found.effects.contains(effect) && !is_a(&effect.kind, Signature::Reversal);
+    let entered: Vec<Effect> = session.machine.effects.iter().filter(|one| !stays(one)).cloned().collect();
+    let mut notes = open_causes(&session.machine, &entered);
+    notes.extend(ends_of_tables(&session.machine, &taken.ends));
+    let worse = volume.as_ref().and_then(|volume| volume.worse(&fitted, &kept));
+    notes.extend(worse.clone());
     let report = ControlReport {
         machine: &session.machine,
         control,
@@ -134,23 +146,35 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         numbers: &numbers,
         parameters: &parameters,
         present: &present,
-        volume: volume(&arguments.session, &fitted, &kept, fit, &session.machine_file),
+        volume: volume.map(|volume| volume.figures),
         tables: tables(&found),
         backlash: backlash(control, &found),
-        stays,
+        stays: taken.left,
+        notes,
     };
     drop(working);
+    if let Some(why) = worse.filter(|_| arguments.out.is_some() && !arguments.force) {
+        return Err(format!("no files are written, for {why}; --force writes them all the same").into());
+    }
+    let mut inputs = session_inputs(&arguments.session, &session);
+    inputs.extend(arguments.present.clone());
+    give(arguments, &report, &inputs)
+}
+
+/// Writes the files and tells.
+fn give(arguments: &Arguments, report: &ControlReport, inputs: &[PathBuf]) -> Result<(), Refusal> {
     if let Some(folder) = &arguments.out {
-        let mut inputs = session_inputs(&arguments.session, &session);
-        inputs.extend(arguments.present.clone());
-        write_all(vec![(folder.clone(), files(&report))], &inputs, Foreign::with(arguments.force))?;
+        write_all(vec![(folder.clone(), files(report))], inputs, Foreign::with(arguments.force))?;
     }
     match arguments.json {
-        true => print_json(&control_json(&report)),
+        true => {
+            report.notes.iter().for_each(|note| eprintln!("fiveaxis: {note}"));
+            print_json(&control_json(report))
+        }
         false => {
-            let written = |folder: &PathBuf| format!("\nwritten to {}: {}\n", folder.display(), files(&report).names());
+            let written = |folder: &PathBuf| format!("\nwritten to {}: {}\n", folder.display(), files(report).names());
             let written = arguments.out.as_ref().map_or_else(String::new, written);
-            print(&(control_text(&report) + &written))
+            print(&(control_text(report) + &written))
         }
     }
 }
@@ -181,7 +205,7 @@ fn without_errors(machine: &Machine) -> Machine {
 }
 
 /// Figures of the volume as the machine is, as it is left, and how far its drawn likes stand from it; `None` where travels or the spindle are not stated.
-fn volume(session: &Path, fitted: &Machine, known: &Machine, fit: &Fit, machine_file: &str) -> Option<[Figures; 3]> {
+fn volume(session: &Path, fitted: &Machine, known: &Machine, fit: &Fit, machine_file: &str) -> Option<Volume> {
     let folder = session.parent().map(PathBuf::from).unwrap_or_default();
     let bodies =
         load_machine_and_bodies(&folder.join(machine_file)).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);
@@ -189,7 +213,31 @@ fn volume(session: &Path, fitted: &Machine, known: &Machine, fit: &Fit, machine_
     let poses = poses(fitted, tool, None, POSES).ok()?;
     let nominal = without_errors(fitted);
     let unsure = spread(fitted, fit, tool, &poses).left;
-    Some([left_over(fitted, &nominal, tool, &poses), left_over(fitted, known, tool, &poses), unsure])
+    let figures = [left_over(fitted, &nominal, tool, &poses), left_over(fitted, known, tool, &poses), unsure];
+    Some(Volume { figures, tool, poses })
+}
+
+/// What stays over the travel, and where it was looked at.
+struct Volume {
+    figures: [Figures; 3],
+    tool: Tool,
+    poses: Vec<Vec<f64>>,
+}
+
+/// Figures of drawn poses that differ by less are the same: parameters then make the volume no worse.
+const SAME_FIGURE: f64 = 0.01;
+
+impl Volume {
+    /// What to tell when the parameters make the volume worse: by how much, what stays, what to do.
+    fn worse(&self, fitted: &Machine, known: &Machine) -> Option<String> {
+        let [now, after] = [0, 1].map(|k| self.figures[k].position_mm.p95 * UM_PER_MM);
+        (after > (1.0 + SAME_FIGURE) * now).then(|| {
+            let stays = what_stays(fitted, known, self.tool, &self.poses);
+            format!(
+                "these parameters make the volume worse: {now:.1} µm of the tool tip now, {after:.1} µm with them (95 % of poses). {stays} stays, which the present values partly cancel by chance. Take that out first, by its table or with 'compensate', or record the tests that show its cause; enter these parameters with it, not alone"
+            )
+        })
+    }
 }
 
 /// Parameters and tables as files.

@@ -7,7 +7,7 @@ use fiveaxis::diagnose::examine;
 use fiveaxis::history::{Point, trend};
 use fiveaxis::identify::{Options, Quantity};
 use fiveaxis::load::{load_session, names_tests};
-use fiveaxis::machine::Component;
+use fiveaxis::machine::{Axis, AxisKind, Component, Machine};
 use fiveaxis::report::history::{ErrorHistory, HistoryReport, history_json, history_page, history_text};
 
 use super::Refusal;
@@ -39,7 +39,7 @@ pub struct Arguments {
 /// One session as fitted: errors by name with unit, value, sigma of the noise and whole sigma.
 struct Fitted {
     machine: String,
-    code: String,
+    axes: String,
     errors: Vec<(String, &'static str, f64, f64, f64)>,
 }
 
@@ -64,16 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let Some((_, file, _, first)) = fits.first() else {
         return Err(format!("{}: no session could be fitted", arguments.folder.display()).into());
     };
-    if let Some((_, other, _, fitted)) = fits.iter().find(|(_, _, _, fitted)| fitted.code != first.code) {
-        return Err(format!(
-            "{} is of a machine {} and {} of {}: a history is of one machine",
-            file.display(),
-            first.code,
-            other.display(),
-            fitted.code
-        )
-        .into());
-    }
+    refuse_two_machines((file, first), fits.iter().map(|(_, file, _, fitted)| (file, fitted)))?;
     let mut names: Vec<(String, &'static str)> = Vec::new();
     for (name, unit, ..) in fits.iter().flat_map(|(_, _, _, fitted)| &fitted.errors) {
         if names.iter().all(|(other, _)| other != name) {
@@ -125,7 +116,43 @@ fn fitted(file: &Path, inputs: &mut Vec<PathBuf>) -> Result<Option<Fitted>, Refu
         _ => None,
     });
     let errors = told.collect();
-    Ok(Some(Fitted { machine: session.machine.name.clone(), code: session.machine.code.to_string(), errors }))
+    Ok(Some(Fitted { machine: session.machine.name.clone(), axes: axes_of(&session.machine), errors }))
+}
+
+/// Code, and direction and place of every axis (mm), as machine files state them.
+fn axes_of(machine: &Machine) -> String {
+    let of = |axis: &Axis| {
+        let [d, o] =
+            [axis.direction, axis.origin].map(|v| format!("{:.4} {:.4} {:.4}", v.x + 0.0, v.y + 0.0, v.z + 0.0));
+        match axis.kind {
+            AxisKind::Linear => format!("{} along {d}", axis.name),
+            AxisKind::Rotary => format!("{} about {d} at {o}", axis.name),
+        }
+    };
+    format!("{}: {}", machine.code, machine.axes.iter().map(of).collect::<Vec<_>>().join(", "))
+}
+
+/// Sessions of one machine have its name, its code and its axes.
+fn refuse_two_machines<'f>(
+    (file, first): (&Path, &Fitted),
+    others: impl Iterator<Item = (&'f PathBuf, &'f Fitted)>,
+) -> Result<(), Refusal> {
+    for (other, fitted) in others {
+        let told = match () {
+            () if fitted.machine != first.machine => [&first.machine, &fitted.machine],
+            () if fitted.axes != first.axes => [&first.axes, &fitted.axes],
+            () => continue,
+        };
+        return Err(format!(
+            "{} is of the machine '{}' and {} of '{}': a history is of one machine; put each one's sessions into a folder of their own, or give its machine files one name and the same axes",
+            file.display(),
+            told[0],
+            other.display(),
+            told[1]
+        )
+        .into());
+    }
+    Ok(())
 }
 
 /// Session files with date and day number, by time.
@@ -138,12 +165,16 @@ fn session_files(folder: &Path) -> Result<Vec<(String, i64, PathBuf)>, Refusal> 
     for entry in entries {
         let path = entry.map_err(|why| format!("{} cannot be read: {why}", folder.display()))?.path();
         let file = if path.is_dir() { path.join("session.yaml") } else { path.clone() };
+        if path.is_dir() && !file.is_file() {
+            eprintln!("fiveaxis: {} is left out: it holds no session.yaml", path.display());
+            continue;
+        }
         let is_yaml = file.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
         if !is_yaml || !file.is_file() || !names_tests(&file)? {
             continue;
         }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        match date_in(&name) {
+        match date_in(&name).map_err(|date| not_in_calendar(&file, &date))? {
             Some((date, day)) => list.push((date, day, file)),
             None => undated.push(name),
         }
@@ -167,20 +198,49 @@ fn session_files(folder: &Path) -> Result<Vec<(String, i64, PathBuf)>, Refusal> 
     Ok(list)
 }
 
-/// A date such as 2026-03-14 in a name, and its day number.
-fn date_in(name: &str) -> Option<(String, i64)> {
+fn not_in_calendar(file: &Path, date: &str) -> String {
+    format!(
+        "{}: {date} is no day of the calendar; years from {} to {}, months from 01 to 12 and the days that the month has are allowed, for example 2026-03-14",
+        file.display(),
+        YEARS.0,
+        YEARS.1
+    )
+}
+
+/// Years in which sessions may be: ball bars are younger.
+const YEARS: (i64, i64) = (1980, 2999);
+
+/// A date such as 2026-03-14 in a name, and its day number; an error is what looks like a date and is none.
+fn date_in(name: &str) -> Result<Option<(String, i64)>, String> {
     let bytes = name.as_bytes();
-    (0..bytes.len().saturating_sub(9)).find_map(|from| {
-        let part = name.get(from..from + 10)?;
+    let mut wrong = None;
+    for from in 0..bytes.len().saturating_sub(9) {
+        let Some(part) = name.get(from..from + 10) else { continue };
         let shape = part
             .bytes()
             .enumerate()
             .all(|(k, byte)| if k == 4 || k == 7 { byte == b'-' } else { byte.is_ascii_digit() });
         let number = |from: usize, to: usize| part.get(from..to).and_then(|text| text.parse::<i64>().ok());
-        let (year, month, day) = (number(0, 4)?, number(5, 7)?, number(8, 10)?);
-        (shape && (1..=12).contains(&month) && (1..=31).contains(&day))
-            .then(|| (part.to_string(), day_number(year, month, day)))
-    })
+        let (true, Some(year), Some(month), Some(day)) = (shape, number(0, 4), number(5, 7), number(8, 10)) else {
+            continue;
+        };
+        if (YEARS.0..=YEARS.1).contains(&year) && (1..=12).contains(&month) && (1..=days_of(year, month)).contains(&day)
+        {
+            return Ok(Some((part.to_string(), day_number(year, month, day))));
+        }
+        wrong.get_or_insert_with(|| part.to_string());
+    }
+    wrong.map_or(Ok(None), Err)
+}
+
+/// Days of a month in the Gregorian calendar.
+fn days_of(year: i64, month: i64) -> i64 {
+    match month {
+        4 | 6 | 9 | 11 => 30,
+        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
+        2 => 28,
+        _ => 31,
+    }
 }
 
 /// Days in the Gregorian calendar since 1 March of the year 0 (years begin with March, so that leap days end them).

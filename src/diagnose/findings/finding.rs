@@ -30,7 +30,26 @@ pub struct Finding {
 /// Share of a jump that is left at most when another one undoes it.
 const THERE_AND_BACK: f64 = 0.2;
 
+/// A rival of at least this share of a finding's probability leaves its cause open: worse than two to one.
+const NEAR: f64 = 0.5;
+
 impl Finding {
+    /// The most probable rival where it leaves the cause open, in words.
+    pub(crate) fn near_rival(&self) -> Option<String> {
+        let (rival, probability) = self.rivals.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (*probability >= NEAR * self.probability).then(|| {
+            let components =
+                if rival.components.is_empty() { String::new() } else { format!(" ({})", rival.components.join(" ")) };
+            format!(
+                "{} of {}{components}, {:.0} % against {:.0} %",
+                rival.effect,
+                rival.place,
+                100.0 * probability,
+                100.0 * self.probability
+            )
+        })
+    }
+
     /// Whether a jump is undone by another one of the same ball: something that comes and goes looks so as well.
     pub(crate) fn is_undone_by(&self, other: &Finding) -> bool {
         let (Some(one), Some(two)) = (self.effects.first(), other.effects.first()) else { return false };

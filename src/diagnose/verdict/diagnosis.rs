@@ -210,7 +210,12 @@ impl Diagnosis {
 
     /// All effects found, as they go into a machine file.
     pub fn effects(&self) -> Vec<Effect> {
-        self.findings.iter().flat_map(|finding| finding.effects.iter().cloned()).collect()
+        let with_rival = |finding: &Finding| {
+            let rival = finding.near_rival();
+            let of = |effect: &Effect| Effect { cannot_tell_from: rival.clone(), ..effect.clone() };
+            finding.effects.iter().map(of).collect::<Vec<Effect>>()
+        };
+        self.findings.iter().flat_map(with_rival).collect()
     }
 }
 

@@ -11,7 +11,7 @@ use crate::machine::{AxisKind, Effect, ErrorName, Machine, Outlet, ParameterValu
 use crate::units::shown;
 
 /// Keys that every effect has beside its parameters.
-const COMMON_KEYS: [&str; 4] = ["effect", "place", "sizes", "tests"];
+const COMMON_KEYS: [&str; 5] = ["effect", "place", "sizes", "tests", "cannot_tell_from"];
 
 /// Reads all effects of a machine whose axes are known.
 pub(crate) fn effects(document: &Document, machine: &Machine, raw: &[Mapping]) -> Result<Vec<Effect>, LoadError> {
@@ -53,6 +53,9 @@ impl Entry<'_> {
         }
         (kind.check)(self.machine, &effect).map_err(|why| self.refuse("effect", format!("{}: {why}", kind.name)))?;
         effect.tests = self.tests()?;
+        if self.raw.contains_key("cannot_tell_from") {
+            effect.cannot_tell_from = Some(self.word("cannot_tell_from", "\"straightness of Y, 48 %\"")?.to_string());
+        }
         effect.sizes = self.sizes(kind, &effect)?;
         Ok(effect)
     }

@@ -17,6 +17,9 @@ pub fn effect_yaml(machine: &Machine, effect: &Effect) -> String {
         let names: Vec<String> = tests.iter().map(|name| text(name)).collect();
         let _ = writeln!(out, "    tests: [{}]", names.join(", "));
     }
+    if let Some(rival) = &effect.cannot_tell_from {
+        let _ = writeln!(out, "    cannot_tell_from: {}", text(rival));
+    }
     let mut outlets: Vec<Outlet> = Vec::new();
     for size in &effect.sizes {
         if !outlets.contains(&size.outlet) {

@@ -1,5 +1,6 @@
 //! Numbers, tables, words and markup that all reports share.
 
+pub mod found;
 pub mod linear_axes;
 pub(crate) mod markup;
 pub mod meetings;

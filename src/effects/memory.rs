@@ -1,0 +1,96 @@
+//! What an axis owes to the way it has come, by travel alone: lost motion and reversal spikes. The law without a session, so that
+//! sessions and programs run the same one.
+
+/// Commanded moves below this are rounding of the file, mm or rad.
+pub(super) const STANDSTILL: f64 = 1e-7;
+
+/// A law of the travel of one axis; its value is per unit of size. Travels are in mm or rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MemoryLaw {
+    /// `−[(1−w)·play + w·windup]`.
+    LostMotion { windup_share: f64, take_up: f64, gap: f64 },
+    /// `(bristle − direction)/2`: a spike that dies away over the travel.
+    Spike { travel: f64 },
+}
+
+/// What the past has left.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Past {
+    /// Flank of the free gap, −1 … 1; 0 midway.
+    pub play: f64,
+    /// Flank of what relaxes over a travel: wind-up of the drive, or friction.
+    pub windup: f64,
+    /// Sense of the last move, −1 or 1; 0 before the first.
+    pub direction: f64,
+}
+
+impl Past {
+    /// On a flank, before the first move.
+    pub fn on_flank(flank: f64) -> Past {
+        Past { play: flank, windup: flank, direction: 0.0 }
+    }
+}
+
+impl MemoryLaw {
+    /// After a way in the mechanical positive sense, mm or rad.
+    pub fn advance(&self, past: &mut Past, way: f64) {
+        if way.abs() <= STANDSTILL {
+            return;
+        }
+        let (gap, take_up) = match *self {
+            MemoryLaw::LostMotion { take_up, gap, .. } => (gap, take_up),
+            MemoryLaw::Spike { travel } => (0.0, travel),
+        };
+        let direction = way.signum();
+        past.direction = direction;
+        past.play = if gap > 0.0 { (past.play + 2.0 * way / gap).clamp(-1.0, 1.0) } else { direction };
+        let decay = if take_up > 0.0 { (-way.abs() / take_up).exp() } else { 0.0 };
+        past.windup = direction + (past.windup - direction) * decay;
+    }
+
+    /// Value per unit of size.
+    pub fn value(&self, past: &Past) -> f64 {
+        match *self {
+            MemoryLaw::LostMotion { windup_share, .. } => {
+                -((1.0 - windup_share) * past.play + windup_share * past.windup)
+            }
+            MemoryLaw::Spike { .. } => (past.windup - past.direction) / 2.0,
+        }
+    }
+
+    /// Change of the value per mm or rad of a further way in the sense of the last move.
+    pub fn slope(&self, past: &Past) -> f64 {
+        let relaxes = |travel: f64| if travel > 0.0 { (1.0 - past.direction * past.windup) / travel } else { 0.0 };
+        match *self {
+            MemoryLaw::LostMotion { windup_share, take_up, gap } => {
+                let turns_round = if gap > 0.0 && past.play * past.direction < 1.0 { 2.0 / gap } else { 0.0 };
+                -((1.0 - windup_share) * turns_round + windup_share * relaxes(take_up))
+            }
+            MemoryLaw::Spike { travel } => 0.5 * relaxes(travel),
+        }
+    }
+
+    /// The past after a long way in a sense, −1 or 1.
+    pub fn settled(&self, direction: f64) -> Past {
+        Past { play: direction, windup: direction, direction }
+    }
+
+    /// The past at the beginning of a way in a sense: turned round, nothing taken up that takes a travel.
+    pub fn turned(&self, past: &Past, direction: f64) -> Past {
+        let mut turned = *past;
+        self.advance(&mut turned, 2.0 * STANDSTILL * direction);
+        turned
+    }
+
+    /// Shortest of the travels over which it changes, mm or rad; 0 where it changes at once.
+    pub fn shortest_travel(&self) -> f64 {
+        match *self {
+            MemoryLaw::LostMotion { windup_share, take_up, gap } => {
+                let free = if windup_share < 1.0 { gap } else { f64::INFINITY };
+                let elastic = if windup_share > 0.0 { take_up } else { f64::INFINITY };
+                free.min(elastic)
+            }
+            MemoryLaw::Spike { travel } => travel,
+        }
+    }
+}
