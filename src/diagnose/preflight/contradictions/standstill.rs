@@ -158,9 +158,15 @@ fn is_dead(recording: &Recording) -> bool {
 /// Recordings from which on one figure in all of them is no machine without errors, but a gauge that was off.
 const ALL_DEAD: usize = 2;
 
+/// Steps in which gauges read, mm, and how far from a multiple a reading may be written: computed lengths have more digits.
+const GAUGE_STEP_MM: f64 = 1e-5;
+const ON_STEP_MM: f64 = 1e-8;
+
 /// Sessions in which no reading of any recording differs from the others.
 fn all_dead(timed: &[(&Test, &Recording)]) -> Option<DataFault> {
-    let all = timed.len() >= ALL_DEAD && timed.iter().all(|(_, recording)| is_dead(recording));
+    let is_step = |length: &f64| ((length / GAUGE_STEP_MM).round() * GAUGE_STEP_MM - length).abs() < ON_STEP_MM;
+    let is_read = |recording: &Recording| read_lengths(recording).first().is_some_and(is_step);
+    let all = timed.len() >= ALL_DEAD && timed.iter().all(|(_, recording)| is_dead(recording) && is_read(recording));
     let says = "no reading differs from the others of its recording: the gauge stuck or was not connected; record the session again";
     all.then(|| DataFault::seen("gauge-stuck", RECORDER, Vec::new(), says.to_string()))
 }
