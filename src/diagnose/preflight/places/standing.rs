@@ -165,6 +165,11 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
     Some(found)
 }
 
+/// A position as files write it: radians and back cost the last digits.
+fn written(position: f64) -> f64 {
+    (1e6 * position).round() / 1e6
+}
+
 /// The session with an axis standing elsewhere by so much in some tests, mm or rad.
 pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
     let (axis_name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
@@ -182,7 +187,7 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
         "{axis_name} stood at about {:.2} {} by the lengths and not at {}; correct 'positions' in {}",
         kind.to_file_unit(stated + shift),
         kind.position_unit(),
-        kind.to_file_unit(stated),
+        written(kind.to_file_unit(stated)),
         crate::diagnose::preflight::data_fault::listed(&names(session, tests))
     );
     let mut found = Suspicion::new(STANDING_AXIS, SESSION, names(session, tests), says, undone);
