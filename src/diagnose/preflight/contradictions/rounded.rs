@@ -35,11 +35,15 @@ pub(super) fn rounded(session: &Session) -> Option<DataFault> {
 fn rounded_lengths(session: &Session) -> Option<DataFault> {
     let of_bars = session.tests.iter().filter(|test| test.bar_length_mm.is_some());
     let recordings: Vec<&Recording> = of_bars.filter_map(|test| test.recording.as_ref()).collect();
-    let read = || recordings.iter().flat_map(|recording| &recording.length_mm).copied().filter(|l| l.is_finite());
-    let first = read().next()?;
-    if read().all(|length| length == first) {
+    // a gauge that stuck has no digits to lose
+    let changes = |recording: &&Recording| {
+        let mut read = recording.length_mm.iter().filter(|length| length.is_finite());
+        read.next().is_some_and(|first| read.any(|length| length != first))
+    };
+    if !recordings.iter().any(changes) {
         return None;
     }
+    let read = || recordings.iter().flat_map(|recording| &recording.length_mm).copied().filter(|l| l.is_finite());
     let step_mm = step(read)?;
     let says = format!(
         "all lengths are multiples of {step_mm} mm, where a gauge reads to 0.0001 mm: they were rounded; export them with all their digits"
