@@ -277,7 +277,7 @@ const FINER_DEG: [f64; 8] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06];
 const FINER_MM: [f64; 8] = [1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008];
 
 /// Axes that stood elsewhere or whose columns are off, brought nearer to where they were, each the best of its grid.
-const BROUGHT_NEARER: usize = 3;
+const BROUGHT_NEARER: usize = 8;
 
 /// Brings the best few mistakes that have a size nearer to it than the grid: others find theirs in the fit.
 fn bring_nearer(
