@@ -108,9 +108,9 @@ fn of_own_pace(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
     let slower = normal(both) * erfc(off * wide / (both * sigma * SQRT_2));
     -2.0 * ((1.0 - share) * normal(sigma) + share * slower).max(f64::MIN_POSITIVE).ln()
 }
-/// By how much a control ends its rests at its pleasure, s, with the share of controls that do: all by a cycle of their servos,
-/// some by more, for a slow part of them has to answer first.
-const UNEVEN: [(f64, f64); 5] = [(1e-3, 0.83), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05), (5e-2, 0.02)];
+/// By how much a control ends its rests at its pleasure, s, with the share of controls that do: a slow part of it has to answer
+/// first.
+const UNEVEN: [(f64, f64); 5] = [(0.0, 0.83), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05), (5e-2, 0.02)];
 /// The largest of these that leaves the times of marks and run comparable.
 pub(super) const UNEVEN_S: f64 = 2e-2;
 
