@@ -345,7 +345,7 @@ fn judged_from_memory(session: &Session, ground: &LinearModel, noise: &[NoiseMod
         Regression::new(ground, &quieter, &accepted, &kept),
     ];
     let mut judged = 0;
-    for (index, family) in families.iter().enumerate().filter(|(_, family)| !family.by_test) {
+    for (index, family) in families.iter().enumerate().filter(|(_, family)| family.by_test.is_empty()) {
         let effect = &family.grid[family.grid.len() / 2];
         let terms = terms(&session.machine, effect, &family.outlets);
         let Ok(profiles) = ground.profiles(effect) else { continue };

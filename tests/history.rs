@@ -69,39 +69,28 @@ fn a_machine_that_only_scatters_is_told_steady_however_few_the_sessions() {
 
 #[test]
 fn the_command_reads_a_folder_of_dated_sessions() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scratch = tempfile::tempdir().expect("folder");
-    let copy = |from: &str, to: &str| {
-        let folder = scratch.path().join(to);
-        std::fs::create_dir_all(&folder).expect("folder");
-        for entry in std::fs::read_dir(root.join("examples/thesis").join(from)).expect("example") {
-            let file = entry.expect("entry").path();
-            std::fs::copy(&file, folder.join(file.file_name().expect("name"))).expect("copied");
-        }
-    };
-    copy("chapter5", "2026-01-10");
-    copy("chapter5", "2026-02-11-after-service");
-    let run = |folder: &Path| {
-        let output = Command::cargo_bin("fiveaxis")
-            .expect("built")
-            .arg("history")
-            .arg(folder)
-            .arg("--json")
-            .output()
-            .expect("run");
-        let text = String::from_utf8(output.stdout).expect("text");
-        (output.status.code(), serde_json::from_str::<serde_json::Value>(&text).expect("JSON"))
-    };
+    let copy = |to: &str| copied("examples/thesis/chapter5", &scratch.path().join(to));
+    copy("2026-01-10");
+    copy("2026-02-11-after-service");
     let (code, value) = run(scratch.path());
     assert_eq!(code, Some(0), "{value}");
     assert_eq!(value["sessions"][1]["day"], 32.0);
     let error =
         value["errors"].as_array().expect("errors").iter().find(|error| error["error"] == "EY0C").expect("EY0C");
     assert!((error["mean"].as_f64().expect("mean") + 52.9).abs() < 0.1 && error["course"]["kind"] == "steady");
-    copy("chapter5", "yesterday");
+    copy("yesterday");
     let (code, value) = run(scratch.path());
     assert_eq!(code, Some(2));
     assert!(value["error"].to_string().contains("no date in its name"), "{value}");
+}
+
+/// Exit code and output of the command on a folder.
+fn run(folder: &Path) -> (Option<i32>, serde_json::Value) {
+    let output =
+        Command::cargo_bin("fiveaxis").expect("built").arg("history").arg(folder).arg("--json").output().expect("run");
+    let text = String::from_utf8(output.stdout).expect("text");
+    (output.status.code(), serde_json::from_str(&text).expect("JSON"))
 }
 
 /// A session of a folder under a name, copied from the examples.
@@ -115,17 +104,6 @@ fn copied(from: &str, folder: &Path) {
 
 #[test]
 fn a_history_is_of_one_machine_and_of_days_of_the_calendar() {
-    let run = |folder: &Path| {
-        let output = Command::cargo_bin("fiveaxis")
-            .expect("built")
-            .arg("history")
-            .arg(folder)
-            .arg("--json")
-            .output()
-            .expect("run");
-        let text = String::from_utf8(output.stdout).expect("text");
-        (output.status.code(), serde_json::from_str::<serde_json::Value>(&text).expect("JSON"))
-    };
     let scratch = tempfile::tempdir().expect("folder");
     copied("examples/thesis/chapter5", &scratch.path().join("2024-02-29"));
     // a folder without a session is named

@@ -43,6 +43,7 @@ mod meshes;
 mod mistakes;
 mod nc_programs;
 mod noise_fits;
+mod not_returning;
 mod output_sets;
 mod peer_scene;
 mod plan_budget;

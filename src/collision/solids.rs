@@ -120,10 +120,9 @@ fn fixture_look(world: &World, test: &Test, outward: &Vector3<f64>, up: &Vector3
             q[*axis] = positions.get(positions.len() / 2).copied().unwrap_or(0.0);
         }
     }
-    let Ok((pivot, spindle)) = test.links(world.chain()) else { return -up };
+    let Ok(links) = test.links(world.chain()) else { return -up };
     let geometry = Geometry::nominal(world.chain());
-    let bar =
-        geometry.point(pivot, &test.pivot.at, &q, None) - geometry.point(spindle, &test.spindle_ball.at, &q, None);
-    let in_link = geometry.pose(spindle, &q, None).rotation.tr_mul(&bar);
+    let to_pivot = -test.bar(&geometry, links, &q);
+    let in_link = geometry.pose(links.1, &q, None).rotation.tr_mul(&to_pivot);
     if in_link.dot(outward) > in_link.dot(&-up) { *outward } else { -up }
 }

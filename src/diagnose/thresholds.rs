@@ -94,8 +94,6 @@ thresholds! {
         "by which a free curve must explain more than the best named form";
     explains_most = 0.5, off 0.0, "share":
         "of what is more than noise that a wrong pairing of one test, or findings where the folds call them otherwise, must explain";
-    ball_form_um = 1.1, off f64::INFINITY, "µm":
-        "largest form of a ball: those of gauges are round to some tenths";
     tie = 3.0, off 0.0, "log odds":
         "within which candidates count as equal, so that the customary name decides";
     free_tie = 10.0, off 0.0, "log odds":

@@ -191,6 +191,8 @@ fn stiction(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 const GOOD_BALLS: f64 = 4.0;
 /// Amplitudes of form, and of sticking, that are plausible, µm.
 const PLAUSIBLE_FORM: f64 = 0.6;
+/// Largest form of a ball, µm: those of gauges are round to some tenths.
+const MOST_FORM: f64 = 1.1;
 const PLAUSIBLE_STICKING: f64 = 2.0;
 /// Angles of the bar that are tried, deg.
 const TURNED_DEG: [f64; 3] = [2.0, 5.0, 12.0];
@@ -199,7 +201,7 @@ fn forms(_seen: &Observations) -> Vec<CandidateFamily> {
     let of_ball = |place| {
         let up_to = |degree: f64| with_number(BALL_FORM.name, place, "degree", degree);
         let family = CandidateFamily::new(BALL_FORM.name, place, vec![Outlet::Reading], PLAUSIBLE_FORM);
-        family.over([2.0, 3.0, 4.0].map(up_to).to_vec()).rare(GOOD_BALLS)
+        family.over([2.0, 3.0, 4.0].map(up_to).to_vec()).rare(GOOD_BALLS).at_most(MOST_FORM)
     };
     [Place::Pivot, Place::SpindleBall].map(of_ball).to_vec()
 }

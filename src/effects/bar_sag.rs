@@ -74,7 +74,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 }
 
 /// Sine of the bar's angle above the level, row by row.
-fn sines(context: &Context, test: usize) -> Vec<f64> {
+pub(super) fn sines(context: &Context, test: usize) -> Vec<f64> {
     let chain = context.chain();
     let geometry = Geometry::nominal(chain);
     let gravity = context.machine().gravity;

@@ -62,6 +62,11 @@ impl<'a> Observations<'a> {
         ways.filter(|(_, (from, to))| to - from > LEAST_WAY_MM)
     }
 
+    /// Tests in which an axis moves.
+    pub fn tests_moving(&self, axis: usize) -> Vec<usize> {
+        (0..self.context.tests()).filter(|&test| self.context.motion(test).moving.contains(&axis)).collect()
+    }
+
     /// End of the last test, s since the session began.
     pub fn latest_s(&self) -> f64 {
         (0..self.context.tests()).map(|test| self.context.ends_at_s(test)).fold(0.0, f64::max)
@@ -91,8 +96,13 @@ pub struct CandidateFamily {
     pub refined: Vec<Refined>,
     /// Amplitudes up to this are plausible, display units: the widest amplitude prior that is tried.
     pub plausible: f64,
-    /// Every test has amplitudes of its own: the phase of a free-running source is not kept from test to test.
-    pub by_test: bool,
+    /// The largest size through its first outlet that it can have, display units: a larger one is something else.
+    pub most: f64,
+    /// It weighs against others and is not told itself: as much of it may be a gauge whose zero wanders.
+    pub only_rival: bool,
+    /// Tests that have amplitudes of their own, by number: the phase of a free-running source is not kept from test to test. Empty:
+    /// all tests share them.
+    pub by_test: Vec<usize>,
     /// Names of the effect's functions that take part; empty: all.
     pub functions: &'static [&'static str],
     /// Outlets through which a function acts, where not every one acts through all.
@@ -142,7 +152,9 @@ impl CandidateFamily {
             grid: vec![Effect::new(kind, place)],
             refined: Vec::new(),
             plausible,
-            by_test: false,
+            most: f64::INFINITY,
+            only_rival: false,
+            by_test: Vec::new(),
             functions: &[],
             pairs: Vec::new(),
             fast: false,
@@ -154,6 +166,24 @@ impl CandidateFamily {
 
     pub(super) fn over(mut self, grid: Vec<Effect>) -> CandidateFamily {
         self.grid = grid;
+        self
+    }
+
+    /// As a rival alone.
+    pub(super) fn only_as_rival(mut self) -> CandidateFamily {
+        self.only_rival = true;
+        self
+    }
+
+    /// No larger than this through its first outlet.
+    pub(super) fn at_most(mut self, most: f64) -> CandidateFamily {
+        self.most = most;
+        self
+    }
+
+    /// With amplitudes of their own in these tests.
+    pub(super) fn by_test(mut self, tests: Vec<usize>) -> CandidateFamily {
+        self.by_test = tests;
         self
     }
 

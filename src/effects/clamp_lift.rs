@@ -152,6 +152,9 @@ const EDGES: usize = 13;
 const LATE_RAD: f64 = 6f64.to_radians();
 const SETTLING_S: (f64, f64) = (0.4, 10.0);
 
+/// Lifts up to this are plausible, µm or arcsec: a chip, a film of oil, a seal. Several directions that nearly cancel need hundreds.
+const PLAUSIBLE: f64 = 10.0;
+
 fn lifts(seen: &Observations) -> Vec<CandidateFamily> {
     let of_axis = |(axis, ends): (usize, (f64, f64))| {
         let d = directions(seen.machine(), axis);
@@ -160,7 +163,7 @@ fn lifts(seen: &Observations) -> Vec<CandidateFamily> {
         let tipped = [&d.across[..], &d.tilts].concat();
         [lifted, tipped, vec![d.along]].map(|components| {
             let outlets = motion(axis, &components);
-            let family = CandidateFamily::new(CLAMP_LIFT.name, Place::Axis(axis), outlets, 30.0);
+            let family = CandidateFamily::new(CLAMP_LIFT.name, Place::Axis(axis), outlets, PLAUSIBLE);
             family.over(stretches.clone()).refine(shape.clone())
         })
     };

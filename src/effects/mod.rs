@@ -7,6 +7,8 @@
 //! [`KINDS`] by one line.
 
 mod arrival;
+mod asynchronous;
+mod axis_shift;
 mod backlash;
 mod ball_seat;
 mod bar_sag;
@@ -29,6 +31,7 @@ mod memory;
 mod moment;
 mod mount_drift;
 mod named_ball;
+mod repeatability;
 mod reversal_spike;
 mod slide;
 mod slip;
@@ -75,6 +78,7 @@ pub static KINDS: &[&Kind] = &[
     &backlash::LATERAL_PLAY,
     &reversal_spike::REVERSAL_SPIKE,
     &harmonics::ROTARY_ERROR_MOTION,
+    &asynchronous::ASYNCHRONOUS_ERROR_MOTION,
     &harmonics::CYCLIC_ERROR,
     &imbalance::IMBALANCE,
     &surface_form::SURFACE_FORM,
@@ -95,6 +99,8 @@ pub static KINDS: &[&Kind] = &[
     &timing::TRIGGER_LATENCY,
     &slip::PIVOT_SLIP,
     &slip::BALL_SLIP,
+    &axis_shift::AXIS_SHIFT,
+    &repeatability::REPEATABILITY,
     &mount_drift::MOUNT_DRIFT,
     &ball_seat::BALL_FORM,
     &ball_seat::CUP_STICTION,

@@ -339,6 +339,10 @@ fn growths(seen: &Observations) -> Vec<CandidateFamily> {
 /// Rank of growth elsewhere than at the spindle's slide, of which the fewest motions are the customary name.
 const ELSEWHERE: usize = 10;
 
+/// Growth of a node up to this is plausible in a machine tool, µm or arcsec: spindles grow by some tens in their first hour
+/// (ISO 230-3 tests find 10 to 80 µm). Two nodes that cancel are hundreds, and follow whatever changes from test to test.
+const PLAUSIBLE: f64 = 30.0;
+
 /// Growth over session time (fast and slow node), by friction, or with a temperature channel.
 fn over_time(seen: &Observations, axis: usize, outlets: Vec<Outlet>) -> CandidateFamily {
     let (place, span) = (Place::Axis(axis), seen.latest_s().max(SHORTEST_S));
@@ -361,7 +365,7 @@ fn over_time(seen: &Observations, axis: usize, outlets: Vec<Outlet>) -> Candidat
         Refined::element("tau", 1, (20.0, 5.0 * span), 0.2 * span),
         lag_refined(span),
     ];
-    CandidateFamily::new(THERMAL_GROWTH.name, place, outlets, 100.0).over(grid).refine(shape).ranked(rank)
+    CandidateFamily::new(THERMAL_GROWTH.name, place, outlets, PLAUSIBLE).over(grid).refine(shape).ranked(rank)
 }
 
 /// Frictions that may heat a place: its own axis where it moves, and all axes of its kind where others move as well.

@@ -127,13 +127,19 @@ pub static TRIGGER_LATENCY: Kind = Kind {
     profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),
 };
 
+/// Largest lag of an axis beyond the others, ms: position loops of machine tools have gains of 1 m/(min·mm) and more, or lags of 60 ms
+/// and less, and half of it is a drive that does not hold its axis.
+const LONGEST_LAG_MS: f64 = 150.0;
+
 /// Lag of an axis beyond that of the others; where slides move, also with the radius that a lag of all takes.
 fn lags(seen: &Observations) -> Vec<CandidateFamily> {
     let axes = (0..seen.machine().axes.len()).filter(|&axis| seen.context.travelled(axis).is_some());
     let of_axis = |axis: usize| {
         let place = Place::Axis(axis);
         // without a second feed lost motion is the likelier one
-        let new = |outlets, plausible| CandidateFamily::new(SERVO_LAG.name, place, outlets, plausible).fast().ranked(1);
+        let new = |outlets, plausible| {
+            CandidateFamily::new(SERVO_LAG.name, place, outlets, plausible).fast().ranked(1).at_most(LONGEST_LAG_MS)
+        };
         let beyond = new(vec![Outlet::Lag { axis }], 50.0);
         let with_common = new(vec![Outlet::Lag { axis }, Outlet::SlidesAcceleration { axis }], 1e4);
         if seen.context.slides_move() { vec![beyond, with_common] } else { vec![beyond] }

@@ -2,8 +2,9 @@
 //!
 //! `unknown`: cubic B-splines `k1 … kn` on equal spacing between `from` and `to`. `table`: straight lines between values
 //! at `knots`, constant beyond. The driver is the position of an axis (mm, deg), that position by direction of
-//! motion, session time (s), speed (mm/s, deg/s) or acceleration.
+//! motion, session time (s), seconds since the recording began, elevation of the bar (deg), speed (mm/s, deg/s) or acceleration.
 
+use super::bar_sag::sines;
 use super::candidates::{CandidateFamily, Observations, beside_own, directions, motion, none, with_word};
 use super::context::Profile;
 use super::context::Travel;
@@ -15,11 +16,16 @@ use super::memory::STANDSTILL;
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 
+/// Drivers that no axis has.
+const TIME: &str = "time";
+const RUN: &str = "run";
+const ELEVATION: &str = "elevation";
+
 const DRIVER: Parameter = Parameter::word(
     "driver",
-    &["position", "direction", "time", "speed", "acceleration"],
+    &["position", "direction", TIME, RUN, ELEVATION, "speed", "acceleration"],
     DefaultValue::Absent,
-    "what it depends on; position when not stated, direction: position times sign of motion",
+    "what it depends on; position when not stated, direction: position times sign of motion, run: time since the recording began, elevation: of the bar above the level, deg",
 );
 const OF: Parameter = Parameter::word(
     "of",
@@ -156,11 +162,16 @@ fn driving_axis(machine: &Machine, effect: &Effect) -> Result<(), String> {
         Some(name) if machine.axis_index(name).is_none() => {
             Err(format!("'of: {name}' names no axis; axes are {}", known()))
         }
-        None if effect.place.axis().is_none() && word(effect, "driver") != Some("time") => {
+        None if effect.place.axis().is_none() && !needs_no_axis(word(effect, "driver")) => {
             Err(format!("say 'of:' with the axis that drives it, one of {}", known()))
         }
         _ => Ok(()),
     }
+}
+
+/// Whether a driver is none of an axis.
+fn needs_no_axis(driver: Option<&str>) -> bool {
+    driver.is_some_and(|driver| [TIME, RUN, ELEVATION].contains(&driver))
 }
 
 fn count(effect: &Effect) -> usize {
@@ -191,7 +202,7 @@ fn over_driver(
         None => effect.place.axis(),
     };
     let axis = match (axis, driver) {
-        (axis, "time") => axis.unwrap_or(0),
+        (axis, driver) if needs_no_axis(Some(driver)) => axis.unwrap_or(0),
         (Some(axis), _) => axis,
         (None, _) => {
             return Err(EffectError::NoAxis { effect: effect.kind.clone(), known: machine.axis_names().join(" ") });
@@ -206,8 +217,14 @@ fn over_driver(
         };
         context.along(axis, 0.0, advance, |state| *state)
     });
+    let elevations: Profile = match driver {
+        ELEVATION => (0..context.tests()).map(|test| sines(context, test)).collect(),
+        _ => Profile::new(),
+    };
     let at = |test: usize, row: usize| match driver {
-        "time" => context.session_time_s(test, row),
+        TIME => context.session_time_s(test, row),
+        RUN => context.session_time_s(test, row) - context.session().tests[test].started_at_s,
+        ELEVATION => elevations[test][row].clamp(-1.0, 1.0).asin().to_degrees(),
         "speed" => in_file_unit(context.speed(test, row, axis)),
         "acceleration" => in_file_unit(context.acceleration(test, row, axis)),
         _ => in_file_unit(context.motion(test).row(row)[axis]),
@@ -268,7 +285,116 @@ fn free_curves(seen: &Observations) -> Vec<CandidateFamily> {
             list.extend(["position", "direction"].map(slide));
         }
     }
+    list.extend(own_in_every_run(seen));
+    list.extend(of_the_gauge(seen));
+    list.extend(over_session(seen));
     list
+}
+
+/// Splines of a curve over the time of a session.
+const SPLINES_OF_SESSION: f64 = 10.0;
+
+/// Splines of a curve that an axis follows in one run.
+const SPLINES_OF_RUN: f64 = 6.0;
+
+/// Curves over the positions of an axis that are others in every run: what does not repeat.
+fn own_in_every_run(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    let of = |kind: AxisKind| seen.moving(kind).collect::<Vec<_>>();
+    let mut list = Vec::new();
+    for (axis, ends) in of(AxisKind::Rotary).into_iter().chain(of(AxisKind::Linear)) {
+        let d = directions(machine, axis);
+        let own = vec![Outlet::own(machine, axis)];
+        let outlets = match machine.axes[axis].kind {
+            AxisKind::Rotary => vec![own, motion(axis, &[d.along]), motion(axis, &d.across)],
+            AxisKind::Linear => vec![own],
+        };
+        let rank = usize::from(machine.axes[axis].kind == AxisKind::Linear);
+        list.extend(outlets.into_iter().map(|outlets| {
+            let family = curve(machine, axis, outlets, ends, "position").by_test(seen.tests_moving(axis));
+            let mut family = family.ranked(rank).only_as_rival();
+            family.grid.iter_mut().for_each(|effect| effect.set("count", ParameterValue::Number(SPLINES_OF_RUN)));
+            family
+        }));
+    }
+    list
+}
+
+/// Curves over the positions of a rotary axis in the readings themselves, repeating or of every run its own: what gauge and cups do
+/// as the bar turns in them.
+fn of_the_gauge(seen: &Observations) -> Vec<CandidateFamily> {
+    let machine = seen.machine();
+    let of_axis = |(axis, ends): (usize, (f64, f64))| {
+        let at_bar = |driver: &str, splines: f64| {
+            let mut family = curve(machine, axis, vec![Outlet::Reading], ends, driver);
+            family.place = Place::Bar;
+            for effect in &mut family.grid {
+                effect.place = Place::Bar;
+                effect.set("of", ParameterValue::Word(machine.axes[axis].name.clone()));
+                effect.set("count", ParameterValue::Number(splines));
+            }
+            family
+        };
+        let repeating = ["position", "direction"].map(|driver| at_bar(driver, SPLINES));
+        let of_runs = at_bar("position", SPLINES_OF_RUN).by_test(seen.tests_moving(axis));
+        repeating.into_iter().chain([of_runs])
+    };
+    let of_axes = seen.moving(AxisKind::Rotary).flat_map(of_axis);
+    of_axes.chain(of_run_and_elevation(seen)).map(CandidateFamily::only_as_rival).collect()
+}
+
+/// Elevations of the bar over a session, deg, from which a curve over them is tried.
+const LEAST_ELEVATIONS: f64 = 10.0;
+
+/// Curves of the reading over the time since a recording began, and over the elevation of the bar.
+fn of_run_and_elevation(seen: &Observations) -> Vec<CandidateFamily> {
+    let context = seen.context;
+    if !context.has_sweeps() || context.session().has_parts() {
+        return Vec::new();
+    }
+    let tests = || 0..context.tests();
+    let length_s = |test: usize| context.ends_at_s(test) - context.session().tests[test].started_at_s;
+    let longest_s = tests().map(length_s).fold(0.0, f64::max);
+    let elevations =
+        tests().flat_map(|test| sines(context, test)).map(|sine| sine.clamp(-1.0, 1.0).asin().to_degrees());
+    let (low, high) = elevations.fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(at), high.max(at)));
+    let over = |driver: &str, (from, to): (f64, f64)| {
+        let effect = with_word(UNKNOWN.name, Place::Bar, "driver", driver)
+            .with("from", ParameterValue::Number(from))
+            .with("to", ParameterValue::Number(to))
+            .with("count", ParameterValue::Number(SPLINES_OF_SESSION));
+        CandidateFamily::new(UNKNOWN.name, Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect])
+    };
+    let run = (longest_s > 0.0).then(|| over(RUN, (0.0, longest_s)));
+    let elevation = (high - low > LEAST_ELEVATIONS).then(|| over(ELEVATION, (low, high)));
+    run.into_iter().chain(elevation).collect()
+}
+
+/// Curves over the time of the session, where something may have moved or grown in a way that no form describes.
+fn over_session(seen: &Observations) -> Vec<CandidateFamily> {
+    let (machine, context) = (seen.machine(), seen.context);
+    let begins_s = context.session().tests.iter().map(|test| test.started_at_s).fold(f64::MAX, f64::min);
+    let ends_s = seen.latest_s();
+    if ends_s <= begins_s {
+        return Vec::new();
+    }
+    let over_time = |(place, outlets): (Place, Vec<Outlet>)| {
+        let effect = with_word(UNKNOWN.name, place, "driver", TIME)
+            .with("from", ParameterValue::Number(begins_s))
+            .with("to", ParameterValue::Number(ends_s))
+            .with("count", ParameterValue::Number(SPLINES_OF_SESSION));
+        CandidateFamily::new(UNKNOWN.name, place, outlets, 30.0).over(vec![effect]).only_as_rival()
+    };
+    let of_axis = |axis: usize| {
+        let d = directions(machine, axis);
+        let outlets = match machine.axes[axis].kind {
+            AxisKind::Rotary => vec![motion(axis, &d.across), motion(axis, &[d.along])],
+            AxisKind::Linear => vec![vec![Outlet::own(machine, axis)]],
+        };
+        outlets.into_iter().map(move |outlets| (Place::Axis(axis), outlets)).collect::<Vec<_>>()
+    };
+    let bar = (Place::Bar, vec![Outlet::Reading]);
+    (0..machine.axes.len()).flat_map(of_axis).chain([bar]).map(over_time).collect()
 }
 
 /// Free curve over the positions of an axis.

@@ -184,7 +184,7 @@ fn vibrations(seen: &Observations) -> Vec<CandidateFamily> {
         let family = CandidateFamily::new(VIBRATION.name, place, outlets, 10.0).fast().ranked(rank);
         let frequency = Refined::number("frequency", (0.02, 1e3), 0.004);
         let family = family.over(seen.lines_hz.iter().map(clocked).collect()).refine(vec![frequency]);
-        CandidateFamily { by_test: true, ..family }
+        family.by_test((0..seen.context.tests()).collect())
     };
     ball.chain(joints).chain(all).map(vibrating).collect()
 }

@@ -94,7 +94,7 @@ fn level(session: &Session, chain: &Chain, test: &Test, axis: usize) -> Option<f
     let gap = |position: f64| {
         let mut q = vec![0.0; session.machine.axes.len()];
         q[axis] = position;
-        geometry.point(links.0, &test.pivot.at, &q, None) - geometry.point(links.1, &test.spindle_ball.at, &q, None)
+        -test.bar(&geometry, links, &q)
     };
     let along = gap(1.0) - gap(0.0);
     (along.norm() > 0.5).then(|| -gap(0.0).dot(&along))

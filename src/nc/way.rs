@@ -83,13 +83,9 @@ impl Balls<'_> {
     fn first_near(&self, leg: &Leg) -> Option<f64> {
         let geometry = Geometry::nominal(&self.chain);
         let test = &self.planned.test;
-        let (pivot, spindle) = test.links(&self.chain).ok()?;
+        let links = test.links(&self.chain).ok()?;
         let near_mm = test.bar_length_mm.unwrap_or(0.0) + NEAR_MM;
-        let apart = |q: &[f64]| {
-            let gap = geometry.point(pivot, &test.pivot.at, q, None)
-                - geometry.point(spindle, &test.spindle_ball.at, q, None);
-            gap.norm()
-        };
+        let apart = |q: &[f64]| test.bar(&geometry, links, q).norm();
         let near = (0..=PARTS).find(|&k| apart(&leg.at(k as f64 / PARTS as f64)) < near_mm)?;
         Some(near.saturating_sub(1) as f64 / PARTS as f64)
     }

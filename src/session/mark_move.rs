@@ -14,10 +14,8 @@ const ASIDE_MM: f64 = 1e-6;
 pub fn marked(machine: &Machine, test: &Test, row: &[f64], move_mm: f64) -> Option<Vec<f64>> {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
-    let (pivot, spindle) = test.links(&chain).ok()?;
-    let bar = |q: &[f64]| {
-        geometry.point(spindle, &test.spindle_ball.at, q, None) - geometry.point(pivot, &test.pivot.at, q, None)
-    };
+    let links = test.links(&chain).ok()?;
+    let bar = |q: &[f64]| test.bar(&geometry, links, q);
     let slides: Vec<usize> = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();
     let here = bar(row);
     // linear axes move the bar's end evenly: steps of 1 mm tell how

@@ -117,10 +117,8 @@ fn circle_columns(
 ) -> Result<Vec<(usize, Vec<f64>)>, MotionError> {
     let mut rest = standing(session, test, &[first, second])?;
     let geometry = Geometry::nominal(chain);
-    let (pivot, spindle) = ball_links(chain, test)?;
-    let gap = |q: &[f64]| {
-        geometry.point(pivot, &test.pivot.at, q, None) - geometry.point(spindle, &test.spindle_ball.at, q, None)
-    };
+    let links = ball_links(chain, test)?;
+    let gap = |q: &[f64]| -test.bar(&geometry, links, q);
     // a linear axis moves the gap along one direction: steps of 1 mm give it
     let base = gap(&rest);
     let mut step = |axis: usize| {
@@ -264,9 +262,7 @@ const MOST_CHORDS: f64 = 360.0;
 /// keeps its direction (axial following) neither ball moves for the other: there it is the way of the linear axes together,
 /// on which the carried ball goes about the turning axis.
 pub fn way_mm(geometry: &Geometry, test: &Test, links: (LinkId, LinkId), from: &[f64], to: &[f64]) -> f64 {
-    let bar = |q: &[f64]| {
-        geometry.point(links.1, &test.spindle_ball.at, q, None) - geometry.point(links.0, &test.pivot.at, q, None)
-    };
+    let bar = |q: &[f64]| test.bar(geometry, links, q);
     let kind = |axis: usize| geometry.chain().joint(axis).kind;
     let linear = (0..to.len()).filter(|&axis| kind(axis) == AxisKind::Linear);
     let slides = linear.map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>().sqrt();
@@ -311,6 +307,11 @@ fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, 
 }
 
 impl Test {
+    /// From the pivot ball to the spindle ball, mm, axes standing at `q`; `links` carry the two.
+    pub fn bar(&self, geometry: &Geometry, links: (LinkId, LinkId), q: &[f64]) -> Vector3<f64> {
+        geometry.point(links.1, &self.spindle_ball.at, q, None) - geometry.point(links.0, &self.pivot.at, q, None)
+    }
+
     /// Links of pivot ball and spindle ball in a chain.
     pub fn links(&self, chain: &Chain) -> Result<(LinkId, LinkId), MotionError> {
         ball_links(chain, self)

@@ -3,6 +3,7 @@
 pub mod backlash;
 pub mod drifting;
 mod gauges;
+mod not_returning;
 pub mod periodic;
 mod seats;
 pub mod shapes;
@@ -74,6 +75,9 @@ pub const KINDS: &[(&str, f64, bool, Drawer)] = &[
     ("unknown-hose", 0.0, false, seats::hose),
     ("bar-sag", 0.0, true, gauges::bending),
     ("control-centre", 0.0, true, gauges::wrong_centre),
+    ("asynchronous-error-motion", 0.0, true, not_returning::cage),
+    ("repeatability", 0.0, true, not_returning::returns_elsewhere),
+    ("axis-shift", 0.0, true, not_returning::gives_way),
 ];
 
 /// Undisturbed rows of a session.

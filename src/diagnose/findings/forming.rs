@@ -98,7 +98,9 @@ impl<'f, 'a> Fitted<'f, 'a> {
         }
         size.sigma = size.sigma.hypot(over_rivals(model, lead, size.value));
         let (tests, rms_um) = shows(model, self.columns, &columns, self.regression);
-        if lead.form_withdrawn {
+        // larger than its cause can be: the form only follows something else
+        let is_too_large = size.value - size.sigma > family.most;
+        if lead.form_withdrawn || is_too_large {
             cause.effect = UNKNOWN.name.into();
         }
         Finding {

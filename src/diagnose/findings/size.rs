@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use std::collections::HashSet;
 
 use super::finding::SizeFound;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
@@ -209,6 +210,8 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Traj
     match signature(&cause.effect) {
         // a height of 1 at the centre, whether or not a test stood there
         Some(Straightness) if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),
+        // as large as it is in most tests: the largest of many is mostly noise
+        Some(Course) if lead.terms.iter().all(|term| term.test.is_some()) => rms_of_tests(lead, main, amplitudes),
         Some(Straightness | FreeCurve | Growth | Spike | Play | ErrorMotion | Sag | Arrival | BallForm | Course) => {
             courses.largest(cause, amplitudes)
         }
@@ -225,6 +228,16 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Traj
         Some(BarLength) if grows(&lead.effect) => courses.largest(cause, amplitudes),
         _ => main.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt(),
     }
+}
+
+/// Amplitude of the largest motion, rms over the tests in which it has one.
+fn rms_of_tests(lead: &Candidate, main: &[usize], amplitudes: &[f64]) -> f64 {
+    let mean_square = |outlet: &Outlet| {
+        let own: Vec<usize> = main.iter().copied().filter(|&k| lead.terms[k].outlet == *outlet).collect();
+        let tests: HashSet<Option<usize>> = own.iter().map(|&k| lead.terms[k].test).collect();
+        own.iter().map(|&k| amplitudes[k].powi(2)).sum::<f64>() / tests.len().max(1) as f64
+    };
+    main.iter().map(|&k| mean_square(&lead.terms[k].outlet)).fold(0.0, f64::max).sqrt()
 }
 
 /// Whether the main terms are the height of one bump.

@@ -24,6 +24,13 @@ struct Judged<'s> {
     forms: Vec<(&'s Candidate, f64)>,
 }
 
+/// Prior odds of a cause that no form describes beside one that has a form: 5 of 22 kinds that the blind trial draws are none of the
+/// catalogue's.
+pub(crate) const UNDESCRIBED: f64 = 0.3;
+
+/// Log odds beyond which nothing is left of the other.
+const MOST_ODDS: f64 = 50.0;
+
 /// Forms that are looked at beside the chosen one, at most.
 const MOST_FORMS: usize = 8;
 
@@ -40,15 +47,20 @@ impl<'s> Standing<'s> {
         let customary = if model.has_sweeps() { thresholds.customary } else { 1.0 };
         let own = Judged { cause: cause(machine, &lead.chosen, &[]), forms: vec![(&lead.chosen, 1.0)] };
         let mut causes = vec![own];
-        for (rival, odds) in lead.rivals.iter().filter(|(rival, _)| !rival.is_free()) {
+        for (rival, odds) in &lead.rivals {
             let cause = cause(machine, rival, &[]);
             let share = match is_load_or_bearing(&lead.chosen, rival) {
                 true => thresholds.softening_of_arcs,
                 false => thresholds.softening,
             };
-            let seen = (odds / (1.0 + share * lead.ranked_odds.max(0.0))).min(0.0).exp();
+            let softened = odds / (1.0 + share * lead.ranked_odds.max(0.0));
+            let is_undescribed = rival.is_free() && !lead.chosen.is_free();
             let is_rarer = rank(rival) > own_rank || is_driven_by(machine, rival, &lead.chosen);
-            let custom = if is_rarer { customary } else { 1.0 };
+            // a free curve may stand better than the name that is told; among names custom has chosen
+            let (seen, custom) = match is_undescribed {
+                true => (softened.min(MOST_ODDS).exp(), UNDESCRIBED),
+                false => (softened.min(0.0).exp(), if is_rarer { customary } else { 1.0 }),
+            };
             let is_known =
                 |known: &&mut Judged| is_same(&known.cause, &cause) && is_driven_alike(known.forms[0].0, rival);
             match causes.iter_mut().find(is_known) {

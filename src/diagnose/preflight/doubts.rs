@@ -112,14 +112,17 @@ const RESOLVED_UM: f64 = 0.1;
 /// What a fit leaves that readings of the same machine would not, in words: something beside the errors that were fitted acts, and
 /// moves them by more than their σ says. Readings between which nothing repeats say nothing of it.
 pub(crate) fn left_over(session: &Session, fit: &Fit) -> Option<String> {
-    let repeats_um = repeats_um(session, fit)?;
     let left_um = 1e3 * fit.rms_mm;
-    (left_um > LEFT_OVER * repeats_um.max(RESOLVED_UM)).then(|| {
-        format!(
-            "the fit leaves {left_um:.2} µm rms where readings repeat to {repeats_um:.2} µm: something beside these errors acts and may \
-             have moved them by more than their σ, so none is called determined; run 'diagnose' to find it"
-        )
-    })
+    let repeats_um = exceeded_repeats_um(session, fit, left_um)?;
+    Some(format!(
+        "the fit leaves {left_um:.2} µm rms where readings repeat to {repeats_um:.2} µm: something beside these errors acts and may \
+         have moved them by more than their σ, so none is called determined; run 'diagnose' to find it"
+    ))
+}
+
+/// To what readings repeat from row to row, µm, where a model leaves far more, `left_um`; `None` where it does not.
+pub(crate) fn exceeded_repeats_um(session: &Session, fit: &Fit, left_um: f64) -> Option<f64> {
+    repeats_um(session, fit).filter(|repeats_um| left_um > LEFT_OVER * repeats_um.max(RESOLVED_UM))
 }
 
 /// A setup so many spreads off is warned of.

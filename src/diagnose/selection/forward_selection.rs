@@ -4,14 +4,14 @@ use super::acceptance::is_demanded;
 use super::joint_fit::{JointFit, joined, mean_square, pooled_misfit, without_trends};
 use super::limits::MOST_EFFECTS;
 use super::ranking::{choose, compare, is_sensible, keep_diverse};
-use super::screening::screen::screen;
+use super::screening::screen::screen_wanted;
 use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shapes::shape_fit::refine_all;
 use super::shapes::trajectory::grows;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{likely_noise, mean_noise_mm2, wandering};
 use crate::diagnose::noise::zero_walk::walk_of_the_zero;
-use crate::effects::{Signature, is_a};
+use crate::effects::{CandidateFamily, Signature, is_a};
 use crate::statistics::NoiseModel;
 
 impl SelectionContext<'_, '_, '_> {
@@ -38,11 +38,15 @@ impl SelectionContext<'_, '_, '_> {
         }
     }
 
-    /// Whether a growth is not worth telling, the gauge's zero wandering from test to test, and walking over the session, more
+    /// Whether what grows or differs from test to test is not worth telling, the gauge's zero wandering from test to test, and walking over the session, more
     /// than the floor has it.
     fn is_wander_of_the_zero(&self, joint: &JointFit, step: &Step) -> bool {
         let chosen = &step.found.chosen;
-        if !grows(&chosen.effect) {
+        // what grows, and what differs from test to test
+        let may_be_zero = grows(&chosen.effect)
+            || chosen.terms.iter().all(|term| term.test.is_some())
+                && !is_a(&chosen.effect.kind, Signature::Oscillation);
+        if !may_be_zero {
             return false;
         }
         let thresholds = &self.limits.thresholds;
@@ -54,6 +58,14 @@ impl SelectionContext<'_, '_, '_> {
         let regression = Regression::new(fine, &noise, &beside, &fine.kept);
         let judgement = regression.judge(&chosen.columns, self.families[chosen.family].plausible);
         judgement.log_evidence - cost < thresholds.better
+    }
+
+    /// The candidate to accept, among those that are told; all of them where only free curves are looked at.
+    fn choice(&self, candidates: &[Candidate]) -> Option<usize> {
+        let is_told = |candidate: &Candidate| self.only_free.get() || !self.families[candidate.family].only_rival;
+        let told: Vec<usize> = (0..candidates.len()).filter(|&k| is_told(&candidates[k])).collect();
+        let list: Vec<Candidate> = told.iter().map(|&k| candidates[k].clone()).collect();
+        (!list.is_empty()).then(|| told[choose(&list, self.families, self.resolutions.fine)])
     }
 
     /// The next effect beside those of a model; `given` stands for the choice when it is stated.
@@ -69,9 +81,14 @@ impl SelectionContext<'_, '_, '_> {
                     Regression::on(fine.clone(), &joint.columns[0]),
                     Regression::on(coarse.clone(), &joint.columns[1]),
                 ];
-                let mut candidates = screen(&regressions, families, self.resolutions.cells);
+                let only_free = self.only_free.get();
+                let wanted = |family: &CandidateFamily| !only_free || is_a(family.kind, Signature::FreeCurve);
+                let mut candidates = screen_wanted(&regressions, families, self.resolutions.cells, wanted);
                 note_contenders(&mut self.contenders.borrow_mut(), &candidates);
-                candidates.retain(|candidate| is_sensible(&self.limits.thresholds, candidate, regressions[0].misfit));
+                candidates.retain(|candidate| {
+                    let family = &families[candidate.family];
+                    is_sensible(&self.limits.thresholds, family, candidate, regressions[0].misfit)
+                });
                 candidates.retain(|candidate| {
                     !self.balls_are_round.get() || !is_a(&candidate.effect.kind, Signature::BallForm)
                 });
@@ -87,7 +104,7 @@ impl SelectionContext<'_, '_, '_> {
         let regression = Regression::new(fine, &noise_left, &joint.columns[0], &fine.kept);
         let candidates = compare(&regression, families, candidates);
         note_contenders(&mut self.contenders.borrow_mut(), &candidates);
-        let index = choose(&candidates, families, fine);
+        let index = self.choice(&candidates)?;
         let chosen = candidates[index].clone();
         let with_chosen = joined(&joint.columns[0], &chosen);
         let regression = Regression::new(fine, &noise_left, &with_chosen, &fine.kept);

@@ -3,6 +3,7 @@
 pub(crate) mod acceptance;
 pub(crate) mod exchange;
 pub(crate) mod forward_selection;
+mod free_curves;
 pub(crate) mod hidden_outliers;
 pub(crate) mod joint_fit;
 pub(crate) mod limits;

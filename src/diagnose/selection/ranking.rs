@@ -21,10 +21,17 @@ const SHORTEST_SHIFT_MS: f64 = 200.0;
 const LONGEST_SHIFT_MS: f64 = 5000.0;
 
 /// Whether a candidate's size is one that it can have.
-pub(crate) fn is_sensible(thresholds: &Thresholds, candidate: &Candidate, misfit: f64) -> bool {
+pub(crate) fn is_sensible(
+    thresholds: &Thresholds,
+    family: &CandidateFamily,
+    candidate: &Candidate,
+    misfit: f64,
+) -> bool {
     let amplitudes = &candidate.judgement.amplitudes;
-    if is_a(&candidate.effect.kind, Signature::BallForm) {
-        return amplitudes.iter().map(|size| size * size).sum::<f64>().sqrt() < thresholds.ball_form_um;
+    let first = family.outlets.first();
+    let through_first = candidate.terms.iter().zip(amplitudes).filter(|(term, _)| Some(&term.outlet) == first);
+    if through_first.map(|(_, size)| size * size).sum::<f64>().sqrt() > family.most {
+        return false;
     }
     let shift_ms = amplitudes.iter().fold(0.0f64, |largest, size| largest.max(size.abs()));
     let explains = candidate.judgement.chi2 > thresholds.explains_most * misfit;
@@ -32,7 +39,7 @@ pub(crate) fn is_sensible(thresholds: &Thresholds, candidate: &Candidate, misfit
 }
 
 /// Free curves that are refined beside the named ones.
-const REFINED_FREE: usize = 3;
+const REFINED_FREE: usize = 6;
 
 /// Candidates of one kind that are refined: on a coarse grid a jump may stand behind many ways to grow.
 const REFINED_ALIKE: usize = 8;

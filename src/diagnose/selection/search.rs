@@ -53,6 +53,7 @@ pub fn search_unless(
         selection.exchange(joint);
         *joint = selection.pruned(joint.clone());
         joint.weigh(selection);
+        joint.free_odds = selection.odds_of_free_curves(joint);
     })
 }
 
@@ -107,6 +108,7 @@ fn search_then(
         whitened,
         steps: Cell::new(0),
         balls_are_round: Cell::new(false),
+        only_free: Cell::new(false),
         empty: OnceCell::new(),
         contenders: RefCell::new(vec![false; families.len()]),
     };
@@ -133,6 +135,7 @@ pub fn nothing(model: &LinearModel, floor: &[NoiseModel]) -> Search {
         residual_before_mm2: mean_square(model, &model.residual_mm),
         residual_mm: model.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,
+        free_odds: f64::NEG_INFINITY,
         contenders: Vec::new(),
         stated_misfit: 0.0,
     }

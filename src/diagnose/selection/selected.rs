@@ -85,6 +85,8 @@ pub struct Search {
     pub residual_before_mm2: f64,
     /// Of sweeps: families that came near the best one at any step, by number. Empty: none is left out.
     pub contenders: Vec<bool>,
+    /// Log odds of free curves alone beside what was found at several places, softened.
+    pub free_odds: f64,
     /// Twice the negative log likelihood of what was stated of balls, bars and location errors, with what was found in the fit.
     pub stated_misfit: f64,
 }
@@ -112,6 +114,8 @@ pub(crate) struct SelectionContext<'w, 'g, 'a> {
     pub(crate) steps: Cell<usize>,
     /// Balls out of round are not looked at: what the machine does says as much.
     pub(crate) balls_are_round: Cell<bool>,
+    /// Free curves alone are looked at, whatever the names of the catalogue explain.
+    pub(crate) only_free: Cell<bool>,
     /// The set of no effects, once asked for.
     pub(crate) empty: OnceCell<JointFit>,
     /// Families that came near the best one at any step so far, by number.
@@ -137,4 +141,6 @@ pub(crate) struct JointFit {
     pub(crate) pulls: PriorPenalty,
     pub(crate) noise: Vec<NoiseModel>,
     pub(crate) best_left: f64,
+    /// Log odds of free curves alone beside this set, softened; none where one place explains all.
+    pub(crate) free_odds: f64,
 }

@@ -93,7 +93,7 @@ pub(super) fn unseen_of<'f>(
             // what another axis drives shows as little as play of the place's own motion, which is listed
             continue;
         }
-        let terms = family_terms(machine, family, effect, model.tests());
+        let terms = family_terms(machine, family, effect);
         let own = family.outlets.iter().filter(|outlet| !matches!(outlet, Outlet::SlidesAcceleration { .. }));
         for outlet in own {
             // every bar has a calibration of its own, beside the growth of all
@@ -201,7 +201,7 @@ fn unseen_slips<'f>(
                 |effect| matches!(effect.parameter("time"), Some(ParameterValue::Number(time)) if !runs_at(*time)),
             );
             for effect in between {
-                let terms = family_terms(machine, family, effect, model.tests());
+                let terms = family_terms(machine, family, effect);
                 let Some(shown) = information(effect, &terms) else { continue };
                 for (term, own) in terms.iter().zip(shown) {
                     match least.iter_mut().find(|(known, ..)| known.outlet == term.outlet) {

@@ -14,6 +14,9 @@ const TRIED: f64 = 3000.0;
 /// Leaves to the linear axes what they explain as well within their class: it is taken out of what was found, and their columns stand
 /// beside the rest. In words, what that is.
 pub(crate) fn leave_to_linear_axes(model: &LinearModel, search: &mut Search) -> Vec<String> {
+    if search.found.is_empty() {
+        return Vec::new();
+    }
     let class = WithinClass::of(model);
     let columns: Vec<Vec<Accepted>> = search.found.iter().map(|found| found.chosen.accepted().collect()).collect();
     let left = |k: usize| class.left_of(model, &search.noise_after, (&search.found[k].chosen.effect, k), &columns);
@@ -23,8 +26,8 @@ pub(crate) fn leave_to_linear_axes(model: &LinearModel, search: &mut Search) -> 
     let mut warnings = Vec::new();
     let mut stays = Vec::new();
     for (found, share) in std::mem::take(&mut search.found).into_iter().zip(shares) {
-        let named = cause(model.context.machine(), &found.chosen, &[]);
         if share < 0.5 {
+            let named = cause(model.context.machine(), &found.chosen, &[]);
             warnings.push(format!(
                 "what looks like {} at {} is no more than linear axes of their class in the machine file leave: state a better class if \
                  they are better, or measure them",

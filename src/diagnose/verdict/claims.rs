@@ -1,6 +1,7 @@
 //! What the readings as a whole say, and how much may be claimed of each cause then. It finds nothing.
 
 use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::findings::standing::UNDESCRIBED;
 use crate::diagnose::thresholds::Thresholds;
 use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut};
 use crate::effects::{Signature, UNLISTED, is_a};
@@ -64,7 +65,7 @@ pub(crate) fn verdict(
 }
 
 /// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each
-/// whether it holds in the tests it was not learnt from.
+/// whether it holds in the tests it was not learnt from, `free_odds` how free curves alone stand beside all of them.
 pub(crate) fn temper(
     thresholds: &Thresholds,
     findings: &mut [Finding],
@@ -72,6 +73,7 @@ pub(crate) fn temper(
     has_sweeps: bool,
     proof: Option<&CrossValidation>,
     carries: &[bool],
+    free_odds: f64,
 ) {
     let goes_back: Vec<bool> =
         findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
@@ -85,7 +87,8 @@ pub(crate) fn temper(
         if is_open {
             finding.probability = finding.probability.min(thresholds.unproven);
         }
-        finding.probability *= 1.0 - UNLISTED;
-        finding.rivals.iter_mut().for_each(|(_, probability)| *probability *= 1.0 - UNLISTED);
+        let described = (1.0 - UNLISTED) / (1.0 + UNDESCRIBED * free_odds.exp());
+        finding.probability *= described;
+        finding.rivals.iter_mut().for_each(|(_, probability)| *probability *= described);
     }
 }

@@ -9,6 +9,7 @@ use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_left_mm};
 use crate::diagnose::noise::pose_noise::{Left, Poses};
 use crate::diagnose::preflight::data_fault::DataFault;
+use crate::diagnose::preflight::doubts::exceeded_repeats_um;
 use crate::diagnose::preflight::examine::Examination;
 use crate::diagnose::preflight::small_misfit::implausible;
 use crate::diagnose::selection::selected::Search;
@@ -134,12 +135,17 @@ impl Diagnosis {
             Some(fault) if fault.after_um.is_finite() => (fault.before_um, fault.after_um),
             _ => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
         };
+        let exceeded_um = exceeded_repeats_um(fine.context.session(), fit, rms_after_um);
+        // what is left is neither noise nor known: it may have moved any of them
+        location_errors.iter_mut().for_each(|moved| moved.determined &= exceeded_um.is_none());
+        // fast physics that counted as noise is none where readings repeat far better
+        let noise_to_judge_um = exceeded_um.or(noise_um);
         let verdict = match fault {
             Some(_) => Verdict::DataFault,
-            None => verdict(&fine.thresholds, &findings, rms_after_um, noise_um, proof.as_ref()),
+            None => verdict(&fine.thresholds, &findings, rms_after_um, noise_to_judge_um, proof.as_ref()),
         };
         let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
-        temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries);
+        temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries, search.free_odds);
         Diagnosis {
             verdict,
             findings,

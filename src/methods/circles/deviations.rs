@@ -117,14 +117,13 @@ fn circle_run(session: &Session, chain: &Chain, test_index: usize) -> Result<Opt
     let Some(recording) = &test.recording else { return Ok(None) };
     let motion = Motion::of(session, chain, test)?;
     let Some((axes, third)) = plane(session, &motion) else { return Ok(None) };
-    let (pivot, spindle) = test.links(chain)?;
+    let links = test.links(chain)?;
     let geometry = Geometry::nominal(chain);
     let unit = |k: usize| Vector3::from_fn(|row, _| if row == k % 3 { 1.0 } else { 0.0 });
     let (mut angle_rad, mut deviation_mm, mut radii): (Vec<f64>, Vec<f64>, Vec<f64>) = Default::default();
     for (row, &length) in recording.length_mm.iter().enumerate().filter(|(_, length)| length.is_finite()) {
         let positions = motion.row(row);
-        let bar = geometry.point(spindle, &test.spindle_ball.at, positions, None)
-            - geometry.point(pivot, &test.pivot.at, positions, None);
+        let bar = test.bar(&geometry, links, positions);
         let (along, up, out) = (bar.dot(&unit(third + 1)), bar.dot(&unit(third + 2)), bar.dot(&unit(third)));
         let in_plane = length * length - out * out;
         if in_plane <= 0.0 {

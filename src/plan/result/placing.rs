@@ -62,10 +62,8 @@ impl Placing {
 fn jog(machine: &Machine, test: &Test) -> Option<Vec<f64>> {
     let chain = Chain::of(machine);
     let geometry = Geometry::nominal(&chain);
-    let (pivot, spindle) = test.links(&chain).ok()?;
-    let gap = |q: &[f64]| {
-        geometry.point(pivot, &test.pivot.at, q, None) - geometry.point(spindle, &test.spindle_ball.at, q, None)
-    };
+    let links = test.links(&chain).ok()?;
+    let gap = |q: &[f64]| -test.bar(&geometry, links, q);
     let mut q: Vec<f64> =
         machine.axes.iter().map(|axis| axis.range.map_or(0.0, |(low, high)| 0f64.clamp(low, high))).collect();
     let linear: Vec<usize> = (0..q.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear).collect();

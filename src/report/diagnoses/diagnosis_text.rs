@@ -162,7 +162,7 @@ pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
     let change = (moved.after - moved.before).abs();
     let far = change > MOVED_SIGMAS * moved.seen_sigma;
     // where something is still unexplained nobody can say that a moved number is nearer to the truth
-    let sure = json.verdict != "partly explained"
+    let sure = ["explained", "clean"].contains(&json.verdict)
         && json.findings.iter().all(|finding| finding.cross_validated != Some("failed"));
     match (far, moved.determined && sure) {
         (false, true) => "as before",

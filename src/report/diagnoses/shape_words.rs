@@ -249,6 +249,8 @@ impl Shape<'_> {
         let bar = self.number("bar").map(|bar| format!("the bar of {bar:.2} mm"));
         let driver = match self.word("driver") {
             Some("direction") => "position and direction",
+            Some("run") => "the time since a run began",
+            Some("elevation") => "the elevation of the bar",
             Some(driver) => driver,
             None => "position",
         };

@@ -53,49 +53,54 @@ fn rounded_lengths(session: &Session) -> Option<DataFault> {
     (step_mm >= COARSE_LENGTH_MM).then_some(fault)
 }
 
+/// A column of positions that was rounded.
+struct Coarse<'s> {
+    test: &'s Test,
+    axis: usize,
+    /// In mm or degrees.
+    step: f64,
+    /// By how much that moves the lengths, µm rms.
+    moves_um: f64,
+}
+
 fn rounded_positions(session: &Session) -> Option<DataFault> {
     let chain = Chain::of(&session.machine);
-    let mut worst: Option<(f64, usize, f64)> = None;
-    let mut tests = Vec::new();
-    for test in session.tests.iter().filter(|test| test.bar_length_mm.is_some()) {
-        let Some(recording) = test.recording.as_ref().filter(|recording| recording.time_s().is_some()) else {
-            continue;
-        };
-        let mut found = false;
-        for (column, &axis) in recording.axes.iter().enumerate() {
-            let kind = session.machine.axes[axis].kind;
-            let values: Vec<f64> = recording.positions[column].iter().map(|value| kind.to_file_unit(*value)).collect();
-            let Some(step) = step(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION) else { continue };
-            if !is_uneven(&values, step) {
-                continue;
-            }
-            let off = kind.from_file_unit(step) / 12f64.sqrt();
-            let Some(worth_um) = change_per(session, &chain, test, axis).map(|change| 1e3 * change * off) else {
-                continue;
-            };
-            if worth_um > WORTH_UM {
-                found = true;
-                if worst.is_none_or(|(most, ..)| worth_um > most) {
-                    worst = Some((worth_um, axis, step));
-                }
-            }
-        }
-        if found {
-            tests.push(test.name.clone());
-        }
-    }
-    let (worth_um, axis, step) = worst?;
-    let axis = &session.machine.axes[axis];
+    let of_bars = session.tests.iter().filter(|test| test.bar_length_mm.is_some());
+    let timed = of_bars.filter_map(|test| Some((test, test.recording.as_ref().filter(|r| r.time_s().is_some())?)));
+    let columns = timed.flat_map(|(test, recording)| (0..recording.axes.len()).map(move |k| (test, recording, k)));
+    let found: Vec<Coarse> = columns.filter_map(|column| coarse(session, &chain, column)).collect();
+    let worst = found.iter().max_by(|a, b| a.moves_um.total_cmp(&b.moves_um))?;
+    let mut tests: Vec<String> = found.iter().map(|one| one.test.name.clone()).collect();
+    tests.dedup();
+    let axis = &session.machine.axes[worst.axis];
     let says = format!(
-        "positions were rounded: {} has steps of {step} {} in {}, which moves the lengths by {worth_um:.1} µm rms; export positions with \
-         all their digits",
+        "positions were rounded: {} has steps of {} {} in {}, which moves the lengths by {:.1} µm rms; export positions with all their \
+         digits",
         axis.name,
+        worst.step,
         axis.kind.position_unit(),
-        listed(&tests)
+        listed(&tests),
+        worst.moves_um
     );
     let mut fault = DataFault::seen("values-rounded", RECORDER, tests, says);
     fault.components = vec![axis.name.clone()];
     Some(fault)
+}
+
+/// A column of a recording that was rounded so coarsely that its lengths feel it.
+fn coarse<'s>(
+    session: &Session,
+    chain: &Chain,
+    (test, recording, column): (&'s Test, &Recording, usize),
+) -> Option<Coarse<'s>> {
+    let axis = recording.axes[column];
+    let kind = session.machine.axes[axis].kind;
+    let values: Vec<f64> = recording.positions[column].iter().map(|value| kind.to_file_unit(*value)).collect();
+    let step = step(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION && is_uneven(&values, *step))?;
+    // rounding errs evenly over a step
+    let off = kind.from_file_unit(step) / 12f64.sqrt();
+    let moves_um = 1e3 * off * change_per(session, chain, test, axis)?;
+    (moves_um > WORTH_UM).then_some(Coarse { test, axis, step, moves_um })
 }
 
 /// The largest step of which all values are multiples.
@@ -121,10 +126,7 @@ fn change_per(session: &Session, chain: &Chain, test: &Test, axis: usize) -> Opt
     let geometry = Geometry::nominal(chain);
     let motion = Motion::of(session, chain, test).ok()?;
     let links = test.links(chain).ok()?;
-    let length = |at: &[f64]| {
-        let pivot = geometry.point(links.0, &test.pivot.at, at, None);
-        (pivot - geometry.point(links.1, &test.spindle_ball.at, at, None)).norm()
-    };
+    let length = |at: &[f64]| test.bar(&geometry, links, at).norm();
     let change = |row: usize| {
         let (mut above, mut below) = (motion.row(row).to_vec(), motion.row(row).to_vec());
         above[axis] += HALF_STEP;

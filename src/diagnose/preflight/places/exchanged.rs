@@ -137,9 +137,7 @@ fn miss_mm(session: &Session, geometry: &Geometry, test: &Test, recording: usize
     let links = test.links(geometry.chain()).ok()?;
     let (mut sum, mut count) = (0.0, 0usize);
     for (row, length) in test.recording.as_ref()?.length_mm.iter().enumerate().filter(|(_, l)| l.is_finite()) {
-        let pivot = geometry.point(links.0, &test.pivot.at, motion.row(row), None);
-        let spindle = geometry.point(links.1, &test.spindle_ball.at, motion.row(row), None);
-        let miss = length - test.bar_error_mm - (pivot - spindle).norm();
+        let miss = length - test.bar_error_mm - test.bar(geometry, links, motion.row(row)).norm();
         (sum, count) = (sum + miss * miss, count + 1);
     }
     (count > 0).then(|| (sum / count as f64).sqrt())

@@ -73,9 +73,7 @@ pub(crate) fn misfit_of_shift<'a>(
             let mut at = at.clone();
             at[axis] += shift;
             let test = &session.tests[*index];
-            let pivot = geometry.point(links.0, &test.pivot.at, &at, None);
-            let spindle = geometry.point(links.1, &test.spindle_ball.at, &at, None);
-            (length - (pivot - spindle).norm()).powi(2)
+            (length - test.bar(&geometry, links, &at).norm()).powi(2)
         };
         (rows.iter().map(one).sum::<f64>() / rows.len().max(1) as f64).sqrt()
     })

@@ -133,8 +133,8 @@ pub fn terms(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Vec<Term
 /// sizes in that ratio.
 pub const ALONG: &str = "along";
 
-/// Terms of a family's effect in a session of so many tests.
-pub fn family_terms(machine: &Machine, family: &CandidateFamily, effect: &Effect, tests: usize) -> Vec<Term> {
+/// Terms of a family's effect.
+pub fn family_terms(machine: &Machine, family: &CandidateFamily, effect: &Effect) -> Vec<Term> {
     let mut plain = terms(machine, effect, &family.outlets);
     if let Some(kind) = kind(&effect.kind) {
         let names = (kind.functions)(effect);
@@ -148,8 +148,8 @@ pub fn family_terms(machine: &Machine, family: &CandidateFamily, effect: &Effect
         plain.retain(|term| term.outlet == Outlet::SpindleBall(0));
         plain.iter_mut().for_each(|term| term.along = Some(along));
     }
-    if !family.by_test {
+    if family.by_test.is_empty() {
         return plain;
     }
-    (0..tests).flat_map(|test| plain.iter().map(move |term| Term { test: Some(test), ..*term })).collect()
+    family.by_test.iter().flat_map(|&test| plain.iter().map(move |term| Term { test: Some(test), ..*term })).collect()
 }

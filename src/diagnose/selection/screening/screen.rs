@@ -34,10 +34,20 @@ const WORTH_REFINING: f64 = -6.0;
 
 /// The best cell of every family that may be worth refining, best first.
 pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells: &ScreeningGrid) -> Vec<Candidate> {
+    screen_wanted(regressions, families, cells, |_| true)
+}
+
+/// The same of some families.
+pub fn screen_wanted(
+    regressions: &[Regression; 2],
+    families: &[CandidateFamily],
+    cells: &ScreeningGrid,
+    wanted: impl Fn(&CandidateFamily) -> bool + Sync,
+) -> Vec<Candidate> {
     let machine = regressions[0].model.context.machine();
     let matched = regressions[0].matched();
     let has_long_grid = |family: &&CandidateFamily| {
-        family.fast && is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID
+        wanted(family) && family.fast && is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID
     };
     // families that differ in further outlets alone have the same loudest periods
     let mut long: Vec<&CandidateFamily> = Vec::new();
@@ -52,7 +62,7 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
-        .filter(|(_, family)| !family.grid.is_empty())
+        .filter(|(_, family)| !family.grid.is_empty() && wanted(family))
         .filter_map(|(index, family)| {
             let regression = stage_of(regressions, family);
             let mut last = LastShape::default();
@@ -68,7 +78,7 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
                     None => family.grid.iter().collect(),
                 };
                 let cells = grid.into_iter().filter_map(|effect| {
-                    let terms = family_terms(machine, family, effect, regression.model.tests());
+                    let terms = family_terms(machine, family, effect);
                     Some((effect, judged(&name(effect), &terms, &regression.model.profiles(effect).ok()?)))
                 });
                 cells.max_by(better)
@@ -78,7 +88,7 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
             };
             let (effect, judgement) = best?;
             let log_odds = judgement.log_evidence;
-            let terms = family_terms(machine, family, effect, regression.model.tests());
+            let terms = family_terms(machine, family, effect);
             // the columns follow when the candidate is refined
             let columns = Vec::new();
             let mut best = Candidate { family: index, effect: effect.clone(), terms, columns, log_odds, judgement };

@@ -26,10 +26,10 @@ pub struct Cell<'f> {
 pub fn terms_by_shape(machine: &Machine, families: &[CandidateFamily]) -> HashMap<String, Vec<Term>> {
     let mut by_shape: HashMap<String, Vec<Term>> = HashMap::new();
     // amplitudes of single tests are many
-    for family in families.iter().filter(|family| !family.by_test) {
+    for family in families.iter().filter(|family| family.by_test.is_empty()) {
         for effect in &family.grid {
             let all = by_shape.entry(name(effect)).or_default();
-            for term in family_terms(machine, family, effect, 0) {
+            for term in family_terms(machine, family, effect) {
                 if !all.contains(&term) {
                     all.push(term);
                 }
@@ -65,7 +65,7 @@ impl<'f> ScreeningGrid<'f> {
             grid.filter_map(|effect| {
                 let index = *places.get(name(effect).as_str())?;
                 let (profiles, name) = (shapes[index].clone()?, distinct[index].1.clone());
-                Some(Cell { effect, name, terms: family_terms(machine, family, effect, coarse.tests()), profiles })
+                Some(Cell { effect, name, terms: family_terms(machine, family, effect), profiles })
             })
             .collect()
         };

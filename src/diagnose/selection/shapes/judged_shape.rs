@@ -23,7 +23,7 @@ pub fn judged(
     cost: f64,
     last: &mut LastShape,
 ) -> Option<Candidate> {
-    let mut terms = family_terms(regression.model.context.machine(), family, &effect, regression.model.tests());
+    let mut terms = family_terms(regression.model.context.machine(), family, &effect);
     let profiles = regression.model.profiles(&effect).ok()?;
     if effect.parameter("every").is_some() {
         // knots beyond the end of a recording; no shape of a grid has knots, so none is judged elsewhere with them

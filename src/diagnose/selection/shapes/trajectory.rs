@@ -177,7 +177,12 @@ impl Trajectories {
             for &test in &tests {
                 let profile = &profiles[lead.terms[k].function][test];
                 let count = model.residual_mm[test].len();
-                if profile.is_empty() { rows.resize(rows.len() + count, 0.0) } else { rows.extend_from_slice(profile) }
+                let is_of_other = lead.terms[k].test.is_some_and(|own| own != test);
+                if profile.is_empty() || is_of_other {
+                    rows.resize(rows.len() + count, 0.0)
+                } else {
+                    rows.extend_from_slice(profile)
+                }
             }
             rows
         };

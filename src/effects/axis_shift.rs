@@ -1,0 +1,134 @@
+//! An axis that stands elsewhere from a moment on: a reference lost, an encoder that lost counts, a clamp or a key that gave way.
+//! Balls that slip are in `slip`; what differs in every test is in `repeatability`.
+//!
+//! `E = s [1 − c (1 − e^(−(t − t0)/τ))]` from t0 on, zero before: the share c goes back with τ.
+
+use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::contract::{
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
+    every_component, no_check, plain_measure, single_function,
+};
+use super::{Context, EffectError, Profile};
+use crate::machine::{Effect, Outlet, ParameterValue, Place};
+
+/// Shift of an axis.
+pub static AXIS_SHIFT: Kind = Kind {
+    name: "axis-shift",
+    driver: Driver::Event,
+    formula: "E = s [1 - c (1 - e^(-(t-t0)/tau))] from t0 on",
+    size_meaning: "displacement",
+    cause: "an encoder that lost counts, a reference or offset that was changed, a clamp, key or bearing that gave way, a collision, coolant that struck a slide or ceased",
+    remedy: "reference the axis anew and repeat the tests after it, or treat them as a setup of their own",
+    titles: &[("", "{place} stands elsewhere from a moment on ({moving})")],
+    measures: Some(""),
+    notable: Notable { length: 3.0, angle: 3.0 },
+    shown_by: ShownBy { arm: None, rotary: None, other: ShowingTest::RepeatAtEnd },
+    unseen: Unseen::Never,
+    unmoved: &[],
+    form_error: 0.08,
+    needs_runs: true,
+    signature: Signature::Jump,
+    candidates: shifts,
+    candidates_of_poses: none,
+    documented: Documented {
+        place: "any axis",
+        components: "all",
+        functions: "`1 − c (1 − e^(−(t−t0)/τ))` from t0 on",
+        parameters: "`time` t0, `return_share` c, `return_time` τ (s)",
+        unit: "um, arcsec",
+    },
+    parameters: &[
+        Parameter::number(
+            "time",
+            ParameterUnit::Plain,
+            DefaultValue::Required,
+            (-1e9, 1e9),
+            "session time of the shift, s",
+        ),
+        Parameter::number(
+            "return_share",
+            ParameterUnit::Plain,
+            DefaultValue::Number(0.0),
+            (0.0, 1.0),
+            "share of the shift that goes back",
+        ),
+        Parameter::number(
+            "return_time",
+            ParameterUnit::Plain,
+            DefaultValue::Number(30.0),
+            (1e-3, 1e7),
+            "time constant with which it goes back, s",
+        ),
+    ],
+    check: no_check,
+    outlets: |machine, place| match place {
+        Place::Axis(axis) => every_component(machine, axis),
+        _ => Vec::new(),
+    },
+    measure: plain_measure,
+    functions: single_function,
+    profiles,
+};
+
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    let number = |name| AXIS_SHIFT.number(context, effect, name);
+    let (time, share, back_s) = (number("time"), number("return_share"), number("return_time"));
+    Ok(vec![context.profile_in(
+        |test| context.ends_at_s(test) >= time,
+        |test, row| {
+            let since = context.session_time_s(test, row) - time;
+            match since < 0.0 {
+                true => 0.0,
+                false if share == 0.0 => 1.0,
+                false => 1.0 - share * (1.0 - (-since / back_s).exp()),
+            }
+        },
+    )])
+}
+
+/// Seconds before a test at which it is tried beside the jumps of the readings.
+const JUST_BEFORE_S: f64 = 1e-6;
+/// What goes back, tried where the residual jumps: from none the refinement finds none.
+const RETURN_SHARE: f64 = 0.9;
+const RETURN_S: f64 = 60.0;
+/// Displacements up to this are plausible, µm or arcsec.
+const PLAUSIBLE: f64 = 30.0;
+/// Log odds against it beside a ball that slips: axes are held by their loops.
+const RARE: f64 = 5.0;
+
+fn shifts(seen: &Observations) -> Vec<CandidateFamily> {
+    let mut grid_of = Vec::new();
+    for (index, &test) in seen.context.order().iter().enumerate() {
+        let before = (index > 0).then(|| seen.context.session().tests[test].started_at_s - JUST_BEFORE_S);
+        let jumps = seen.jumps_s[test].iter().copied();
+        grid_of.extend(before.into_iter().chain(jumps.clone()).map(|time| (time, 0.0)));
+        grid_of.extend(jumps.take(1).map(|time| (time, RETURN_SHARE)));
+    }
+    let shape = vec![
+        Refined::number("time", (0.0, seen.latest_s()), 3.0),
+        Refined::number("return_share", (0.0, 1.0), 0.3),
+        Refined::number("return_time", (0.5, 2000.0), 10.0),
+    ];
+    let machine = seen.machine();
+    let of_axis = |axis: usize| {
+        let place = Place::Axis(axis);
+        let at = |&(time, share): &(f64, f64)| {
+            let effect = with_number(AXIS_SHIFT.name, place, "time", time);
+            match share > 0.0 {
+                true => effect
+                    .with("return_share", ParameterValue::Number(share))
+                    .with("return_time", ParameterValue::Number(RETURN_S)),
+                false => effect,
+            }
+        };
+        CandidateFamily::new(AXIS_SHIFT.name, place, vec![Outlet::own(machine, axis)], PLAUSIBLE)
+            .over(grid_of.iter().map(at).collect())
+            .refine(shape.clone())
+            .rare(RARE)
+            .ranked(1)
+    };
+    if grid_of.is_empty() {
+        return Vec::new();
+    }
+    (0..machine.axes.len()).map(of_axis).collect()
+}
