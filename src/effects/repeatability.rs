@@ -50,8 +50,8 @@ pub static REPEATABILITY: Kind = Kind {
 
 /// Displacements up to this are plausible, µm or arcsec.
 const PLAUSIBLE: f64 = 30.0;
-/// Log odds against it beside what repeats or happens once.
-const RARE: f64 = 5.0;
+/// Log odds against it beside what repeats or happens once: the zero of a gauge differs from test to test as well.
+const RARE: f64 = 15.0;
 /// Tests from which on what differs from test to test is told from what happens once.
 const LEAST_TESTS: usize = 4;
 

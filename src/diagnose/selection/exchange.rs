@@ -17,10 +17,11 @@ const OTHER_STARTS: usize = 4;
 /// Effects of the machine that may stand for a ball out of round.
 const MOST_FOR_A_BALL: usize = 3;
 
-/// Whether an effect is growth of two nodes that nearly cancel: large ones follow whatever changes from test to test.
+/// Whether an effect is growth of two nodes that nearly cancel, or differs in every test: they follow whatever changes from test
+/// to test.
 fn bends_to_anything(found: &SelectedEffect) -> bool {
     let chosen = &found.chosen;
-    is_a(&chosen.effect.kind, Signature::Growth) && cancels(&chosen.terms, &chosen.judgement.amplitudes)
+    chosen.differs_by_test() || is_a(&chosen.effect.kind, Signature::Growth) && cancels(&chosen.terms, &chosen.judgement.amplitudes)
 }
 
 impl SelectionContext<'_, '_, '_> {

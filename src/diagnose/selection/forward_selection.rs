@@ -43,10 +43,7 @@ impl SelectionContext<'_, '_, '_> {
     fn is_wander_of_the_zero(&self, joint: &JointFit, step: &Step) -> bool {
         let chosen = &step.found.chosen;
         // what grows, and what differs from test to test
-        let may_be_zero = grows(&chosen.effect)
-            || chosen.terms.iter().all(|term| term.test.is_some())
-                && !is_a(&chosen.effect.kind, Signature::Oscillation);
-        if !may_be_zero {
+        if !grows(&chosen.effect) && !chosen.differs_by_test() {
             return false;
         }
         let thresholds = &self.limits.thresholds;
@@ -60,10 +57,14 @@ impl SelectionContext<'_, '_, '_> {
         judgement.log_evidence - cost < thresholds.better
     }
 
-    /// The candidate to accept, among those that are told; all of them where only free curves are looked at.
+    /// Whether a candidate may be told: where only free curves are looked at, all of them.
+    fn is_told(&self, candidate: &Candidate) -> bool {
+        self.only_free.get() || !self.families[candidate.family].only_rival
+    }
+
+    /// The candidate to accept, among those that are told.
     fn choice(&self, candidates: &[Candidate]) -> Option<usize> {
-        let is_told = |candidate: &Candidate| self.only_free.get() || !self.families[candidate.family].only_rival;
-        let told: Vec<usize> = (0..candidates.len()).filter(|&k| is_told(&candidates[k])).collect();
+        let told: Vec<usize> = (0..candidates.len()).filter(|&k| self.is_told(&candidates[k])).collect();
         let list: Vec<Candidate> = told.iter().map(|&k| candidates[k].clone()).collect();
         (!list.is_empty()).then(|| told[choose(&list, self.families, self.resolutions.fine)])
     }
@@ -96,7 +97,7 @@ impl SelectionContext<'_, '_, '_> {
                 refine_all(&regressions, families, candidates)
             }
         };
-        let best = candidates.first()?;
+        let best = candidates.iter().find(|candidate| self.is_told(candidate))?;
         // the noise that the best candidate leaves is the one to compare under
         let with_best = joined(&joint.columns[0], best);
         let left = Regression::on(self.whitened[0].clone(), &with_best).residual_mm(&with_best);

@@ -33,6 +33,11 @@ impl Candidate {
         is_a(&self.effect.kind, Signature::FreeCurve)
     }
 
+    /// Has a size of its own in every test, and is no vibration, whose phase is chance.
+    pub fn differs_by_test(&self) -> bool {
+        self.terms.iter().all(|term| term.test.is_some()) && !is_a(&self.effect.kind, Signature::Oscillation)
+    }
+
     /// Acts once in a session.
     pub fn is_event(&self) -> bool {
         is_a(&self.effect.kind, Signature::Jump)

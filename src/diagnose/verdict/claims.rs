@@ -1,10 +1,10 @@
 //! What the readings as a whole say, and how much may be claimed of each cause then. It finds nothing.
 
-use crate::diagnose::findings::finding::Finding;
+use crate::diagnose::findings::finding::{Finding, SizeFound};
 use crate::diagnose::findings::standing::UNDESCRIBED;
 use crate::diagnose::thresholds::Thresholds;
 use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut};
-use crate::effects::{Signature, UNLISTED, is_a};
+use crate::effects::{Signature, UNKNOWN, UNLISTED, is_a};
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +61,24 @@ pub(crate) fn verdict(
     match is_noise && predicts {
         true => Verdict::Explained,
         false => Verdict::PartlyExplained,
+    }
+}
+
+/// Tells a finding by the free curve that is likelier than its name: where it acts, and how much of the readings it is.
+pub(crate) fn tell_likeliest(findings: &mut [Finding]) {
+    for finding in findings {
+        let Some((rival, share)) = finding.rivals.first_mut() else { continue };
+        if rival.effect != UNKNOWN.name || *share <= finding.probability {
+            continue;
+        }
+        std::mem::swap(rival, &mut finding.cause);
+        std::mem::swap(share, &mut finding.probability);
+        finding.size = SizeFound {
+            value: finding.rms_um,
+            sigma: UNKNOWN.form_error * finding.rms_um,
+            unit: "um",
+            meaning: "rms of what it adds to the readings".into(),
+        };
     }
 }
 

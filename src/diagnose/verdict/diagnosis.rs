@@ -1,6 +1,6 @@
 //! What a diagnosis says: verdict, findings, residuals before and after. It works nothing out.
 
-use super::claims::{Verdict, temper, verdict};
+use super::claims::{Verdict, tell_likeliest, temper, verdict};
 use super::explanation::Explanation;
 use super::location_errors::{Moved, moved};
 use super::shares::{ShareOfReadings, shares_of_readings};
@@ -135,6 +135,7 @@ impl Diagnosis {
             Some(fault) if fault.after_um.is_finite() => (fault.before_um, fault.after_um),
             _ => (pooled(|test| &test.before_mm), pooled(|test| &test.after_mm)),
         };
+        tell_likeliest(&mut findings);
         let exceeded_um = exceeded_repeats_um(fine.context.session(), fit, rms_after_um);
         // what is left is neither noise nor known: it may have moved any of them
         location_errors.iter_mut().for_each(|moved| moved.determined &= exceeded_um.is_none());

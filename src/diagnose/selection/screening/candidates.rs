@@ -46,7 +46,8 @@ fn in_poses(kind: &Kind, mut families: Vec<CandidateFamily>) -> Vec<CandidateFam
     let grows = matches!(kind.signature, Signature::Growth | Signature::BarLength);
     let needs_times =
         |family: &CandidateFamily| grows && family.grid.iter().all(|effect| effect.parameter("tau").is_some());
-    families.retain(|family| !kind.needs_runs && !needs_times(family));
+    // curves over time and of single runs
+    families.retain(|family| !kind.needs_runs && !needs_times(family) && !family.only_rival);
     for family in &mut families {
         family.plausible = family.plausible.max(PLAUSIBLE_OF_JOINTS);
         // all rows are looked at anyway; only long grids of periods get the quick look that fast families have
