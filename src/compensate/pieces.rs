@@ -55,6 +55,9 @@ const NEAR_END: f64 = 1e-3;
 const ROUNDS: usize = 60;
 /// Ways below this tell no sense of motion, mm or rad.
 const STANDSTILL: f64 = 1e-9;
+/// Most pieces of a move of a machine that loses motion: some hundred times what lost motion makes of a circle. An axis for which no
+/// command is right turns back at each of them without end.
+const MOST_PIECES: usize = 30_000;
 /// An arc whose rise over its chord is below this share of the tolerance is written as a straight command.
 const FLAT: f64 = 0.3;
 /// Looks at a wave of a component error.
@@ -71,6 +74,8 @@ pub struct Pieces<'p> {
     share: f64,
     step: f64,
     longest: f64,
+    /// Pieces so far.
+    count: usize,
     /// Distance of the tool from the ideal path at the start of the move, mm and rad, that is not of this move's making.
     start_off: (f64, f64),
 }
@@ -89,13 +94,33 @@ impl<'p> Pieces<'p> {
         let stands = control.positions(sent, &from);
         let (ideal, actual) = (control.ideal(&from), corrector.pose(&stands));
         let start_off = ((actual.tip_mm - ideal.tip_mm).norm(), actual.angle_to(&ideal.axis));
-        Pieces { path, fineness, sent: *sent, sent_off_rad: 0.0, share: 0.0, step: longest, longest, start_off }
+        Pieces {
+            path,
+            fineness,
+            sent: *sent,
+            sent_off_rad: 0.0,
+            share: 0.0,
+            step: longest,
+            longest,
+            count: 0,
+            start_off,
+        }
     }
 
     /// A rapid: its end alone is corrected.
     pub fn rapid(path: &'p Path, fineness: Fineness) -> Pieces<'p> {
         let start_off = (f64::INFINITY, f64::INFINITY);
-        Pieces { path, fineness, sent: path.to, sent_off_rad: 0.0, share: 0.0, step: 1.0, longest: 1.0, start_off }
+        Pieces {
+            path,
+            fineness,
+            sent: path.to,
+            sent_off_rad: 0.0,
+            share: 0.0,
+            step: 1.0,
+            longest: 1.0,
+            count: 0,
+            start_off,
+        }
     }
 
     /// How far from its path the tool is when the move begins, mm.
@@ -107,6 +132,14 @@ impl<'p> Pieces<'p> {
     pub fn next(&mut self, control: &mut Control, corrector: &mut Corrector) -> Result<Option<Piece>, String> {
         if self.share >= 1.0 {
             return Ok(None);
+        }
+        self.count += 1;
+        // waves alone may ask for more
+        let most = MOST_PIECES.max((2.0 * LOOKS_PER_WAVE / self.longest) as usize);
+        if self.count > most && !corrector.memories.is_empty() {
+            return Err(format!(
+                "cannot be corrected in {most} blocks: an axis would turn back again and again, as lost motion or spikes of the machine leave no command that is right"
+            ));
         }
         loop {
             let rest = 1.0 - self.share;

@@ -70,16 +70,41 @@ pub enum ImportError {
     #[error("the marks of the session's programs are in the readings, but {what}: {cure}")]
     OtherReading { what: &'static str, cure: &'static str },
     #[error(
-        "the marks leave {:.2} and {:.2} s for the two directions, whose run takes {due_s:.2} s in {test}: it is another program's capture, or the control did not keep the feed (--any-feed)",
-        .seen_s[0], .seen_s[1]
+        "the marks leave {:.3} and {:.3} s for the two directions, and the run of {test} {}: it is another program's capture, or the control did not keep the feed (--any-feed)",
+        .seen_s[0], .seen_s[1], .difference.words()
     )]
-    OtherRuns { test: String, seen_s: [f64; 2], due_s: f64 },
+    OtherRuns { test: String, seen_s: [f64; 2], difference: RunsDiffer },
     #[error("the readings fit another test of the session best: {test}")]
     OtherTest { test: String },
     #[error(
         "the capture may be that of {one} or of {other} (log odds {odds:.1}, {due:.1} are asked for): their readings are alike, and the wait between the directions is that of the one, or longer than that of the other; say which with --test {one} or --test {other}"
     )]
     TwoTests { one: String, other: String, odds: f64, due: f64 },
+}
+
+/// By what a run differs from that between marks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RunsDiffer {
+    /// It takes so long as programmed, s.
+    Takes { due_s: f64 },
+    /// By the readings a direction (0 or 1) begins and ends so much later than the marks tell, s; one of them by more than is
+    /// allowed.
+    Lies { direction: usize, later_s: [f64; 2], most_s: f64 },
+}
+
+impl RunsDiffer {
+    fn words(self) -> String {
+        let by = |later_s: f64| format!("{:.3} s {}", later_s.abs(), if later_s < 0.0 { "before" } else { "after" });
+        match self {
+            RunsDiffer::Takes { due_s } => format!("takes {due_s:.3} s"),
+            RunsDiffer::Lies { direction, later_s: [begin_s, end_s], most_s } => format!(
+                "fits the readings only where its {} direction begins {} and ends {} the times that the marks tell, {most_s:.3} s being allowed",
+                ["first", "second"][direction.min(1)],
+                by(begin_s),
+                by(end_s)
+            ),
+        }
+    }
 }
 
 impl From<EffectError> for ImportError {

@@ -6,7 +6,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::function::erf::erfc;
 
 use super::capture::Averages;
-use super::course::{Course, Node, interpolated};
+use super::course::{Course, Node, Stretch, interpolated};
+use super::seen_marks::Seen;
 use super::timing::Timing;
 use crate::statistics::log_determinant;
 
@@ -23,13 +24,31 @@ const FORM_HARMONICS: usize = 3;
 /// How much a machine may do beside errors of balls and axes, as a share of the standard deviations above; the readings say
 /// which by their likelihood.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Freedom(pub f64);
+pub(super) struct Freedom {
+    share: f64,
+    /// Forms of lost motion are allowed for, at their own standard deviations.
+    lost_motion: bool,
+}
 
 impl Freedom {
     /// A search on few readings: hysteresis and form left out.
-    pub const NONE: Freedom = Freedom(0.0);
+    pub const NONE: Freedom = Freedom::by_share(0.0);
     /// A machine without a fault to one with some µm of it.
-    pub const ALL: [Freedom; 3] = [Freedom(0.03), Freedom(0.2), Freedom(1.0)];
+    pub const ALL: [Freedom; 3] = [Freedom::by_share(0.03), Freedom::by_share(0.2), Freedom::by_share(1.0)];
+
+    const fn by_share(share: f64) -> Freedom {
+        Freedom { share, lost_motion: false }
+    }
+
+    /// The same with forms of lost motion.
+    pub fn with_lost_motion(self) -> Freedom {
+        Freedom { lost_motion: true, ..self }
+    }
+
+    /// All shares, with forms of lost motion where this has them.
+    pub fn all(self) -> [Freedom; 3] {
+        Freedom::ALL.map(|freedom| Freedom { share: freedom.share, ..self })
+    }
 }
 
 /// What the readings leave at a timing.
@@ -116,7 +135,7 @@ pub(super) const UNEVEN_S: f64 = 2e-2;
 
 /// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs, and the gap, but for a
 /// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower by themselves.
-fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
+pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
     // twice the negative logarithm of all four times' density, by how uneven the rests are
     let kinds = UNEVEN.map(|(uneven_s, share)| -> f64 {
@@ -152,7 +171,7 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
     let (first, last) = (data.time_s[0], data.time_s[rows - 1]);
     let width = width(course, freedom);
     let middle = interpolated(&course.length_mm, 0.5 * (course.length_mm.len() - 1) as f64);
-    let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.0 };
+    let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.share };
     // readings behind each row of the model
     let mut model = Vec::with_capacity(rows * (width + 1));
     let mut offs = Vec::with_capacity(rows);
@@ -170,13 +189,19 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
         model.push(drift_mm * ((time - first) / (last - first) - 0.5));
         if freedom != Freedom::NONE {
             let (sin, cos) = (TAU * place / course.run_s).sin_cos();
-            model.extend([1.0, sin, cos].map(|form| freedom.0 * HYSTERESIS_MM * sense * form));
+            model.extend([1.0, sin, cos].map(|form| freedom.share * HYSTERESIS_MM * sense * form));
             // each harmonic from the one before: the first one's sine and cosine are dear
             let (mut sin_k, mut cos_k) = (sin, cos);
             for _ in 0..FORM_HARMONICS {
-                model.extend([sin_k, cos_k].map(|form| freedom.0 * FORM_MM * form));
+                model.extend([sin_k, cos_k].map(|form| freedom.share * FORM_MM * form));
                 (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
             }
+        }
+        if freedom.lost_motion {
+            let stretch = stretch(data.marks.as_ref(), time, sense);
+            let entry = course.lost_motion.entry(stretch, course.node(place));
+            let forms = &course.lost_motion.forms;
+            model.extend(forms.iter().map(|form| interpolated(form, entry)));
         }
         model.push(off);
         offs.push(off);
@@ -192,6 +217,18 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
     Left { cost, residual_mm }
 }
 
+/// Part of the program at a time, by its marks or, without them, by the sense of the last motion.
+fn stretch(marks: Option<&Seen>, time_s: f64, sense: f64) -> Stretch {
+    let Some(seen) = marks else { return Stretch::Run(usize::from(sense < 0.0)) };
+    match seen.marks_s.iter().filter(|[begin_s, _]| time_s > *begin_s).count() {
+        0 => Stretch::Before,
+        1 => Stretch::Run(0),
+        2 => Stretch::Between,
+        3 => Stretch::Run(1),
+        _ => Stretch::After,
+    }
+}
+
 /// Cost of a bar that only stood: zero and drift.
 pub(super) fn cost_at_rest(data: &Averages) -> f64 {
     let (first, last) = (data.time_s[0], data.time_s[data.time_s.len() - 1]);
@@ -201,8 +238,9 @@ pub(super) fn cost_at_rest(data: &Averages) -> f64 {
 }
 
 fn width(course: &Course, freedom: Freedom) -> usize {
-    let more = if freedom == Freedom::NONE { 0 } else { 3 + 2 * FORM_HARMONICS };
-    course.components.len() + 2 + more
+    let of_form = if freedom == Freedom::NONE { 0 } else { 3 + 2 * FORM_HARMONICS };
+    let of_lost_motion = if freedom.lost_motion { course.lost_motion.forms.len() } else { 0 };
+    course.components.len() + 2 + of_form + of_lost_motion
 }
 
 struct Ridge {

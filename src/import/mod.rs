@@ -5,13 +5,14 @@
 //! programmed feed) and the time in which the control ramps up; where marks show it, how far the servos lag. They minimise
 //! `rᵀC⁻¹r + ‖x‖² + log det(C + MMᵀ) + priors`, `r = y − L₀(p) − M(p)·x`, C the noise with its wander, y the
 //! readings, p the place along the run at each reading, L₀ the nominal length there, and M·x what balls, bar, location errors
-//! and a few µm of unknown form and hysteresis may add (columns scaled by their standard deviations, x integrated out). A start
+//! and a few µm of unknown form and hysteresis may add (columns scaled by their standard deviations, x integrated out); of a known
+//! program lost motion of its axes too, where the readings speak for it. A start
 //! is told from a delay of the gauge's clock by nothing: only their sum is fitted, which is all that the axis positions need.
 //!
 //! | file | question |
 //! |---|---|
 //! | `capture` | the readings as they come, averaged to a few hundred, their noise |
-//! | `course` | what would be read along a run? |
+//! | `course` | what would be read along a run, and what may lost motion add? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
 //! | `mark_moves` | when did those moves end? |
 //! | `lag` | how do axes follow their commands? |
@@ -22,7 +23,7 @@
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `uncertainty` | how well is it known, in s and in degrees? |
 //! | `place` | is it to be believed? |
-//! | `refusal` | why is it not placed? |
+//! | `error` | why is it not placed? |
 //! | `split` | the recordings |
 
 mod capture;
@@ -43,7 +44,7 @@ mod wander;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
-pub use error::ImportError;
+pub use error::{ImportError, RunsDiffer};
 pub use place::{Placement, place, place_named};
 pub use split::{recordings, split_session};
 pub use timing::Timing;

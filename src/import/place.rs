@@ -2,11 +2,11 @@
 
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair, pairs};
-use super::error::ImportError;
-use super::likelihood::{UNEVEN_S, cost_at_rest, left};
+use super::error::{ImportError, RunsDiffer};
+use super::likelihood::{UNEVEN_S, cost_at_rest, left, of_marks};
 use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
-use super::search::{Candidate, Levels, RAMPS_S, search, settled_apart, units};
+use super::search::{Candidate, Levels, RAMPS_S, search, settled_apart, settled_with_lost_motion, units};
 use super::seen_marks::Seen;
 use super::timing::Timing;
 use super::uncertainty::{apart, covariance, pace_sigma, position_sigma};
@@ -162,7 +162,8 @@ fn searched(
         if let Some(seen) = seen.filter(|seen| !may_run_between(&course, seen)) {
             let off_s = (seen.runs_s[0][1] - seen.runs_s[0][0] - course.run_s).abs();
             if off_s < nearest_s {
-                (why, nearest_s) = (other_runs(&test(), &course, &seen), off_s);
+                let difference = RunsDiffer::Takes { due_s: course.run_s };
+                (why, nearest_s) = (other_runs(&test(), &seen, difference), off_s);
             }
             continue;
         }
@@ -288,6 +289,19 @@ fn marked(
     }
 }
 
+/// Candidates whose columns are those of lost motion too, all of them, where the readings speak for it beyond doubt and it brings
+/// the run nearer to its marks, as what a machine does must: other errors can look like lost motion at other times. It is for
+/// programs that are known by their gap: what turns with the commands would bring runs of other tests and feeds near the readings.
+fn with_lost_motion(course: &Course, levels: &Levels, plain: Vec<Candidate>) -> Vec<Candidate> {
+    if course.lost_motion.forms.is_empty() {
+        return plain;
+    }
+    let with = settled_with_lost_motion(course, &levels.fine, &plain);
+    let odds = 0.5 * (plain[0].cost - with[0].cost);
+    let [off_marks, plainly_off] = [&with[0], &plain[0]].map(|one| of_marks(course, &levels.fine, &one.timing));
+    if odds > CERTAIN && off_marks < plainly_off { with } else { plain }
+}
+
 fn judged(
     test: &str,
     (pair, course): (Pair, Course),
@@ -295,7 +309,9 @@ fn judged(
     capture: &Capture,
     levels: &Levels,
 ) -> Result<Placement, ImportError> {
-    let candidates = settled_apart(&course, &levels.fine, candidates);
+    let is_known = levels.fine.marks.as_ref().is_some_and(|seen| gap_is_kept(&course, seen));
+    let plain = settled_apart(&course, &levels.fine, candidates);
+    let candidates = if is_known { with_lost_motion(&course, levels, plain) } else { plain };
     let best = candidates[0];
     let data = levels.fine.with(best.wander);
     let residual = left(&course, &data, &best.timing, best.freedom).residual_mm;
@@ -310,7 +326,6 @@ fn judged(
     if odds < CERTAIN && data.marks.is_none() {
         return Err(ImportError::AtRest { odds });
     }
-    let is_known = data.marks.as_ref().is_some_and(|seen| gap_is_kept(&course, seen));
     if left_mm > allowed_mm(is_known, size_mm, noise_mm) {
         return Err(ImportError::Unexplained {
             test: test.into(),
@@ -380,21 +395,18 @@ fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[
 /// Refuses marks between which the run of a test does not fit.
 fn refuse_other_runs(test: &str, course: &Course, data: &Averages, timing: &Timing) -> Result<(), ImportError> {
     let Some(seen) = &data.marks else { return Ok(()) };
-    let is_off = (0..2).any(|direction| {
+    for direction in 0..2 {
         let start_s = timing.start_s[direction];
         let run = [start_s, start_s + timing.moving_s(direction, course.run_s)];
-        (0..2).any(|k| {
-            let sigma = seen.run_sigma_s[direction][k].hypot(UNEVEN_S);
-            (run[k] - seen.runs_s[direction][k]).abs() > RUN_OFF * sigma
-        })
-    });
-    if is_off { Err(other_runs(test, course, seen)) } else { Ok(()) }
+        let later_s = [0, 1].map(|k| run[k] - seen.runs_s[direction][k]);
+        let most_s = [0, 1].map(|k| RUN_OFF * seen.run_sigma_s[direction][k].hypot(UNEVEN_S));
+        if let Some(k) = (0..2).find(|&k| later_s[k].abs() > most_s[k]) {
+            return Err(other_runs(test, seen, RunsDiffer::Lies { direction, later_s, most_s: most_s[k] }));
+        }
+    }
+    Ok(())
 }
 
-fn other_runs(test: &str, course: &Course, seen: &Seen) -> ImportError {
-    ImportError::OtherRuns {
-        test: test.into(),
-        seen_s: seen.runs_s.map(|[begin, end]| end - begin),
-        due_s: course.run_s,
-    }
+fn other_runs(test: &str, seen: &Seen, difference: RunsDiffer) -> ImportError {
+    ImportError::OtherRuns { test: test.into(), seen_s: seen.runs_s.map(|[begin, end]| end - begin), difference }
 }

@@ -232,9 +232,9 @@ fn descend_apart(course: &Course, data: &Averages, from: Candidate, size: f64) -
 }
 
 /// The same with the freedom that the readings speak for.
-fn descend_freely(course: &Course, data: &Averages, start: Timing, size: f64) -> Candidate {
-    let [first, others @ ..] = Freedom::ALL;
-    let best = descend(course, data, start, first, size);
+fn descend_freely(course: &Course, data: &Averages, start: &Candidate, size: f64) -> Candidate {
+    let [first, others @ ..] = start.freedom.all();
+    let best = descend(course, data, start.timing, first, size);
     others
         .into_iter()
         .map(|freedom| descend(course, data, best.timing, freedom, size))
@@ -244,7 +244,7 @@ fn descend_freely(course: &Course, data: &Averages, start: Timing, size: f64) ->
 /// A candidate with the wander that its readings show: what is left of each timing says how its own readings wander.
 fn settled(course: &Course, fine: &Averages, start: &Candidate, size: f64) -> Candidate {
     let data = fine.with(wandering(course, fine, start));
-    descend_freely(course, &data, start.timing, size)
+    descend_freely(course, &data, start, size)
 }
 
 /// Candidates of one test once more, each by its own wander and with directions at two paces, the best first.
@@ -256,6 +256,17 @@ pub(super) fn settled_apart(course: &Course, fine: &Averages, candidates: &[Cand
         .collect();
     again.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     again
+}
+
+/// The same with lost motion among what a machine may do. Where it is at work, the timing without it may be far off, and the first
+/// wander stands for what that leaves: found twice.
+pub(super) fn settled_with_lost_motion(course: &Course, fine: &Averages, candidates: &[Candidate]) -> Vec<Candidate> {
+    let near: Vec<Candidate> = candidates
+        .par_iter()
+        .map(|candidate| Candidate { freedom: candidate.freedom.with_lost_motion(), ..*candidate })
+        .map(|candidate| settled(course, fine, &candidate, 0.5))
+        .collect();
+    settled_apart(course, fine, &near)
 }
 
 /// The likeliest wander beside a timing.

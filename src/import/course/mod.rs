@@ -2,6 +2,10 @@
 
 use nalgebra::DMatrix;
 
+mod lost_motion;
+
+use self::lost_motion::LostMotion;
+pub(super) use self::lost_motion::Stretch;
 use super::error::ImportError;
 use crate::chain::{Chain, Poses};
 use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
@@ -83,6 +87,8 @@ pub struct Course {
     pub(super) cut_mm: Vec<f64>,
     /// Forms that errors of balls, bar and axes may add, mm at one standard deviation, by component and node.
     pub(super) components: Vec<Vec<f64>>,
+    /// Forms that lost motion may add.
+    pub(super) lost_motion: LostMotion,
     /// Node, with its fraction, at even programmed times.
     node_at: Vec<f64>,
     /// Positions of all axes, node by node, mm or rad.
@@ -140,6 +146,7 @@ impl Course {
             length_mm,
             cut_mm,
             components,
+            lost_motion: LostMotion::of(session, &chain, &test, &motion),
             node_at: nodes_at(&time_s),
             motion,
         })
