@@ -21,7 +21,8 @@ const MOST_FOR_A_BALL: usize = 3;
 /// to test.
 fn bends_to_anything(found: &SelectedEffect) -> bool {
     let chosen = &found.chosen;
-    chosen.differs_by_test() || is_a(&chosen.effect.kind, Signature::Growth) && cancels(&chosen.terms, &chosen.judgement.amplitudes)
+    chosen.differs_by_test()
+        || is_a(&chosen.effect.kind, Signature::Growth) && cancels(&chosen.terms, &chosen.judgement.amplitudes)
 }
 
 impl SelectionContext<'_, '_, '_> {
