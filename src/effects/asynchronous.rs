@@ -13,7 +13,7 @@ use super::contract::{
     no_check, plain_measure,
 };
 use super::{Context, EffectError};
-use crate::machine::{AxisKind, Outlet, Place};
+use crate::machine::{AxisKind, Effect, Outlet, Place};
 use std::f64::consts::TAU;
 
 /// Asynchronous error motion.
@@ -59,7 +59,7 @@ pub static ASYNCHRONOUS_ERROR_MOTION: Kind = Kind {
     profiles,
 };
 
-fn profiles(context: &Context, effect: &crate::machine::Effect) -> Result<Vec<Profile>, EffectError> {
+fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let order = ASYNCHRONOUS_ERROR_MOTION.number(context, effect, "order");
     let turns = |test: usize| context.motion(test).moving.contains(&axis);
