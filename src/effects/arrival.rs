@@ -9,7 +9,7 @@ use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, direct
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, plain_measure, word,
+    list, of_any_axis, plain_measure, word,
 };
 use super::{Context, EffectError};
 use crate::chain::Chain;
@@ -58,10 +58,7 @@ pub static ARRIVAL_LAG: Kind = Kind {
         ),
     ],
     check,
-    outlets: |machine, place| match place {
-        Place::Axis(axis) => every_component(machine, axis),
-        _ => Vec::new(),
-    },
+    outlets: of_any_axis,
     measure: plain_measure,
     functions: |_| vec!["speed".into(), "inertia".into()],
     profiles,

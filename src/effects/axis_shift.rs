@@ -6,7 +6,7 @@
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, no_check, plain_measure, single_function,
+    no_check, of_any_axis, plain_measure, single_function,
 };
 use super::{Context, EffectError, Profile};
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
@@ -61,10 +61,7 @@ pub static AXIS_SHIFT: Kind = Kind {
         ),
     ],
     check: no_check,
-    outlets: |machine, place| match place {
-        Place::Axis(axis) => every_component(machine, axis),
-        _ => Vec::new(),
-    },
+    outlets: of_any_axis,
     measure: plain_measure,
     functions: single_function,
     profiles,

@@ -8,7 +8,7 @@ use super::candidates::{CandidateFamily, Observations, Refined, none, with_numbe
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, plain_measure,
+    of_any_axis, plain_measure,
 };
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
@@ -64,10 +64,7 @@ pub static BEAT: Kind = Kind {
         ),
     ],
     check: period_of_its_axis,
-    outlets: |machine, place| match place {
-        Place::Axis(axis) => every_component(machine, axis),
-        _ => Vec::new(),
-    },
+    outlets: of_any_axis,
     measure: plain_measure,
     functions: |_| ["cos+", "sin+", "cos-", "sin-"].map(String::from).to_vec(),
     profiles,

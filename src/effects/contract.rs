@@ -434,6 +434,14 @@ pub(super) fn single_function(_effect: &Effect) -> Vec<String> {
     vec![String::new()]
 }
 
+/// Every component of an axis, for effects that any axis may have.
+pub(super) fn of_any_axis(machine: &Machine, place: Place) -> Vec<Outlet> {
+    match place {
+        Place::Axis(axis) => every_component(machine, axis),
+        _ => Vec::new(),
+    }
+}
+
 /// Every component of an axis, and its own motion when it is inclined.
 pub(super) fn every_component(machine: &Machine, axis: usize) -> Vec<Outlet> {
     let mut all: Vec<Outlet> = Component::ALL.into_iter().map(|component| Outlet::Motion { axis, component }).collect();

@@ -6,8 +6,8 @@
 
 use super::candidates::{CandidateFamily, Observations, directions, motion, none};
 use super::contract::{
-    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, every_component, no_check,
-    plain_measure, single_function,
+    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, of_any_axis, plain_measure,
+    single_function,
 };
 use crate::machine::{AxisKind, Outlet, Place};
 
@@ -39,10 +39,7 @@ pub static REPEATABILITY: Kind = Kind {
     },
     parameters: &[],
     check: no_check,
-    outlets: |machine, place| match place {
-        Place::Axis(axis) => every_component(machine, axis),
-        _ => Vec::new(),
-    },
+    outlets: of_any_axis,
     measure: plain_measure,
     functions: single_function,
     profiles: |context, _| Ok(vec![context.profile(|_, _| 1.0)]),

@@ -14,7 +14,7 @@ use super::channel::warming;
 use super::context::Profile;
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, no_check, word,
+    list, no_check, of_any_axis, word,
 };
 use super::friction_heat::{Source, friction_heat};
 use super::{Context, EffectError};
@@ -122,10 +122,7 @@ pub static THERMAL_GROWTH: Kind = Kind {
     },
     parameters: &[TAU, START, HEAT, BEGINS, WARMTH, CHANNEL, LAG, CLOCK],
     check: heat_stands_alone,
-    outlets: |machine, place| match place {
-        Place::Axis(axis) => every_component(machine, axis),
-        _ => Vec::new(),
-    },
+    outlets: of_any_axis,
     measure,
     functions: |effect| growth_functions(effect),
     profiles: |context, effect| growth(&THERMAL_GROWTH, context, effect),

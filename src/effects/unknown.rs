@@ -218,13 +218,13 @@ fn over_driver(
         context.along(axis, 0.0, advance, |state| *state)
     });
     let elevations: Profile = match driver {
-        ELEVATION => (0..context.tests()).map(|test| sines(context, test)).collect(),
+        ELEVATION => (0..context.tests()).map(|test| elevations_deg(context, test)).collect(),
         _ => Profile::new(),
     };
     let at = |test: usize, row: usize| match driver {
         TIME => context.session_time_s(test, row),
         RUN => context.session_time_s(test, row) - context.session().tests[test].started_at_s,
-        ELEVATION => elevations[test][row].clamp(-1.0, 1.0).asin().to_degrees(),
+        ELEVATION => elevations[test][row],
         "speed" => in_file_unit(context.speed(test, row, axis)),
         "acceleration" => in_file_unit(context.acceleration(test, row, axis)),
         _ => in_file_unit(context.motion(test).row(row)[axis]),
@@ -233,6 +233,11 @@ fn over_driver(
         function(k, at(test, row)) * sign.as_ref().map_or(1.0, |sign| sign[test][row])
     };
     Ok((0..count).map(|k| context.profile(|test, row| value(k, test, row))).collect())
+}
+
+/// Elevation of the bar above the level, row by row, deg.
+fn elevations_deg(context: &Context, test: usize) -> Vec<f64> {
+    sines(context, test).into_iter().map(|sine| sine.clamp(-1.0, 1.0).asin().to_degrees()).collect()
 }
 
 /// Uniform cubic B-spline centred at 0 with support −2 … 2; 2/3 at its centre.
@@ -256,6 +261,9 @@ fn hat(knots: &[f64], k: usize, x: f64) -> f64 {
         Some(other) => (1.0 - (x - here) / (knots[other] - here)).max(0.0),
     }
 }
+
+/// Heights of splines up to this are plausible, µm or arcsec.
+const PLAUSIBLE: f64 = 30.0;
 
 /// Splines of a free curve over an axis.
 const SPLINES: f64 = 14.0;
@@ -355,16 +363,9 @@ fn of_run_and_elevation(seen: &Observations) -> Vec<CandidateFamily> {
     let tests = || 0..context.tests();
     let length_s = |test: usize| context.ends_at_s(test) - context.session().tests[test].started_at_s;
     let longest_s = tests().map(length_s).fold(0.0, f64::max);
-    let elevations =
-        tests().flat_map(|test| sines(context, test)).map(|sine| sine.clamp(-1.0, 1.0).asin().to_degrees());
+    let elevations = tests().flat_map(|test| elevations_deg(context, test));
     let (low, high) = elevations.fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(at), high.max(at)));
-    let over = |driver: &str, (from, to): (f64, f64)| {
-        let effect = with_word(UNKNOWN.name, Place::Bar, "driver", driver)
-            .with("from", ParameterValue::Number(from))
-            .with("to", ParameterValue::Number(to))
-            .with("count", ParameterValue::Number(SPLINES_OF_SESSION));
-        CandidateFamily::new(UNKNOWN.name, Place::Bar, vec![Outlet::Reading], 30.0).over(vec![effect])
-    };
+    let over = |driver: &str, ends: (f64, f64)| without_axis((Place::Bar, vec![Outlet::Reading]), driver, ends);
     let run = (longest_s > 0.0).then(|| over(RUN, (0.0, longest_s)));
     let elevation = (high - low > LEAST_ELEVATIONS).then(|| over(ELEVATION, (low, high)));
     run.into_iter().chain(elevation).collect()
@@ -378,13 +379,7 @@ fn over_session(seen: &Observations) -> Vec<CandidateFamily> {
     if ends_s <= begins_s {
         return Vec::new();
     }
-    let over_time = |(place, outlets): (Place, Vec<Outlet>)| {
-        let effect = with_word(UNKNOWN.name, place, "driver", TIME)
-            .with("from", ParameterValue::Number(begins_s))
-            .with("to", ParameterValue::Number(ends_s))
-            .with("count", ParameterValue::Number(SPLINES_OF_SESSION));
-        CandidateFamily::new(UNKNOWN.name, place, outlets, 30.0).over(vec![effect]).only_as_rival()
-    };
+    let over_time = |moved: (Place, Vec<Outlet>)| without_axis(moved, TIME, (begins_s, ends_s)).only_as_rival();
     let of_axis = |axis: usize| {
         let d = directions(machine, axis);
         let outlets = match machine.axes[axis].kind {
@@ -395,6 +390,15 @@ fn over_session(seen: &Observations) -> Vec<CandidateFamily> {
     };
     let bar = (Place::Bar, vec![Outlet::Reading]);
     (0..machine.axes.len()).flat_map(of_axis).chain([bar]).map(over_time).collect()
+}
+
+/// Free curve over a driver that no axis has.
+fn without_axis((place, outlets): (Place, Vec<Outlet>), driver: &str, (from, to): (f64, f64)) -> CandidateFamily {
+    let effect = with_word(UNKNOWN.name, place, "driver", driver)
+        .with("from", ParameterValue::Number(from))
+        .with("to", ParameterValue::Number(to))
+        .with("count", ParameterValue::Number(SPLINES_OF_SESSION));
+    CandidateFamily::new(UNKNOWN.name, place, outlets, PLAUSIBLE).over(vec![effect])
 }
 
 /// Free curve over the positions of an axis.
@@ -410,7 +414,7 @@ fn curve(
         .with("from", ParameterValue::Number(kind.to_file_unit(from)))
         .with("to", ParameterValue::Number(kind.to_file_unit(to)))
         .with("count", ParameterValue::Number(SPLINES));
-    CandidateFamily::new(UNKNOWN.name, place, outlets, 30.0).over(vec![effect])
+    CandidateFamily::new(UNKNOWN.name, place, outlets, PLAUSIBLE).over(vec![effect])
 }
 
 /// Positions of a standing rotary axis closer than this are one posture, rad.

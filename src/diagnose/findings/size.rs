@@ -211,7 +211,7 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Traj
         // a height of 1 at the centre, whether or not a test stood there
         Some(Straightness) if is_bump(lead, main) && courses.hold(lead) => courses.height(amplitudes),
         // as large as it is in most tests: the largest of many is mostly noise
-        Some(Course) if lead.terms.iter().all(|term| term.test.is_some()) => rms_of_tests(lead, main, amplitudes),
+        Some(Course) if lead.differs_by_test() => rms_of_tests(lead, main, amplitudes),
         Some(Straightness | FreeCurve | Growth | Spike | Play | ErrorMotion | Sag | Arrival | BallForm | Course) => {
             courses.largest(cause, amplitudes)
         }

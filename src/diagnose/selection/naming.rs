@@ -27,7 +27,7 @@ pub(crate) fn candidate_driver(candidate: &Candidate) -> Driver {
     match (signature(&candidate.effect.kind), named("driver").as_deref(), named("channel")) {
         (Some(Signature::FreeCurve), Some("direction"), _) => Driver::Direction,
         // a curve of its own in every run repeats with nothing
-        (Some(Signature::FreeCurve), ..) if candidate.terms.iter().all(|term| term.test.is_some()) => Driver::Time,
+        (Some(Signature::FreeCurve), ..) if candidate.differs_by_test() => Driver::Time,
         (Some(Signature::FreeCurve), Some("time" | "run"), _) => Driver::Time,
         // heat drives a growth that runs out, whether or not a thermometer was read
         (Some(Signature::Growth), _, _) | (Some(Signature::BarLength), _, Some(_)) => Driver::Temperature,
