@@ -112,6 +112,8 @@ thresholds! {
         "the same between sag and error motion over part of a turn";
     customary = 0.04, off 1.0, "ratio":
         "in sweeps, prior odds of a cause that is less customary than the chosen one (growth of the spindle's slide, vibration of an axis, lost motion of a drive)";
+    undescribed = 0.3, off 0.0, "ratio":
+        "prior odds of a cause that no form describes beside one that has a form: 5 of 22 kinds that the blind trial draws are none of the catalogue's";
     form_unknown = 0.4, off f64::INFINITY, "share":
         "of a finding's gain that free curves beside it take, or of restlessness at its place, from which its form is not the right one";
     rest_of_form = 0.6, off 0.0, "share":

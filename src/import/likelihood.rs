@@ -2,7 +2,7 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, MatrixView};
 use statrs::function::erf::erfc;
 
 use super::capture::Averages;
@@ -49,14 +49,6 @@ impl Freedom {
     pub fn all(self) -> [Freedom; 3] {
         Freedom::ALL.map(|freedom| Freedom { share: freedom.share, ..self })
     }
-}
-
-/// What the readings leave at a timing.
-pub(super) struct Left {
-    /// Twice the negative log likelihood, but for a constant.
-    pub cost: f64,
-    /// Reading minus model, mm, by average.
-    pub residual_mm: Vec<f64>,
 }
 
 /// Cost of a pace as far again outside of what is thought possible: more than any readings gain.
@@ -160,21 +152,34 @@ pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64
     times + gap + pace
 }
 
-/// Cost of a timing.
+/// Cost of a timing: twice the negative log likelihood, but for a constant.
 pub(super) fn cost(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> f64 {
-    left(course, data, timing, freedom).cost
+    let fit = ridge(model(course, data, timing, freedom), width(course, freedom), data);
+    fit.cost + data.wander.cost() + prior(course, timing) + of_marks(course, data, timing)
 }
 
-/// Cost and residuals of a timing.
-pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> Left {
+/// Reading minus model at a timing, mm, by average.
+pub(super) fn residual_mm(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> Vec<f64> {
+    let width = width(course, freedom);
+    let model = model(course, data, timing, freedom);
+    let rows = || model.chunks_exact(width + 1);
+    let fit = ridge(model.clone(), width, data);
+    let explained = |row: &[f64]| match &fit.solution {
+        Some(solution) => row.iter().zip(solution.iter()).map(|(a, b)| a * b).sum::<f64>(),
+        None => 0.0,
+    };
+    rows().map(|row| row[width] - explained(row)).collect()
+}
+
+/// What may add to a nominal length at a timing, at one standard deviation each, and readings less nominal lengths behind it: row by
+/// row.
+fn model(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> Vec<f64> {
     let rows = data.time_s.len();
     let (first, last) = (data.time_s[0], data.time_s[rows - 1]);
-    let width = width(course, freedom);
     let middle = interpolated(&course.length_mm, 0.5 * (course.length_mm.len() - 1) as f64);
     let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.share };
-    // readings behind each row of the model
-    let mut model = Vec::with_capacity(rows * (width + 1));
-    let mut offs = Vec::with_capacity(rows);
+    let mut model = Vec::with_capacity(rows * (width(course, freedom) + 1));
+    let (mut at, mut of_place) = (f64::NAN, (0.0, 0.0));
     for (&time, &value) in data.time_s.iter().zip(&data.value_mm) {
         let (place, sense) = timing.place_s(time, course.run_s);
         let node = Node::of(course.node(place), course.length_mm.len());
@@ -188,7 +193,11 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
         model.push(ZERO_MM);
         model.push(drift_mm * ((time - first) / (last - first) - 0.5));
         if freedom != Freedom::NONE {
-            let (sin, cos) = (TAU * place / course.run_s).sin_cos();
+            // a machine that stands stays where it is
+            if place != at {
+                (at, of_place) = (place, (TAU * place / course.run_s).sin_cos());
+            }
+            let (sin, cos) = of_place;
             model.extend([1.0, sin, cos].map(|form| freedom.share * HYSTERESIS_MM * sense * form));
             // each harmonic from the one before: the first one's sine and cosine are dear
             let (mut sin_k, mut cos_k) = (sin, cos);
@@ -204,17 +213,8 @@ pub(super) fn left(course: &Course, data: &Averages, timing: &Timing, freedom: F
             model.extend(forms.iter().map(|form| interpolated(form, entry)));
         }
         model.push(off);
-        offs.push(off);
     }
-    let fit = ridge(&model, width, data);
-    let cost = fit.cost + data.wander.cost() + prior(course, timing) + of_marks(course, data, timing);
-    let residual_mm = match fit.solution {
-        Some(solution) => (offs.iter().zip(model.chunks_exact(width + 1)))
-            .map(|(off, row)| off - row.iter().zip(solution.iter()).map(|(a, b)| a * b).sum::<f64>())
-            .collect(),
-        None => offs,
-    };
-    Left { cost, residual_mm }
+    model
 }
 
 /// Part of the program at a time, by its marks or, without them, by the sense of the last motion.
@@ -234,7 +234,7 @@ pub(super) fn cost_at_rest(data: &Averages) -> f64 {
     let (first, last) = (data.time_s[0], data.time_s[data.time_s.len() - 1]);
     let row = |(time, value): (&f64, &f64)| [ZERO_MM, DRIFT_MM * ((time - first) / (last - first) - 0.5), *value];
     let model: Vec<f64> = data.time_s.iter().zip(&data.value_mm).flat_map(row).collect();
-    ridge(&model, 2, data).cost + data.wander.cost()
+    ridge(model, 2, data).cost + data.wander.cost()
 }
 
 fn width(course: &Course, freedom: Freedom) -> usize {
@@ -251,13 +251,14 @@ struct Ridge {
 
 /// Least squares with unit priors, coefficients integrated out: `yᵀ(C + MMᵀ)⁻¹y + log det(C + MMᵀ)`, C of noise and wander;
 /// M row by row with y behind it.
-fn ridge(model: &[f64], width: usize, data: &Averages) -> Ridge {
-    let mut white = model.to_vec();
-    data.filter.apply(&mut white, width + 1);
+fn ridge(mut model: Vec<f64>, width: usize, data: &Averages) -> Ridge {
+    data.filter.apply(&mut model, width + 1);
+    let rows = data.time_s.len();
     // rows are columns here
-    let rows = DMatrix::from_vec(width + 1, data.time_s.len(), white);
+    let white = DMatrixView::from_slice(&model, width + 1, rows);
+    let turned = MatrixView::<f64, Dyn, Dyn, Dyn, Dyn>::from_slice_with_strides(&model, rows, width + 1, width + 1, 1);
     let mut normal = DMatrix::zeros(width + 1, width + 1);
-    normal.gemm(1.0, &rows, &rows.transpose(), 0.0);
+    normal.gemm(1.0, &white, &turned, 0.0);
     let (right, squares) = (normal.view((0, width), (width, 1)).column(0).into_owned(), normal[(width, width)]);
     let mut normal = normal.resize(width, width, 0.0);
     (0..width).for_each(|k| normal[(k, k)] += 1.0);

@@ -3,10 +3,13 @@
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair, pairs};
 use super::error::{ImportError, RunsDiffer};
-use super::likelihood::{UNEVEN_S, cost_at_rest, left, of_marks};
+use super::likelihood::{UNEVEN_S, cost_at_rest, of_marks, residual_mm};
 use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
-use super::search::{Candidate, Levels, RAMPS_S, search, settled_apart, settled_with_lost_motion, units};
+use super::search::{
+    Candidate, Levels, RAMPS_S, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion, standing,
+    units,
+};
 use super::seen_marks::Seen;
 use super::timing::Timing;
 use super::uncertainty::{apart, covariance, pace_sigma, position_sigma};
@@ -146,6 +149,9 @@ fn placed(
 /// A test with the run that it makes and timings that explain the readings, the best first.
 type Searched = (Pair, Course, Vec<Candidate>);
 
+/// Log odds, by few readings with their own wander, beyond which a test is not looked at with all of them.
+const FAR: f64 = 200.0;
+
 /// The tests that the readings may be of, the best first.
 fn searched(
     session: &Session,
@@ -155,7 +161,8 @@ fn searched(
     levels: &Levels,
 ) -> Result<Vec<Searched>, ImportError> {
     let seen = levels.fine.marks;
-    let (mut found, mut why, mut nearest_s): (Vec<Searched>, _, _) = (Vec::new(), ImportError::NoPair, f64::INFINITY);
+    let (mut begun, mut why, mut nearest_s): (Vec<(f64, Searched)>, _, _) =
+        (Vec::new(), ImportError::NoPair, f64::INFINITY);
     for &pair in such {
         let course = Course::of(session, pair, feeds)?;
         let test = || session.tests[pair.tests[0]].name.clone();
@@ -167,14 +174,22 @@ fn searched(
             }
             continue;
         }
-        let candidates = search(&course, levels);
-        if candidates.is_empty() {
+        let rough = searched_roughly(&course, levels);
+        if rough.is_empty() {
             let (first, last) = capture.ends_s();
             why = ImportError::TooShort { test: test(), lasts_s: last - first, due_s: 2.0 * course.run_s };
             continue;
         }
-        found.push((pair, course, candidates));
+        begun.push((standing(&course, levels, &rough[0]), (pair, course, rough)));
     }
+    let least = begun.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
+    let near = begun.into_iter().filter(|(cost, _)| 0.5 * (cost - least) < FAR);
+    let mut found: Vec<Searched> = near
+        .map(|(_, (pair, course, rough))| {
+            let candidates = searched_finely(&course, levels, &rough);
+            (pair, course, candidates)
+        })
+        .collect();
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
     if found.is_empty() { Err(why) } else { Ok(found) }
 }
@@ -314,7 +329,7 @@ fn judged(
     let candidates = if is_known { with_lost_motion(&course, levels, plain) } else { plain };
     let best = candidates[0];
     let data = levels.fine.with(best.wander);
-    let residual = left(&course, &data, &best.timing, best.freedom).residual_mm;
+    let residual = residual_mm(&course, &data, &best.timing, best.freedom);
     let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
     let mean = data.value_mm.iter().sum::<f64>() / data.value_mm.len() as f64;
     let size_mm =

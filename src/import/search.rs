@@ -57,8 +57,8 @@ impl Levels {
     }
 }
 
-/// Best timings, the best first, each in a valley of its own.
-pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
+/// Timings near the best ones, the best first, each in a valley of its own: by few readings.
+pub(super) fn searched_roughly(course: &Course, levels: &Levels) -> Vec<Candidate> {
     let starts = match &levels.rough.marks {
         Some(seen) => between_marks(course, &levels.rough, seen),
         None => {
@@ -71,7 +71,16 @@ pub(super) fn search(course: &Course, levels: &Levels) -> Vec<Candidate> {
         starts.par_iter().map(|start| descend(course, &levels.middle, start.timing, Freedom::ALL[1], 0.7)).collect();
     let mut best = descended;
     best.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    let few = apart(course, best, 3, 0.2);
+    apart(course, best, 3, 0.2)
+}
+
+/// Cost of a timing by few readings, with the wander that they show: how a test stands beside others.
+pub(super) fn standing(course: &Course, levels: &Levels, near: &Candidate) -> f64 {
+    settled(course, &levels.middle, near, 0.1).cost
+}
+
+/// Best timings, the best first, by all readings: from those near them.
+pub(super) fn searched_finely(course: &Course, levels: &Levels, few: &[Candidate]) -> Vec<Candidate> {
     let mut fine: Vec<Candidate> = few
         .par_iter()
         .map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2))

@@ -47,7 +47,7 @@ impl Zero {
 
 /// Half the stroke of usual bars, mm: a zero set by hand lies within it. Wide enough to be without influence wherever data
 /// speak.
-const FREE_ZERO_MM: f64 = 1.0;
+pub(crate) const FREE_ZERO_MM: f64 = 1.0;
 
 /// A ball: its centre in R with all axes at zero and the link that carries it.
 #[derive(Debug, Clone, PartialEq)]

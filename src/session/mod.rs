@@ -13,6 +13,7 @@ mod setups;
 mod test;
 mod test_motion;
 
+pub(crate) use ball::FREE_ZERO_MM;
 pub use ball::{Ball, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::{locate_instruments, sighted_misfit_mm};

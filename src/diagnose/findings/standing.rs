@@ -24,10 +24,6 @@ struct Judged<'s> {
     forms: Vec<(&'s Candidate, f64)>,
 }
 
-/// Prior odds of a cause that no form describes beside one that has a form: 5 of 22 kinds that the blind trial draws are none of the
-/// catalogue's.
-pub(crate) const UNDESCRIBED: f64 = 0.3;
-
 /// Log odds beyond which nothing is left of the other.
 const MOST_ODDS: f64 = 50.0;
 
@@ -58,7 +54,7 @@ impl<'s> Standing<'s> {
             let is_rarer = rank(rival) > own_rank || is_driven_by(machine, rival, &lead.chosen);
             // a free curve may stand better than the name that is told; among names custom has chosen
             let (seen, custom) = match is_undescribed {
-                true => (softened.min(MOST_ODDS).exp(), UNDESCRIBED),
+                true => (softened.min(MOST_ODDS).exp(), thresholds.undescribed),
                 false => (softened.min(0.0).exp(), if is_rarer { customary } else { 1.0 }),
             };
             let is_known =

@@ -14,13 +14,15 @@ use crate::diagnose::model::prior_penalty::fitted_anyway;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::search::{floors, search};
+use crate::diagnose::selection::selected::{Search, SelectedEffect};
 use crate::diagnose::selection::two_resolutions::at_two_resolutions;
 use crate::diagnose::thresholds::Thresholds;
-use crate::effects::Context;
+use crate::effects::{CandidateFamily, Context};
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
 use crate::statistics::{NoiseModel, log_determinant};
 use nalgebra::Cholesky;
+use std::collections::HashSet;
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
 /// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
@@ -44,7 +46,12 @@ pub(crate) fn unless_physics(
     // what has no fit is no explanation
     let Some(corrected) = explained(&undone, options, thresholds)? else { return Ok(None) };
     let Some(recorded) = explained(&recorded, options, thresholds)? else { return Ok(Some(fault)) };
-    let odds = corrected.standing - recorded.standing + log_odds;
+    let gained = corrected.standing - recorded.standing;
+    // as of a first effect: noise that wanders looks like much
+    if recorded.cause.is_none() && gained < thresholds.accept {
+        return Ok(None);
+    }
+    let odds = gained + log_odds;
     let probability = 1.0 / (1.0 + (-odds).exp());
     Ok((probability >= 0.5).then(|| fault.or_effect(probability, recorded.cause)))
 }
@@ -92,11 +99,24 @@ fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Re
         let found = search(resolutions, &floors(resolutions), families);
         let room = room_for_unknowns(resolutions.fine, &found.noise_after);
         Explained {
-            standing: found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64,
+            standing: found.standing(resolutions.fine)
+                + log_prior(families, &found)
+                + room
+                + LEFT_OUT * fit.left_out() as f64,
             cause: found.found.first().map(|found| cause(&session.machine, &found.chosen, &[])),
         }
     });
     Ok(Some(explained?))
+}
+
+/// Logarithm of the probability of the effects found among all that were tried, before any reading: kinds are alike, and places of a
+/// kind share what it is worth, as those of mistakes do.
+fn log_prior(families: &[CandidateFamily], search: &Search) -> f64 {
+    let tried = || families.iter().filter(|family| !family.grid.is_empty());
+    let kinds: HashSet<&str> = tried().map(|family| family.kind).collect();
+    let alike = |kind: &str| tried().filter(|family| family.kind == kind).count();
+    let cost = |found: &SelectedEffect| ((kinds.len() * alike(families[found.chosen.family].kind)).max(1) as f64).ln();
+    -search.found.iter().map(cost).sum::<f64>()
 }
 
 /// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its

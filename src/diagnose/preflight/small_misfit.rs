@@ -25,7 +25,7 @@ use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::identify::Quantity;
 use crate::machine::AxisKind;
-use crate::session::Session;
+use crate::session::{FREE_ZERO_MM, Session};
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
 const LEAST_RATIO: f64 = 1.6;
@@ -111,6 +111,10 @@ pub(crate) fn preflight(
         let has_figure = best.shift_ms.is_some() || [STANDING_AXIS, COLUMN_SHIFTED].contains(&best.effect);
         let figure = if has_figure { PARAMETER_COST } else { 0.0 };
         let log_odds = tried.log_prior(&best) - figure - readings as f64 * best.diminished.ln();
+        let moved = Some(&best).filter(|best| best.effect == READING_ZERO);
+        let moved_mm =
+            moved.and_then(|best| refit(&best.undone, Some(&as_it_is.values))).map(|refit| own_zero_mm(&refit));
+        let log_odds = log_odds + moved_mm.map_or(0.0, log_of_any_size);
         let undone = best.undone.clone();
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
@@ -175,6 +179,16 @@ fn own_zero_mm(refit: &Refit) -> f64 {
         .zip(&refit.values)
         .filter(|(unknown, _)| matches!(unknown.quantity, Quantity::Bar { .. }));
     bars.max_by(|a, b| a.0.prior_sigma.total_cmp(&b.0.prior_sigma)).map_or(0.0, |(_, value)| value.abs())
+}
+
+/// Logarithm of how much likelier it is that a zero moved by so much, mm, where every size from noise to the stroke is as likely on a
+/// logarithmic scale, than where it lies anywhere in the stroke, as its fit has it.
+fn log_of_any_size(moved_mm: f64) -> f64 {
+    let moved_mm = moved_mm.clamp(LEAST_ZERO_MM, FREE_ZERO_MM);
+    let on_a_logarithmic_scale = 1.0 / (2.0 * moved_mm * (FREE_ZERO_MM / LEAST_ZERO_MM).ln());
+    let in_the_stroke =
+        (-0.5 * (moved_mm / FREE_ZERO_MM).powi(2)).exp() / (FREE_ZERO_MM * std::f64::consts::TAU.sqrt());
+    (on_a_logarithmic_scale / in_the_stroke).ln()
 }
 
 /// Misfits by different rows and weights that differ by less, as a ratio, say the same.

@@ -31,15 +31,7 @@ impl JointFit {
         let (residual_mm, pulls) = (regression.residual_mm(&[]), regression.pulls());
         let noise = likely_noise(fine, &residual_mm, &selection.floors[0], &selection.floors[0]);
         let (columns, found) = ([Vec::new(), Vec::new()], Vec::new());
-        JointFit {
-            columns,
-            found,
-            residual_mm,
-            pulls,
-            noise,
-            best_left: f64::NEG_INFINITY,
-            free_odds: f64::NEG_INFINITY,
-        }
+        JointFit { columns, found, residual_mm, pulls, noise, best_left: f64::NEG_INFINITY, other: None }
     }
 
     /// The same without one of its effects, fitted anew.
@@ -76,7 +68,7 @@ impl JointFit {
             beside: Vec::new(),
             residual_mm: self.residual_mm,
             best_left: self.best_left,
-            free_odds: self.free_odds,
+            other: self.other,
             floor: selection.floors[0].clone(),
             contenders: selection.contenders.take(),
             stated_misfit: self.pulls.misfit(),

@@ -70,7 +70,7 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
         noise_after: state.noise,
         found: state.found,
         residual_mm: state.residual_mm,
-        free_odds: f64::NEG_INFINITY,
+        other: None,
         best_left,
         contenders: Vec::new(),
         stated_misfit: 0.0,

@@ -53,7 +53,7 @@ pub fn search_unless(
         selection.exchange(joint);
         *joint = selection.pruned(joint.clone());
         joint.weigh(selection);
-        joint.free_odds = selection.odds_of_free_curves(joint);
+        selection.hold_against_free_curves(joint);
     })
 }
 
@@ -135,7 +135,7 @@ pub fn nothing(model: &LinearModel, floor: &[NoiseModel]) -> Search {
         residual_before_mm2: mean_square(model, &model.residual_mm),
         residual_mm: model.residual_mm.clone(),
         best_left: f64::NEG_INFINITY,
-        free_odds: f64::NEG_INFINITY,
+        other: None,
         contenders: Vec::new(),
         stated_misfit: 0.0,
     }

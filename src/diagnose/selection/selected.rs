@@ -74,6 +74,21 @@ pub struct SelectedEffect {
     pub form_withdrawn: bool,
 }
 
+/// A set of effects that explains a session instead of the one that was taken.
+#[derive(Debug, Clone)]
+pub struct OtherSet {
+    pub columns: Vec<Accepted>,
+    /// Log odds beside the set that was taken, softened by what forms of the catalogue lack: below zero.
+    pub log_odds: f64,
+}
+
+impl OtherSet {
+    /// Probability of this set and not the other.
+    pub fn probability(&self) -> f64 {
+        1.0 / (1.0 + (-self.log_odds).exp())
+    }
+}
+
 /// Result of a search.
 pub struct Search {
     pub floor: Vec<NoiseModel>,
@@ -90,8 +105,8 @@ pub struct Search {
     pub residual_before_mm2: f64,
     /// Of sweeps: families that came near the best one at any step, by number. Empty: none is left out.
     pub contenders: Vec<bool>,
-    /// Log odds of free curves alone beside what was found at several places, softened.
-    pub free_odds: f64,
+    /// The set that was not taken: free curves alone, or names where free curves stand better.
+    pub other: Option<OtherSet>,
     /// Twice the negative log likelihood of what was stated of balls, bars and location errors, with what was found in the fit.
     pub stated_misfit: f64,
 }
@@ -146,6 +161,6 @@ pub(crate) struct JointFit {
     pub(crate) pulls: PriorPenalty,
     pub(crate) noise: Vec<NoiseModel>,
     pub(crate) best_left: f64,
-    /// Log odds of free curves alone beside this set, softened; none where one place explains all.
-    pub(crate) free_odds: f64,
+    /// The set that was not taken; none where one place explains all.
+    pub(crate) other: Option<OtherSet>,
 }

@@ -1,10 +1,11 @@
 //! What the readings as a whole say, and how much may be claimed of each cause then. It finds nothing.
 
+use crate::diagnose::cause::Cause;
 use crate::diagnose::findings::finding::{Finding, SizeFound};
-use crate::diagnose::findings::standing::UNDESCRIBED;
+use crate::diagnose::selection::selected::OtherSet;
 use crate::diagnose::thresholds::Thresholds;
 use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut};
-use crate::effects::{Signature, UNKNOWN, UNLISTED, is_a};
+use crate::effects::{Signature, UNKNOWN, UNLISTED, UNLISTED_BY_CURVES, is_a};
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,8 +83,13 @@ pub(crate) fn tell_likeliest(findings: &mut [Finding]) {
     }
 }
 
+/// Probability that a cause which explains the readings best is the one, whatever no candidate describes.
+fn described(cause: &Cause) -> f64 {
+    1.0 - if is_a(&cause.effect, Signature::FreeCurve) { UNLISTED_BY_CURVES } else { UNLISTED }
+}
+
 /// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each
-/// whether it holds in the tests it was not learnt from, `free_odds` how free curves alone stand beside all of them.
+/// whether it holds in the tests it was not learnt from, `other` the set that was not taken.
 pub(crate) fn temper(
     thresholds: &Thresholds,
     findings: &mut [Finding],
@@ -91,7 +97,7 @@ pub(crate) fn temper(
     has_sweeps: bool,
     proof: Option<&CrossValidation>,
     carries: &[bool],
-    free_odds: f64,
+    other: Option<&OtherSet>,
 ) {
     let goes_back: Vec<bool> =
         findings.iter().map(|one| findings.iter().any(|other| one.is_undone_by(other))).collect();
@@ -105,8 +111,8 @@ pub(crate) fn temper(
         if is_open {
             finding.probability = finding.probability.min(thresholds.unproven);
         }
-        let described = (1.0 - UNLISTED) / (1.0 + UNDESCRIBED * free_odds.exp());
-        finding.probability *= described;
-        finding.rivals.iter_mut().for_each(|(_, probability)| *probability *= described);
+        let stands = 1.0 - other.map_or(0.0, OtherSet::probability);
+        finding.probability *= stands * described(&finding.cause);
+        finding.rivals.iter_mut().for_each(|(rival, probability)| *probability *= stands * described(rival));
     }
 }

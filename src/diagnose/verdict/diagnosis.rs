@@ -146,7 +146,7 @@ impl Diagnosis {
             None => verdict(&fine.thresholds, &findings, rms_after_um, noise_to_judge_um, proof.as_ref()),
         };
         let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
-        temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries, search.free_odds);
+        temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries, search.other.as_ref());
         Diagnosis {
             verdict,
             findings,

@@ -7,7 +7,7 @@ use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::validation::hidden_shifts::HiddenShift;
-use crate::effects::CandidateFamily;
+use crate::effects::{CandidateFamily, UNLISTED_BY_CURVES};
 use crate::identify::{Fit, Quantity};
 use crate::units::Measure;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ const MOST_NAMED: usize = 3;
 ///
 /// Their variance is that of the fit with these effects and what rivals of each add: `Σ w (σ² + (β − β₀)²)` over the causes that
 /// the readings allow in its place, `w` their probabilities, `β₀` the value beside the chosen ones; the form error of each, as a
-/// share of what modelling it moves; and what unseen causes may have moved.
+/// share of what modelling it moves; the same of the set that was not taken; and what unseen causes may have moved.
 pub(crate) fn moved(
     fine: &LinearModel,
     families: &[CandidateFamily],
@@ -99,6 +99,12 @@ fn add_forms(
         return;
     }
     let whitened = Arc::new(WhitenedData::new(fine, &search.noise_after, &fine.kept));
+    let of_other = |other: &Regression, probability: f64| -> Vec<f64> {
+        let covariance = other.covariance();
+        let shift = |k: usize| other.nuisance(k) - chosen.nuisance(k);
+        (0..own.len()).map(|k| probability * (covariance[(k, k)] - own[k] + shift(k).powi(2))).collect()
+    };
+    let mut add = |more: Vec<f64>| variance.iter_mut().zip(more).for_each(|(variance, more)| *variance += more);
     for (index, found) in search.found.iter().enumerate() {
         let with = |instead: Option<&Candidate>| {
             let of = |(k, other): (usize, &SelectedEffect)| -> Vec<Accepted> {
@@ -109,17 +115,18 @@ fn add_forms(
             Regression::on(whitened.clone(), &columns)
         };
         let without = with(None);
-        let form_error = form_error(fine, &found.chosen.effect);
-        for (k, variance) in variance.iter_mut().enumerate() {
-            *variance += (form_error * (chosen.nuisance(k) - without.nuisance(k))).powi(2);
-        }
+        // where a curve only describes, something else may be at work as well
+        let form_error = match found.chosen.is_free() {
+            true => UNLISTED_BY_CURVES.sqrt(),
+            false => form_error(fine, &found.chosen.effect),
+        };
+        let of_form = |k: usize| (form_error * (chosen.nuisance(k) - without.nuisance(k))).powi(2);
+        add((0..own.len()).map(of_form).collect());
         for (rival, probability) in Standing::of(fine, families, found).forms {
-            let other = with(Some(rival));
-            let covariance = other.covariance();
-            for (k, variance) in variance.iter_mut().enumerate() {
-                let shift = other.nuisance(k) - chosen.nuisance(k);
-                *variance += probability * (covariance[(k, k)] - own[k] + shift * shift);
-            }
+            add(of_other(&with(Some(rival)), probability));
         }
+    }
+    if let Some(other) = &search.other {
+        add(of_other(&Regression::on(whitened.clone(), &other.columns), other.probability()));
     }
 }
