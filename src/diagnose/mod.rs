@@ -42,11 +42,12 @@ pub use verdict::location_errors::{HangsOn, Moved};
 pub use verdict::shares::{ShareOfReadings, Source};
 
 use self::findings::proposals::Layout;
+use self::findings::standing::Standing;
 use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
 use self::preflight::examine::examined;
-use self::preflight::mistake_or_effect::unless_physics;
+use self::preflight::mistake_or_effect::held_against_physics;
 use self::preflight::quick_fit::strain;
 use self::preflight::small_misfit::preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
@@ -133,9 +134,16 @@ fn searched(
     };
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
     let contested = contested.filter(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
+    let mut doubt = None;
     let fault = match contested {
         Some(mistake) => {
-            unless_physics(session, options, fine.thresholds, mistake)?.or_else(|| further_contradiction(session))
+            let share = search.found.first().map_or(1.0, |first| Standing::of(fine, families, first).probability);
+            let held = held_against_physics(session, options, fine.thresholds, mistake)?.against(share);
+            let told = held.unwrap_or_else(|left| {
+                doubt = Some(left);
+                None
+            });
+            told.or_else(|| further_contradiction(session))
         }
         None => certain,
     };
@@ -144,7 +152,7 @@ fn searched(
         search = nothing(fine, &floors[0]);
     }
 
-    let warnings = leave_to_linear_axes(fine, &mut search);
+    let mut warnings = leave_to_linear_axes(fine, &mut search);
     let layout =
         Layout { session: coarse.context.session(), problem, values: &values, kept: &coarse.kept, noise: &floors[1] };
     let explanation = explain(resolutions, &floors, families, &mut search, &layout, fault.is_some());
@@ -155,6 +163,10 @@ fn searched(
     let shifts = hidden_shifts(&regression, &hidden, blind_to.len());
     blind_to.extend(hidden.into_iter().filter(|hidden| hidden.matters).map(|hidden| hidden.unseen));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
-    let diagnosis = Diagnosis::of((fine, families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
+    let mut diagnosis = Diagnosis::of((fine, families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
+    if let Some(doubt) = doubt.filter(|_| !diagnosis.findings.is_empty()) {
+        diagnosis.leave_to_a_mistake(doubt.probability);
+        warnings.push(doubt.warning());
+    }
     Ok(Diagnosis { uncovered_by, warnings, ..diagnosis })
 }

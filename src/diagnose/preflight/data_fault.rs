@@ -78,12 +78,13 @@ impl DataFault {
         self
     }
 
-    /// The same with an effect that may be the cause instead, as probable as what is left of `probability`.
-    pub(crate) fn or_effect(mut self, probability: f64, effect: Option<Cause>) -> DataFault {
+    /// The same with an effect that may be the cause instead: a share of what is left of `probability`.
+    pub(crate) fn or_effect(mut self, probability: f64, effect: Option<(Cause, f64)>) -> DataFault {
         self.probability *= probability;
         self.rivals.iter_mut().for_each(|rival| rival.probability *= probability);
         let left = SURE_OF_FAULT * (1.0 - probability);
-        self.causes.extend(effect.filter(|_| left > LEAST_PROBABILITY).map(|effect| (effect, left)));
+        let effect = effect.map(|(effect, share)| (effect, share * left));
+        self.causes.extend(effect.filter(|(_, probability)| *probability > LEAST_PROBABILITY));
         self
     }
 }

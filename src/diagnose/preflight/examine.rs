@@ -4,7 +4,7 @@ use super::contradictions::{contradiction, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
 use super::doubts::{left_out_share, left_over, misfit, repeats_um, unjudged, warnings};
 use super::gross_misfit::contest;
-use super::mistake_or_effect::unless_physics;
+use super::mistake_or_effect::held_against_physics;
 use super::places::frames::{instrument_moved, mistaken_columns};
 use super::processed_readings::READING_PROCESSED;
 use super::quick_fit::{refit, robust_rms_mm, strain};
@@ -218,7 +218,9 @@ fn mistaken_unless_sound(
     // what gains little is for a diagnosis to find
     let found = preflight(session, [1e3 * fit.rms_mm, noise_um, left_out, strain]).filter(|mistake| mistake.is_plain);
     let found = match found {
-        Some(mistake) => unless_physics(session, options, Thresholds::default(), mistake)?,
+        Some(mistake) => {
+            held_against_physics(session, options, Thresholds::default(), mistake)?.against(1.0).unwrap_or(None)
+        }
         None => None,
     };
     Ok(found.or_else(|| further_contradiction(session)))

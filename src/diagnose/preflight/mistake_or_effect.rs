@@ -7,53 +7,91 @@
 use super::data_fault::DataFault;
 use super::small_misfit::Mistake;
 use crate::chain::Chain;
-use crate::diagnose::cause::Cause;
+use crate::diagnose::cause::{Cause, LEAST_PROBABILITY};
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::prior_penalty::fitted_anyway;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::cause;
 use crate::diagnose::selection::search::{floors, search};
-use crate::diagnose::selection::selected::{Search, SelectedEffect};
 use crate::diagnose::selection::two_resolutions::at_two_resolutions;
 use crate::diagnose::thresholds::Thresholds;
-use crate::effects::{CandidateFamily, Context};
+use crate::effects::Context;
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
 use crate::statistics::{NoiseModel, log_determinant};
 use nalgebra::Cholesky;
-use std::collections::HashSet;
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
 /// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
 const LEFT_OUT: f64 = -4.4;
 
-/// A mistake held against physics: with what else may be the cause, and `None` where physics is likelier.
-pub(crate) fn unless_physics(
+/// What a mistake held against physics came to.
+pub(crate) struct Held {
+    /// The mistake; `None` where nothing speaks for it.
+    fault: Option<DataFault>,
+    /// Its probability, physics being the rest.
+    probability: f64,
+    /// The first effect that physics would be.
+    cause: Option<Cause>,
+}
+
+impl Held {
+    fn sure(fault: Option<DataFault>) -> Held {
+        let probability = if fault.is_some() { 1.0 } else { 0.0 };
+        Held { fault, probability, cause: None }
+    }
+
+    /// The mistake with what else may be the cause, where it is likelier than a cause that has this share of physics; else what it leaves
+    /// to doubt.
+    pub(crate) fn against(self, share: f64) -> Result<Option<DataFault>, Doubt> {
+        let Held { fault: Some(fault), probability, cause } = self else { return Ok(None) };
+        if probability >= (1.0 - probability) * share {
+            return Ok(Some(fault.or_effect(probability, cause.map(|cause| (cause, share)))));
+        }
+        let is_worth_a_word = probability >= LEAST_PROBABILITY && cause.is_some();
+        if is_worth_a_word { Err(Doubt { probability, says: fault.says }) } else { Ok(None) }
+    }
+}
+
+/// A mistake in the files that is less likely than physics.
+pub(crate) struct Doubt {
+    pub(crate) probability: f64,
+    says: String,
+}
+
+impl Doubt {
+    /// In words, with what to do.
+    pub(crate) fn warning(&self) -> String {
+        format!("a mistake in the files may be the cause instead ({:.0} %): {}", 100.0 * self.probability, self.says)
+    }
+}
+
+/// A mistake held against physics.
+pub(crate) fn held_against_physics(
     session: &Session,
     options: &Options,
     thresholds: Thresholds,
     mistake: Mistake,
-) -> Result<Option<DataFault>, FitError> {
+) -> Result<Held, FitError> {
     if !mistake.may_be_physics() {
-        return Ok(Some(mistake.fault));
+        return Ok(Held::sure(Some(mistake.fault)));
     }
     let Mistake { fault, undone, log_odds, .. } = mistake;
     let recorded = read_in_both(&few_rows(session), &undone);
     if rows(&recorded) != rows(&undone) {
-        return Ok(Some(fault));
+        return Ok(Held::sure(Some(fault)));
     }
     // what has no fit is no explanation
-    let Some(corrected) = explained(&undone, options, thresholds)? else { return Ok(None) };
-    let Some(recorded) = explained(&recorded, options, thresholds)? else { return Ok(Some(fault)) };
+    let Some(corrected) = explained(&undone, options, thresholds)? else { return Ok(Held::sure(None)) };
+    let Some(recorded) = explained(&recorded, options, thresholds)? else { return Ok(Held::sure(Some(fault))) };
     let gained = corrected.standing - recorded.standing;
     // as of a first effect: noise that wanders looks like much
     if recorded.cause.is_none() && gained < thresholds.accept {
-        return Ok(None);
+        return Ok(Held::sure(None));
     }
-    let odds = gained + log_odds;
-    let probability = 1.0 / (1.0 + (-odds).exp());
-    Ok((probability >= 0.5).then(|| fault.or_effect(probability, recorded.cause)))
+    let probability = 1.0 / (1.0 + (-gained - log_odds).exp());
+    Ok(Held { fault: Some(fault), probability, cause: recorded.cause })
 }
 
 /// The session with the readings that another one has as well.
@@ -99,24 +137,11 @@ fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Re
         let found = search(resolutions, &floors(resolutions), families);
         let room = room_for_unknowns(resolutions.fine, &found.noise_after);
         Explained {
-            standing: found.standing(resolutions.fine)
-                + log_prior(families, &found)
-                + room
-                + LEFT_OUT * fit.left_out() as f64,
+            standing: found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64,
             cause: found.found.first().map(|found| cause(&session.machine, &found.chosen, &[])),
         }
     });
     Ok(Some(explained?))
-}
-
-/// Logarithm of the probability of the effects found among all that were tried, before any reading: kinds are alike, and places of a
-/// kind share what it is worth, as those of mistakes do.
-fn log_prior(families: &[CandidateFamily], search: &Search) -> f64 {
-    let tried = || families.iter().filter(|family| !family.grid.is_empty());
-    let kinds: HashSet<&str> = tried().map(|family| family.kind).collect();
-    let alike = |kind: &str| tried().filter(|family| family.kind == kind).count();
-    let cost = |found: &SelectedEffect| ((kinds.len() * alike(families[found.chosen.family].kind)).max(1) as f64).ln();
-    -search.found.iter().map(cost).sum::<f64>()
 }
 
 /// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its

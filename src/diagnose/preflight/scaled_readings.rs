@@ -6,7 +6,7 @@
 use super::data_fault::{RECORDER, listed};
 use super::places::misplaced::names;
 use super::processed_readings::own_zeros;
-use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use super::suspicion::{OFTEN, SOMETIMES, Suspicion};
 use crate::session::{Session, Test, Zero};
 
 pub(crate) const READING_SIGN: &str = "reading-sign";
@@ -81,7 +81,7 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             "the gauge had a zero of its own in {}: state 'bar_setup' and 'zero: free' there, and zero it once a session",
             listed(&names)
         );
-        Suspicion { weight: RARELY, ..Suspicion::new(READING_ZERO, "bar", names, says, undone) }
+        Suspicion { weight: SOMETIMES, ..Suspicion::new(READING_ZERO, "bar", names, says, undone) }
     };
     groups.iter().filter(|group| group.len() < session.tests.len()).map(of).collect()
 }

@@ -135,7 +135,14 @@ const FOREIGN_GAIN: f64 = 1.5;
 
 /// How many mistakes were tried of each kind: places of one kind share what it is worth, figures cost for themselves.
 struct Tried {
-    places: HashMap<&'static str, HashSet<ColumnsAndTests>>,
+    kinds: HashMap<&'static str, Kind>,
+}
+
+/// A kind of mistake: how usual it is, and the columns and tests that it was tried on.
+#[derive(Default)]
+struct Kind {
+    weight: f64,
+    places: HashSet<ColumnsAndTests>,
 }
 
 /// Columns and tests that a mistake concerns.
@@ -143,17 +150,20 @@ type ColumnsAndTests = (Vec<String>, Vec<String>);
 
 impl Tried {
     fn of(suspicions: &[Suspicion]) -> Tried {
-        let mut places: HashMap<&'static str, HashSet<ColumnsAndTests>> = HashMap::new();
+        let mut kinds: HashMap<&'static str, Kind> = HashMap::new();
         for one in suspicions {
-            places.entry(one.effect).or_default().insert((one.components.clone(), one.tests.clone()));
+            let kind = kinds.entry(one.effect).or_default();
+            kind.weight = kind.weight.max(one.weight);
+            kind.places.insert((one.components.clone(), one.tests.clone()));
         }
-        Tried { places }
+        Tried { kinds }
     }
 
     /// Logarithm of the probability of a mistake among all that were tried, before any reading.
     fn log_prior(&self, of: &Suspicion) -> f64 {
-        let alike = self.places.get(of.effect).map_or(1, HashSet::len).max(1);
-        (of.weight / (self.places.len().max(1) * alike) as f64).ln()
+        let all: f64 = self.kinds.values().map(|kind| kind.weight).sum();
+        let alike = self.kinds.get(of.effect).map_or(1, |kind| kind.places.len().max(1));
+        (of.weight / (all.max(of.weight) * alike as f64)).ln()
     }
 }
 

@@ -170,6 +170,14 @@ impl Diagnosis {
         }
     }
 
+    /// Claims less of what was found, as a mistake in the files may be the cause with this probability.
+    pub(crate) fn leave_to_a_mistake(&mut self, probability: f64) {
+        for finding in &mut self.findings {
+            finding.probability *= 1.0 - probability;
+            finding.rivals.iter_mut().for_each(|(_, share)| *share *= 1.0 - probability);
+        }
+    }
+
     /// Diagnosis of a session in which a mistake was found, or whose readings cannot be judged: no physics is looked for.
     pub(crate) fn of_examination(examination: Examination) -> Diagnosis {
         let Examination { fit, fault, unjudged, warnings, repeats_um, .. } = examination;
