@@ -47,7 +47,7 @@ use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
 use self::preflight::examine::examined;
-use self::preflight::mistake_or_effect::held_against_physics;
+use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
 use self::preflight::small_misfit::preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
@@ -99,6 +99,16 @@ fn diagnosed(
     at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, (setups, fit, may_hide)))?
 }
 
+/// The mistake to tell, where physics would have its likeliest cause with this share, and the doubt that is left where none is told.
+fn told_of(held: Held, share: f64, session: &Session) -> (Option<DataFault>, Option<Doubt>) {
+    let is_surer = held.is_likelier_than_physics();
+    match held.against(share) {
+        Ok(told) if is_surer => (told, None),
+        Ok(told) => (further_contradiction(session).or(told), None),
+        Err(doubt) => (further_contradiction(session), Some(doubt)),
+    }
+}
+
 fn searched(
     resolutions: &Resolutions,
     families: &[CandidateFamily],
@@ -134,18 +144,13 @@ fn searched(
     };
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
     let contested = contested.filter(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
-    let mut doubt = None;
-    let fault = match contested {
+    let (fault, doubt) = match contested {
         Some(mistake) => {
             let share = search.found.first().map_or(1.0, |first| Standing::of(fine, families, first).probability);
-            let held = held_against_physics(session, options, fine.thresholds, mistake)?.against(share);
-            let told = held.unwrap_or_else(|left| {
-                doubt = Some(left);
-                None
-            });
-            told.or_else(|| further_contradiction(session))
+            let held = held_against_physics(session, options, fine.thresholds, mistake)?;
+            told_of(held, share, session)
         }
-        None => certain,
+        None => (certain, None),
     };
     let fault = fault.or_else(|| shift_of_one_test(&search));
     if fault.is_some() {

@@ -42,6 +42,11 @@ impl Held {
         Held { fault, probability, cause: None }
     }
 
+    /// Whether the mistake is likelier than all physics.
+    pub(crate) fn is_likelier_than_physics(&self) -> bool {
+        self.probability >= 0.5
+    }
+
     /// The mistake with what else may be the cause, where it is likelier than a cause that has this share of physics; else what it leaves
     /// to doubt.
     pub(crate) fn against(self, share: f64) -> Result<Option<DataFault>, Doubt> {
