@@ -34,6 +34,14 @@ const THERE_AND_BACK: f64 = 0.2;
 const NEAR: f64 = 0.5;
 
 impl Finding {
+    /// Effects whose form is told: none where the place stands and the form does not.
+    pub fn told_effects(&self) -> &[Effect] {
+        match self.effects.first() {
+            Some(lead) if lead.kind == self.cause.effect => &self.effects,
+            _ => &[],
+        }
+    }
+
     /// The most probable rival where it leaves the cause open, in words.
     pub(crate) fn near_rival(&self) -> Option<String> {
         let (rival, probability) = self.rivals.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;

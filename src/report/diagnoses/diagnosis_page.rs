@@ -12,7 +12,7 @@ use super::finding_words::{
 };
 use super::shape_words::shape_words;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
-use crate::diagnose::Diagnosis;
+use crate::diagnose::{Diagnosis, Finding};
 use crate::methods::CircleFigures;
 use crate::report::fits::fit_page::{circles_section, identifier};
 use crate::report::pictures::cards::{Card, cards};
@@ -125,7 +125,7 @@ fn section(
         ("components", finding.components.join(" ")),
         ("where", range),
         ("clearest in", tests_words(&finding.located.tests, 6)),
-        ("shape", shape_words(&session.machine, found.map_or(&[][..], |found| &found.effects))),
+        ("shape", shape_words(&session.machine, found.map_or(&[][..], Finding::told_effects))),
         ("how sure", certainty_words(finding)),
         ("usual cause", cause),
         ("what to do", remedy),

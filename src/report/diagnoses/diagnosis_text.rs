@@ -8,7 +8,7 @@ use super::finding_words::{
 };
 use super::shape_words::shape_words;
 use super::unseen::{cures, kinds_words, minutes_words};
-use crate::diagnose::Diagnosis;
+use crate::diagnose::{Diagnosis, Finding};
 use crate::report::wording::number::shown;
 use crate::report::wording::table::Table;
 use crate::session::Session;
@@ -42,7 +42,7 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &Diagnosis
             let _ = write!(place, "{lead}clearest in {}", tests_words(&finding.located.tests, 3));
         }
         line(&mut text, "where", &place);
-        let effects = diagnosis.findings.get(index).map_or(&[][..], |found| &found.effects);
+        let effects = diagnosis.findings.get(index).map_or(&[][..], Finding::told_effects);
         line(&mut text, "shape", &shape_words(&session.machine, effects));
         line(&mut text, "how sure", &certainty_words(finding));
         let (cause, remedy) = cause_and_remedy(finding);
