@@ -1,5 +1,7 @@
 //! Whether the timing found is to be believed; refusals say what was found. How well it is known is in `uncertainty`. It reads no files.
 
+use rayon::prelude::*;
+
 use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds, Pair, pairs};
 use super::error::{ImportError, RunsDiffer};
@@ -152,6 +154,16 @@ type Searched = (Pair, Course, Vec<Candidate>);
 /// Log odds, by few readings with their own wander, beyond which a test is not looked at with all of them.
 const FAR: f64 = 200.0;
 
+/// Those that stand within [`FAR`] of the best by few readings.
+fn near(begun: Vec<Searched>, levels: &Levels) -> Vec<Searched> {
+    if begun.len() < 2 {
+        return begun;
+    }
+    let costs: Vec<f64> = begun.par_iter().map(|(_, course, rough)| standing(course, levels, &rough[0])).collect();
+    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+    begun.into_iter().zip(costs).filter(|(_, cost)| 0.5 * (cost - least) < FAR).map(|(searched, _)| searched).collect()
+}
+
 /// The tests that the readings may be of, the best first.
 fn searched(
     session: &Session,
@@ -161,8 +173,7 @@ fn searched(
     levels: &Levels,
 ) -> Result<Vec<Searched>, ImportError> {
     let seen = levels.fine.marks;
-    let (mut begun, mut why, mut nearest_s): (Vec<(f64, Searched)>, _, _) =
-        (Vec::new(), ImportError::NoPair, f64::INFINITY);
+    let (mut begun, mut why, mut nearest_s): (Vec<Searched>, _, _) = (Vec::new(), ImportError::NoPair, f64::INFINITY);
     for &pair in such {
         let course = Course::of(session, pair, feeds)?;
         let test = || session.tests[pair.tests[0]].name.clone();
@@ -180,16 +191,13 @@ fn searched(
             why = ImportError::TooShort { test: test(), lasts_s: last - first, due_s: 2.0 * course.run_s };
             continue;
         }
-        begun.push((standing(&course, levels, &rough[0]), (pair, course, rough)));
+        begun.push((pair, course, rough));
     }
-    let least = begun.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
-    let near = begun.into_iter().filter(|(cost, _)| 0.5 * (cost - least) < FAR);
-    let mut found: Vec<Searched> = near
-        .map(|(_, (pair, course, rough))| {
-            let candidates = searched_finely(&course, levels, &rough);
-            (pair, course, candidates)
-        })
-        .collect();
+    let of_near = |(pair, course, rough): Searched| {
+        let candidates = searched_finely(&course, levels, &rough);
+        (pair, course, candidates)
+    };
+    let mut found: Vec<Searched> = near(begun, levels).into_iter().map(of_near).collect();
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
     if found.is_empty() { Err(why) } else { Ok(found) }
 }
