@@ -94,33 +94,17 @@ impl<'p> Pieces<'p> {
         let stands = control.positions(sent, &from);
         let (ideal, actual) = (control.ideal(&from), corrector.pose(&stands));
         let start_off = ((actual.tip_mm - ideal.tip_mm).norm(), actual.angle_to(&ideal.axis));
-        Pieces {
-            path,
-            fineness,
-            sent: *sent,
-            sent_off_rad: 0.0,
-            share: 0.0,
-            step: longest,
-            longest,
-            count: 0,
-            start_off,
-        }
+        Pieces { step: longest, longest, ..Pieces::from_start(path, fineness, *sent, start_off) }
     }
 
     /// A rapid: its end alone is corrected.
     pub fn rapid(path: &'p Path, fineness: Fineness) -> Pieces<'p> {
-        let start_off = (f64::INFINITY, f64::INFINITY);
-        Pieces {
-            path,
-            fineness,
-            sent: path.to,
-            sent_off_rad: 0.0,
-            share: 0.0,
-            step: 1.0,
-            longest: 1.0,
-            count: 0,
-            start_off,
-        }
+        Pieces::from_start(path, fineness, path.to, (f64::INFINITY, f64::INFINITY))
+    }
+
+    /// A move in one piece, of which nothing is cut yet.
+    fn from_start(path: &'p Path, fineness: Fineness, sent: Place, start_off: (f64, f64)) -> Pieces<'p> {
+        Pieces { path, fineness, sent, sent_off_rad: 0.0, share: 0.0, step: 1.0, longest: 1.0, count: 0, start_off }
     }
 
     /// How far from its path the tool is when the move begins, mm.

@@ -84,8 +84,8 @@ pub const PRESENT: f64 = 0.05;
 /// a rival on the seeds 626262, 919293, 454545 and 565656 of the blind trial, 3 were another.
 pub const UNLISTED: f64 = 0.02;
 
-/// Probability that what no form describes is no curve over one driver at one place either, where such a curve follows it best: 19 of 33
-/// curves that an outside examiner's sessions led to stood elsewhere.
+/// Probability that what no form describes is no curve over one driver at one place either, where such a curve follows it best: 38 of 75
+/// curves that the sessions of two outside examiners led to stood elsewhere.
 pub const UNLISTED_BY_CURVES: f64 = 0.5;
 
 /// Candidates that differ only in shape: one kind of effect at one place through some outlets.

@@ -5,6 +5,11 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
+/// Probability with these log odds.
+pub fn probability_of(log_odds: f64) -> f64 {
+    1.0 / (1.0 + (-log_odds).exp())
+}
+
 /// A candidate's standing.
 #[derive(Debug, Clone)]
 pub struct BlockEvidence {

@@ -19,7 +19,7 @@ use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
-use crate::statistics::{NoiseModel, log_determinant};
+use crate::statistics::{NoiseModel, log_determinant, probability_of};
 use nalgebra::Cholesky;
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
@@ -95,7 +95,7 @@ pub(crate) fn held_against_physics(
     if recorded.cause.is_none() && gained < thresholds.accept {
         return Ok(Held::sure(None));
     }
-    let probability = 1.0 / (1.0 + (-gained - log_odds).exp());
+    let probability = probability_of(gained + log_odds);
     Ok(Held { fault: Some(fault), probability, cause: recorded.cause })
 }
 

@@ -4,10 +4,13 @@
 //! into the other may take the wrong sign or unit, and whoever zeroes the gauge at the start of a run moves its zero.
 
 use super::data_fault::{RECORDER, listed};
+use super::places::exchanged::repeats;
 use super::places::misplaced::names;
 use super::processed_readings::own_zeros;
+use super::quick_fit::Refit;
 use super::suspicion::{OFTEN, SOMETIMES, Suspicion};
-use crate::session::{Session, Test, Zero};
+use crate::identify::Quantity;
+use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
 
 pub(crate) const READING_SIGN: &str = "reading-sign";
 pub(crate) const READING_ZERO: &str = "reading-zero";
@@ -137,4 +140,38 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
         list.push(HeldOtherwise { session: nominal, effect: READING_ZERO, says });
     }
     list
+}
+
+/// Zero of a gauge in one direction of a program that is told from noise, mm: ten times what a good gauge scatters by.
+const LEAST_ZERO_MM: f64 = 0.002;
+
+/// The same in all directions of a program, mm: there a few micrometres may as well be errors of slides where they stand.
+const LEAST_ZERO_OF_ALL_MM: f64 = 0.01;
+
+/// How far the zero of some tests must be off to be one, mm.
+pub(crate) fn least_zero_mm(session: &Session, suspicion: &Suspicion) -> f64 {
+    let struck = |test: &usize| suspicion.tests.contains(&session.tests[*test].name);
+    let first = (0..session.tests.len()).find(struck);
+    let is_whole = first.is_none_or(|first| repeats(session, first).iter().all(struck));
+    if is_whole { LEAST_ZERO_OF_ALL_MM } else { LEAST_ZERO_MM }
+}
+
+/// How far a gauge that was zeroed for itself is off, mm.
+pub(crate) fn own_zero_mm(refit: &Refit) -> f64 {
+    let bars = refit
+        .unknowns
+        .iter()
+        .zip(&refit.values)
+        .filter(|(unknown, _)| matches!(unknown.quantity, Quantity::Bar { .. }));
+    bars.max_by(|a, b| a.0.prior_sigma.total_cmp(&b.0.prior_sigma)).map_or(0.0, |(_, value)| value.abs())
+}
+
+/// Logarithm of how much likelier it is that a zero moved by so much, mm, where every size from noise to the stroke is as likely on a
+/// logarithmic scale, than where it lies anywhere in the stroke, as its fit has it.
+pub(crate) fn log_of_any_size(moved_mm: f64) -> f64 {
+    let moved_mm = moved_mm.clamp(LEAST_ZERO_MM, FREE_ZERO_MM);
+    let on_a_logarithmic_scale = 1.0 / (2.0 * moved_mm * (FREE_ZERO_MM / LEAST_ZERO_MM).ln());
+    let in_the_stroke =
+        (-0.5 * (moved_mm / FREE_ZERO_MM).powi(2)).exp() / (FREE_ZERO_MM * std::f64::consts::TAU.sqrt());
+    (on_a_logarithmic_scale / in_the_stroke).ln()
 }

@@ -6,7 +6,6 @@
 
 use crate::diagnose::cause::MOST_RIVALS;
 use crate::statistics::{median, rms};
-use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
@@ -18,14 +17,13 @@ use super::mistakes::{
 use super::places::exchanged::repeats;
 use super::places::restated::restated;
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, slides_a_little_elsewhere, stood_at};
-use super::quick_fit::{MOST_STRAIN, Refit, refit};
-use super::scaled_readings::READING_ZERO;
-use super::suspicion::Suspicion;
+use super::quick_fit::{MOST_STRAIN, refit};
+use super::scaled_readings::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
+use super::suspicion::{Suspicion, Tried};
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
-use crate::identify::Quantity;
 use crate::machine::AxisKind;
-use crate::session::{FREE_ZERO_MM, Session};
+use crate::session::Session;
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
 const LEAST_RATIO: f64 = 1.6;
@@ -108,13 +106,16 @@ pub(crate) fn preflight(
     (before > WORTH_A_SEARCH * after).then(|| {
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
-        let has_figure = best.shift_ms.is_some() || [STANDING_AXIS, COLUMN_SHIFTED].contains(&best.effect);
-        let figure = if has_figure { PARAMETER_COST } else { 0.0 };
-        let log_odds = tried.log_prior(&best) - figure - readings as f64 * best.diminished.ln();
-        let moved = Some(&best).filter(|best| best.effect == READING_ZERO);
-        let moved_mm =
-            moved.and_then(|best| refit(&best.undone, Some(&as_it_is.values))).map(|refit| own_zero_mm(&refit));
-        let log_odds = log_odds + moved_mm.map_or(0.0, log_of_any_size);
+        // a shift is fitted; a zero as well, but anywhere in the stroke
+        let figure = match best.effect {
+            READING_ZERO => {
+                refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
+            }
+            STANDING_AXIS | COLUMN_SHIFTED => -PARAMETER_COST,
+            _ if best.shift_ms.is_some() => -PARAMETER_COST,
+            _ => 0.0,
+        };
+        let log_odds = tried.log_prior(&best) + figure - readings as f64 * best.diminished.ln();
         let undone = best.undone.clone();
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
@@ -132,74 +133,6 @@ fn contradicts_a_sweep(session: &Session, suspicion: &Suspicion) -> bool {
 
 /// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
 const FOREIGN_GAIN: f64 = 1.5;
-
-/// How many mistakes were tried of each kind: places of one kind share what it is worth, figures cost for themselves.
-struct Tried {
-    kinds: HashMap<&'static str, Kind>,
-}
-
-/// A kind of mistake: how usual it is, and the columns and tests that it was tried on.
-#[derive(Default)]
-struct Kind {
-    weight: f64,
-    places: HashSet<ColumnsAndTests>,
-}
-
-/// Columns and tests that a mistake concerns.
-type ColumnsAndTests = (Vec<String>, Vec<String>);
-
-impl Tried {
-    fn of(suspicions: &[Suspicion]) -> Tried {
-        let mut kinds: HashMap<&'static str, Kind> = HashMap::new();
-        for one in suspicions {
-            let kind = kinds.entry(one.effect).or_default();
-            kind.weight = kind.weight.max(one.weight);
-            kind.places.insert((one.components.clone(), one.tests.clone()));
-        }
-        Tried { kinds }
-    }
-
-    /// Logarithm of the probability of a mistake among all that were tried, before any reading.
-    fn log_prior(&self, of: &Suspicion) -> f64 {
-        let all: f64 = self.kinds.values().map(|kind| kind.weight).sum();
-        let alike = self.kinds.get(of.effect).map_or(1, |kind| kind.places.len().max(1));
-        (of.weight / (all.max(of.weight) * alike as f64)).ln()
-    }
-}
-
-/// Zero of a gauge in one direction of a program that is told from noise, mm: ten times what a good gauge scatters by.
-const LEAST_ZERO_MM: f64 = 0.002;
-
-/// The same in all directions of a program, mm: there a few micrometres may as well be errors of slides where they stand.
-const LEAST_ZERO_OF_ALL_MM: f64 = 0.01;
-
-/// How far the zero of some tests must be off to be one, mm.
-fn least_zero_mm(session: &Session, suspicion: &Suspicion) -> f64 {
-    let struck = |test: &usize| suspicion.tests.contains(&session.tests[*test].name);
-    let first = (0..session.tests.len()).find(struck);
-    let is_whole = first.is_none_or(|first| repeats(session, first).iter().all(struck));
-    if is_whole { LEAST_ZERO_OF_ALL_MM } else { LEAST_ZERO_MM }
-}
-
-/// How far a gauge that was zeroed for itself is off, mm.
-fn own_zero_mm(refit: &Refit) -> f64 {
-    let bars = refit
-        .unknowns
-        .iter()
-        .zip(&refit.values)
-        .filter(|(unknown, _)| matches!(unknown.quantity, Quantity::Bar { .. }));
-    bars.max_by(|a, b| a.0.prior_sigma.total_cmp(&b.0.prior_sigma)).map_or(0.0, |(_, value)| value.abs())
-}
-
-/// Logarithm of how much likelier it is that a zero moved by so much, mm, where every size from noise to the stroke is as likely on a
-/// logarithmic scale, than where it lies anywhere in the stroke, as its fit has it.
-fn log_of_any_size(moved_mm: f64) -> f64 {
-    let moved_mm = moved_mm.clamp(LEAST_ZERO_MM, FREE_ZERO_MM);
-    let on_a_logarithmic_scale = 1.0 / (2.0 * moved_mm * (FREE_ZERO_MM / LEAST_ZERO_MM).ln());
-    let in_the_stroke =
-        (-0.5 * (moved_mm / FREE_ZERO_MM).powi(2)).exp() / (FREE_ZERO_MM * std::f64::consts::TAU.sqrt());
-    (on_a_logarithmic_scale / in_the_stroke).ln()
-}
 
 /// Misfits by different rows and weights that differ by less, as a ratio, say the same.
 const AS_NEAR: f64 = 1.1;

@@ -2,6 +2,7 @@
 
 use super::data_fault::{DataFault, Rival};
 use crate::session::Session;
+use std::collections::{HashMap, HashSet};
 
 /// A way in which the files may be wrong.
 pub(crate) struct Suspicion {
@@ -53,3 +54,38 @@ impl Suspicion {
 pub(crate) const OFTEN: f64 = 1.0;
 pub(crate) const SOMETIMES: f64 = 0.5;
 pub(crate) const RARELY: f64 = 0.3;
+
+/// How many mistakes were tried of each kind: places of one kind share what it is worth, figures cost for themselves.
+pub(crate) struct Tried {
+    kinds: HashMap<&'static str, Kind>,
+}
+
+/// A kind of mistake: how usual it is, and the columns and tests that it was tried on.
+#[derive(Default)]
+struct Kind {
+    weight: f64,
+    places: HashSet<ColumnsAndTests>,
+}
+
+/// Columns and tests that a mistake concerns.
+type ColumnsAndTests = (Vec<String>, Vec<String>);
+
+impl Tried {
+    /// Of all that are tried.
+    pub(crate) fn of(suspicions: &[Suspicion]) -> Tried {
+        let mut kinds: HashMap<&'static str, Kind> = HashMap::new();
+        for one in suspicions {
+            let kind = kinds.entry(one.effect).or_default();
+            kind.weight = kind.weight.max(one.weight);
+            kind.places.insert((one.components.clone(), one.tests.clone()));
+        }
+        Tried { kinds }
+    }
+
+    /// Logarithm of the probability of a mistake among all that were tried, before any reading.
+    pub(crate) fn log_prior(&self, of: &Suspicion) -> f64 {
+        let all: f64 = self.kinds.values().map(|kind| kind.weight).sum();
+        let alike = self.kinds.get(of.effect).map_or(1, |kind| kind.places.len().max(1));
+        (of.weight / (all.max(of.weight) * alike as f64)).ln()
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::effects::{Signature, is_a};
 use crate::statistics::BlockEvidence;
-use crate::statistics::NoiseModel;
+use crate::statistics::{NoiseModel, probability_of};
 use std::cell::{Cell, OnceCell, RefCell};
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ pub struct OtherSet {
 impl OtherSet {
     /// Probability of this set and not the other.
     pub fn probability(&self) -> f64 {
-        1.0 / (1.0 + (-self.log_odds).exp())
+        probability_of(self.log_odds)
     }
 }
 

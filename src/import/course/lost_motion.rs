@@ -7,11 +7,11 @@
 
 use nalgebra::DMatrix;
 
+use super::forms::principal_forms;
 use crate::chain::{Chain, Geometry, Sensitivity};
 use crate::effects::{MemoryLaw, Past};
 use crate::machine::{AxisKind, Component, LinearClass, Machine, Outlet};
 use crate::session::{Motion, Session, Test, marked};
-use crate::statistics::principal;
 
 /// Part of a program over which forms are told along the run, or stand still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +79,7 @@ impl LostMotion {
                 }
             }
         }
-        LostMotion { forms: principal_forms(columns), nodes }
+        LostMotion { forms: centred_forms(columns), nodes }
     }
 
     /// Entry of the forms, with its fraction, at a node of a stretch.
@@ -216,17 +216,12 @@ impl Way {
 const STANDS: f64 = 1e-7;
 
 /// Principal forms of columns, but for their means, which the zero of a gauge holds.
-fn principal_forms(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+fn centred_forms(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(rows) = columns.first().map(Vec::len) else { return Vec::new() };
     for column in &mut columns {
         let mean = column.iter().sum::<f64>() / rows as f64;
         column.iter_mut().for_each(|value| *value -= mean);
     }
     let columns = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
-    principal(&columns)
-        .into_iter()
-        .take(MOST)
-        .take_while(|(variance, _)| (variance.max(0.0) / rows as f64).sqrt() > LEAST_MM)
-        .map(|(_, way)| (&columns * way).iter().copied().collect())
-        .collect()
+    principal_forms(&columns, (MOST, LEAST_MM))
 }

@@ -1,9 +1,9 @@
 //! The run of a planned pair of tests as a gauge would read it: lengths along it, and what errors may add. It knows no readings.
 
-use nalgebra::DMatrix;
-
+mod forms;
 mod lost_motion;
 
+use self::forms::principal_forms;
 use self::lost_motion::LostMotion;
 pub(super) use self::lost_motion::Stretch;
 use super::error::ImportError;
@@ -12,7 +12,6 @@ use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::beyond_path;
 use crate::session::{Marks, Motion, Path, Session, Setups, Test};
-use crate::statistics::principal;
 
 /// Two tests of a session that one program runs: the same path there and back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -261,7 +260,7 @@ fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<Rea
     problem.tests[0].motion = motion;
     let cut = problem.predict(0, &problem.geometry(&values), &values);
     let cut_mm = cut.residual_mm.iter().zip(&length_mm).map(|(off, length)| (-off - length) / CUT_LAG_S.powi(2));
-    Ok(ReadAlong { cut_mm: cut_mm.collect(), length_mm, components: principal_forms(&columns) })
+    Ok(ReadAlong { cut_mm: cut_mm.collect(), length_mm, components: principal_forms(&columns, (MOST, LEAST_MM)) })
 }
 
 /// A motion whose axes lag by [`CUT_LAG_S`], but for the delay.
@@ -278,15 +277,4 @@ fn cut_by_lag(motion: &Motion) -> Motion {
         }
     }
     cut
-}
-
-/// Principal forms of columns, each at one standard deviation.
-fn principal_forms(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let rows = columns.nrows() as f64;
-    principal(columns)
-        .into_iter()
-        .take(MOST)
-        .take_while(|(variance, _)| (variance.max(0.0) / rows).sqrt() > LEAST_MM)
-        .map(|(_, way)| (columns * way).iter().copied().collect())
-        .collect()
 }
