@@ -2,8 +2,9 @@
 //! readings and no timing.
 //!
 //! An axis that turns round is displaced and tilted to the other side: `L = Σ s·w·∂L/∂E`, E the component errors of the axis, s
-//! their sizes of mean zero, w the flank, which follows the commands as `w' = (sgn v − w)·|v|/d`. The flank at first is unknown.
-//! d is one of a few travels. Of all columns the principal ones are kept: they have the same covariance.
+//! their sizes of mean zero, w the flank, which follows the commands as `w' = 2v/d` from −1 to 1. The flank at first is unknown.
+//! d is one of several travels: sums of such flanks are the Prandtl–Ishlinskii model of a lost motion that is taken up the slower the
+//! farther the way, elastic wind-up among it. Of all columns the principal ones are kept: they have the same covariance.
 
 use nalgebra::DMatrix;
 
@@ -40,12 +41,12 @@ pub struct LostMotion {
 const SLIDE: [f64; 3] = [3e-3, 1.5e-3, 5e-6];
 /// The same of a rotary axis: 4 arcsec about its own line, 2 µm as shifts, 3 arcsec as tilts.
 const ROTARY: [f64; 3] = [2e-5, 2e-3, 1.5e-5];
-/// Travels over which a flank turns round to 1/e, mm or deg: a tight drive, one with elastic parts, and one that winds up.
-const TRAVELS: [f64; 3] = [0.03, 0.2, 2.0];
+/// Travels over which a flank turns round, mm or deg, each twice the one before: from a tight drive to one that winds up.
+const TRAVELS: [f64; 7] = [0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0];
 /// Forms smaller than this are below what a gauge reads, mm.
-const LEAST_MM: f64 = 1e-4;
+const LEAST_MM: f64 = 2e-5;
 /// Forms kept at most.
-const MOST: usize = 10;
+const MOST: usize = 16;
 /// Nodes at either end of a run that are cut into parts: axes turn round there within a part of a node.
 const EDGE: usize = 4;
 const PARTS: usize = 16;
@@ -160,7 +161,7 @@ impl Way {
     /// Flanks of an axis along the program, −1 … 1: from the middle, and what a flank at first adds; the two directions, entry by
     /// entry, and the rests.
     fn flanks(&self, axis: usize, travel: f64) -> [Vec<f64>; 2] {
-        let law = MemoryLaw::LostMotion { windup_share: 1.0, take_up: travel, gap: 0.0 };
+        let law = MemoryLaw::LostMotion { windup_share: 0.0, take_up: 0.0, gap: travel };
         let runs = self.rows.len();
         let mut values = [0.0, 1.0].map(|flank| {
             let (mut past, mut here) = (Past::on_flank(flank), self.rows[0][axis]);
