@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 
 use captured::{Drawn, Erring, HABITS, Habit, Kind, Planned, planned};
 use fiveaxis::import::{Feeds, ImportError, Pair, place, recordings};
-use fiveaxis::load::{CaptureHints, load_capture};
+use fiveaxis::load::{CaptureHints, Moment, load_capture};
 use fiveaxis::session::{Follow, LengthColumn, Path as TestPath};
 use serde_json::Value;
 
@@ -569,6 +569,93 @@ fn files_of_gauges_are_read_and_others_refused() {
     }
     let xml = read("g.b5r", "<Test><A>1 2 3</A></Test>", none).unwrap_err();
     assert!(xml.starts_with("g.b5r: is XML without a list of at least 30 readings (numbers found in: A)"), "{xml}");
+}
+
+#[test]
+fn captures_state_when_they_were_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let zero = |text: &str| {
+        let file = folder.path().join("capture.csv");
+        std::fs::write(&file, text).unwrap();
+        load_capture(&file, CaptureHints::default()).unwrap().zero_at
+    };
+    let rows = "time_s;deviation_um\n5.0;1\n6.0;2\n";
+    let due = Moment::from_text("2026-11-26 10:15:32").map(|moment| moment.seconds(true) - 5.0);
+    for head in [
+        "Recorded: 2026-11-26 10:15:32",
+        "Calibrated: 01.02.2020 08:00\nDatum: 26.11.2026\nUhrzeit: 10:15:32",
+        "Test;XY circle\nStart;11/26/2026 10:15:32 AM",
+    ] {
+        let found = zero(&format!("{head}\n{rows}"));
+        assert_eq!(found.map(|moment| moment.seconds(true)), due, "{head}");
+    }
+    assert_eq!(zero(&format!("Software version 1.2.2026\n{rows}")), None);
+    // the clock of stamped rows counts from midnight
+    let stamped = zero("time;deviation_um\n2026-11-26T10:00:59.5;1\n2026-11-26T10:01:00.25;2\n");
+    let midnight = Moment::from_text("2026-11-26 00:00").map(|moment| moment.seconds(true));
+    assert_eq!(stamped.map(|moment| moment.seconds(true)), midnight);
+    let values = "1 ".repeat(40);
+    let xml = format!(
+        "<Test date=\"26/11/2026\"><StartTime>10:15:32</StartTime><Rate>10</Rate><Unit>um</Unit><Readings>{values}</Readings></Test>"
+    );
+    let file = folder.path().join("capture.b5r");
+    std::fs::write(&file, xml).unwrap();
+    let found = load_capture(&file, CaptureHints::default()).unwrap();
+    assert_eq!(found.zero_at, Moment::from_text("2026-11-26 10:15:32"));
+    assert!(found.not_read.is_empty(), "{:?}", found.not_read);
+}
+
+#[test]
+fn tests_have_the_times_at_which_their_captures_were_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str, recorded: &str| {
+        let text = std::fs::read_to_string(format!("{SHIPPED}/{name}.csv")).unwrap();
+        let file = folder.path().join(format!("{name}.csv"));
+        std::fs::write(&file, text.replacen("Sample rate", &format!("{recorded}\nSample rate"), 1)).unwrap();
+        file.to_str().unwrap().to_string()
+    };
+    let (session, out) = (format!("{SHIPPED}/session.yaml"), folder.path().join("imported"));
+    let run = |captures: &[String], more: &[&str]| {
+        let mut arguments: Vec<&str> = captures.iter().map(String::as_str).collect();
+        arguments.extend(["--session", &session, "--force", "--json", "--out", out.to_str().unwrap()]);
+        arguments.extend(more);
+        import(&arguments)
+    };
+    let started = |name: &str| {
+        let session = fiveaxis::load::load_session(&out.join("session.yaml")).unwrap();
+        session.tests.iter().find(|test| test.name == name).unwrap().started_at_s
+    };
+    // the other way round than planned
+    let circle = of("xy-100-1", "Recorded: 2026-11-26 10:30:00");
+    let swept = of("a-100-1", "Recorded: 2026-11-26 10:10:00");
+    let both = [circle.clone(), swept.clone()];
+    let output = run(&both, &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["times"], "captures");
+    let begins = |k: usize| json["captures"][k]["arcs_s"][0][0].as_f64().unwrap();
+    let near = |found: f64, due: f64| assert!((found - due).abs() < 0.1, "{found} {due}");
+    near(started("a-100-1-ccw"), begins(1));
+    near(started("xy-100-1-ccw"), 1200.0 + begins(0));
+    let alone = std::slice::from_ref(&swept);
+    assert!(run(alone, &["--test", "a-100-1-ccw", "--began", "26.11.2026 10:00"]).status.success());
+    near(started("a-100-1-ccw"), 600.0 + begins(1));
+    // what cannot be: a session that began later, no time at all
+    for (began, says) in [("2026-11-26 10:20", "was recorded before"), ("noon", "is no time")] {
+        let refused = run(&both, &["--began", began]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(
+            String::from_utf8_lossy(&refused.stdout).contains(says),
+            "{}",
+            String::from_utf8_lossy(&refused.stdout)
+        );
+    }
+    // one of two that states nothing: the plan's times, and a warning
+    let silent = of("a-100-1", "Bar: 100 mm");
+    let output = run(&[circle, silent], &[]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["times"], "plan");
+    assert!(json["warnings"].to_string().contains("does not state when it was recorded"), "{}", json["warnings"]);
 }
 
 #[test]

@@ -20,6 +20,9 @@ pub const NOISE_MM: f64 = 0.2e-3;
 const MOUNTED_MM: [f64; 2] = [20e-3, 3e-3];
 /// The gauge's stroke to either side, mm.
 const STROKE_MM: f64 = 0.9;
+/// Day and hour at which sessions begin.
+pub const DAY: &str = "2026-03-02";
+pub const BEGAN_H: u64 = 8;
 /// Pause between two programs, min.
 const PAUSE_MIN: f64 = 2.0;
 
@@ -50,6 +53,8 @@ pub struct Reading {
 /// A capture.
 pub struct Look {
     pub program: String,
+    /// When the bar was mounted, s since the session began.
+    began_s: f64,
     pub readings: Vec<Reading>,
 }
 
@@ -107,12 +112,12 @@ impl<'s> Gauge<'s> {
         self.minutes += rows.last().map_or(0.0, |row| row.seconds / 60.0) + PAUSE_MIN;
         let noise = Normal::new(0.0, NOISE_MM).expect("normal");
         let mut readings = while_mounted(&all).to_vec();
-        let begin = readings.first().map_or(0.0, |reading| reading.seconds);
+        let mounted_s = readings.first().map_or(0.0, |reading| reading.seconds);
         for reading in &mut readings {
-            reading.seconds -= begin;
+            reading.seconds -= mounted_s;
             reading.off_mm += noise.sample(&mut self.random);
         }
-        Look { program: program.into(), readings }
+        Look { program: program.into(), began_s: 60.0 * begin + mounted_s, readings }
     }
 }
 
@@ -164,7 +169,11 @@ fn trace_rows(session: &Session, trace: &Path) -> Vec<TraceRow> {
 impl Look {
     /// As a gauge writes it.
     pub fn capture(&self, folder: &Path, name: &str) -> PathBuf {
-        let mut text = format!("Ball bar recorder\nSample rate: {RATE} Hz\ntime_s;deviation_um\n");
+        let seconds = self.began_s.round() as u64;
+        let (hours, minutes, seconds) = (BEGAN_H + seconds / 3600, seconds / 60 % 60, seconds % 60);
+        let mut text = format!(
+            "Ball bar recorder\nRecorded: {DAY} {hours:02}:{minutes:02}:{seconds:02}\nSample rate: {RATE} Hz\ntime_s;deviation_um\n"
+        );
         for reading in &self.readings {
             let _ = writeln!(text, "{:.3};{:.2}", reading.seconds, 1e3 * reading.off_mm);
         }

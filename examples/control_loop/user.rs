@@ -6,6 +6,8 @@ use std::process::Command;
 use fiveaxis::machine::Machine;
 use serde_json::Value;
 
+use crate::gauge::{BEGAN_H, DAY};
+
 /// What `diagnose` says.
 pub struct Answer {
     json: Value,
@@ -49,7 +51,7 @@ pub fn imported(plan: &Path, captures: &[(String, PathBuf)], folder: &Path) -> P
         let output = fiveaxis()
             .arg("import")
             .arg(capture)
-            .args(["--test", &test, "--force", "--session"])
+            .args(["--test", &test, "--began", &format!("{DAY} {BEGAN_H:02}:00"), "--force", "--session"])
             .arg(plan.join("session.yaml"))
             .arg("--out")
             .arg(&part)

@@ -19,7 +19,7 @@ use std::time::Instant;
 
 use captured::{Drawn, Erring, HABITS, Habit, Kind, Planned, Trace, planned};
 use fiveaxis::identify::{Options, identify};
-use fiveaxis::import::{Feeds, Placement, place, split_session};
+use fiveaxis::import::{Feeds, Placement, SessionTimes, WhyPlanned, place, split_session};
 use fiveaxis::machine::AxisKind;
 use fiveaxis::session::{Recording, Session};
 
@@ -185,7 +185,9 @@ fn whole_session(
         ideal.push((placement.clone(), truth));
         found.push((placement, recordings));
     }
-    compare(&split_session(&plan.session, &found), &split_session(&plan.session, &ideal), seed, count);
+    let planned = SessionTimes::Planned(WhyPlanned::NoneStated);
+    let split = |recordings: &[_]| split_session(&plan.session, recordings, &planned);
+    compare(&split(&found), &split(&ideal), seed, count);
 }
 
 /// Location errors from captures beside those from the same readings at their true positions.

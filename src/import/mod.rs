@@ -24,6 +24,7 @@
 //! | `uncertainty` | how well is it known, in s and in degrees? |
 //! | `place` | is it to be believed? |
 //! | `error` | why is it not placed? |
+//! | `session_times` | when was it recorded within the session? |
 //! | `split` | the recordings |
 
 mod capture;
@@ -37,6 +38,7 @@ mod other_reading;
 mod place;
 mod search;
 mod seen_marks;
+mod session_times;
 mod split;
 mod timing;
 mod uncertainty;
@@ -46,5 +48,6 @@ pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
 pub use error::{ImportError, RunsDiffer};
 pub use place::{Placement, place, place_named};
+pub use session_times::{SessionTimes, Stated, WhyPlanned};
 pub use split::{recordings, split_session};
 pub use timing::Timing;

@@ -2,6 +2,7 @@
 
 use super::capture::Capture;
 use super::place::Placement;
+use super::session_times::SessionTimes;
 use crate::session::{Clock, LengthColumn, Recording, Session};
 
 /// The two recordings of a placed capture, `bar_mm` added to its readings, and when each began, s after the capture's zero.
@@ -52,17 +53,25 @@ pub fn recordings(
 }
 
 /// The session with recordings in place of planned paths; tests without a capture are left out.
-pub fn split_session(session: &Session, placed: &[(Placement, [(Recording, f64); 2])]) -> Session {
+pub fn split_session(
+    session: &Session,
+    placed: &[(Placement, [(Recording, f64); 2])],
+    times: &SessionTimes,
+) -> Session {
     let mut split = session.clone();
     split.tests.clear();
     for (index, test) in session.tests.iter().enumerate() {
-        for (placement, recordings) in placed {
+        for (k, (placement, recordings)) in placed.iter().enumerate() {
             let Some(direction) = placement.pair.tests.iter().position(|&test| test == index) else { continue };
             let (recording, begins_s) = &recordings[direction];
             let mut test = test.clone();
             test.recording_file = Some(format!("{}.csv", test.name));
-            // the program's own order in time: the pair began as planned, its arcs as found
-            test.started_at_s = session.tests[placement.pair.tests[0]].started_at_s + begins_s;
+            // without a time of its own the pair began as planned, its arcs as found
+            let zero_s = match times {
+                SessionTimes::Stated(zeros_s) => zeros_s[k],
+                SessionTimes::Planned(_) => session.tests[placement.pair.tests[0]].started_at_s,
+            };
+            test.started_at_s = zero_s + begins_s;
             test.recording = Some(recording.clone());
             test.path = None;
             split.tests.push(test);

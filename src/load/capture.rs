@@ -6,6 +6,7 @@ use crate::load::checked_text::limits::{CSV_BYTES, ROWS};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::shortened;
 use crate::load::checked_text::text::read_limited;
+use crate::load::moment::{Moment, Stated};
 use crate::session::LengthColumn;
 use crate::statistics::median;
 
@@ -20,6 +21,8 @@ pub struct CaptureFile {
     pub column: LengthColumn,
     /// Columns or elements that were not read.
     pub not_read: Vec<String>,
+    /// When the gauge's clock was at zero, where the file states when it was recorded.
+    pub zero_at: Option<Moment>,
 }
 
 /// What a file does not say by itself.
@@ -58,6 +61,10 @@ struct Raw {
     /// Line of each row, for messages.
     lines: Vec<usize>,
     not_read: Vec<String>,
+    /// When the recording began, as words before the readings state it.
+    began: Stated,
+    /// When the clock of stamped rows was at zero.
+    stamped: Option<Moment>,
 }
 
 impl Raw {
@@ -98,7 +105,9 @@ impl Raw {
             ));
         };
         let reading_mm = self.readings.iter().map(|value| value * column.unit_mm()).collect();
-        Ok(CaptureFile { time_s, reading_mm, column, not_read: self.not_read })
+        let first_s = time_s.first().copied().unwrap_or(0.0);
+        let zero_at = self.began.moment().map(|moment| moment.before(first_s)).or(self.stamped);
+        Ok(CaptureFile { time_s, reading_mm, column, not_read: self.not_read, zero_at })
     }
 }
 
@@ -297,6 +306,9 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     if time_at.is_none() {
         raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
     }
+    for (_, line) in lines().take_while(|(index, _)| *index < header) {
+        raw.began.take(line, line);
+    }
     let mut times = Vec::new();
     let first = header + usize::from(units.is_some());
     // comments may stand between rows
@@ -316,6 +328,9 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
             value.ok_or_else(|| refuse(format!("column {}: '{found}' is {allowed}; correct it", names[k])))
         };
         if let Some((k, unit_s)) = time_at {
+            if times.is_empty() {
+                raw.stamped = Moment::midnight_of(row[k]);
+            }
             times.push(or_refuse(time(row[k], separator, unit_s), k, "neither a number nor a time of day")?);
         }
         if let Some(k) = reading_at {
@@ -383,6 +398,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 None => series.push((name, tag.to_string(), numbers)),
             },
             _ if plain.contains("unit") => unit = plain_name(content),
+            _ if raw.began.take(name, content) => {}
             _ => raw.not_read.push(name.to_string()),
         }
     }

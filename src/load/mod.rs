@@ -7,6 +7,7 @@ mod instrument;
 mod kit;
 mod machine_file;
 mod mesh;
+mod moment;
 mod positions;
 mod range;
 mod recording;
@@ -26,6 +27,7 @@ pub use machine_file::bodies::{
     load_description, load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files,
 };
 pub use machine_file::machine::{load_machine, load_machine_with_links, machine_from_yaml};
+pub use moment::Moment;
 pub use positions::{PositionsError, positions_from_text};
 pub use recording::recording_from_csv;
 pub use rows::Rows;

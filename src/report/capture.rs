@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use crate::import::Placement;
+use crate::import::{Placement, SessionTimes};
 use crate::report::wording::markup::escape;
 use crate::report::wording::table::Table;
 use crate::session::Session;
@@ -56,9 +56,19 @@ pub struct ImportJson {
     pub session: String,
     /// Folder with session, machine, recordings and pictures.
     pub written: String,
+    /// Whose times tests have: of the `captures`, which state when they were recorded, or of the `plan`.
+    pub times: &'static str,
     pub captures: Vec<PlacedJson>,
     /// Tests of the session that no capture holds.
     pub missing: Vec<String>,
+}
+
+/// Whose times the tests of a session have.
+pub fn times_name(times: &SessionTimes) -> &'static str {
+    match times {
+        SessionTimes::Stated(_) => "captures",
+        SessionTimes::Planned(_) => "plan",
+    }
 }
 
 /// The JSON value of a placed capture.
@@ -116,6 +126,10 @@ pub fn import_text(json: &ImportJson) -> String {
     out.push_str(
         "  begins: on the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n",
     );
+    out.push_str(match json.times {
+        "captures" => "  times within the session: as the captures state\n",
+        _ => "  times within the session: as planned; correct started_at if the tests ran at others, as drift is told by them\n",
+    });
     for placed in json.captures.iter().filter(|placed| !placed.not_read.is_empty()) {
         let _ = writeln!(out, "  {}: not read: {}", placed.file, placed.not_read.join(", "));
     }

@@ -4,9 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Chain;
-use fiveaxis::import::{Capture, Feeds, ImportError, Pair, Placement, pairs, place_named, recordings, split_session};
-use fiveaxis::load::{CaptureFile, CaptureHints, load_capture, load_session};
-use fiveaxis::report::capture::{ImportJson, capture_svg, import_text, placed_json};
+use fiveaxis::import::{
+    Capture, Feeds, ImportError, Pair, Placement, SessionTimes, Stated, WhyPlanned, pairs, place_named, recordings,
+    split_session,
+};
+use fiveaxis::load::{CaptureFile, CaptureHints, Moment, load_capture, load_session};
+use fiveaxis::report::capture::{ImportJson, capture_svg, import_text, placed_json, times_name};
 use fiveaxis::report::recording::path_csv;
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{LengthColumn, Motion, Recording, Session};
@@ -40,6 +43,9 @@ pub struct Arguments {
     /// What readings without a unit are
     #[arg(long, value_enum)]
     unit: Option<UnitName>,
+    /// Date and time when the session began, where captures state when they were recorded; that of the earliest unless given
+    #[arg(long, value_name = "TIME")]
+    began: Option<String>,
     /// The control, or an override, ran at another feed than programmed
     #[arg(long)]
     any_feed: bool,
@@ -86,11 +92,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         UnitName::DeviationMm => LengthColumn::DeviationMm,
         UnitName::LengthMm => LengthColumn::LengthMm,
     });
+    let began = began(arguments)?;
     let working = Working::on(format!("placing {} captures", arguments.captures.len()));
     let feeds = if arguments.any_feed { Feeds::Any } else { Feeds::Programmed };
+    let read = |file: &PathBuf| load_capture(file, CaptureHints { rate_hz, column });
+    let read: Vec<CaptureFile> = arguments.captures.iter().map(read).collect::<Result<_, _>>()?;
+    let times = session_times(&arguments.captures, &read, began)?;
     let mut all: Vec<Placed> = Vec::new();
-    for file in &arguments.captures {
-        let placed = placed(&session, &among, file, CaptureHints { rate_hz, column }, feeds)?;
+    for (file, read) in arguments.captures.iter().zip(read) {
+        let placed = placed(&session, &among, (file, read), feeds)?;
         if let Some(other) = all.iter().find(|other| other.placement.pair == placed.placement.pair) {
             return Err(Ending::data_fault(format!(
                 "{} and {} both fit test {} best; leave one of them out",
@@ -101,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         }
         all.push(placed);
     }
-    let (output, json) = written(&session, &all, &arguments.out)?;
+    let (output, json) = written(&session, &all, &times, &arguments.out)?;
     drop(working);
     let mut inputs = session_inputs(&arguments.session, &session);
     inputs.extend(arguments.captures.iter().cloned());
@@ -128,15 +138,17 @@ fn among(session: &Session, arguments: &Arguments) -> Result<Vec<Pair>, Refusal>
     }
 }
 
+fn captured(read: &CaptureFile) -> Capture {
+    Capture { time_s: read.time_s.clone(), reading_mm: read.reading_mm.clone() }
+}
+
 fn placed(
     session: &Session,
     among: &[Pair],
-    file: &Path,
-    hints: CaptureHints,
+    (file, read): (&Path, CaptureFile),
     feeds: Feeds,
 ) -> Result<Placed, Refusal> {
-    let read = load_capture(file, hints)?;
-    let capture = Capture { time_s: read.time_s.clone(), reading_mm: read.reading_mm.clone() };
+    let capture = captured(&read);
     let refuse = |why: ImportError| match why {
         ImportError::Motion(_) | ImportError::Fit(_) => Refusal::from(why),
         _ => Ending::data_fault(format!("{}: {why}", file.display())),
@@ -212,12 +224,62 @@ fn warn(session: &Session, file: &Path, placement: &Placement) {
     }
 }
 
+/// When the session began, as the user says.
+fn began(arguments: &Arguments) -> Result<Option<Moment>, Refusal> {
+    let Some(text) = &arguments.began else { return Ok(None) };
+    match Moment::from_text(text) {
+        Some(moment) => Ok(Some(moment)),
+        None => {
+            Err(format!("--began '{text}' is no time (allowed: 2026-11-26 10:15:32, 26.11.2026 10:15, 10:15)").into())
+        }
+    }
+}
+
+/// When captures were recorded within their session. What some of them state and cannot be is told; with `--began` it is refused.
+fn session_times(files: &[PathBuf], read: &[CaptureFile], began: Option<Moment>) -> Result<SessionTimes, Refusal> {
+    // days count where all state one
+    let with_days =
+        read.iter().filter_map(|capture| capture.zero_at).chain(began).all(|moment: Moment| moment.has_day());
+    let stated: Vec<Stated> = (read.iter())
+        .map(|read| Stated {
+            zero_s: read.zero_at.map(|zero| zero.seconds(with_days)),
+            ends_s: captured(read).ends_s(),
+        })
+        .collect();
+    let times = SessionTimes::of(&stated, began.map(|began| began.seconds(with_days)));
+    let SessionTimes::Planned(why) = &times else { return Ok(times) };
+    let file = |k: usize| files[k].display();
+    let says = match *why {
+        WhyPlanned::NoneStated => "no capture states the date and time when it was recorded".to_string(),
+        WhyPlanned::OneWithout(k) => format!("{} does not state when it was recorded", file(k)),
+        WhyPlanned::Overlap(one, other) => {
+            format!("{} and {} were recorded at the same time, by what they state", file(one), file(other))
+        }
+        WhyPlanned::FarApart(one, other) => {
+            format!("more than a day lies between {} and {}, by what they state", file(one), file(other))
+        }
+        WhyPlanned::BeforeBegin(k) => format!("{} was recorded before, by what it states", file(k)),
+    };
+    if began.is_some() {
+        return Err(format!("--began cannot be followed: {says}; correct it or leave it out").into());
+    }
+    if *why != WhyPlanned::NoneStated {
+        remark(format_args!("{says}: the session keeps the times of the plan; correct started_at if they were others"));
+    }
+    Ok(times)
+}
+
 /// All files of the folder, and what was done.
-fn written(session: &Session, all: &[Placed], folder: &Path) -> Result<(OutputFolder, ImportJson), Refusal> {
+fn written(
+    session: &Session,
+    all: &[Placed],
+    times: &SessionTimes,
+    folder: &Path,
+) -> Result<(OutputFolder, ImportJson), Refusal> {
     let mut output = OutputFolder::default();
     let pieces: Vec<(Placement, [(Recording, f64); 2])> =
         all.iter().map(|placed| (placed.placement.clone(), placed.recordings.clone())).collect();
-    let mut split = split_session(session, &pieces);
+    let mut split = split_session(session, &pieces, times);
     split.machine_file = "machine.yaml".into();
     let chain = Chain::of(&split.machine);
     for test in &split.tests {
@@ -239,6 +301,12 @@ fn written(session: &Session, all: &[Placed], folder: &Path) -> Result<(OutputFo
     output.add("session.yaml", session_yaml(&split));
     let is_there = |name: &str| split.tests.iter().any(|test| test.name == name);
     let missing = session.tests.iter().map(|test| test.name.clone()).filter(|name| !is_there(name)).collect();
-    let json = ImportJson { session: session.name.clone(), written: folder.display().to_string(), captures, missing };
+    let json = ImportJson {
+        session: session.name.clone(),
+        written: folder.display().to_string(),
+        times: times_name(times),
+        captures,
+        missing,
+    };
     Ok((output, json))
 }
