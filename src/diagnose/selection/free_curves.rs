@@ -2,6 +2,7 @@
 
 use super::joint_fit::JointFit;
 use super::selected::{OtherSet, SelectionContext};
+use crate::effects::{UNLISTED, UNLISTED_BY_CURVES};
 use std::collections::HashSet;
 
 impl SelectionContext<'_, '_, '_> {
@@ -25,11 +26,14 @@ impl SelectionContext<'_, '_, '_> {
         let gained = (standing - nothing.standing(self)).max(0.0);
         let softened = (free.standing(self) - standing) / (1.0 + thresholds.softening * gained);
         let log_odds = softened + thresholds.undescribed.ln();
+        // the set is told of which more may be claimed
+        let is_free = log_odds + ((1.0 - UNLISTED_BY_CURVES) / (1.0 - UNLISTED)).ln() > 0.0;
         let mut other = free;
-        if log_odds > 0.0 {
+        if is_free {
             std::mem::swap(joint, &mut other);
             joint.weigh(self);
         }
-        joint.other = Some(OtherSet { columns: std::mem::take(&mut other.columns[0]), log_odds: -log_odds.abs() });
+        let log_odds = if is_free { -log_odds } else { log_odds };
+        joint.other = Some(OtherSet { columns: std::mem::take(&mut other.columns[0]), log_odds });
     }
 }

@@ -78,7 +78,7 @@ pub struct SelectedEffect {
 #[derive(Debug, Clone)]
 pub struct OtherSet {
     pub columns: Vec<Accepted>,
-    /// Log odds beside the set that was taken, softened by what forms of the catalogue lack: below zero.
+    /// Log odds beside the set that was taken, softened by what forms of the catalogue lack.
     pub log_odds: f64,
 }
 

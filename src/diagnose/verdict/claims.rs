@@ -65,11 +65,12 @@ pub(crate) fn verdict(
     }
 }
 
-/// Tells a finding by the free curve that is likelier than its name: where it acts, and how much of the readings it is.
+/// Tells a finding by the free curve of which more may be claimed than of its name: where it acts, and how much of the readings it is.
 pub(crate) fn tell_likeliest(findings: &mut [Finding]) {
     for finding in findings {
         let Some((rival, share)) = finding.rivals.first_mut() else { continue };
-        if rival.effect != UNKNOWN.name || *share <= finding.probability {
+        let claimed = |cause: &Cause, probability: f64| probability * described(cause);
+        if rival.effect != UNKNOWN.name || claimed(rival, *share) <= claimed(&finding.cause, finding.probability) {
             continue;
         }
         std::mem::swap(rival, &mut finding.cause);

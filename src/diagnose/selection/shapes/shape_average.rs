@@ -27,6 +27,9 @@ const SKEWS: [f64; 5] = [-0.6, -0.3, 0.0, 0.3, 0.6];
 /// Warmth of a part as the session begins, in units of long work at a steady speed.
 const WARMTHS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
+/// Parameter of an effect that is kept from where an axis came to stand before the session.
+const START: &str = "start";
+
 /// Shapes of a family that are all tried: the customary leads of a screw that is seen at single places.
 const FEW_SHAPES: usize = 16;
 
@@ -46,7 +49,9 @@ pub fn over_shapes<'s>(
     size: impl Fn(&Candidate) -> f64 + Sync,
 ) -> Option<(f64, f64)> {
     let few = is_a(&lead.effect.kind, Signature::Period) && family.grid.len() <= FEW_SHAPES;
-    if !few && ["tau", "channel", "width"].iter().all(|name| lead.effect.parameter(name).is_none()) {
+    let starts = starts(&lead.effect, family);
+    let has_shapes = ["tau", "channel", "width"].iter().any(|name| lead.effect.parameter(name).is_some());
+    if !few && !has_shapes && starts.len() < 2 {
         return None;
     }
     let regression = regression();
@@ -58,7 +63,11 @@ pub fn over_shapes<'s>(
         let shapes = effects.into_par_iter().filter_map(judged);
         shapes.filter(|shape| settles(&shape.effect) || !cancels(&shape.terms, &shape.judgement.amplitudes)).collect()
     };
-    let near = if few { family.grid.clone() } else { near_shapes(&lead.effect, length_s) };
+    let near = match few {
+        true => family.grid.clone(),
+        false if has_shapes => near_shapes(&lead.effect, length_s),
+        false => starts,
+    };
     let mut shapes = counting(near);
     let best = shapes.iter().map(|shape| shape.log_odds).max_by(f64::total_cmp)?;
     if has_states(&lead.effect) {
@@ -74,6 +83,17 @@ pub fn over_shapes<'s>(
     let variance = sizes.iter().map(|(odds, size)| weight(odds) * (size - mean).powi(2)).sum::<f64>() / weights;
     let are_near = best > chosen.log_odds - FAR_OFF * softened;
     (are_near && mean.is_finite()).then(|| (mean, variance.sqrt()))
+}
+
+/// The effect with every start of its family: where an axis came to stand before the session shows in its first moves alone.
+fn starts(effect: &Effect, family: &CandidateFamily) -> Vec<Effect> {
+    let mut starts: Vec<&ParameterValue> = Vec::new();
+    for start in family.grid.iter().filter_map(|shape| shape.parameter(START)) {
+        if !starts.contains(&start) {
+            starts.push(start);
+        }
+    }
+    starts.into_iter().map(|start| effect.clone().with(START, start.clone())).collect()
 }
 
 /// Sum of two nodes below this share of the larger one: nodes that nearly cancel say nothing of the time before the readings.
