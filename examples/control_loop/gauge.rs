@@ -34,6 +34,8 @@ pub struct Gauge<'s> {
     balls: BTreeMap<String, [f64; 3]>,
     random: ChaCha8Rng,
     minutes: f64,
+    /// What the axes owe to the way they have come, from program to program.
+    state: State,
 }
 
 /// One reading.
@@ -60,7 +62,7 @@ pub struct Look {
 
 impl<'s> Gauge<'s> {
     pub fn new(session: &'s Session, hidden: Hidden, random: ChaCha8Rng) -> Gauge<'s> {
-        Gauge { session, hidden, balls: BTreeMap::new(), random, minutes: 0.0 }
+        Gauge { session, hidden, balls: BTreeMap::new(), random, minutes: 0.0, state: State::new() }
     }
 
     /// The first test of a program.
@@ -89,11 +91,10 @@ impl<'s> Gauge<'s> {
         let rows = trace_rows(self.session, trace);
         let (pivot, spindle) = (self.mounted(&test.pivot), self.mounted(&test.spindle_ball));
         let bar = test.bar_length_mm.expect("bar");
-        let mut state = State::new();
         let begin = self.minutes;
         let mut all: Vec<Reading> = Vec::new();
         for (k, TraceRow { seconds, q, line }) in rows.iter().enumerate() {
-            let machine = self.hidden.at(&mut state, q, begin + seconds / 60.0);
+            let machine = self.hidden.at(&mut self.state, q, begin + seconds / 60.0);
             if k % (1000 / RATE) != 0 {
                 continue;
             }
