@@ -898,6 +898,31 @@ fn fiveaxis(arguments: &[&str]) -> (Option<i32>, String, String) {
 }
 
 #[test]
+fn tests_that_do_not_say_when_they_ran_are_taken_one_after_the_other() {
+    let mut files = sound().clone();
+    let text = files.get_mut("session.yaml").unwrap();
+    *text = text.lines().filter(|line| !line.contains("started_at")).map(|line| format!("{line}\n")).collect();
+    let folder = tempfile::tempdir().unwrap();
+    written(&files, folder.path());
+    let file = folder.path().join("session.yaml");
+    let saved = folder.path().join("saved");
+    let (code, json, error) =
+        fiveaxis(&["diagnose", file.to_str().unwrap(), "--json", "--save", saved.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{error}");
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert!(json["warnings"].to_string().contains("one after the other"), "{}", json["warnings"]);
+    assert_eq!(json["verdict"], "clean");
+    // what is saved has these times
+    let saved = load_session(&saved.join("session.yaml")).unwrap();
+    let begins: Vec<f64> = saved.tests.iter().map(|test| test.started_at_s).collect();
+    let ends = saved.tests.iter().map(|test| {
+        let time = test.recording.as_ref().unwrap().time_s().unwrap();
+        test.started_at_s + time.last().unwrap()
+    });
+    assert!(begins.iter().skip(1).zip(ends).all(|(begin, end)| (begin - end).abs() < 1e-6), "{begins:?}");
+}
+
+#[test]
 fn the_program_says_so_in_text_and_json_and_saves_nothing() {
     for (name, verdict) in [
         ("pivot 2 mm off", "data fault"),

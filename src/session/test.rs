@@ -41,6 +41,12 @@ pub struct Test {
 }
 
 impl Test {
+    /// First and last time of its recording, s; `None` where it has no times.
+    fn lasts_s(&self) -> Option<(f64, f64)> {
+        let times = self.recording.as_ref()?.time_s()?;
+        Some((*times.first()?, *times.last()?))
+    }
+
     /// Whether it has the balls, bar, feed and standing axes of another one.
     pub fn is_repeat_of(&self, other: &Test) -> bool {
         self.pivot == other.pivot
@@ -75,5 +81,22 @@ impl Session {
     /// Whether any test was read by another instrument than a bar.
     pub fn has_parts(&self) -> bool {
         self.tests.iter().any(|test| test.reading.part().is_some())
+    }
+
+    /// Whether no test says when it ran: several that were recorded over time all begin at 0.
+    pub fn states_no_times(&self) -> bool {
+        let timed = || self.tests.iter().filter(|test| test.lasts_s().is_some());
+        timed().count() > 1 && timed().all(|test| test.started_at_s == 0.0)
+    }
+
+    /// The session with its tests one after the other, in their order and without pauses.
+    pub fn one_after_the_other(mut self) -> Session {
+        let mut ended_s = 0.0;
+        for test in &mut self.tests {
+            let Some((first_s, last_s)) = test.lasts_s() else { continue };
+            test.started_at_s = ended_s - first_s;
+            ended_s += last_s - first_s;
+        }
+        self
     }
 }

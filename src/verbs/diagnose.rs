@@ -11,7 +11,7 @@ use fiveaxis::report::diagnosis_text::diagnosis_text;
 use fiveaxis::session::Session;
 
 use super::Refusal;
-use super::output::{Foreign, print, remarks, session_inputs, settle, write_all};
+use super::output::{Foreign, print, remark, remarks, session_inputs, settle, write_all};
 use crate::verbs::options::report::diagnosis_report;
 use crate::verbs::options::save::saved;
 use crate::verbs::output::ending::Ending;
@@ -57,6 +57,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let session = match load_session(&arguments.session) {
         Ok(session) => session,
         Err(refusal) => return tell_mistake(arguments, refusal),
+    };
+    let session = match session.states_no_times() {
+        true => {
+            remark(format_args!(
+                "all {} tests begin at 0, which does not say when they ran: they are taken one after the other as listed, without pauses; state started_at, for what warms up or moves between tests is told by it",
+                session.tests.len()
+            ));
+            session.one_after_the_other()
+        }
+        false => session,
     };
     let leaner = lean(&session);
     for long in leaner.iter().flat_map(|(_, averaged)| averaged) {
