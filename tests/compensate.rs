@@ -464,6 +464,30 @@ fn a_move_for_which_no_command_is_right_is_refused() {
     assert!(refused.reason.contains("turn back again and again"), "{}", refused.reason);
 }
 
+#[test]
+fn an_axis_that_cuts_before_it_has_moved_is_named() {
+    let (mut machine, bodies) = erring("hermle-c600u.yaml", 100);
+    let play = |axis: &str| Remembers::new(&machine, axis, Component::EX, 0.003, Law::Play(0.2));
+    let effects = [play("X").effect(&machine), play("A").effect(&machine)];
+    machine.effects = effects.to_vec();
+    let list = take_remembered(&mut machine, &[]);
+    let chain = Chain::of(&machine);
+    let unknown = |moves: &str| {
+        let compensator = Compensator::new(&machine, &chain, &bodies, settings(Coordinates::Axes)).expect("machine");
+        let mut compensator = compensator.with_remembered(list.clone());
+        let head = "G21 G90 G17 G94 G40 G49 G54\nT1 M6\nG0 G43 H1 Z60\nG0 X5 Y10 A-20 C60\n";
+        for line in format!("{head}{moves}").split_inclusive('\n') {
+            compensator.line(line.as_bytes(), &mut Vec::new()).expect("corrected");
+        }
+        compensator.summary().unknown_flanks.clone()
+    };
+    let found = unknown("G1 X8 Y3 F900\nX9\n");
+    let a = machine.axis_index("A").unwrap();
+    assert_eq!(found.iter().map(|flank| (flank.axis, flank.line)).collect::<Vec<_>>(), [(a, 5)]);
+    assert!((found[0].off_mm - 0.003).abs() < 1e-9 && found[0].off_rad == 0.0, "{found:?}");
+    assert!(unknown("G0 A-25\nG0 A-20\nG1 X8 Y3 F900\n").is_empty());
+}
+
 /// Ends whose rounding lies along the radius: LinuxCNC drives the whole circle.
 #[test]
 fn a_circle_whose_end_is_rounded_is_a_whole_circle() {

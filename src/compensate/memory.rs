@@ -76,6 +76,17 @@ impl Memories {
         self.list.len() < before
     }
 
+    /// Axes that have not moved yet, so that the flank on which they stand is not known, by index, with what stands open to either
+    /// side: the largest length, mm, and angle, rad.
+    pub fn unknown_flanks(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
+        let open = self.list.iter().filter(|one| {
+            matches!(one.what.law, MemoryLaw::LostMotion { .. })
+                && one.past.direction == 0.0
+                && one.size_mm() > 1e-3 * COUNTS * self.tolerance_mm
+        });
+        open.map(|one| (one.what.driving, [most(&one.what.sizes[..3]), most(&one.what.sizes[3..])]))
+    }
+
     /// Axes whose ways drive them, by index.
     pub fn driving(&self) -> impl Iterator<Item = usize> + '_ {
         self.list.iter().map(|one| one.what.driving)
@@ -198,8 +209,15 @@ impl One {
         let law = &self.what.law;
         let change = law.value(&law.settled(direction)) - law.value(&law.turned(&self.past, direction));
         let jump = law.value(&law.turned(&self.past, direction)) - law.value(&self.past);
-        let most = |sizes: &[f64]| sizes.iter().fold(0.0f64, |most, size| most.max(size.abs()));
-        let size_mm = most(&self.what.sizes[..3]).max(LEVER_MM * most(&self.what.sizes[3..]));
-        size_mm * change.abs().max(jump.abs())
+        self.size_mm() * change.abs().max(jump.abs())
     }
+
+    /// Size per unit of the law's value, angles at a lever, mm.
+    fn size_mm(&self) -> f64 {
+        most(&self.what.sizes[..3]).max(LEVER_MM * most(&self.what.sizes[3..]))
+    }
+}
+
+fn most(sizes: &[f64]) -> f64 {
+    sizes.iter().fold(0.0f64, |most, size| most.max(size.abs()))
 }

@@ -7,6 +7,7 @@ use super::modal::{FeedMode, LETTERS, Needs};
 use super::path::{Arc, ArcWords, Path, Place};
 use super::pieces::{Fineness, Piece, Pieces};
 use super::rewrite::number;
+use super::settings::UnknownFlank;
 use super::state::{Compensator, Moving, Timing};
 use super::written::late_words;
 
@@ -50,7 +51,24 @@ impl Compensator<'_> {
         self.pieces(line, end, block, &path, timing, out)?;
         self.here = target;
         self.summary.moves += 1;
+        if motion != Motion::Rapid {
+            self.note_unknown_flanks();
+        }
         Ok(())
+    }
+
+    /// Notes axes whose flank is not known in a feed move.
+    fn note_unknown_flanks(&mut self) {
+        let line = self.summary.lines;
+        let known = &mut self.summary.unknown_flanks;
+        for (axis, [off_mm, off_rad]) in self.corrector.memories.unknown_flanks() {
+            match known.iter_mut().find(|other| other.axis == axis) {
+                Some(other) => {
+                    (other.off_mm, other.off_rad) = (other.off_mm.max(off_mm), other.off_rad.max(off_rad));
+                }
+                None => known.push(UnknownFlank { axis, line, off_mm, off_rad }),
+            }
+        }
     }
 
     /// Rapids before every axis has a position stay; other moves are refused there.

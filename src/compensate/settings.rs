@@ -51,6 +51,18 @@ impl Largest {
     }
 }
 
+/// An axis of which it is not known on which flank of its lost motion or play it stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnknownFlank {
+    /// By index.
+    pub axis: usize,
+    /// The first feed move that finds it so.
+    pub line: u64,
+    /// What stands open to either side: the largest length, mm, and angle, rad.
+    pub off_mm: f64,
+    pub off_rad: f64,
+}
+
 /// What was done.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summary {
@@ -68,6 +80,8 @@ pub struct Summary {
     pub starts_off: Largest,
     /// Line from which on reversal spikes stay, for it goes on in coordinates of the workpiece; `None`: they do not, or there are none.
     pub spikes_stay_from: Option<u64>,
+    /// Axes with lost motion or play that stand in feed moves and have not moved before.
+    pub unknown_flanks: Vec<UnknownFlank>,
     /// Blocks that stay with a comment, the first of them.
     pub marked: Vec<NotCorrected>,
     pub marked_count: u64,

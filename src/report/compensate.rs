@@ -67,6 +67,18 @@ pub fn summary_text(machine: &Machine, summary: &Summary, file: &str) -> String 
             "reversal spikes stay from line {line} on: in coordinates of the workpiece slides turn back by rounding alone"
         );
     }
+    for flank in &summary.unknown_flanks {
+        let off = [(flank.off_mm * UM_PER_MM, "µm"), (flank.off_rad * ARCSEC_PER_RAD, "arcsec")];
+        let off: Vec<String> =
+            off.iter().filter(|(size, _)| *size > 0.0).map(|(size, unit)| format!("{size:.1} {unit}")).collect();
+        let axis = &machine.axes[flank.axis].name;
+        let _ = writeln!(
+            text,
+            "line {} cuts before {axis} has moved: on which flank {axis} stands is not known, and ± {} stay; move {axis} to one side before the first cut",
+            flank.line,
+            off.join(" and ")
+        );
+    }
     for marked in summary.marked.iter().take(TOLD) {
         let _ = writeln!(text, "not corrected: {marked}");
     }
@@ -95,6 +107,16 @@ pub fn summary_json(machine: &Machine, summary: &Summary, file: &str) -> Value {
         summary.marked.iter().map(|one| json!({ "line": one.line, "reason": one.reason })).collect();
     let unusual: Vec<Value> =
         summary.unusual_m.iter().map(|(code, line)| json!({ "code": f64::from(*code) / 10.0, "line": line })).collect();
+    let flanks: Vec<Value> = (summary.unknown_flanks.iter())
+        .map(|flank| {
+            json!({
+                "axis": machine.axes[flank.axis].name,
+                "line": flank.line,
+                "off_um": flank.off_mm * UM_PER_MM,
+                "off_arcsec": flank.off_rad * ARCSEC_PER_RAD,
+            })
+        })
+        .collect();
     json!({
         "machine": machine.name,
         "file": file,
@@ -108,6 +130,7 @@ pub fn summary_json(machine: &Machine, summary: &Summary, file: &str) -> Value {
         "starts_off_um": summary.starts_off.amount * UM_PER_MM,
         "starts_off_line": summary.starts_off.line,
         "spikes_stay_from_line": summary.spikes_stay_from,
+        "unknown_flanks": flanks,
         "not_corrected": marked,
         "not_corrected_count": summary.marked_count,
         "own_m_codes": unusual,
