@@ -532,7 +532,7 @@ fn files_of_gauges_are_read_and_others_refused() {
     assert_eq!(found.column, LengthColumn::DeviationUm);
     assert!(found.reading_mm[0].is_nan() && found.reading_mm[1].is_nan() && found.reading_mm[2] == 1.5e-3);
     let clock = "time;deviation_um\n2026-11-24T10:00:59.5;1\n2026-11-24T10:01:00.25;2\n";
-    assert!((read("j.csv", clock, none).unwrap().time_s[1] - 36060.25).abs() < 1e-9);
+    assert!((read("j.csv", clock, none).unwrap().time_s[1] - 0.75).abs() < 1e-9);
     // a clock of ten counts a second, a pause after the second count
     let coarse = "time_s,deviation_um\n0,1\n0,2\n0.1,3\n0.1,4\n0.5,5\n0.6,6\n";
     let due_s = [0.0, 0.05, 0.1, 0.15, 0.5, 0.6];
@@ -577,10 +577,10 @@ fn captures_state_when_they_were_recorded() {
     let zero = |text: &str| {
         let file = folder.path().join("capture.csv");
         std::fs::write(&file, text).unwrap();
-        load_capture(&file, CaptureHints::default()).unwrap().zero_at
+        load_capture(&file, CaptureHints::default()).unwrap().began_at
     };
     let rows = "time_s;deviation_um\n5.0;1\n6.0;2\n";
-    let due = Moment::from_text("2026-11-26 10:15:32").map(|moment| moment.seconds(true) - 5.0);
+    let due = Moment::from_text("2026-11-26 10:15:32").map(|moment| moment.seconds(true));
     for head in [
         "Recorded: 2026-11-26 10:15:32",
         "Calibrated: 01.02.2020 08:00\nDatum: 26.11.2026\nUhrzeit: 10:15:32",
@@ -590,10 +590,14 @@ fn captures_state_when_they_were_recorded() {
         assert_eq!(found.map(|moment| moment.seconds(true)), due, "{head}");
     }
     assert_eq!(zero(&format!("Software version 1.2.2026\n{rows}")), None);
-    // the clock of stamped rows counts from midnight
-    let stamped = zero("time;deviation_um\n2026-11-26T10:00:59.5;1\n2026-11-26T10:01:00.25;2\n");
-    let midnight = Moment::from_text("2026-11-26 00:00").map(|moment| moment.seconds(true));
-    assert_eq!(stamped.map(|moment| moment.seconds(true)), midnight);
+    // stamps of rows are nearer than the preamble, which may have the day of both
+    for (head, first) in
+        [("Recorded: 2026-11-26 10:00\n", "2026-11-26T10:00:59.5"), ("Date: 2026-11-26\n", "10:00:59.5")]
+    {
+        let stamped = zero(&format!("{head}time;deviation_um\n{first};1\n{};2\n", first.replace(":59.5", ":59.75")));
+        let due = Moment::from_text("2026-11-26 10:00:59.5").map(|moment| moment.seconds(true));
+        assert_eq!(stamped.map(|moment| moment.seconds(true)), due, "{head}");
+    }
     let values = "1 ".repeat(40);
     let xml = format!(
         "<Test date=\"26/11/2026\"><StartTime>10:15:32</StartTime><Rate>10</Rate><Unit>um</Unit><Readings>{values}</Readings></Test>"
@@ -601,7 +605,7 @@ fn captures_state_when_they_were_recorded() {
     let file = folder.path().join("capture.b5r");
     std::fs::write(&file, xml).unwrap();
     let found = load_capture(&file, CaptureHints::default()).unwrap();
-    assert_eq!(found.zero_at, Moment::from_text("2026-11-26 10:15:32"));
+    assert_eq!(found.began_at, Moment::from_text("2026-11-26 10:15:32"));
     assert!(found.not_read.is_empty(), "{:?}", found.not_read);
 }
 
@@ -641,7 +645,9 @@ fn tests_have_the_times_at_which_their_captures_were_recorded() {
     assert!(run(alone, &["--test", "a-100-1-ccw", "--began", "26.11.2026 10:00"]).status.success());
     near(started("a-100-1-ccw"), 600.0 + begins(1));
     // what cannot be: a session that began later, no time at all
-    for (began, says) in [("2026-11-26 10:20", "was recorded before"), ("noon", "is no time")] {
+    for (began, says) in
+        [("2026-11-26 10:20", "was recorded before"), ("noon", "is no time"), ("2026-11-31 10:00", "is no time")]
+    {
         let refused = run(&both, &["--began", began]);
         assert_eq!(refused.status.code(), Some(2));
         assert!(

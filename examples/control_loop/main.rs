@@ -159,7 +159,7 @@ fn run_case(control: &Control, folder: &Path, number: usize, seed: u64, way: Way
             (Some(user::diagnosed(&imported, &folder.join("found"))), folder.join("found/session.yaml"))
         }
     };
-    let within = answer.as_ref().map_or((0, 0), |answer| answer.within(&truth));
+    let within = answer.as_ref().map_or((0, 0), |answer| answer.within(&truth, "sigma"));
     let (mut after, mut courses) = (Vec::new(), BTreeMap::new());
     for program in &programs {
         let name = control::name_of(program);
@@ -181,7 +181,7 @@ fn coverage(control: &Control, folder: &Path) {
     let case = &CASES[0];
     let plan = user::planned(case.machine, &folder.join("coverage/plan"));
     let session = load_session(&plan.join("session.yaml")).expect("the plan");
-    let (mut within, mut all, mut alarms, mut failed) = (0, 0, 0, 0);
+    let (mut within, mut all, mut identified, mut by_noise, mut alarms, mut failed) = (0, 0, 0, 0, 0, 0);
     for seed in 1001..1001 + COVERAGE {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let truth = physics::truth(&session.machine, &mut random);
@@ -195,14 +195,23 @@ fn coverage(control: &Control, folder: &Path) {
         }
         let imported = user::imported(&plan, &captures, &folder.join("imported"));
         let answer = user::diagnosed(&imported, &folder.join("found"));
-        let (good, count) = answer.within(&truth);
+        let (good, count) = answer.within(&truth, "sigma");
         (within, all) = (within + good, all + count);
+        let plain = user::identified(&imported);
+        identified += plain.within(&truth, "sigma").0;
+        by_noise += plain.within(&truth, "sigma_noise").0;
         alarms += usize::from(answer.first() != "–");
         failed += usize::from(count == 0);
-        println!("{seed}: {good} of {count} within 2 σ; told: {}; so far {within} of {all}", answer.first());
+        println!(
+            "{seed}: {good} of {count} within 2 σ; told: {}; so far {within}, identify {identified} of {all}",
+            answer.first()
+        );
     }
+    let percent = |within: usize| 100.0 * within as f64 / all as f64;
     println!(
-        "{within} of {all} within 2 σ ({:.1} %), {alarms} of {COVERAGE} with a finding, {failed} without an answer; {RATE} readings a second",
-        100.0 * within as f64 / all as f64
+        "{within} of {all} within 2 σ ({:.1} %), by identify {identified} ({:.1} %), with the sigma of noise alone {by_noise} ({:.1} %), {alarms} of {COVERAGE} with a finding, {failed} without an answer; {RATE} readings a second",
+        percent(within),
+        percent(identified),
+        percent(by_noise)
     );
 }

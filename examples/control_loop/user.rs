@@ -79,6 +79,12 @@ pub fn diagnosed(session: &Path, folder: &Path) -> Answer {
     Answer { json, noise_um }
 }
 
+/// Identifies location errors from a session.
+pub fn identified(session: &Path) -> Answer {
+    let text = run(fiveaxis().arg("identify").arg(session).arg("--json"));
+    Answer { json: serde_json::from_str(&text).expect("JSON"), noise_um: f64::NAN }
+}
+
 /// The planned program with N words, which stay in the corrected one.
 pub fn numbered(program: &Path, folder: &Path) -> PathBuf {
     std::fs::create_dir_all(folder).expect("folder");
@@ -141,11 +147,12 @@ impl Answer {
     }
 
     /// Location errors within two of their standard deviations of the truth, of those that are told.
-    pub fn within(&self, truth: &Machine) -> (usize, usize) {
+    pub fn within(&self, truth: &Machine, sigma: &str) -> (usize, usize) {
         let (mut good, mut count) = (0, 0);
         for slot in truth.slots() {
             let told = &self.json["location_errors"][slot.to_string()];
-            let (Some(value), Some(sigma)) = (told["after"].as_f64(), told["sigma"].as_f64()) else { continue };
+            let value = told["after"].as_f64().or(told["value"].as_f64());
+            let (Some(value), Some(sigma)) = (value, told[sigma].as_f64()) else { continue };
             let axis = truth.axis_index(&slot.axis).expect("axis");
             let real = slot.component.measure().to_output(truth.axes[axis].location_errors[slot.component.index()]);
             count += 1;

@@ -3,16 +3,16 @@
 /// What a capture states of its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stated {
-    /// Zero of the gauge's clock, s on a scale that the captures share; `None` where the file does not state it.
-    pub zero_s: Option<f64>,
-    /// First and last reading on the gauge's clock, s.
-    pub ends_s: (f64, f64),
+    /// First reading, s on a scale that the captures share; `None` where the file does not state it.
+    pub began_s: Option<f64>,
+    /// From the first reading to the last, s.
+    pub lasts_s: f64,
 }
 
 /// The times of captures in a session.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SessionTimes {
-    /// Zeros of the gauge's clock since the session began, s, by capture.
+    /// First readings since the session began, s, by capture.
     Stated(Vec<f64>),
     /// As planned.
     Planned(WhyPlanned),
@@ -34,25 +34,31 @@ pub enum WhyPlanned {
 }
 
 /// Time between two captures that is no pause of a session any more, s: a day.
-const FAR_APART_S: f64 = 86400.0;
+const FAR_APART_S: f64 = DAY_S;
 /// Captures may overlap by this, s: clocks that are written to a second, before or behind the bar's mounting.
 const OVERLAP_S: f64 = 2.0;
 
+/// Seconds of a day, after which a clock begins anew.
+const DAY_S: f64 = 86400.0;
+
 impl SessionTimes {
-    /// Of captures that state their times, from the begin of the session on: a stated one, or that of the earliest capture.
-    pub fn of(stated: &[Stated], began_s: Option<f64>) -> SessionTimes {
-        let without = stated.iter().position(|one| one.zero_s.is_none());
+    /// Of captures that state their times, from the begin of the session on: a stated one, or that of the earliest capture. A scale of
+    /// times of day alone `is_clock`: it may have passed midnight.
+    pub fn of(stated: &[Stated], began_s: Option<f64>, is_clock: bool) -> SessionTimes {
+        let without = stated.iter().position(|one| one.began_s.is_none());
         if let Some(without) = without {
-            let is_all = stated.iter().all(|one| one.zero_s.is_none());
+            let is_all = stated.iter().all(|one| one.began_s.is_none());
             let why = if is_all { WhyPlanned::NoneStated } else { WhyPlanned::OneWithout(without) };
             return SessionTimes::Planned(why);
         }
-        let zeros: Vec<f64> = stated.iter().filter_map(|one| one.zero_s).collect();
-        let ends = |k: usize| [zeros[k] + stated[k].ends_s.0, zeros[k] + stated[k].ends_s.1];
+        let mut begins: Vec<f64> = stated.iter().filter_map(|one| one.began_s).collect();
+        if is_clock {
+            over_midnight(&mut begins);
+        }
         let mut order: Vec<usize> = (0..stated.len()).collect();
-        order.sort_by(|&one, &other| ends(one)[0].total_cmp(&ends(other)[0]));
+        order.sort_by(|&one, &other| begins[one].total_cmp(&begins[other]));
         for pair in order.windows(2) {
-            let pause_s = ends(pair[1])[0] - ends(pair[0])[1];
+            let pause_s = begins[pair[1]] - begins[pair[0]] - stated[pair[0]].lasts_s;
             if pause_s < -OVERLAP_S {
                 return SessionTimes::Planned(WhyPlanned::Overlap(pair[0], pair[1]));
             }
@@ -61,37 +67,64 @@ impl SessionTimes {
             }
         }
         let Some(&first) = order.first() else { return SessionTimes::Planned(WhyPlanned::NoneStated) };
-        let earliest_s = ends(first)[0];
-        let began_s = began_s.unwrap_or(earliest_s);
-        if earliest_s < began_s {
+        let earliest_s = begins[first];
+        // the evening before a capture after midnight
+        let is_evening = |began_s: &f64| is_clock && *began_s > earliest_s + OVERLAP_S;
+        let began_s =
+            began_s.map_or(earliest_s, |began_s| if is_evening(&began_s) { began_s - DAY_S } else { began_s });
+        if earliest_s < began_s - OVERLAP_S {
             return SessionTimes::Planned(WhyPlanned::BeforeBegin(first));
         }
-        SessionTimes::Stated(zeros.iter().map(|zero| zero - began_s).collect())
+        let began_s = began_s.min(earliest_s);
+        SessionTimes::Stated(begins.iter().map(|begin| begin - began_s).collect())
     }
+}
+
+/// Times of day on one scale: the longest pause of the round of a day lies outside of the session.
+fn over_midnight(begins: &mut [f64]) {
+    let mut sorted = begins.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let next = |k: usize| sorted.get(k + 1).copied().unwrap_or(sorted[0] + DAY_S);
+    let longest =
+        (0..sorted.len()).max_by(|&one, &other| (next(one) - sorted[one]).total_cmp(&(next(other) - sorted[other])));
+    let Some(last) = longest.map(|k| sorted[k]) else { return };
+    // what lies at or before the pause is of the day after
+    let is_split = begins.iter().any(|begin| *begin > last);
+    begins.iter_mut().filter(|begin| is_split && **begin <= last).for_each(|begin| *begin += DAY_S);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn capture(zero_s: f64) -> Stated {
-        Stated { zero_s: Some(zero_s), ends_s: (5.0, 65.0) }
+    fn capture(began_s: f64) -> Stated {
+        Stated { began_s: Some(began_s), lasts_s: 60.0 }
     }
 
     #[test]
     fn captures_count_from_the_earliest_or_from_when_the_session_began() {
         let captures = [capture(1000.0), capture(400.0)];
-        assert_eq!(SessionTimes::of(&captures, None), SessionTimes::Stated(vec![595.0, -5.0]));
-        assert_eq!(SessionTimes::of(&captures, Some(100.0)), SessionTimes::Stated(vec![900.0, 300.0]));
+        assert_eq!(SessionTimes::of(&captures, None, false), SessionTimes::Stated(vec![600.0, 0.0]));
+        assert_eq!(SessionTimes::of(&captures, Some(100.0), false), SessionTimes::Stated(vec![900.0, 300.0]));
+        // written to the second
+        assert_eq!(SessionTimes::of(&captures, Some(401.0), false), SessionTimes::Stated(vec![600.0, 0.0]));
+    }
+
+    #[test]
+    fn a_clock_passes_midnight() {
+        let captures = [capture(86300.0), capture(200.0), capture(500.0)];
+        assert_eq!(SessionTimes::of(&captures, None, true), SessionTimes::Stated(vec![0.0, 300.0, 600.0]));
+        assert_eq!(SessionTimes::of(&captures[1..], Some(86000.0), true), SessionTimes::Stated(vec![600.0, 900.0]));
+        assert_eq!(SessionTimes::of(&captures[1..], None, true), SessionTimes::Stated(vec![0.0, 300.0]));
     }
 
     #[test]
     fn times_that_cannot_be_are_not_taken() {
-        let planned = |captures: &[Stated], began_s| match SessionTimes::of(captures, began_s) {
+        let planned = |captures: &[Stated], began_s| match SessionTimes::of(captures, began_s, false) {
             SessionTimes::Planned(why) => why,
             SessionTimes::Stated(times) => panic!("{times:?}"),
         };
-        let silent = Stated { zero_s: None, ends_s: (0.0, 60.0) };
+        let silent = Stated { began_s: None, lasts_s: 60.0 };
         assert_eq!(planned(&[silent, silent], None), WhyPlanned::NoneStated);
         assert_eq!(planned(&[capture(0.0), silent], None), WhyPlanned::OneWithout(1));
         assert_eq!(planned(&[capture(100.0), capture(130.0)], None), WhyPlanned::Overlap(0, 1));

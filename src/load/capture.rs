@@ -13,7 +13,7 @@ use crate::statistics::median;
 /// What a gauge wrote.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaptureFile {
-    /// Times, s, rising.
+    /// Times since the first row, s, rising.
     pub time_s: Vec<f64>,
     /// Readings, mm: absolute lengths, or deviations from the bar's length, as `column` says; NaN where there is none.
     pub reading_mm: Vec<f64>,
@@ -21,8 +21,8 @@ pub struct CaptureFile {
     pub column: LengthColumn,
     /// Columns or elements that were not read.
     pub not_read: Vec<String>,
-    /// When the gauge's clock was at zero, where the file states when it was recorded.
-    pub zero_at: Option<Moment>,
+    /// When the first row was read, where the file states it.
+    pub began_at: Option<Moment>,
 }
 
 /// What a file does not say by itself.
@@ -63,8 +63,8 @@ struct Raw {
     not_read: Vec<String>,
     /// When the recording began, as words before the readings state it.
     began: Stated,
-    /// When the clock of stamped rows was at zero.
-    stamped: Option<Moment>,
+    /// Stamp of the first row.
+    stamp: String,
 }
 
 impl Raw {
@@ -98,16 +98,17 @@ impl Raw {
                 None => LoadError::file(file, message),
             });
         }
-        let Some(time_s) = spread(time_s) else {
+        let first_s = time_s.first().copied().unwrap_or(0.0);
+        let Some(time_s) = spread(time_s.into_iter().map(|time| time - first_s).collect()) else {
             return Err(LoadError::file(
                 file,
                 "all rows have the same time; the clock stood, or the column is another",
             ));
         };
         let reading_mm = self.readings.iter().map(|value| value * column.unit_mm()).collect();
-        let first_s = time_s.first().copied().unwrap_or(0.0);
-        let zero_at = self.began.moment().map(|moment| moment.before(first_s)).or(self.stamped);
-        Ok(CaptureFile { time_s, reading_mm, column, not_read: self.not_read, zero_at })
+        // the rows' own stamps are nearer than the preamble
+        let began_at = Moment::of_stamp(&self.stamp, self.began).or(self.began.moment());
+        Ok(CaptureFile { time_s, reading_mm, column, not_read: self.not_read, began_at })
     }
 }
 
@@ -307,7 +308,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
     }
     for (_, line) in lines().take_while(|(index, _)| *index < header) {
-        raw.began.take(line, line);
+        raw.began.take_line(line);
     }
     let mut times = Vec::new();
     let first = header + usize::from(units.is_some());
@@ -329,7 +330,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         };
         if let Some((k, unit_s)) = time_at {
             if times.is_empty() {
-                raw.stamped = Moment::midnight_of(row[k]);
+                raw.stamp = row[k].to_string();
             }
             times.push(or_refuse(time(row[k], separator, unit_s), k, "neither a number nor a time of day")?);
         }
@@ -352,7 +353,7 @@ fn leaves(text: &str) -> Vec<(&str, &str, &str)> {
         let (tag, after) = (&rest[..end], &rest[end + 1..]);
         if !tag.starts_with(['/', '?', '!']) {
             let name = tag.split(|c: char| c.is_whitespace()).next().unwrap_or(tag);
-            leaves.extend(attributes(&tag[name.len()..]).into_iter().map(|(name, value)| (name, "", value)));
+            leaves.extend(attributes(&tag[name.len()..]).into_iter().map(|(own, value)| (own, name, value)));
             let content = after.find('<').map_or(after, |next| &after[..next]);
             if !tag.ends_with('/') && after[content.len()..].starts_with(&format!("</{name}")) {
                 leaves.push((name, tag, content.trim()));
@@ -398,7 +399,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 None => series.push((name, tag.to_string(), numbers)),
             },
             _ if plain.contains("unit") => unit = plain_name(content),
-            _ if raw.began.take(name, content) => {}
+            _ if raw.began.take(&format!("{} {name}", tag.split_whitespace().next().unwrap_or_default()), content) => {}
             _ => raw.not_read.push(name.to_string()),
         }
     }

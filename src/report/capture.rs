@@ -19,11 +19,11 @@ pub struct PlacedJson {
     pub tests: [String; 2],
     /// Rows of their recordings.
     pub rows: [usize; 2],
-    /// Begin of motion in each direction on the gauge's clock, s, with standard deviations. A constant delay of the gauge
+    /// Begin of motion in each direction after the first reading, by the gauge's clock, s, with standard deviations. A constant delay of the gauge
     /// cannot be told from them and is part of them.
     pub start_s: [f64; 2],
     pub start_sigma_s: [f64; 2],
-    /// Begin and end of each capture arc on the gauge's clock, s.
+    /// Begin and end of each capture arc after the first reading, s.
     pub arcs_s: [[f64; 2]; 2],
     /// Mean speed over the programmed feed, and that of each direction.
     pub pace: f64,
@@ -124,7 +124,7 @@ pub fn import_text(json: &ImportJson) -> String {
     }
     let mut out = table.text();
     out.push_str(
-        "  begins: on the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n",
+        "  begins: after the first reading, by the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n",
     );
     out.push_str(match json.times {
         "captures" => "  times within the session: as the captures state\n",

@@ -83,10 +83,13 @@ impl Session {
         self.tests.iter().any(|test| test.reading.part().is_some())
     }
 
-    /// Whether no test says when it ran: several that were recorded over time all begin at 0.
+    /// Whether no test says when it ran: several that were recorded over time begin at 0, and at the same time.
     pub fn states_no_times(&self) -> bool {
-        let timed = || self.tests.iter().filter(|test| test.lasts_s().is_some());
-        timed().count() > 1 && timed().all(|test| test.started_at_s == 0.0)
+        let mut timed: Vec<(f64, f64)> = self.tests.iter().filter_map(Test::lasts_s).collect();
+        timed.sort_by(|one, other| one.0.total_cmp(&other.0));
+        // clocks that count on through a session say it
+        let are_at_once = timed.windows(2).any(|pair| pair[1].0 < pair[0].1);
+        are_at_once && self.tests.iter().filter(|test| test.lasts_s().is_some()).all(|test| test.started_at_s == 0.0)
     }
 
     /// The session with its tests one after the other, in their order and without pauses.
@@ -94,8 +97,8 @@ impl Session {
         let mut ended_s = 0.0;
         for test in &mut self.tests {
             let Some((first_s, last_s)) = test.lasts_s() else { continue };
-            test.started_at_s = ended_s - first_s;
-            ended_s += last_s - first_s;
+            test.started_at_s = (ended_s - first_s).max(0.0);
+            ended_s = test.started_at_s + last_s;
         }
         self
     }

@@ -237,16 +237,21 @@ fn began(arguments: &Arguments) -> Result<Option<Moment>, Refusal> {
 
 /// When captures were recorded within their session. What some of them state and cannot be is told; with `--began` it is refused.
 fn session_times(files: &[PathBuf], read: &[CaptureFile], began: Option<Moment>) -> Result<SessionTimes, Refusal> {
-    // days count where all state one
-    let with_days =
-        read.iter().filter_map(|capture| capture.zero_at).chain(began).all(|moment: Moment| moment.has_day());
+    // days count where all captures state one
+    let with_days = read.iter().filter_map(|capture| capture.began_at).all(|moment| moment.has_day());
+    let lasts_s = |read: &CaptureFile| read.time_s.last().copied().unwrap_or(0.0);
     let stated: Vec<Stated> = (read.iter())
-        .map(|read| Stated {
-            zero_s: read.zero_at.map(|zero| zero.seconds(with_days)),
-            ends_s: captured(read).ends_s(),
-        })
+        .map(|read| Stated { began_s: read.began_at.map(|moment| moment.seconds(with_days)), lasts_s: lasts_s(read) })
         .collect();
-    let times = SessionTimes::of(&stated, began.map(|began| began.seconds(with_days)));
+    let earliest = read
+        .iter()
+        .filter_map(|capture| capture.began_at)
+        .min_by(|one, other| one.seconds(with_days).total_cmp(&other.seconds(with_days)));
+    let began_s = began.map(|began| match (began.has_day(), earliest) {
+        (false, Some(earliest)) if with_days => began.before(&earliest),
+        _ => began.seconds(with_days),
+    });
+    let times = SessionTimes::of(&stated, began_s, !with_days);
     let SessionTimes::Planned(why) = &times else { return Ok(times) };
     let file = |k: usize| files[k].display();
     let says = match *why {
