@@ -598,6 +598,8 @@ fn captures_state_when_they_were_recorded() {
         let due = Moment::from_text("2026-11-26 10:00:59.5").map(|moment| moment.seconds(true));
         assert_eq!(stamped.map(|moment| moment.seconds(true)), due, "{head}");
     }
+    let columns = zero("Date;Time;deviation_um\n26.11.2026;10:15:32;1\n26.11.2026;10:15:33;2\n");
+    assert_eq!(columns.map(|moment| moment.seconds(true)), due);
     let values = "1 ".repeat(40);
     let xml = format!(
         "<Test date=\"26/11/2026\"><StartTime>10:15:32</StartTime><Rate>10</Rate><Unit>um</Unit><Readings>{values}</Readings></Test>"

@@ -38,6 +38,8 @@ const FAR_APART_S: f64 = DAY_S;
 /// Captures may overlap by this, s: clocks that are written to a second, before or behind the bar's mounting.
 const OVERLAP_S: f64 = 2.0;
 
+/// To which times are written where seconds are not.
+const MINUTE_S: f64 = 60.0;
 /// Seconds of a day, after which a clock begins anew.
 const DAY_S: f64 = 86400.0;
 
@@ -57,14 +59,19 @@ impl SessionTimes {
         }
         let mut order: Vec<usize> = (0..stated.len()).collect();
         order.sort_by(|&one, &other| begins[one].total_cmp(&begins[other]));
+        let is_by_minutes = begins.iter().all(|begin| begin % MINUTE_S == 0.0);
+        let overlap_s = OVERLAP_S + if is_by_minutes { MINUTE_S } else { 0.0 };
         for pair in order.windows(2) {
-            let pause_s = begins[pair[1]] - begins[pair[0]] - stated[pair[0]].lasts_s;
-            if pause_s < -OVERLAP_S {
+            let ended_s = begins[pair[0]] + stated[pair[0]].lasts_s;
+            let pause_s = begins[pair[1]] - ended_s;
+            if pause_s < -overlap_s {
                 return SessionTimes::Planned(WhyPlanned::Overlap(pair[0], pair[1]));
             }
             if pause_s > FAR_APART_S {
                 return SessionTimes::Planned(WhyPlanned::FarApart(pair[0], pair[1]));
             }
+            // as far as it was written down
+            begins[pair[1]] = begins[pair[1]].max(ended_s);
         }
         let Some(&first) = order.first() else { return SessionTimes::Planned(WhyPlanned::NoneStated) };
         let earliest_s = begins[first];
@@ -108,6 +115,14 @@ mod tests {
         assert_eq!(SessionTimes::of(&captures, Some(100.0), false), SessionTimes::Stated(vec![900.0, 300.0]));
         // written to the second
         assert_eq!(SessionTimes::of(&captures, Some(401.0), false), SessionTimes::Stated(vec![600.0, 0.0]));
+    }
+
+    #[test]
+    fn times_to_the_minute_may_overlap_by_one() {
+        let long = |began_s| Stated { began_s: Some(began_s), lasts_s: 100.0 };
+        assert_eq!(SessionTimes::of(&[long(600.0), long(660.0)], None, false), SessionTimes::Stated(vec![0.0, 100.0]));
+        let overlap = SessionTimes::of(&[long(601.0), long(660.0)], None, false);
+        assert_eq!(overlap, SessionTimes::Planned(WhyPlanned::Overlap(0, 1)));
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub struct CaptureHints {
     pub column: Option<LengthColumn>,
 }
 
+/// In a second.
+const NANOSECONDS: f64 = 1e9;
 /// Lines before a table's header, at most.
 const PREAMBLE_LINES: usize = 200;
 /// Fewest numbers of a list of readings in XML.
@@ -99,7 +101,9 @@ impl Raw {
             });
         }
         let first_s = time_s.first().copied().unwrap_or(0.0);
-        let Some(time_s) = spread(time_s.into_iter().map(|time| time - first_s).collect()) else {
+        // to the nanosecond, so that a clock's zero changes nothing
+        let since_first = |time: f64| ((time - first_s) * NANOSECONDS).round() / NANOSECONDS;
+        let Some(time_s) = spread(time_s.into_iter().map(since_first).collect()) else {
             return Err(LoadError::file(
                 file,
                 "all rows have the same time; the clock stood, or the column is another",
@@ -292,6 +296,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     };
     let names = fields(line.trim_start_matches('#'), separator);
     let mut raw = Raw { rate_hz: None, ..Raw::default() };
+    let day_at = names.iter().position(|name| ["date", "datum"].contains(&plain_name(name).as_str()));
     let (mut time_at, mut reading_at) = (None, None);
     for (k, name) in names.iter().enumerate() {
         let unit = units.as_ref().map_or("", |units| units[k]);
@@ -301,6 +306,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 reading_at = Some(k);
                 (raw.column, raw.name) = (column, name.to_string());
             }
+            _ if day_at == Some(k) => {}
             _ => raw.not_read.push(name.to_string()),
         }
     }
@@ -330,7 +336,8 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         };
         if let Some((k, unit_s)) = time_at {
             if times.is_empty() {
-                raw.stamp = row[k].to_string();
+                // the day may have a column of its own
+                raw.stamp = day_at.map_or(String::new(), |day| format!("{} ", row[day])) + row[k];
             }
             times.push(or_refuse(time(row[k], separator, unit_s), k, "neither a number nor a time of day")?);
         }

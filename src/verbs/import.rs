@@ -237,16 +237,17 @@ fn began(arguments: &Arguments) -> Result<Option<Moment>, Refusal> {
 
 /// When captures were recorded within their session. What some of them state and cannot be is told; with `--began` it is refused.
 fn session_times(files: &[PathBuf], read: &[CaptureFile], began: Option<Moment>) -> Result<SessionTimes, Refusal> {
-    // days count where all captures state one
-    let with_days = read.iter().filter_map(|capture| capture.began_at).all(|moment| moment.has_day());
-    let lasts_s = |read: &CaptureFile| read.time_s.last().copied().unwrap_or(0.0);
+    // beside captures that state their day, one without states too little
+    let with_days = read.iter().filter_map(|capture| capture.began_at).any(|moment| moment.has_day());
+    let moment_of = |read: &CaptureFile| read.began_at.filter(|moment| moment.has_day() || !with_days);
     let stated: Vec<Stated> = (read.iter())
-        .map(|read| Stated { began_s: read.began_at.map(|moment| moment.seconds(with_days)), lasts_s: lasts_s(read) })
+        .map(|read| Stated {
+            began_s: moment_of(read).map(|moment| moment.seconds(with_days)),
+            lasts_s: read.time_s.last().copied().unwrap_or(0.0),
+        })
         .collect();
-    let earliest = read
-        .iter()
-        .filter_map(|capture| capture.began_at)
-        .min_by(|one, other| one.seconds(with_days).total_cmp(&other.seconds(with_days)));
+    let moments = read.iter().filter_map(moment_of);
+    let earliest = moments.min_by(|one, other| one.seconds(with_days).total_cmp(&other.seconds(with_days)));
     let began_s = began.map(|began| match (began.has_day(), earliest) {
         (false, Some(earliest)) if with_days => began.before(&earliest),
         _ => began.seconds(with_days),
