@@ -82,11 +82,16 @@ pub const PRESENT: f64 = 0.05;
 
 /// Probability that what a cause explains comes from one that no candidate describes: of 130 causes told as proven and without
 /// a rival on the seeds 626262, 919293, 454545 and 565656 of the blind trial, 3 were another.
-pub const UNLISTED: f64 = 0.02;
+const UNLISTED: f64 = 0.02;
 
 /// Probability that what no form describes is no curve over one driver at one place either, where such a curve follows it best: 38 of 75
 /// curves that the sessions of two outside examiners led to stood elsewhere.
 pub const UNLISTED_BY_CURVES: f64 = 0.5;
+
+/// Probability that a cause which explains the readings best, a free curve or a name, is the one, whatever no candidate describes.
+pub fn described(is_free: bool) -> f64 {
+    1.0 - if is_free { UNLISTED_BY_CURVES } else { UNLISTED }
+}
 
 /// Candidates that differ only in shape: one kind of effect at one place through some outlets.
 #[derive(Debug, Clone)]

@@ -9,6 +9,13 @@ pub struct Stated {
     pub lasts_s: f64,
 }
 
+/// When a session began, s on the scale of its captures; a time of day is the last such before the earliest capture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Began {
+    pub seconds: f64,
+    pub is_of_day: bool,
+}
+
 /// The times of captures in a session.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SessionTimes {
@@ -46,12 +53,12 @@ const DAY_S: f64 = 86400.0;
 impl SessionTimes {
     /// Of captures that state their times, from the begin of the session on: a stated one, or that of the earliest capture. A scale of
     /// times of day alone `is_clock`: it may have passed midnight.
-    pub fn of(stated: &[Stated], began_s: Option<f64>, is_clock: bool) -> SessionTimes {
-        let without = stated.iter().position(|one| one.began_s.is_none());
-        if let Some(without) = without {
-            let is_all = stated.iter().all(|one| one.began_s.is_none());
-            let why = if is_all { WhyPlanned::NoneStated } else { WhyPlanned::OneWithout(without) };
-            return SessionTimes::Planned(why);
+    pub fn of(stated: &[Stated], began: Option<Began>, is_clock: bool) -> SessionTimes {
+        if stated.iter().all(|one| one.began_s.is_none()) {
+            return SessionTimes::Planned(WhyPlanned::NoneStated);
+        }
+        if let Some(without) = stated.iter().position(|one| one.began_s.is_none()) {
+            return SessionTimes::Planned(WhyPlanned::OneWithout(without));
         }
         let mut begins: Vec<f64> = stated.iter().filter_map(|one| one.began_s).collect();
         if is_clock {
@@ -73,16 +80,15 @@ impl SessionTimes {
             // as far as it was written down
             begins[pair[1]] = begins[pair[1]].max(ended_s);
         }
-        let Some(&first) = order.first() else { return SessionTimes::Planned(WhyPlanned::NoneStated) };
-        let earliest_s = begins[first];
-        // the evening before a capture after midnight
-        let is_evening = |began_s: &f64| is_clock && *began_s > earliest_s + OVERLAP_S;
-        let began_s =
-            began_s.map_or(earliest_s, |began_s| if is_evening(&began_s) { began_s - DAY_S } else { began_s });
-        if earliest_s < began_s - OVERLAP_S {
-            return SessionTimes::Planned(WhyPlanned::BeforeBegin(first));
+        let earliest_s = begins[order[0]];
+        let before_s = began.map_or(0.0, |began| match began.is_of_day {
+            true => (earliest_s - began.seconds + OVERLAP_S).rem_euclid(DAY_S) - OVERLAP_S,
+            false => earliest_s - began.seconds,
+        });
+        if before_s < -OVERLAP_S {
+            return SessionTimes::Planned(WhyPlanned::BeforeBegin(order[0]));
         }
-        let began_s = began_s.min(earliest_s);
+        let began_s = earliest_s - before_s.max(0.0);
         SessionTimes::Stated(begins.iter().map(|begin| begin - began_s).collect())
     }
 }
@@ -108,13 +114,21 @@ mod tests {
         Stated { began_s: Some(began_s), lasts_s: 60.0 }
     }
 
+    fn at(seconds: f64) -> Option<Began> {
+        Some(Began { seconds, is_of_day: false })
+    }
+
+    fn of_day(seconds: f64) -> Option<Began> {
+        Some(Began { seconds, is_of_day: true })
+    }
+
     #[test]
     fn captures_count_from_the_earliest_or_from_when_the_session_began() {
         let captures = [capture(1000.0), capture(400.0)];
         assert_eq!(SessionTimes::of(&captures, None, false), SessionTimes::Stated(vec![600.0, 0.0]));
-        assert_eq!(SessionTimes::of(&captures, Some(100.0), false), SessionTimes::Stated(vec![900.0, 300.0]));
+        assert_eq!(SessionTimes::of(&captures, at(100.0), false), SessionTimes::Stated(vec![900.0, 300.0]));
         // written to the second
-        assert_eq!(SessionTimes::of(&captures, Some(401.0), false), SessionTimes::Stated(vec![600.0, 0.0]));
+        assert_eq!(SessionTimes::of(&captures, at(401.0), false), SessionTimes::Stated(vec![600.0, 0.0]));
     }
 
     #[test]
@@ -129,13 +143,17 @@ mod tests {
     fn a_clock_passes_midnight() {
         let captures = [capture(86300.0), capture(200.0), capture(500.0)];
         assert_eq!(SessionTimes::of(&captures, None, true), SessionTimes::Stated(vec![0.0, 300.0, 600.0]));
-        assert_eq!(SessionTimes::of(&captures[1..], Some(86000.0), true), SessionTimes::Stated(vec![600.0, 900.0]));
+        assert_eq!(SessionTimes::of(&captures[1..], of_day(86000.0), true), SessionTimes::Stated(vec![600.0, 900.0]));
         assert_eq!(SessionTimes::of(&captures[1..], None, true), SessionTimes::Stated(vec![0.0, 300.0]));
+        // beside captures that state their day: the same day, or the evening before
+        let dated = [capture(10.0 * DAY_S + 200.0)];
+        assert_eq!(SessionTimes::of(&dated, of_day(100.0), false), SessionTimes::Stated(vec![100.0]));
+        assert_eq!(SessionTimes::of(&dated, of_day(86000.0), false), SessionTimes::Stated(vec![600.0]));
     }
 
     #[test]
     fn times_that_cannot_be_are_not_taken() {
-        let planned = |captures: &[Stated], began_s| match SessionTimes::of(captures, began_s, false) {
+        let planned = |captures: &[Stated], began| match SessionTimes::of(captures, began, false) {
             SessionTimes::Planned(why) => why,
             SessionTimes::Stated(times) => panic!("{times:?}"),
         };
@@ -144,6 +162,6 @@ mod tests {
         assert_eq!(planned(&[capture(0.0), silent], None), WhyPlanned::OneWithout(1));
         assert_eq!(planned(&[capture(100.0), capture(130.0)], None), WhyPlanned::Overlap(0, 1));
         assert_eq!(planned(&[capture(1e6), capture(0.0)], None), WhyPlanned::FarApart(1, 0));
-        assert_eq!(planned(&[capture(100.0)], Some(106.0)), WhyPlanned::BeforeBegin(0));
+        assert_eq!(planned(&[capture(100.0)], at(106.0)), WhyPlanned::BeforeBegin(0));
     }
 }

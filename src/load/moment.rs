@@ -34,12 +34,6 @@ impl Moment {
         self.day.is_some()
     }
 
-    /// Seconds since the beginning of 1970 at the last such time of day before another moment, for one without a day.
-    pub fn before(&self, later: &Moment) -> f64 {
-        let that_day = later.seconds(true) - later.of_day_s + self.of_day_s;
-        if that_day > later.seconds(true) { that_day - DAY_S } else { that_day }
-    }
-
     /// Seconds since the beginning of 1970 where days count, else since midnight.
     pub fn seconds(&self, with_days: bool) -> f64 {
         let days = |day: Date| day.duration_since(date(1970, 1, 1)).as_hours() as f64 / 24.0;
@@ -70,10 +64,10 @@ const WHEN: [&str; 19] = [
     "startzeit",
 ];
 /// Beginnings of words of a label that is about something else.
-const OTHER: [&str; 25] = [
+const OTHER: [&str; 26] = [
     "calib", "kalib", "version", "firmware", "software", "build", "print", "export", "serial", "due", "expir", "modif",
     "update", "duration", "dauer", "interval", "rate", "unit", "zone", "timezone", "point", "dwell", "angle", "end",
-    "stop",
+    "stop", "finish",
 ];
 
 /// What labelled lines state of the time of a recording.
@@ -91,7 +85,7 @@ impl Stated {
     pub(super) fn take(&mut self, label: &str, text: &str) -> bool {
         let words = words_of(label);
         let is_when = words.iter().any(|word| WHEN.contains(&word.as_str()));
-        let is_other = words.iter().any(|word| OTHER.iter().any(|other| word.starts_with(other)) || word == "finished");
+        let is_other = words.iter().any(|word| OTHER.iter().any(|other| word.starts_with(other)));
         if !is_when || is_other {
             return false;
         }

@@ -56,18 +56,28 @@ pub struct ImportJson {
     pub session: String,
     /// Folder with session, machine, recordings and pictures.
     pub written: String,
-    /// Whose times tests have: of the `captures`, which state when they were recorded, or of the `plan`.
-    pub times: &'static str,
+    /// Whose times tests have.
+    pub times: TimesOf,
     pub captures: Vec<PlacedJson>,
     /// Tests of the session that no capture holds.
     pub missing: Vec<String>,
 }
 
 /// Whose times the tests of a session have.
-pub fn times_name(times: &SessionTimes) -> &'static str {
-    match times {
-        SessionTimes::Stated(_) => "captures",
-        SessionTimes::Planned(_) => "plan",
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TimesOf {
+    /// They state when they were recorded.
+    Captures,
+    Plan,
+}
+
+impl TimesOf {
+    pub fn of(times: &SessionTimes) -> TimesOf {
+        match times {
+            SessionTimes::Stated(_) => TimesOf::Captures,
+            SessionTimes::Planned(_) => TimesOf::Plan,
+        }
     }
 }
 
@@ -127,8 +137,8 @@ pub fn import_text(json: &ImportJson) -> String {
         "  begins: after the first reading, by the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n",
     );
     out.push_str(match json.times {
-        "captures" => "  times within the session: as the captures state\n",
-        _ => "  times within the session: as planned; correct started_at if the tests ran at others, as drift is told by them\n",
+        TimesOf::Captures => "  times within the session: as the captures state\n",
+        TimesOf::Plan => "  times within the session: as planned; correct started_at if the tests ran at others, as drift is told by them\n",
     });
     for placed in json.captures.iter().filter(|placed| !placed.not_read.is_empty()) {
         let _ = writeln!(out, "  {}: not read: {}", placed.file, placed.not_read.join(", "));

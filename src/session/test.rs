@@ -41,10 +41,10 @@ pub struct Test {
 }
 
 impl Test {
-    /// First and last time of its recording, s; `None` where it has no times.
-    fn lasts_s(&self) -> Option<(f64, f64)> {
+    /// First and last reading, s since the session began; `None` where its recording has no times.
+    pub fn span_s(&self) -> Option<(f64, f64)> {
         let times = self.recording.as_ref()?.time_s()?;
-        Some((*times.first()?, *times.last()?))
+        Some((self.started_at_s + times.first()?, self.started_at_s + times.last()?))
     }
 
     /// Whether it has the balls, bar, feed and standing axes of another one.
@@ -85,20 +85,22 @@ impl Session {
 
     /// Whether no test says when it ran: several that were recorded over time begin at 0, and at the same time.
     pub fn states_no_times(&self) -> bool {
-        let mut timed: Vec<(f64, f64)> = self.tests.iter().filter_map(Test::lasts_s).collect();
-        timed.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let timed = || self.tests.iter().filter_map(|test| Some((test, test.span_s()?)));
+        let mut spans: Vec<(f64, f64)> = timed().map(|(_, span)| span).collect();
+        spans.sort_by(|one, other| one.0.total_cmp(&other.0));
         // clocks that count on through a session say it
-        let are_at_once = timed.windows(2).any(|pair| pair[1].0 < pair[0].1);
-        are_at_once && self.tests.iter().filter(|test| test.lasts_s().is_some()).all(|test| test.started_at_s == 0.0)
+        let are_at_once = spans.windows(2).any(|pair| pair[1].0 < pair[0].1);
+        are_at_once && timed().all(|(test, _)| test.started_at_s == 0.0)
     }
 
     /// The session with its tests one after the other, in their order and without pauses.
     pub fn one_after_the_other(mut self) -> Session {
         let mut ended_s = 0.0;
         for test in &mut self.tests {
-            let Some((first_s, last_s)) = test.lasts_s() else { continue };
-            test.started_at_s = (ended_s - first_s).max(0.0);
-            ended_s = test.started_at_s + last_s;
+            let Some((begins_s, ends_s)) = test.span_s() else { continue };
+            let later_s = (ended_s - begins_s).max(-test.started_at_s);
+            test.started_at_s += later_s;
+            ended_s = ends_s + later_s;
         }
         self
     }

@@ -9,6 +9,7 @@ use fiveaxis::identify::{Options, Quantity};
 use fiveaxis::load::{load_session, names_tests};
 use fiveaxis::machine::{Axis, AxisKind, Component, Machine};
 use fiveaxis::report::history::{ErrorHistory, HistoryReport, history_json, history_page, history_text};
+use jiff::civil::{Date, date};
 
 use super::Refusal;
 use super::output::{Foreign, OutputFolder, print, print_json, session_inputs, settle, write_all};
@@ -208,7 +209,7 @@ fn not_in_calendar(file: &Path, date: &str) -> String {
 }
 
 /// Years in which sessions may be: ball bars are younger.
-const YEARS: (i64, i64) = (1980, 2999);
+const YEARS: (i16, i16) = (1980, 2999);
 
 /// A date such as 2026-03-14 in a name, and its day number; an error is what looks like a date and is none.
 fn date_in(name: &str) -> Result<Option<(String, i64)>, String> {
@@ -220,31 +221,18 @@ fn date_in(name: &str) -> Result<Option<(String, i64)>, String> {
             .bytes()
             .enumerate()
             .all(|(k, byte)| if k == 4 || k == 7 { byte == b'-' } else { byte.is_ascii_digit() });
-        let number = |from: usize, to: usize| part.get(from..to).and_then(|text| text.parse::<i64>().ok());
-        let (true, Some(year), Some(month), Some(day)) = (shape, number(0, 4), number(5, 7), number(8, 10)) else {
+        if !shape {
             continue;
-        };
-        if (YEARS.0..=YEARS.1).contains(&year) && (1..=12).contains(&month) && (1..=days_of(year, month)).contains(&day)
-        {
-            return Ok(Some((part.to_string(), day_number(year, month, day))));
+        }
+        if let Some(day) = part.parse::<Date>().ok().filter(|day| (YEARS.0..=YEARS.1).contains(&day.year())) {
+            return Ok(Some((part.to_string(), day_number(day))));
         }
         wrong.get_or_insert_with(|| part.to_string());
     }
     wrong.map_or(Ok(None), Err)
 }
 
-/// Days of a month in the Gregorian calendar.
-fn days_of(year: i64, month: i64) -> i64 {
-    match month {
-        4 | 6 | 9 | 11 => 30,
-        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
-        2 => 28,
-        _ => 31,
-    }
-}
-
-/// Days in the Gregorian calendar since 1 March of the year 0 (years begin with March, so that leap days end them).
-fn day_number(year: i64, month: i64, day: i64) -> i64 {
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day
+/// Days in the Gregorian calendar since 29 February of the year 0.
+fn day_number(day: Date) -> i64 {
+    day.duration_since(date(0, 2, 29)).as_hours() / 24
 }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Chain;
 use fiveaxis::import::{
-    Capture, Feeds, ImportError, Pair, Placement, SessionTimes, Stated, WhyPlanned, pairs, place_named, recordings,
-    split_session,
+    Began, Capture, Feeds, ImportError, Pair, Placement, SessionTimes, Stated, WhyPlanned, pairs, place_named,
+    recordings, split_session,
 };
 use fiveaxis::load::{CaptureFile, CaptureHints, Moment, load_capture, load_session};
-use fiveaxis::report::capture::{ImportJson, capture_svg, import_text, placed_json, times_name};
+use fiveaxis::report::capture::{ImportJson, TimesOf, capture_svg, import_text, placed_json};
 use fiveaxis::report::recording::path_csv;
 use fiveaxis::report::{machine_yaml, session_yaml};
 use fiveaxis::session::{LengthColumn, Motion, Recording, Session};
@@ -138,17 +138,13 @@ fn among(session: &Session, arguments: &Arguments) -> Result<Vec<Pair>, Refusal>
     }
 }
 
-fn captured(read: &CaptureFile) -> Capture {
-    Capture { time_s: read.time_s.clone(), reading_mm: read.reading_mm.clone() }
-}
-
 fn placed(
     session: &Session,
     among: &[Pair],
     (file, read): (&Path, CaptureFile),
     feeds: Feeds,
 ) -> Result<Placed, Refusal> {
-    let capture = captured(&read);
+    let capture = Capture { time_s: read.time_s.clone(), reading_mm: read.reading_mm.clone() };
     let refuse = |why: ImportError| match why {
         ImportError::Motion(_) | ImportError::Fit(_) => Refusal::from(why),
         _ => Ending::data_fault(format!("{}: {why}", file.display())),
@@ -246,13 +242,11 @@ fn session_times(files: &[PathBuf], read: &[CaptureFile], began: Option<Moment>)
             lasts_s: read.time_s.last().copied().unwrap_or(0.0),
         })
         .collect();
-    let moments = read.iter().filter_map(moment_of);
-    let earliest = moments.min_by(|one, other| one.seconds(with_days).total_cmp(&other.seconds(with_days)));
-    let began_s = began.map(|began| match (began.has_day(), earliest) {
-        (false, Some(earliest)) if with_days => began.before(&earliest),
-        _ => began.seconds(with_days),
-    });
-    let times = SessionTimes::of(&stated, began_s, !with_days);
+    let as_began = |began: Moment| {
+        let is_of_day = !(with_days && began.has_day());
+        Began { seconds: began.seconds(!is_of_day), is_of_day }
+    };
+    let times = SessionTimes::of(&stated, began.map(as_began), !with_days);
     let SessionTimes::Planned(why) = &times else { return Ok(times) };
     let file = |k: usize| files[k].display();
     let says = match *why {
@@ -310,7 +304,7 @@ fn written(
     let json = ImportJson {
         session: session.name.clone(),
         written: folder.display().to_string(),
-        times: times_name(times),
+        times: TimesOf::of(times),
         captures,
         missing,
     };

@@ -135,8 +135,7 @@ pub fn proposals(session: &Session, again_named: &[String]) -> Vec<Proposal> {
 const MOUNTS: usize = 1;
 
 fn ends_at_s(test: &Test) -> f64 {
-    let last = test.recording.as_ref().and_then(|recording| recording.time_s()?.last().copied());
-    test.started_at_s + last.unwrap_or(0.0)
+    test.span_s().map_or(test.started_at_s, |(_, ends_s)| ends_s)
 }
 
 /// A recording made again, `factor` times as fast, at another time.

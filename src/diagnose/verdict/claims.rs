@@ -5,7 +5,7 @@ use crate::diagnose::findings::finding::{Finding, SizeFound};
 use crate::diagnose::selection::selected::OtherSet;
 use crate::diagnose::thresholds::Thresholds;
 use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut};
-use crate::effects::{Signature, UNKNOWN, UNLISTED, UNLISTED_BY_CURVES, is_a};
+use crate::effects::{Signature, UNKNOWN, described, is_a};
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +69,6 @@ pub(crate) fn verdict(
 pub(crate) fn tell_likeliest(findings: &mut [Finding]) {
     for finding in findings {
         let Some((rival, share)) = finding.rivals.first_mut() else { continue };
-        let claimed = |cause: &Cause, probability: f64| probability * described(cause);
         if rival.effect != UNKNOWN.name || claimed(rival, *share) <= claimed(&finding.cause, finding.probability) {
             continue;
         }
@@ -84,9 +83,9 @@ pub(crate) fn tell_likeliest(findings: &mut [Finding]) {
     }
 }
 
-/// Probability that a cause which explains the readings best is the one, whatever no candidate describes.
-fn described(cause: &Cause) -> f64 {
-    1.0 - if is_a(&cause.effect, Signature::FreeCurve) { UNLISTED_BY_CURVES } else { UNLISTED }
+/// What may be claimed of a cause with a probability among the candidates.
+fn claimed(cause: &Cause, probability: f64) -> f64 {
+    probability * described(is_a(&cause.effect, Signature::FreeCurve))
 }
 
 /// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each
@@ -113,7 +112,7 @@ pub(crate) fn temper(
             finding.probability = finding.probability.min(thresholds.unproven);
         }
         let stands = 1.0 - other.map_or(0.0, OtherSet::probability);
-        finding.probability *= stands * described(&finding.cause);
-        finding.rivals.iter_mut().for_each(|(rival, probability)| *probability *= stands * described(rival));
+        finding.probability = stands * claimed(&finding.cause, finding.probability);
+        finding.rivals.iter_mut().for_each(|(rival, probability)| *probability = stands * claimed(rival, *probability));
     }
 }

@@ -11,12 +11,8 @@ const OVERLAP_S: f64 = 1.0;
 
 /// Tests that were recorded while others were, or before the session began.
 pub(super) fn overlapping(session: &Session) -> Option<DataFault> {
-    let span = |test: &Test| -> Option<(f64, f64)> {
-        let time = test.recording.as_ref()?.time_s()?;
-        Some((test.started_at_s + time.first()?, test.started_at_s + time.last()?))
-    };
     let mut spans: Vec<(&Test, (f64, f64))> =
-        session.tests.iter().filter_map(|test| span(test).map(|span| (test, span))).collect();
+        session.tests.iter().filter_map(|test| Some((test, test.span_s()?))).collect();
     // several tests that begin at 0 do not state when they began
     let unstated = spans.iter().filter(|(test, _)| test.started_at_s == 0.0).count() > 1;
     spans.retain(|(test, _)| !unstated || test.started_at_s != 0.0);

@@ -87,13 +87,18 @@ pub fn over_shapes<'s>(
 
 /// The effect with every start of its family: where an axis came to stand before the session shows in its first moves alone.
 fn starts(effect: &Effect, family: &CandidateFamily) -> Vec<Effect> {
-    let mut starts: Vec<&ParameterValue> = Vec::new();
-    for start in family.grid.iter().filter_map(|shape| shape.parameter(START)) {
-        if !starts.contains(&start) {
-            starts.push(start);
+    values(family, START).into_iter().map(|start| effect.clone().with(START, start.clone())).collect()
+}
+
+/// Values of a parameter on the grid of a family, each once.
+fn values<'f>(family: &'f CandidateFamily, name: &str) -> Vec<&'f ParameterValue> {
+    let mut values = Vec::new();
+    for value in family.grid.iter().filter_map(|shape| shape.parameter(name)) {
+        if !values.contains(&value) {
+            values.push(value);
         }
     }
-    starts.into_iter().map(|start| effect.clone().with(START, start.clone())).collect()
+    values
 }
 
 /// Sum of two nodes below this share of the larger one: nodes that nearly cancel say nothing of the time before the readings.
@@ -122,13 +127,7 @@ fn states(effect: &Effect, family: &CandidateFamily) -> Vec<Effect> {
         let warm = effect.number("lag").filter(|lag| *lag > 0.0).map(|_| begins(effect, WARM));
         return warm.into_iter().chain([begins(effect, COLD)]).collect();
     }
-    let mut sources: Vec<&ParameterValue> = Vec::new();
-    for source in family.grid.iter().filter_map(|effect| effect.parameter("heat")) {
-        if !sources.contains(&source) {
-            sources.push(source);
-        }
-    }
-    let heated = sources.into_iter().map(|source| effect.clone().with("heat", source.clone()));
+    let heated = values(family, "heat").into_iter().map(|source| effect.clone().with("heat", source.clone()));
     let of_a_source = |effect: Effect| {
         let cold = begins(&effect, COLD);
         let alike = WARMTHS.map(|warmth| cold.clone().with("warmth", ParameterValue::Number(warmth)));
