@@ -331,6 +331,7 @@ fn a_stand_is_excused_from_the_one_body_under_it_alone() {
         feed_mm_per_min: None,
         overshoot: None,
         marks: None,
+        approached: Vec::new(),
         reading: fiveaxis::readings::Reading::Length,
     };
     let instrument = fiveaxis::collision::Instrument::of(&world, &bodies, &kit, &test).expect("instrument");

@@ -70,6 +70,7 @@ fn test(name: &str, started_at_s: f64, rows: &[Vec<f64>]) -> Test {
         feed_mm_per_min: None,
         overshoot: None,
         marks: None,
+        approached: Vec::new(),
         reading: fiveaxis::readings::Reading::Length,
     }
 }

@@ -170,9 +170,15 @@ fn check(machine: &Machine, planned: &PlannedTest, dialect: Dialect, offsets: &[
     // the bar goes on and off where the machine stands
     assert_eq!((&found.acts[first - 1], &found.acts[last + 1]), (&Act::Stop, &Act::Stop), "{said}");
     let corners = planned.approach.corners();
+    let mut aside = vec![planned.approach.park.clone()];
+    for Leg { axis, to } in &planned.approach.aside_and_back {
+        let mut corner = planned.approach.park.clone();
+        corner[*axis] = *to;
+        aside.push(corner);
+    }
     let there = way(&mut run, &found.acts[1..first - 1], planned, &balls, &said);
     let from_park = &there[planned.approach.park.len() - 1..];
-    visits(from_park, &corners, near, &said);
+    visits(from_park, &[&aside[..], &corners[1..]].concat(), near, &said);
 
     let feed_mm_per_s = planned.test.feed_mm_per_min.expect("planned") / 60.0;
     let bar = planned.test.bar_length_mm.expect("planned");
@@ -497,6 +503,7 @@ fn by_hand() -> (Machine, [PlannedTest; 2]) {
         feed_mm_per_min: Some(500.0),
         overshoot: Some(4.0),
         marks: None,
+        approached: Vec::new(),
         reading: fiveaxis::readings::Reading::Length,
     };
     let planned = |test: Test, axis: usize, ends: [f64; 2], legs: Vec<Leg>, height_mm: f64| PlannedTest {
@@ -524,7 +531,12 @@ fn by_hand() -> (Machine, [PlannedTest; 2]) {
         height_mm,
         run: Vec::new(),
         middle: Vec::new(),
-        approach: Approach { park: vec![0.0, 0.0, 0.0, 0.0, 329.0], park_order: vec![z, c, a, y, x], legs },
+        approach: Approach {
+            park: vec![0.0, 0.0, 0.0, 0.0, 329.0],
+            park_order: vec![z, c, a, y, x],
+            aside_and_back: Vec::new(),
+            legs,
+        },
         mounting: Mounting { bar_parts_mm: vec![100.0], calibrator_mm: Some(100.0), nose_to_ball_mm: 110.0, arm: None },
     };
     let zero = Some(0.0);

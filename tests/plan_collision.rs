@@ -49,6 +49,7 @@ fn a_test(machine: &Machine, pivot: [f64; 3], to: f64) -> Test {
         feed_mm_per_min: None,
         overshoot: None,
         marks: None,
+        approached: Vec::new(),
         reading: fiveaxis::readings::Reading::Length,
     }
 }

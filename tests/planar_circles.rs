@@ -51,6 +51,7 @@ fn test(machine: &Machine, plane: &str, from: f64, to: f64) -> Test {
         feed_mm_per_min: Some(1000.0),
         overshoot: None,
         marks: None,
+        approached: Vec::new(),
         reading: fiveaxis::readings::Reading::Length,
     }
 }

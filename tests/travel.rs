@@ -56,6 +56,37 @@ fn sampled(machine: &Machine, bodies: &Bodies, test: &PlannedTest, corners: &[Ve
     least
 }
 
+/// Axis and place of a move of one axis.
+fn moved(step: &Step) -> Option<(String, f64)> {
+    match step {
+        Step::Rapid { axis, to } | Step::Feed { axis, to, .. } => Some((axis.clone(), *to)),
+        _ => None,
+    }
+}
+
+/// Axes that stand in the run come from 10 mm or deg away, in the sense that their test states.
+fn come_in_stated_senses(machine: &Machine, test: &PlannedTest, moves: &[(String, f64)]) {
+    let mut at: Vec<f64> = vec![f64::NAN; machine.axes.len()];
+    let mut from = at.clone();
+    for (axis, to) in moves {
+        let k = machine.axis_index(axis).expect("axis");
+        let goes_on = (at[k] - from[k]) * (machine.axes[k].kind.from_file_unit(*to) - at[k]) > 0.0;
+        if !goes_on {
+            from[k] = at[k];
+        }
+        at[k] = machine.axes[k].kind.from_file_unit(*to);
+    }
+    for k in 0..machine.axes.len() {
+        let stands = test.run.iter().all(|row| (row[k] - test.run[0][k]).abs() < 1e-6);
+        let sense = test.test.approached[k];
+        assert!(stands || sense.is_none(), "{}: {}", test.test.name, machine.axes[k].name);
+        if let Some(sense) = sense {
+            let way = machine.axes[k].kind.to_file_unit(at[k] - from[k]);
+            assert!(sense * way > 10.0 - 1e-6, "{} {}: {way}", test.test.name, machine.axes[k].name);
+        }
+    }
+}
+
 #[test]
 fn approaches_of_plans_are_clear_end_where_the_run_starts_and_come_back() {
     for name in ["hermle-c600u.yaml", "table-head-ab-blade.yaml", "table-table-ca-portal.yaml", "nutating-head-45.yaml"]
@@ -86,12 +117,20 @@ fn approaches_of_plans_are_clear_end_where_the_run_starts_and_come_back() {
                 .enumerate()
                 .filter(|(part, _)| [0, last].contains(part))
                 .flat_map(|(_, steps)| steps.to_vec())
-                .filter_map(|step| match step {
-                    Step::Rapid { axis, to } | Step::Feed { axis, to, .. } => Some((axis, to)),
-                    _ => None,
-                })
+                .filter_map(|step| moved(&step))
                 .collect();
             let axes = machine.axes.len();
+            // what goes aside from park and back is clear, too, and comes before the way
+            let asides = &test.approach.aside_and_back;
+            for pair in asides.chunks(2) {
+                let mut aside = test.approach.park.clone();
+                aside[pair[0].axis] = pair[0].to;
+                let (least, pair) = sampled(&machine, &bodies, test, &[test.approach.park.clone(), aside]);
+                assert!(least > 5.0 - 1e-6, "{name} {}: aside {least} {pair}", test.test.name);
+            }
+            let there = steps.iter().take_while(|step| !matches!(step, Step::Dwell(_))).filter_map(moved);
+            come_in_stated_senses(&machine, test, &there.collect::<Vec<_>>());
+            let moves = [&moves[..axes], &moves[axes + asides.len()..]].concat();
             assert!(moves.len() >= axes + 2 * (corners.len() - 1), "{name} {}", test.test.name);
             // every move lies on a leg of the way
             for (axis, to) in &moves[axes..] {

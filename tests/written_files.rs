@@ -197,6 +197,9 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                     rest_s: number(0.1, 5.0),
                     gap_s: number(0.1, 9.0),
                 }),
+                approached: (0..axis_count)
+                    .map(|axis| (axis == index).then_some(if axis % 2 == 0 { 1.0 } else { -1.0 }))
+                    .collect(),
                 reading: fiveaxis::readings::Reading::Length,
             }
         })

@@ -11,6 +11,11 @@ const MM_PER_DEG: f64 = 1.75;
 /// The control may already be on a neighbour of the move whose line it tells.
 const NEIGHBOURS: usize = 4;
 
+/// How many times faster than its move a block is that takes lost motion up, and how closely a pace and a time are told by words.
+const TAKES_UP: f64 = 2.0;
+const SAME_PACE: f64 = 1e-2;
+const SAME_TIME: f64 = 1e-5;
+
 /// A program and the one that was made of it, whose N words say which moves belong together.
 pub struct Course<'m> {
     machine: &'m Machine,
@@ -39,19 +44,15 @@ impl<'m> Course<'m> {
     pub fn new(machine: &'m Machine, planned: &Path, corrected: &Path) -> Course<'m> {
         let read = |file: &Path| read(&std::fs::read_to_string(file).expect("program"));
         let (planned, corrected) = (read(planned), read(corrected));
-        let total = |number: u32| -> f64 {
-            corrected.iter().filter(|piece| piece.number == number).map(|piece| piece.minutes).sum()
-        };
         let mut pieces = Vec::new();
-        let (mut number, mut gone, mut whole) = (u32::MAX, 0.0, 0.0);
-        for own in &corrected {
-            if own.number != number {
-                (number, gone, whole) = (own.number, 0.0, total(own.number));
+        for blocks in corrected.chunk_by(|one, other| one.number == other.number) {
+            let is_it = |other: &Move| other.number == blocks[0].number;
+            let of = planned.iter().position(is_it).expect("a move of that number");
+            let mut gone = 0.0;
+            for (own, share) in blocks.iter().zip(shares(&planned[of], blocks)) {
+                pieces.push(Piece { own: own.clone(), of, shares: [gone, gone + share] });
+                gone += share;
             }
-            let of = planned.iter().position(|other| other.number == number).expect("a move of that number");
-            let shares = if whole > 0.0 { [gone / whole, (gone + own.minutes) / whole] } else { [0.0, 1.0] };
-            gone += own.minutes;
-            pieces.push(Piece { own: own.clone(), of, shares });
         }
         Course { machine, planned, pieces }
     }
@@ -72,6 +73,27 @@ impl<'m> Course<'m> {
             corrected: positions(self.machine, &piece.own.at(share)),
         }
     }
+}
+
+/// Which share of a planned move each of its blocks stands for: that of its time, but for blocks that take lost motion up or cross a
+/// spike, which `compensate` writes twice as fast as the move and so longer than their share. These share what the others leave.
+fn shares(planned: &Move, blocks: &[Move]) -> Vec<f64> {
+    let whole: f64 = blocks.iter().map(|block| block.minutes).sum();
+    if whole <= 0.0 {
+        return vec![1.0; blocks.len()];
+    }
+    let pace = planned.way() / planned.minutes;
+    let takes_up = |block: &&Move| (block.way() / block.minutes / (TAKES_UP * pace) - 1.0).abs() < SAME_PACE;
+    if whole < planned.minutes * (1.0 + SAME_TIME) || !blocks.iter().any(|block| takes_up(&block)) {
+        return blocks.iter().map(|block| block.minutes / whole).collect();
+    }
+    let taken_up: f64 = blocks.iter().filter(takes_up).map(|block| block.minutes).sum();
+    let left = (1.0 - (whole - taken_up) / planned.minutes).max(0.0);
+    let share = |block: &Move| match takes_up(&block) {
+        true => left * block.minutes / taken_up,
+        false => block.minutes / planned.minutes,
+    };
+    blocks.iter().map(share).collect()
 }
 
 /// Share of a move nearest to a place, and the squared distance.

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! `all` runs the twelve machines of [`case`] and prints their table, a NUMBER one of them, `coverage` forty machines of the first
-//! kind. `exact` drives programs exactly in LinuxCNC's place, `known` corrects for the machine as it is in place of the machine as
+//! kind whose slides err as those of new machines do. `exact` drives programs exactly in LinuxCNC's place, `known` corrects for the machine as it is in place of the machine as
 //! found. LinuxCNC and the reference data's `control-loop/run` are needed (`FIVEAXIS_SHARED` names the reference data). Traces
 //! of the same program that lie in FOLDER are not run again. `FIVEAXIS_BIN` names another binary than that of the same build,
 //! `FIVEAXIS_CONTROL_SPEED` runs the control's clock faster (see `faster`).
@@ -140,7 +140,7 @@ fn run_case(control: &Control, folder: &Path, number: usize, seed: u64, way: Way
     let session = load_session(&plan.join("session.yaml")).expect("the plan");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let truth = physics::truth(&session.machine, &mut random);
-    let hidden = Hidden { machine: truth.clone(), effect: case.effect };
+    let hidden = Hidden { machine: truth.clone(), effect: case.effect, slides: Vec::new() };
     let mut gauge = Gauge::new(&session, hidden.clone(), random);
     let programs = control::programs(&plan.join("nc/linuxcnc"));
     let (mut captures, mut before) = (Vec::new(), Vec::new());
@@ -176,7 +176,7 @@ fn run_case(control: &Control, folder: &Path, number: usize, seed: u64, way: Way
     Row { number, case, answer, within, before, after }
 }
 
-/// Location errors alone, drawn anew for every seed, on the traces of one machine.
+/// Location errors and slides of a new machine, drawn anew for every seed, on the traces of one machine.
 fn coverage(control: &Control, folder: &Path) {
     let case = &CASES[0];
     let plan = user::planned(case.machine, &folder.join("coverage/plan"));
@@ -184,8 +184,9 @@ fn coverage(control: &Control, folder: &Path) {
     let (mut within, mut all, mut identified, mut by_noise, mut alarms, mut failed) = (0, 0, 0, 0, 0, 0);
     for seed in 1001..1001 + COVERAGE {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let truth = physics::truth(&session.machine, &mut random);
-        let mut gauge = Gauge::new(&session, Hidden { machine: truth.clone(), effect: None }, random);
+        let mut truth = physics::truth(&session.machine, &mut random);
+        let slides = physics::erring_slides(&mut truth, &mut random);
+        let mut gauge = Gauge::new(&session, Hidden { machine: truth.clone(), effect: None, slides }, random);
         let folder = folder.join(format!("coverage/{seed}"));
         let mut captures = Vec::new();
         for program in control::programs(&plan.join("nc/linuxcnc")) {

@@ -8,6 +8,7 @@ use fiveaxis::machine::{
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 /// Location errors are drawn up to these, mm and rad: 50 µm and 20 arcsec.
 const LARGEST: [f64; 2] = [0.05, 1e-4];
@@ -46,7 +47,26 @@ pub struct Effect {
 pub struct Hidden {
     pub machine: Machine,
     pub effect: Option<Effect>,
+    /// What slides err by along and across their ways.
+    pub slides: Vec<SlideWave>,
 }
+
+/// An error of a slide: its position times a wave, so that its standard deviation grows with the way from zero.
+#[derive(Clone)]
+pub struct SlideWave {
+    axis: usize,
+    component: Component,
+    /// Of cosine and sine, per mm of position.
+    sizes: [f64; 2],
+    /// rad per mm.
+    frequency: f64,
+}
+
+/// Standard deviations of the slides' errors, those of new machines (docs/formats.md): mm per mm, and rad out of square.
+const PER_MM: f64 = 5e-6;
+const OUT_OF_SQUARE: f64 = 10e-6;
+/// Lengths of their waves, mm.
+const WAVES_MM: [f64; 2] = [800.0, 3000.0];
 
 /// What the past of a trace has left: sense of motion and way since it turned.
 pub struct State {
@@ -66,6 +86,42 @@ pub fn truth(machine: &Machine, random: &mut ChaCha8Rng) -> Machine {
         }
     }
     truth
+}
+
+/// Puts slides out of square, and gives what they err by beside.
+pub fn erring_slides(truth: &mut Machine, random: &mut ChaCha8Rng) -> Vec<SlideWave> {
+    let mut slides = Vec::new();
+    for (index, axis) in truth.axes.iter_mut().enumerate().filter(|(_, axis)| axis.kind == AxisKind::Linear) {
+        let along = (0..3).find(|&k| axis.direction[k].abs() > 0.999).expect("an axis along a coordinate");
+        // EC0Y, EB0Z and EA0Z; the others are zero by the choice of coordinates
+        for &slot in [&[][..], &[5], &[3, 4]][along] {
+            axis.location_errors[slot] = OUT_OF_SQUARE * normal(random);
+        }
+        for component in [Component::EX, Component::EY, Component::EZ] {
+            let frequency = TAU / random.random_range(WAVES_MM[0]..WAVES_MM[1]);
+            let sizes = [PER_MM * normal(random), PER_MM * normal(random)];
+            slides.push(SlideWave { axis: index, component, sizes, frequency });
+        }
+    }
+    slides
+}
+
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(random)
+}
+
+impl SlideWave {
+    /// mm at a position, mm.
+    fn at(&self, q: f64) -> f64 {
+        let (sine, cosine) = (self.frequency * q).sin_cos();
+        q * (self.sizes[0] * cosine + self.sizes[1] * sine)
+    }
+}
+
+/// A value that holds about a position.
+fn held(component: Component, here: f64, value: f64) -> ComponentError {
+    let form = ComponentForm::Table { position: vec![here - 1.0, here + 1.0], value: vec![value; 2] };
+    ComponentError { component, form }
 }
 
 impl Hidden {
@@ -94,7 +150,11 @@ impl Hidden {
         let axis = machine.axis_index(effect.axis).expect("an axis of the machine");
         let outlet = Outlet::Motion { axis, component: effect.component };
         let told = machine::Effect::new(name, Place::Axis(axis)).size(outlet, "", effect.size);
-        machine.effects.push(told.with(parameter, ParameterValue::Number(value)));
+        let mut told = told.with(parameter, ParameterValue::Number(value));
+        if matches!(effect.law, Law::Spike { .. }) {
+            told = told.with("in_full", ParameterValue::Number(1.0));
+        }
+        machine.effects.push(told);
         machine
     }
 }
@@ -119,6 +179,10 @@ impl Hidden {
     /// Takes the next positions of a trace, mm and rad by axis index, and gives the machine's errors at them.
     pub fn at(&self, state: &mut State, q: &[f64], minutes: f64) -> Machine {
         let mut machine = self.machine.clone();
+        for slide in &self.slides {
+            let here = q[slide.axis];
+            machine.axes[slide.axis].component_errors.push(held(slide.component, here, slide.at(here)));
+        }
         let Some(effect) = &self.effect else { return machine };
         let index = machine.axis_index(effect.axis).expect("an axis of the machine");
         let here = q[index];
@@ -147,8 +211,7 @@ impl Hidden {
             _ => 1.0,
         };
         let value = effect.size * share * sense;
-        let form = ComponentForm::Table { position: vec![here - 1.0, here + 1.0], value: vec![value; 2] };
-        machine.axes[index].component_errors.push(ComponentError { component: effect.component, form });
+        machine.axes[index].component_errors.push(held(effect.component, here, value));
         machine
     }
 }

@@ -76,13 +76,13 @@ impl Memories {
         self.list.len() < before
     }
 
-    /// Axes that have not moved yet, so that the flank on which they stand is not known, by index, with what stands open to either
-    /// side: the largest length, mm, and angle, rad.
+    /// Axes that have not moved yet, so that the flank on which they stand is not known, by index, where that leaves more than the
+    /// tolerance open; with what stands open to either side: the largest length, mm, and angle, rad.
     pub fn unknown_flanks(&self) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
         let open = self.list.iter().filter(|one| {
             matches!(one.what.law, MemoryLaw::LostMotion { .. })
                 && one.past.direction == 0.0
-                && one.size_mm() > 1e-3 * COUNTS * self.tolerance_mm
+                && one.size_mm() > self.tolerance_mm
         });
         open.map(|one| (one.what.driving, [most(&one.what.sizes[..3]), most(&one.what.sizes[3..])]))
     }

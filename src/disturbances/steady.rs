@@ -205,6 +205,7 @@ fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
         feed_mm_per_min: None,
         overshoot: None,
         marks: None,
+        approached: Vec::new(),
         reading: Reading::Length,
     };
     Session {

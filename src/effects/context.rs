@@ -6,13 +6,15 @@ use nalgebra::Vector3;
 
 use crate::chain::{Chain, Geometry, sines_and_cosines};
 use crate::machine::{AxisKind, Machine, Place};
-use crate::session::{Clock, Motion, MotionError, Session, marked};
+use crate::session::{Clock, Motion, MotionError, Session, Test, marked};
 
 /// Values of one function: by test in the order of the session file, then by row.
 pub type Profile = Vec<Vec<f64>>;
 
 /// How far outside the arc the axes start when a test does not say, mm or deg.
 const DEFAULT_OVERSHOOT: f64 = 4.0;
+/// How far off standing axes came from in the sense that a test states, mm or deg: lost motion is taken up on the way.
+const APPROACHED_FROM: f64 = 10.0;
 /// Places on the approach between its start and the first row, as shares of the overshoot.
 const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 
@@ -303,12 +305,34 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Positions passed on the way to the first row: the path of the first rows carried on backwards by the overshoot, and before it the
-/// mark of the program, out along the bar and back: it tells on which flank the slides stand that do not move in the run.
-///
-/// A parabola through three rows, the overshoot apart, follows arcs and straight sweeps alike. Static poses have none.
+/// Positions passed on the way to the first row: from where standing axes came, then the mark of the program, out along the bar and
+/// back, which moves slides that may stand in the run, then the run-in.
 fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
     let test = &session.tests[test];
+    if motion.rows() == 0 {
+        return Vec::new();
+    }
+    let run_in = run_in(session, motion, test);
+    let axes = &session.machine.axes;
+    let start = run_in.get(..axes.len()).unwrap_or(motion.row(0)).to_vec();
+    let marked = (!run_in.is_empty()).then(|| marked(&session.machine, test, &start, test.marks?.move_mm)).flatten();
+    let marked = marked.map_or(Vec::new(), |out| [start.clone(), out].concat());
+    [came_from(session, test, &start), marked, run_in].concat()
+}
+
+/// A place from which the axes come to a start in the senses that a test states; none where it states none.
+fn came_from(session: &Session, test: &Test, start: &[f64]) -> Vec<f64> {
+    if test.approached.iter().all(Option::is_none) {
+        return Vec::new();
+    }
+    let axes = session.machine.axes.iter().zip(&test.approached).zip(start);
+    axes.map(|((axis, sense), q)| q - sense.unwrap_or(0.0) * axis.kind.from_file_unit(APPROACHED_FROM)).collect()
+}
+
+/// Positions of the run-in: the path of the first rows carried on backwards by the overshoot.
+///
+/// A parabola through three rows, the overshoot apart, follows arcs and straight sweeps alike. Static poses have none.
+fn run_in(session: &Session, motion: &Motion, test: &Test) -> Vec<f64> {
     let overshoot = test.overshoot.unwrap_or(DEFAULT_OVERSHOOT);
     let is_static = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::Pose(_)));
     if is_static || overshoot <= 0.0 || motion.rows() < 3 {
@@ -343,9 +367,5 @@ fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
             positions.push(start + weights[1] * (q(1) - start) + weights[2] * (q(2) - start));
         }
     }
-    let start = positions[..axes.len()].to_vec();
-    match test.marks.and_then(|marks| marked(&session.machine, test, &start, marks.move_mm)) {
-        Some(out) => [start, out, positions].concat(),
-        None => positions,
-    }
+    positions
 }

@@ -9,8 +9,9 @@ pub(super) const STANDSTILL: f64 = 1e-7;
 pub enum MemoryLaw {
     /// `−[(1−w)·play + w·windup]`.
     LostMotion { windup_share: f64, take_up: f64, gap: f64 },
-    /// `(bristle − direction)/2`: a spike that dies away over the travel.
-    Spike { travel: f64 },
+    /// `(bristle − direction)/2`: a spike that dies away over the travel. At a reversal the bristle is turned back by the share `in_full`
+    /// of what it had come: 1, and every spike is as large as after a long way.
+    Spike { travel: f64, in_full: f64 },
 }
 
 /// What the past has left.
@@ -39,9 +40,14 @@ impl MemoryLaw {
         }
         let (gap, take_up) = match *self {
             MemoryLaw::LostMotion { take_up, gap, .. } => (gap, take_up),
-            MemoryLaw::Spike { travel } => (0.0, travel),
+            MemoryLaw::Spike { travel, .. } => (0.0, travel),
         };
         let direction = way.signum();
+        if let MemoryLaw::Spike { in_full, .. } = *self
+            && past.direction * direction < 0.0
+        {
+            past.windup += in_full * (past.direction - past.windup);
+        }
         past.direction = direction;
         past.play = if gap > 0.0 { (past.play + 2.0 * way / gap).clamp(-1.0, 1.0) } else { direction };
         let decay = if take_up > 0.0 { (-way.abs() / take_up).exp() } else { 0.0 };
@@ -66,7 +72,7 @@ impl MemoryLaw {
                 let turns_round = if gap > 0.0 && past.play * past.direction < 1.0 { 2.0 / gap } else { 0.0 };
                 -((1.0 - windup_share) * turns_round + windup_share * relaxes(take_up))
             }
-            MemoryLaw::Spike { travel } => 0.5 * relaxes(travel),
+            MemoryLaw::Spike { travel, .. } => 0.5 * relaxes(travel),
         }
     }
 
@@ -90,7 +96,7 @@ impl MemoryLaw {
                 let elastic = if windup_share > 0.0 { take_up } else { f64::INFINITY };
                 free.min(elastic)
             }
-            MemoryLaw::Spike { travel } => travel,
+            MemoryLaw::Spike { travel, .. } => travel,
         }
     }
 }

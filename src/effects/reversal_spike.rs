@@ -1,7 +1,8 @@
 //! Friction at reversal: the axis sticks, falls behind and is caught up by the servo. Lost motion that stays is in `backlash`.
 //!
 //! Friction turns round over the pre-sliding travel d: `w' = (sgn v − w) |v| / d`. Without servo dynamics the axis is
-//! behind by `w − sgn v` halves, that is `−sgn(v) e^(−travel/d)` after a full reversal. With them the position error y is
+//! behind by `w − sgn v` halves, that is `−sgn(v) e^(−travel/d)` after a full reversal. After a short way it is less: friction
+//! had not turned round. A pulse with which the control wrongly meets friction comes `in_full` at every reversal. With them the position error y is
 //! the response of a loop with integral action to the change of friction, `y″ + 2ζω y' + ω² y = −w'`, scaled so
 //! that its largest value in the session is one.
 
@@ -43,8 +44,8 @@ pub static REVERSAL_SPIKE: Kind = Kind {
     documented: Documented {
         place: "any axis",
         components: "own",
-        functions: "`−sgn v·e^(−travel/d)`; with `servo_hz` f: `y″ + 2ζω y' + ω² y = −w'`, w the friction, largest value 1",
-        parameters: "`travel` d, `servo_hz`, `damping` ζ",
+        functions: "`−sgn v·e^(−travel/d)`, after a short way less the more of it was left unless `in_full`; with `servo_hz` f: `y″ + 2ζω y' + ω² y = −w'`, w the friction, largest value 1",
+        parameters: "`travel` d, `in_full` (0 to 1), `servo_hz`, `damping` ζ",
         unit: "um, arcsec, largest of the session",
     },
     parameters: &[
@@ -54,6 +55,13 @@ pub static REVERSAL_SPIKE: Kind = Kind {
             DefaultValue::Number(0.05),
             (1e-6, 1e3),
             "pre-sliding travel over which friction turns round (1/e), mm or deg",
+        ),
+        Parameter::number(
+            "in_full",
+            ParameterUnit::Plain,
+            DefaultValue::Number(0.0),
+            (0.0, 1.0),
+            "1: in full at every reversal, however short the way before; 0: as far as friction had turned round",
         ),
         Parameter::number(
             "servo_hz",
@@ -129,14 +137,14 @@ pub(super) fn law(machine: &Machine, effect: &Effect, axis: usize) -> Option<Mem
     let is_own = effect.sizes.iter().all(|size| size.outlet == Outlet::own(machine, axis));
     let number = |name| REVERSAL_SPIKE.number_of(machine, effect, name);
     let is_by_travel = effect.kind == REVERSAL_SPIKE.name && is_own && number("servo_hz") <= 0.0;
-    is_by_travel.then(|| MemoryLaw::Spike { travel: number("travel") })
+    is_by_travel.then(|| MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full") })
 }
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let number = |name| REVERSAL_SPIKE.number(context, effect, name);
     let (omega, damping) = (TAU * number("servo_hz"), number("damping"));
-    let law = MemoryLaw::Spike { travel: number("travel") };
+    let law = MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full") };
     if omega <= 0.0 {
         let advance = |past: &mut Past, travel: Travel| law.advance(past, travel.distance);
         return Ok(vec![context.along(axis, Past::default(), advance, |past| law.value(past))]);
@@ -180,6 +188,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 /// Pre-sliding travels that are tried of a rotary axis, deg, and of a slide, mm; frequencies of the servo, Hz.
 const TRAVELS_DEG: [f64; 3] = [0.3, 1.0, 3.0];
 const TRAVELS_MM: [f64; 4] = [0.02, 0.1, 0.5, 2.0];
+const TRAVELS_IN_FULL_MM: [f64; 2] = [0.5, 2.0];
 const SERVOS_HZ: [f64; 3] = [1.0, 3.0, 8.0];
 
 fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
@@ -194,6 +203,9 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
     let slides = seen.moving(AxisKind::Linear).map(|(axis, _)| {
         let place = Place::Axis(axis);
         let by_travel = TRAVELS_MM.map(|d| with_number(REVERSAL_SPIKE.name, place, "travel", d));
+        // only after marks of a program and other short ways is one unlike the other
+        let in_full = TRAVELS_IN_FULL_MM
+            .map(|d| with_number(REVERSAL_SPIKE.name, place, "travel", d).with("in_full", ParameterValue::Number(1.0)));
         let ringing = SERVOS_HZ.map(|hz| {
             let servo = with_number(REVERSAL_SPIKE.name, place, "servo_hz", hz);
             let damped = servo.with("damping", ParameterValue::Number(0.5));
@@ -205,7 +217,7 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
             Refined::number("damping", (0.05, 3.0), 0.15),
         ];
         let family = CandidateFamily::new(REVERSAL_SPIKE.name, place, own(axis), 30.0);
-        family.over(by_travel.into_iter().chain(ringing).collect()).refine(shape).fast()
+        family.over(by_travel.into_iter().chain(in_full).chain(ringing).collect()).refine(shape).fast()
     });
     rotary.chain(slides).collect()
 }

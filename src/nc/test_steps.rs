@@ -25,6 +25,15 @@ pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates
         axis: machine.axes[k].name.clone(),
         to: coordinates.reading(machine, k, approach.park[k]),
     }));
+    if !approach.aside_and_back.is_empty() {
+        steps.push(Step::Say(
+            "aside and back, so that the flank is known on which axes stand that do not move in the run".into(),
+        ));
+    }
+    steps.extend(approach.aside_and_back.iter().map(|leg| Step::Rapid {
+        axis: machine.axes[leg.axis].name.clone(),
+        to: coordinates.reading(machine, leg.axis, leg.to),
+    }));
     steps.extend(way::there(machine, planned, coordinates));
     steps.push(Step::Stop("mount the bar and start the recording".into()));
     let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);

@@ -36,6 +36,9 @@ pub struct Test {
     pub overshoot: Option<f64>,
     /// Marks that its program makes in the readings, if any.
     pub marks: Option<Marks>,
+    /// The sense, −1 or 1 as commanded, in which axes that stand still came to their places, by axis index (ISO 230-2: direction of
+    /// approach); none where it is not known.
+    pub approached: Vec<Option<f64>>,
     /// What the rows hold: lengths, or one number of a point, a pose, a socket, a displacement.
     pub reading: Reading,
 }

@@ -8,7 +8,7 @@ fn one_message_each() {
         (
             "unknown session key",
             format!("{SESSION}{}", "    fed: 500\n"),
-            "session.yaml:10:5: unknown key 'fed' under tests[0]; did you mean 'feed'? (allowed: name, recording, started_at, bar_length, bar_setup, zero, bar_error, pivot, spindle_ball, readings, instrument, socket, target, columns, positions, feed, overshoot, marks, sweep, circle)",
+            "session.yaml:10:5: unknown key 'fed' under tests[0]; did you mean 'feed'? (allowed: name, recording, started_at, bar_length, bar_setup, zero, bar_error, pivot, spindle_ball, readings, instrument, socket, target, columns, positions, approached, feed, overshoot, marks, sweep, circle)",
         ),
         (
             "bare spread",

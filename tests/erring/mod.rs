@@ -130,6 +130,7 @@ pub fn table_head(samples: usize) -> Session {
                 feed_mm_per_min: Some(500.0),
                 overshoot: Some(4.0),
                 marks: None,
+                approached: Vec::new(),
                 reading: fiveaxis::readings::Reading::Length,
             });
         }

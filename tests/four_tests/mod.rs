@@ -90,6 +90,7 @@ pub fn session(sweeps: &[Sweep], samples: usize) -> Session {
             feed_mm_per_min: None,
             overshoot: None,
             marks: None,
+            approached: Vec::new(),
             reading: fiveaxis::readings::Reading::Length,
         }
     });

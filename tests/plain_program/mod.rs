@@ -37,6 +37,11 @@ impl Move {
         radius(&self.to) / radius(&self.from) - 1.0
     }
 
+    /// Length along all letters, a degree counting as a millimetre.
+    pub fn way(&self) -> f64 {
+        self.length().hypot((3..6).map(|k| (self.to[k] - self.from[k]).powi(2)).sum::<f64>().sqrt())
+    }
+
     fn length(&self) -> f64 {
         let steps = 2000;
         let way = |k: usize| {

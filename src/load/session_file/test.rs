@@ -103,6 +103,7 @@ impl TestReader<'_> {
             feed_mm_per_min: raw.feed,
             overshoot: raw.overshoot,
             marks: self.marks(index, raw)?,
+            approached: self.approached(index, raw)?,
             reading: Reading::Length,
         };
         for (name, &value) in &raw.positions {
@@ -113,6 +114,26 @@ impl TestReader<'_> {
         self.every_axis_known(index, &test)?;
         self.only_the_arc(index, &test)?;
         Ok((test, read))
+    }
+
+    /// The senses in which standing axes came to their places, by axis.
+    fn approached(&self, index: usize, raw: &TestFile) -> Result<Vec<Option<f64>>, LoadError> {
+        let mut senses = vec![None; self.machine.axes.len()];
+        for (name, &sense) in &raw.approached {
+            let place = [Step::Key("tests"), Step::Index(index), Step::Key("approached"), Step::Key(name)];
+            let axis = self.axis(&place, name)?;
+            if sense.abs() != 1.0 {
+                let says = format!(
+                    "test '{}': approached says {} of {}; 1 where it came to its place in the positive sense, -1 in the negative",
+                    raw.name,
+                    shown(sense),
+                    self.machine.axes[axis].name
+                );
+                return Err(self.document.refuse(&place, says));
+            }
+            senses[axis] = Some(sense);
+        }
+        Ok(senses)
     }
 
     /// Refuses a name that is no file's and numbers that no test has.

@@ -25,6 +25,8 @@ pub(crate) struct TestFile {
     pub(crate) columns: BTreeMap<String, String>,
     #[serde(default)]
     pub(crate) positions: BTreeMap<String, f64>,
+    #[serde(default)]
+    pub(crate) approached: BTreeMap<String, f64>,
     pub(crate) feed: Option<f64>,
     pub(crate) overshoot: Option<f64>,
     pub(crate) marks: Option<MarksFile>,

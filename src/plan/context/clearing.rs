@@ -37,6 +37,7 @@ impl<'a> Evaluation<'a> {
             )),
             overshoot: Some(RUN_IN),
             marks: None,
+            approached: Vec::new(),
             reading: crate::readings::Reading::Length,
         }
     }

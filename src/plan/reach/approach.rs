@@ -5,7 +5,7 @@
 
 use crate::bodies::Bodies;
 use crate::chain::{Branch, Chain, Geometry};
-use crate::collision::{Aside, Leg, NoWay, Scene, Scratch, clear_way};
+use crate::collision::{Aside, Leg, NoWay, Scene, Scratch, certify, clear_way};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::places::candidate::Avoid;
 use crate::plan::places::free_range::free_parts;
@@ -17,6 +17,8 @@ pub struct Approach {
     pub park: Vec<f64>,
     /// Axes in the order in which they go to park from wherever the machine stands: away from the table first.
     pub park_order: Vec<usize>,
+    /// Moves aside and back to park, before the legs, of axes that the legs leave on an unknown flank of their lost motion.
+    pub aside_and_back: Vec<Leg>,
     /// From park to the start of the run-in, one axis at a time.
     pub legs: Vec<Leg>,
 }
@@ -44,6 +46,12 @@ impl Approach {
         }
         corners
     }
+
+    /// The last leg of an axis, from and to, mm or rad.
+    fn last_leg(&self, axis: usize) -> Option<(f64, f64)> {
+        let last = self.legs.iter().rposition(|leg| leg.axis == axis)?;
+        Some((self.corners()[last][axis], self.legs[last].to))
+    }
 }
 
 /// Park positions that come into question and ways aside, best first.
@@ -59,6 +67,10 @@ pub struct Parking {
 const FREE_TRAVEL_MM: f64 = 300.0;
 /// Ends of ranges are kept off, mm: a control stops at its limit.
 const OFF_LIMIT_MM: f64 = 1.0;
+/// Way after which an axis stands on one flank, mm or deg: three times the longest over which lost motion is taken up.
+const ASIDE: f64 = 10.0;
+/// Axes that stay within this stand, mm or rad.
+const STANDS: f64 = 1e-6;
 
 impl Parking {
     /// Park positions of a machine: spindle and table apart, other axes at zero or in the middle, all outside avoided regions
@@ -136,7 +148,50 @@ impl Parking {
         let is_free_way = |aside: &&Aside| aside.iter().all(|&(axis, q)| is_free(&self.avoid, axis, q, start[axis]));
         let asides: Vec<Aside> = self.asides.iter().filter(is_free_way).cloned().collect();
         let legs = clear_way(scene, park, start, &asides, margin_mm, scratch)?;
-        Ok(Approach { park: park.clone(), park_order: self.park_order.clone(), legs })
+        Ok(Approach { park: park.clone(), park_order: self.park_order.clone(), aside_and_back: Vec::new(), legs })
+    }
+
+    /// The sense, −1 or 1 as commanded, in which the axes that stand in a run come to their places, by axis. An axis that comes
+    /// from nearer than [`ASIDE`] first goes aside from park and back where that is clear; `None` where nothing tells its sense.
+    pub fn give_senses(
+        &self,
+        machine: &Machine,
+        scene: &Scene,
+        (approach, run): (&mut Approach, &[Vec<f64>]),
+        margin_mm: f64,
+        scratch: &mut Scratch,
+    ) -> Vec<Option<f64>> {
+        let stands = |axis: usize| run.iter().all(|row| (row[axis] - run[0][axis]).abs() <= STANDS);
+        (0..machine.axes.len())
+            .map(|axis| {
+                let kind = machine.axes[axis].kind;
+                let last = approach.last_leg(axis).map(|(from, to)| to - from).filter(|_| stands(axis));
+                let park = approach.park[axis];
+                match last {
+                    _ if !stands(axis) => return None,
+                    Some(way) if kind.to_file_unit(way.abs()) >= ASIDE => return Some(way.signum()),
+                    // short, and not the only one: from where it comes it has not been aside
+                    Some(_) if approach.legs.iter().filter(|leg| leg.axis == axis).count() > 1 => return None,
+                    _ => {}
+                }
+                let senses = last.map_or(vec![1.0, -1.0], |way| vec![way.signum()]);
+                let sense = senses.into_iter().find(|sense| {
+                    let to = park - sense * kind.from_file_unit(ASIDE);
+                    let off = kind.from_file_unit(OFF_LIMIT_MM);
+                    let is_inside =
+                        machine.axes[axis].range.is_none_or(|(low, high)| low + off <= to && to <= high - off);
+                    let mut aside = approach.park.clone();
+                    aside[axis] = to;
+                    let way = [approach.park.clone(), aside];
+                    is_inside
+                        && is_free(&self.avoid, axis, park, to)
+                        && certify(scene, &way, margin_mm, scratch).is_ok()
+                })?;
+                let to = park - sense * kind.from_file_unit(ASIDE);
+                approach.aside_and_back.extend([Leg { axis, to }, Leg { axis, to: park }]);
+                Some(sense)
+            })
+            .collect()
     }
 }
 

@@ -136,7 +136,7 @@ impl<'a> Evaluation<'a> {
     ) -> Option<PlannedTest> {
         let context = self.context;
         let candidate = entry.candidate;
-        let (sweep, approach) = (self.measured(candidate, entry.sweep.as_ref()?)?, approach?);
+        let (sweep, mut approach) = (self.measured(candidate, entry.sweep.as_ref()?)?, approach?);
         let mut base = base_name(context.machine, candidate);
         if entry.indexed_about.is_some() {
             base.push_str("-indexed");
@@ -147,6 +147,14 @@ impl<'a> Evaluation<'a> {
         let mut test = self.test(candidate, format!("{base}-{count}"), (sweep.from_deg, sweep.to_deg));
         test.spindle_ball.indexed_about = entry.indexed_about;
         let instrument = Instrument::of(context.world, context.bodies, context.kit, &test).ok()?;
+        let run = candidate.rows(context.machine, sweep.from_deg, sweep.to_deg).0;
+        test.approached = context.parking.give_senses(
+            context.machine,
+            &instrument.scene_without_bar(context.world),
+            (&mut approach, &run),
+            context.settings.margin_mm,
+            &mut self.scratch,
+        );
         Some(PlannedTest {
             number: 0,
             placing: Placing::of(context.machine, context.kit, &test, &context.settings.uncertainty),
@@ -156,7 +164,7 @@ impl<'a> Evaluation<'a> {
             rho_mm: candidate.solved.rho_mm,
             h_mm: candidate.solved.h_mm,
             way_radius_mm: candidate.way_radius_mm(),
-            run: candidate.rows(context.machine, sweep.from_deg, sweep.to_deg).0,
+            run,
             middle: candidate.pose((0.5 * (sweep.from_deg + sweep.to_deg)).to_radians()),
             minutes: self.run_minutes(entry),
             sweep,

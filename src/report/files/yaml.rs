@@ -261,6 +261,10 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
         .filter_map(|(axis, value)| value.map(|value| format!("{}: {}", text(&axis.name), position(axis.kind, value))))
         .collect();
     line("positions", (!standing.is_empty()).then(|| format!("{{{}}}", standing.join(", "))));
+    let came = machine.axes.iter().zip(&test.approached);
+    let came: Vec<String> =
+        came.filter_map(|(axis, sense)| sense.map(|sense| format!("{}: {sense}", text(&axis.name)))).collect();
+    line("approached", (!came.is_empty()).then(|| format!("{{{}}}", came.join(", "))));
     line("feed", test.feed_mm_per_min.map(|feed| feed.to_string()));
     line("overshoot", test.overshoot.map(|overshoot| overshoot.to_string()));
     line(

@@ -117,9 +117,11 @@ fn way(machine: &Machine, planned: &PlannedTest) -> String {
         |axis: usize, q: f64| format!("{} {}", machine.axes[axis].name, four(coordinates.reading(machine, axis, q)));
     let approach = &planned.approach;
     let legs: Vec<String> = approach.legs.iter().map(|leg| stands(leg.axis, leg.to)).collect();
+    let aside: Vec<String> = approach.aside_and_back.iter().step_by(2).map(|leg| stands(leg.axis, leg.to)).collect();
+    let aside = if aside.is_empty() { String::new() } else { format!("{} and back; ", aside.join(", ")) };
     match legs.len() {
-        0 => "the run starts at park".into(),
-        _ => format!("{}, one after the other; back the same way", legs.join(", ")),
+        0 => format!("{aside}the run starts at park"),
+        _ => format!("{aside}{}, one after the other; back the same way", legs.join(", ")),
     }
 }
 

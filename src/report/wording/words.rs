@@ -191,7 +191,7 @@ pub fn is_told(machine: &Machine, line: &AxisLine) -> bool {
     (0..3).any(|k| along != Some(k) && place_determined(line)[k])
 }
 
-/// `from park (Z 329, A 0, C 0, X 0, Y 0) by A -23, Y 0, X 100, Z 0 one after the other; back the same way`.
+/// `from park (Z 329, A 0, C 0, X 0, Y 0) C -10 and back, by A -23, Y 0, X 100, Z 0 one after the other; back the same way`.
 pub fn approach_in_words(planned: &PlannedTest, machine: &Machine) -> String {
     let stands = |axis: usize, q: f64| {
         let q = (machine.axes[axis].kind.to_file_unit(q) * 1e4).round() / 1e4 + 0.0;
@@ -205,7 +205,9 @@ pub fn approach_in_words(planned: &PlannedTest, machine: &Machine) -> String {
         1 => format!("by {}, back the same way", legs[0]),
         _ => format!("by {} one after the other, back the same way", legs.join(", ")),
     };
-    format!("from park ({}) {way}; bar off", park.join(", "))
+    let aside: Vec<String> = approach.aside_and_back.iter().step_by(2).map(|leg| stands(leg.axis, leg.to)).collect();
+    let aside = if aside.is_empty() { String::new() } else { format!(" {} and back,", aside.join(", ")) };
+    format!("from park ({}){aside} {way}; bar off", park.join(", "))
 }
 
 /// What moves in a planned test: `C`, `C with X Y following (tangential)`, `circle in ZX, angle`.

@@ -1,5 +1,6 @@
 //! A plan as JSON: every test as a session states it, with what the plan adds. Keys are those of `schemas/plan.json`.
 
+use fiveaxis::collision::Leg;
 use fiveaxis::machine::{Directions, Machine};
 use fiveaxis::nc::without_machine_zero;
 use fiveaxis::plan::{ErrorForecast, Plan, PlannedTest, TradeOff};
@@ -19,6 +20,9 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
         .zip(&test.positions)
         .filter_map(|(axis, q)| Some((axis.name.clone(), json!(round(axis.kind.to_file_unit((*q)?), 5)))))
         .collect();
+    let came = machine.axes.iter().zip(&test.approached);
+    let approached: Map<String, Value> =
+        came.filter_map(|(axis, sense)| Some((axis.name.clone(), json!((*sense)? as i64)))).collect();
     let mut spindle_ball = ball(&test.spindle_ball);
     if let Some(about) = test.spindle_ball.indexed_about {
         spindle_ball["indexed_about"] = json!(["x", "y", "z"][about]);
@@ -35,6 +39,7 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
         put("pivot", ball(&test.pivot));
         put("spindle_ball", spindle_ball.clone());
         put("positions", Value::Object(positions.clone()));
+        put("approached", Value::Object(approached.clone()));
         put("feed", json!(test.feed_mm_per_min));
         put("overshoot", json!(test.overshoot));
         if let Some(marks) = test.marks {
@@ -76,8 +81,9 @@ fn planned_parts(planned: &PlannedTest, machine: &Machine) -> Map<String, Value>
     let in_file_unit = |axis: usize, q: f64| round(machine.axes[axis].kind.to_file_unit(q), 5);
     let park = planned.approach.park.iter().enumerate();
     let park: Map<String, Value> = park.map(|(k, &q)| (axis_name(k), json!(in_file_unit(k, q)))).collect();
-    let legs = planned.approach.legs.iter();
-    let legs: Vec<Value> = legs.map(|leg| json!([axis_name(leg.axis), in_file_unit(leg.axis, leg.to)])).collect();
+    let legs = |legs: &[Leg]| -> Vec<Value> {
+        legs.iter().map(|leg| json!([axis_name(leg.axis), in_file_unit(leg.axis, leg.to)])).collect()
+    };
     let mut map = Map::new();
     let mut put = |key: &str, value: Value| map.insert(key.into(), value);
     put("clearance_mm", json!(round(sweep.clearance_mm, 3)));
@@ -98,7 +104,8 @@ fn planned_parts(planned: &PlannedTest, machine: &Machine) -> Map<String, Value>
     );
     put("sweep_ended_by", json!(ended));
     put("park", Value::Object(park));
-    put("approach", json!(legs));
+    put("aside_and_back", json!(legs(&planned.approach.aside_and_back)));
+    put("approach", json!(legs(&planned.approach.legs)));
     map
 }
 
