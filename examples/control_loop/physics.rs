@@ -26,7 +26,7 @@ pub enum Law {
     PerMetre,
     /// To either side by the sense of motion, taken up over this way, mm or rad.
     Play { take_up: f64 },
-    /// After a reversal, dying away over this way.
+    /// After a reversal the slide stands while its command goes on, until it is behind by the size; that dies away over this way.
     Spike { gone_mm: f64 },
     /// With time since the first program: 1 − exp(−t/τ).
     Growth { minutes: f64 },
@@ -71,7 +71,9 @@ const WAVES_MM: [f64; 2] = [800.0, 3000.0];
 /// What the past of a trace has left: sense of motion and way since it turned.
 pub struct State {
     flank: f64,
-    spike: f64,
+    /// Behind its command, as a share of the size, to either side.
+    behind: f64,
+    stands: bool,
     sense: f64,
     last: Option<f64>,
 }
@@ -171,7 +173,7 @@ fn play_name(effect: &Effect) -> &'static str {
 
 impl State {
     pub fn new() -> State {
-        State { flank: 0.0, spike: 0.0, sense: 0.0, last: None }
+        State { flank: 0.0, behind: 0.0, stands: false, sense: 0.0, last: None }
     }
 }
 
@@ -198,10 +200,17 @@ impl Hidden {
             }
             Law::Spike { gone_mm } => {
                 if way != 0.0 && way.signum() != state.sense {
-                    (state.sense, state.spike) = (way.signum(), 1.0);
+                    (state.sense, state.stands) = (way.signum(), true);
                 }
-                state.spike *= (-way.abs() / gone_mm).exp();
-                -state.sense * state.spike
+                if state.stands {
+                    state.behind -= way / effect.size;
+                    if state.behind * state.sense <= -1.0 {
+                        (state.behind, state.stands) = (-state.sense, false);
+                    }
+                } else {
+                    state.behind *= (-way.abs() / gone_mm).exp();
+                }
+                state.behind
             }
             Law::Growth { minutes: constant } => 1.0 - (-minutes / constant).exp(),
         };

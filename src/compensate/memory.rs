@@ -173,7 +173,7 @@ impl Memories {
         let mut reach = f64::INFINITY;
         for one in &self.list {
             let way = one.what.sign * (to[one.what.driving] - from[one.what.driving]);
-            let travel = one.what.law.shortest_travel();
+            let travel = one.what.law.next_travel(&one.past, way.signum());
             let counts = way.abs() > STANDSTILL && travel > 0.0;
             if counts && one.to_come_mm(way.signum()) > COUNTS * self.tolerance_mm {
                 reach = reach.min(OF_TRAVEL * travel / way.abs());
@@ -206,10 +206,7 @@ impl One {
 
     /// How far the errors still change on a long way in a sense, at a lever, mm.
     fn to_come_mm(&self, direction: f64) -> f64 {
-        let law = &self.what.law;
-        let change = law.value(&law.settled(direction)) - law.value(&law.turned(&self.past, direction));
-        let jump = law.value(&law.turned(&self.past, direction)) - law.value(&self.past);
-        self.size_mm() * change.abs().max(jump.abs())
+        self.size_mm() * self.what.law.to_come(&self.past, direction)
     }
 
     /// Size per unit of the law's value, angles at a lever, mm.

@@ -46,7 +46,9 @@ const LEAST_SHARE: f64 = 1e-7;
 /// The same where an axis loses motion: its reversal is one short block.
 const LEAST_SHARE_OF_JUMPS: f64 = 1e-9;
 /// How much longer a block may be than the one before where an axis loses motion; 2 elsewhere.
-const GROWS_AFTER_REVERSAL: f64 = 8.0;
+const GROWS_AFTER_REVERSAL: f64 = 1000.0;
+/// Of a tolerance: what a piece uses that a smooth way ends.
+const USED_BY_SMOOTH: f64 = 0.25;
 /// Of a tolerance: a block that goes over less may hold the jump of a reversal, which no cut takes away.
 const JUMP: f64 = 0.5;
 /// Shares of a block below this are no place to cut it at a reversal.
@@ -125,28 +127,73 @@ impl<'p> Pieces<'p> {
                 "cannot be corrected in {most} blocks: an axis would turn back again and again, as lost motion or spikes of the machine leave no command that is right"
             ));
         }
+        // the shortest step that was too long
+        let mut too_long: Option<f64> = None;
         loop {
             let rest = 1.0 - self.share;
             // two halves rather than a whole and a rest
             let step = if self.step >= rest { rest } else { self.step.min(0.5 * rest) };
             let end = if step >= rest { 1.0 } else { self.share + step };
             let end = self.before_turn(control, corrector, end);
+            let (piece, used) = self.tried(control, corrector, end);
             let step = end - self.share;
-            let piece = self.command(control, corrector, end);
-            let used = self.used(control, corrector, &piece);
-            if used <= USED || self.is_jump(control, corrector, end) {
-                let most = if corrector.memories.is_empty() { 2.0 } else { GROWS_AFTER_REVERSAL };
-                self.step = (step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, most)).min(self.longest);
+            let goes_over_jump = used > USED && self.is_jump(control, corrector, end);
+            if used <= USED || goes_over_jump {
+                let (piece, next) = match too_long.filter(|_| !corrector.memories.is_empty()) {
+                    // behind a jump the way is smooth again
+                    _ if goes_over_jump => (piece, self.longest),
+                    Some(long) => self.up_to_jump(control, corrector, (piece, used), long),
+                    None => {
+                        let most = if corrector.memories.is_empty() { 2.0 } else { GROWS_AFTER_REVERSAL };
+                        (piece, step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, most))
+                    }
+                };
+                self.step = next.min(self.longest);
                 (self.share, self.sent, self.sent_off_rad, self.start_off) =
-                    (end, piece.command, piece.off_rad, (0.0, 0.0));
+                    (piece.share, piece.command, piece.off_rad, (0.0, 0.0));
                 return Ok(Some(piece));
             }
             let least = if corrector.memories.is_empty() { LEAST_SHARE } else { LEAST_SHARE_OF_JUMPS };
             if step < least {
                 return Err("cannot be cut finely enough: an error of the machine jumps there, or the tolerance is below what words can say".into());
             }
+            too_long = Some(step);
             self.step = step * (0.85 * (USED / used).sqrt()).clamp(0.05, 0.7);
         }
+    }
+
+    /// The command to an end, and the share of the tolerance that it uses.
+    fn tried(&self, control: &mut Control, corrector: &mut Corrector, end: f64) -> (Piece, f64) {
+        let piece = self.command(control, corrector, end);
+        let used = self.used(control, corrector, &piece);
+        (piece, used)
+    }
+
+    /// The longest piece that ends before what made a step too long, and the step that goes on: over a jump, where it is one. By
+    /// halves blocks would only come nearer to a jump, and a control lingers on many short ones.
+    fn up_to_jump(
+        &self,
+        control: &mut Control,
+        corrector: &mut Corrector,
+        (mut best, mut used): (Piece, f64),
+        mut long: f64,
+    ) -> (Piece, f64) {
+        // a piece that uses some of the tolerance is as long as a smooth way allows
+        while used < USED_BY_SMOOTH {
+            let short = best.share - self.share;
+            let rest = Pieces { share: best.share, ..self.clone() };
+            if rest.is_jump(control, corrector, self.share + long) || long - short < LEAST_SHARE_OF_JUMPS {
+                return (best, long - short);
+            }
+            let middle = 0.5 * (short + long);
+            let (tried, used_by_it) = self.tried(control, corrector, self.share + middle);
+            match used_by_it <= USED {
+                true => (best, used) = (tried, used_by_it),
+                false => long = middle,
+            }
+        }
+        let step = best.share - self.share;
+        (best, step)
     }
 
     /// The end of a piece, before the next reversal of an axis that loses motion, and short over what it has to take up.

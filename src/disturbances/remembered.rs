@@ -65,6 +65,9 @@ fn without_jump(law: MemoryLaw, own: f64) -> MemoryLaw {
             take_up: take_up.max(2.0 * own * windup_share),
             gap: gap.max(2.0 * own * (1.0 - windup_share)),
         },
+        MemoryLaw::Spike { travel, in_full, rise } if own > 0.0 => {
+            MemoryLaw::Spike { travel, in_full, rise: rise.max(own) }
+        }
         law => law,
     }
 }

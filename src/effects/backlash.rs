@@ -227,8 +227,13 @@ fn windups(seen: &Observations, kind: &str, axis: usize, take_up: f64) -> Vec<Ef
     let first = seen.context.order().first();
     let stands = first.is_some_and(|&test| !seen.context.motion(test).moving.contains(&axis));
     let starts: &[f64] = if stands { &[0.0, 1.0, -1.0] } else { &[0.0] };
-    starts.iter().flat_map(|&start| [0.0, 0.5, 1.0].map(|share| base(share, start))).collect()
+    let free = |start: f64| base(0.0, start).with("gap", ParameterValue::Number(FIRST_GAP * take_up));
+    let of_start = |&start: &f64| [0.0, 0.5, 1.0].map(|share| base(share, start)).into_iter().chain([free(start)]);
+    starts.iter().flat_map(of_start).collect()
 }
+
+/// A free gap that is tried first, as a share of the travel of wind-up: a dead zone of 0.2 mm or 0.3° that turns round evenly.
+const FIRST_GAP: f64 = 0.1;
 
 /// Wind-up and gap, refined up to a longest travel, mm or rad.
 fn windup_refined(longest: f64) -> Vec<Refined> {
@@ -250,6 +255,7 @@ fn about_its_line(seen: &Observations) -> Vec<CandidateFamily> {
         CandidateFamily::new(ROTARY_BACKLASH.name, Place::Axis(axis), own, 60.0)
             .over(windups(seen, ROTARY_BACKLASH.name, axis, first))
             .refine(windup_refined(longest))
+            .turning_within_rows()
     };
     seen.moving(AxisKind::Rotary).map(about).collect()
 }
@@ -262,6 +268,7 @@ fn along_its_way(seen: &Observations) -> Vec<CandidateFamily> {
         CandidateFamily::new(LINEAR_BACKLASH.name, Place::Axis(axis), own, 30.0)
             .over(windups(seen, LINEAR_BACKLASH.name, axis, first))
             .refine(windup_refined(longest))
+            .turning_within_rows()
     };
     seen.displaced_slides().map(along).collect()
 }
@@ -272,6 +279,7 @@ fn plays(seen: &Observations) -> Vec<CandidateFamily> {
         CandidateFamily::new(LATERAL_PLAY.name, Place::Axis(axis), outlets, plausible)
             .over(windups(seen, LATERAL_PLAY.name, axis, first))
             .refine(windup_refined(longest))
+            .turning_within_rows()
     };
     let mut list = Vec::new();
     for (axis, _) in seen.moving(AxisKind::Rotary) {

@@ -118,6 +118,8 @@ pub struct CandidateFamily {
     pub pairs: Vec<(Outlet, &'static str)>,
     /// It changes from row to row: it is judged on all rows, the others on averaged ones.
     pub fast: bool,
+    /// Its shape has parts that averaged rows do not show: found on averages, it is refined on all rows.
+    pub turns_within_rows: bool,
     /// Log odds against it before the readings speak, beside causes that are common.
     pub rarity: f64,
     /// Rank among names for the same trace: the lowest is the customary one.
@@ -167,6 +169,7 @@ impl CandidateFamily {
             functions: &[],
             pairs: Vec::new(),
             fast: false,
+            turns_within_rows: false,
             rarity: 0.0,
             rank: 0,
             budget: None,
@@ -198,6 +201,12 @@ impl CandidateFamily {
 
     pub(super) fn fast(mut self) -> CandidateFamily {
         self.fast = true;
+        self
+    }
+
+    /// Found on averaged rows and refined on all: what turns round at reversals does so within some rows.
+    pub(super) fn turning_within_rows(mut self) -> CandidateFamily {
+        self.turns_within_rows = true;
         self
     }
 

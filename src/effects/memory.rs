@@ -9,9 +9,9 @@ pub(super) const STANDSTILL: f64 = 1e-7;
 pub enum MemoryLaw {
     /// `−[(1−w)·play + w·windup]`.
     LostMotion { windup_share: f64, take_up: f64, gap: f64 },
-    /// `(bristle − direction)/2`: a spike that dies away over the travel. At a reversal the bristle is turned back by the share `in_full`
-    /// of what it had come: 1, and every spike is as large as after a long way.
-    Spike { travel: f64, in_full: f64 },
+    /// Towards `(bristle − direction)/2`, which dies away over the travel, by one over the way `rise`; at once where that is 0. At a
+    /// reversal the bristle is turned back by the share `in_full` of what it had come: 1, and every spike is as large as after a long way.
+    Spike { travel: f64, in_full: f64, rise: f64 },
 }
 
 /// What the past has left.
@@ -23,12 +23,14 @@ pub struct Past {
     pub windup: f64,
     /// Sense of the last move, −1 or 1; 0 before the first.
     pub direction: f64,
+    /// Spike, per unit of its size.
+    pub spike: f64,
 }
 
 impl Past {
     /// On a flank, before the first move.
     pub fn on_flank(flank: f64) -> Past {
-        Past { play: flank, windup: flank, direction: 0.0 }
+        Past { play: flank, windup: flank, ..Past::default() }
     }
 }
 
@@ -52,6 +54,12 @@ impl MemoryLaw {
         past.play = if gap > 0.0 { (past.play + 2.0 * way / gap).clamp(-1.0, 1.0) } else { direction };
         let decay = if take_up > 0.0 { (-way.abs() / take_up).exp() } else { 0.0 };
         past.windup = direction + (past.windup - direction) * decay;
+        if let MemoryLaw::Spike { rise, .. } = *self {
+            past.spike = match rises(past) && rise > 0.0 {
+                true => past.spike - direction * (way.abs() / rise).min((due(past) - past.spike).abs()),
+                false => due(past),
+            };
+        }
     }
 
     /// Value per unit of size.
@@ -60,7 +68,7 @@ impl MemoryLaw {
             MemoryLaw::LostMotion { windup_share, .. } => {
                 -((1.0 - windup_share) * past.play + windup_share * past.windup)
             }
-            MemoryLaw::Spike { .. } => (past.windup - past.direction) / 2.0,
+            MemoryLaw::Spike { .. } => past.spike,
         }
     }
 
@@ -72,13 +80,14 @@ impl MemoryLaw {
                 let turns_round = if gap > 0.0 && past.play * past.direction < 1.0 { 2.0 / gap } else { 0.0 };
                 -((1.0 - windup_share) * turns_round + windup_share * relaxes(take_up))
             }
+            MemoryLaw::Spike { rise, .. } if rises(past) && rise > 0.0 => -1.0 / rise,
             MemoryLaw::Spike { travel, .. } => 0.5 * relaxes(travel),
         }
     }
 
     /// The past after a long way in a sense, −1 or 1.
     pub fn settled(&self, direction: f64) -> Past {
-        Past { play: direction, windup: direction, direction }
+        Past { play: direction, windup: direction, direction, spike: 0.0 }
     }
 
     /// The past at the beginning of a way in a sense: turned round, nothing taken up that takes a travel.
@@ -88,15 +97,37 @@ impl MemoryLaw {
         turned
     }
 
-    /// Shortest of the travels over which it changes, mm or rad; 0 where it changes at once.
-    pub fn shortest_travel(&self) -> f64 {
+    /// How far the value still changes at most on a long way in a sense.
+    pub fn to_come(&self, past: &Past, direction: f64) -> f64 {
+        let turned = self.turned(past, direction);
+        let next = match self {
+            MemoryLaw::Spike { .. } => due(&turned),
+            MemoryLaw::LostMotion { .. } => self.value(&turned),
+        };
+        let change = self.value(&self.settled(direction)) - next;
+        change.abs().max((next - self.value(past)).abs())
+    }
+
+    /// Shortest of the travels over which it changes next on a way in a sense, mm or rad; 0 where it changes at once.
+    pub fn next_travel(&self, past: &Past, direction: f64) -> f64 {
         match *self {
             MemoryLaw::LostMotion { windup_share, take_up, gap } => {
                 let free = if windup_share < 1.0 { gap } else { f64::INFINITY };
                 let elastic = if windup_share > 0.0 { take_up } else { f64::INFINITY };
                 free.min(elastic)
             }
+            MemoryLaw::Spike { rise, .. } if rise > 0.0 && rises(&self.turned(past, direction)) => rise,
             MemoryLaw::Spike { travel, .. } => travel,
         }
     }
+}
+
+/// What a spike is to be, per unit of its size.
+fn due(past: &Past) -> f64 {
+    (past.windup - past.direction) / 2.0
+}
+
+/// Whether a spike still falls behind.
+fn rises(past: &Past) -> bool {
+    (due(past) - past.spike) * past.direction < 0.0
 }

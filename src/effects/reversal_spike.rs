@@ -2,7 +2,8 @@
 //!
 //! Friction turns round over the pre-sliding travel d: `w' = (sgn v − w) |v| / d`. Without servo dynamics the axis is
 //! behind by `w − sgn v` halves, that is `−sgn(v) e^(−travel/d)` after a full reversal. After a short way it is less: friction
-//! had not turned round. A pulse with which the control wrongly meets friction comes `in_full` at every reversal. With them the position error y is
+//! had not turned round. A pulse with which the control wrongly meets friction comes `in_full` at every reversal. The part stands while
+//! its command goes on, so a spike comes in over a way as long as itself (`rise`). With them the position error y is
 //! the response of a loop with integral action to the change of friction, `y″ + 2ζω y' + ω² y = −w'`, scaled so
 //! that its largest value in the session is one.
 
@@ -45,7 +46,7 @@ pub static REVERSAL_SPIKE: Kind = Kind {
         place: "any axis",
         components: "own",
         functions: "`−sgn v·e^(−travel/d)`, after a short way less the more of it was left unless `in_full`; with `servo_hz` f: `y″ + 2ζω y' + ω² y = −w'`, w the friction, largest value 1",
-        parameters: "`travel` d, `in_full` (0 to 1), `servo_hz`, `damping` ζ",
+        parameters: "`travel` d, `in_full` (0 to 1), `rise`: way over which it comes in, `servo_hz`, `damping` ζ",
         unit: "um, arcsec, largest of the session",
     },
     parameters: &[
@@ -62,6 +63,13 @@ pub static REVERSAL_SPIKE: Kind = Kind {
             DefaultValue::Number(0.0),
             (0.0, 1.0),
             "1: in full at every reversal, however short the way before; 0: as far as friction had turned round",
+        ),
+        Parameter::number(
+            "rise",
+            ParameterUnit::Position,
+            DefaultValue::Number(0.0),
+            (0.0, 1.0),
+            "way over which the spike comes in, mm or deg: as long as the spike where the part stands meanwhile; 0: at once",
         ),
         Parameter::number(
             "servo_hz",
@@ -137,14 +145,18 @@ pub(super) fn law(machine: &Machine, effect: &Effect, axis: usize) -> Option<Mem
     let is_own = effect.sizes.iter().all(|size| size.outlet == Outlet::own(machine, axis));
     let number = |name| REVERSAL_SPIKE.number_of(machine, effect, name);
     let is_by_travel = effect.kind == REVERSAL_SPIKE.name && is_own && number("servo_hz") <= 0.0;
-    is_by_travel.then(|| MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full") })
+    is_by_travel.then(|| spike(number))
+}
+
+fn spike(number: impl Fn(&'static str) -> f64) -> MemoryLaw {
+    MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full"), rise: number("rise") }
 }
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
     let number = |name| REVERSAL_SPIKE.number(context, effect, name);
     let (omega, damping) = (TAU * number("servo_hz"), number("damping"));
-    let law = MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full") };
+    let law = spike(number);
     if omega <= 0.0 {
         let advance = |past: &mut Past, travel: Travel| law.advance(past, travel.distance);
         return Ok(vec![context.along(axis, Past::default(), advance, |past| law.value(past))]);
@@ -189,6 +201,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 const TRAVELS_DEG: [f64; 3] = [0.3, 1.0, 3.0];
 const TRAVELS_MM: [f64; 4] = [0.02, 0.1, 0.5, 2.0];
 const TRAVELS_IN_FULL_MM: [f64; 2] = [0.5, 2.0];
+const RISE_MM: f64 = 5e-3;
 const SERVOS_HZ: [f64; 3] = [1.0, 3.0, 8.0];
 
 fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
@@ -204,8 +217,11 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
         let place = Place::Axis(axis);
         let by_travel = TRAVELS_MM.map(|d| with_number(REVERSAL_SPIKE.name, place, "travel", d));
         // only after marks of a program and other short ways is one unlike the other
-        let in_full = TRAVELS_IN_FULL_MM
-            .map(|d| with_number(REVERSAL_SPIKE.name, place, "travel", d).with("in_full", ParameterValue::Number(1.0)));
+        let in_full = TRAVELS_IN_FULL_MM.map(|d| {
+            with_number(REVERSAL_SPIKE.name, place, "travel", d)
+                .with("in_full", ParameterValue::Number(1.0))
+                .with("rise", ParameterValue::Number(RISE_MM))
+        });
         let ringing = SERVOS_HZ.map(|hz| {
             let servo = with_number(REVERSAL_SPIKE.name, place, "servo_hz", hz);
             let damped = servo.with("damping", ParameterValue::Number(0.5));
@@ -213,6 +229,7 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
         });
         let shape = vec![
             Refined::number("travel", (0.02, 20.0), 0.7),
+            Refined::number("rise", (5e-4, 0.1), 0.7),
             Refined::number("servo_hz", (0.2, 60.0), 0.4),
             Refined::number("damping", (0.05, 3.0), 0.15),
         ];

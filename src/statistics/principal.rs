@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Mixtures of the columns X, the one of most variance first: eigenvalues of `X'X` with their eigenvectors v, components `X v`;
 /// none when a column is not finite.
 pub fn principal(columns: &DMatrix<f64>) -> Vec<(f64, DVector<f64>)> {
-    let gram = columns.tr_mul(columns);
+    // nalgebra's own product with a transposed matrix goes entry by entry, this one in blocks
+    let gram = columns.transpose() * columns;
     if gram.is_empty() || gram.iter().any(|value| !value.is_finite()) {
         return Vec::new();
     }

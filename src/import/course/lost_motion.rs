@@ -45,6 +45,8 @@ const ROTARY: [f64; 3] = [2e-5, 2e-3, 1.5e-5];
 const TRAVELS: [f64; 7] = [0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0];
 /// Forms smaller than this are below what a gauge reads, mm.
 const LEAST_MM: f64 = 2e-5;
+/// Columns that are nowhere larger than this are rounding, mm.
+const NOTHING_MM: f64 = 1e-9;
 /// Forms kept at most.
 const MOST: usize = 16;
 /// Nodes at either end of a run that are cut into parts: axes turn round there within a part of a node.
@@ -223,6 +225,8 @@ fn centred_forms(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let mean = column.iter().sum::<f64>() / rows as f64;
         column.iter_mut().for_each(|value| *value -= mean);
     }
+    // components that do not move this bar
+    columns.retain(|column| column.iter().any(|value| value.abs() > NOTHING_MM));
     let columns = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
     principal_forms(&columns, (MOST, LEAST_MM))
 }

@@ -32,6 +32,9 @@ pub fn refine_all(
             let family = &families[candidate.family];
             let may_lead = OVERTONES_ADD * candidate.judgement.chi2 > leading;
             let regression = stage_of(regressions, family);
+            let on_all_rows = family.turns_within_rows && may_lead;
+            let candidate =
+                if on_all_rows { refine_on_all_rows(&regressions[0], family, candidate) } else { candidate };
             let mut refined = match signature(&candidate.effect.kind) {
                 Some(Signature::Period) if may_lead => with_overtones(regression, family, candidate),
                 Some(Signature::Oscillation) if may_lead && candidate.judgement.chi2 > WORTH_OVERTONES => {
@@ -55,6 +58,29 @@ const ROUNDS: usize = 9;
 
 /// Improves the shape parameters of a candidate by a pattern search.
 fn refine(regression: &Regression, family: &CandidateFamily, candidate: Candidate) -> Candidate {
+    let cost = PARAMETER_COST * family.refined.len() as f64;
+    let (mut best, moved) = pattern_search(regression, family, candidate);
+    if moved {
+        best.log_odds -= cost;
+    }
+    best
+}
+
+/// The same with all rows for a shape that was refined on averages; the shapes of the grid are starts again, for the best one on averages
+/// may lie in another valley.
+fn refine_on_all_rows(regression: &Regression, family: &CandidateFamily, candidate: Candidate) -> Candidate {
+    let cost = candidate.judgement.log_evidence - candidate.log_odds;
+    let starts = family.grid.iter().chain([&candidate.effect]).filter_map(|effect| {
+        judged(regression, family, candidate.family, effect.clone(), cost, &mut LastShape::default())
+    });
+    match starts.max_by(|one, other| one.log_odds.total_cmp(&other.log_odds)) {
+        Some(start) => pattern_search(regression, family, start).0,
+        None => candidate,
+    }
+}
+
+/// The best shape near a candidate's by a pattern search, and whether it is another one.
+fn pattern_search(regression: &Regression, family: &CandidateFamily, candidate: Candidate) -> (Candidate, bool) {
     let index = candidate.family;
     let mut best = candidate;
     let cost = best.judgement.log_evidence - best.log_odds;
@@ -85,10 +111,7 @@ fn refine(regression: &Regression, family: &CandidateFamily, candidate: Candidat
             }
         }
     }
-    if moved {
-        best.log_odds -= PARAMETER_COST * family.refined.len() as f64;
-    }
-    best
+    (best, moved)
 }
 
 /// With overtones a cyclic error explains at most so many times what its first period does.
@@ -273,7 +296,7 @@ fn with_further(
 
 /// Next value of a parameter: lists of periods, travels and frequencies move by ratio, the others by difference.
 fn stepped(refined: &Refined, now: f64, step: f64) -> f64 {
-    let by_ratio = matches!(refined.name, "periods" | "travel" | "turned" | "servo_hz" | "frequency");
+    let by_ratio = matches!(refined.name, "periods" | "travel" | "rise" | "turned" | "servo_hz" | "frequency");
     let next = if by_ratio { now * (1.0 + step.abs()).powf(step.signum()) } else { now + step };
     next.clamp(refined.least, refined.most)
 }
