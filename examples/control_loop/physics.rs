@@ -202,13 +202,14 @@ impl Hidden {
                 if way != 0.0 && way.signum() != state.sense {
                     (state.sense, state.stands) = (way.signum(), true);
                 }
-                if state.stands {
+                // how far the command goes on until the slide is behind by the size
+                let until = if state.stands { effect.size * (1.0 + state.sense * state.behind) } else { 0.0 };
+                let decay = |over: f64| (-over / gone_mm).exp();
+                if way.abs() < until {
                     state.behind -= way / effect.size;
-                    if state.behind * state.sense <= -1.0 {
-                        (state.behind, state.stands) = (-state.sense, false);
-                    }
                 } else {
-                    state.behind *= (-way.abs() / gone_mm).exp();
+                    let from = if state.stands { -state.sense } else { state.behind };
+                    (state.behind, state.stands) = (from * decay(way.abs() - until), false);
                 }
                 state.behind
             }

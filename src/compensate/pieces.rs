@@ -39,6 +39,7 @@ pub struct Piece {
 
 /// Where a piece is compared with the ideal path: off the middle, so that a wave is not met at its zeros alone.
 const LOOKS: [f64; 3] = [0.27, 0.5, 0.77];
+const NEAR_BEGIN: f64 = 0.02;
 /// Of a tolerance a piece may use this much: between the looks it may be a little farther off.
 const USED: f64 = 0.8;
 /// Shares of a move below this are not cut any more.
@@ -222,16 +223,14 @@ impl<'p> Pieces<'p> {
 
     /// Where an axis turns back before an end of the ideal path; that end where it does not.
     fn first_turn(&self, control: &mut Control, axis: usize, end: f64) -> f64 {
-        let share = |k: usize| match k {
-            0 => self.share,
-            4 => end,
-            k => self.share + LOOKS[k - 1] * (end - self.share),
-        };
+        // near the ends, too: an axis that turns just before the end may stand there farther on than at the look before
+        const PLACES: [f64; 7] = [0.0, NEAR_END, LOOKS[0], LOOKS[1], LOOKS[2], 1.0 - NEAR_END, 1.0];
+        let share = |k: usize| self.share + PLACES[k] * (end - self.share);
         let mut at = |share: f64| control.positions(&self.path.at(share), &[0.0; 9])[axis];
-        let seen: [f64; 5] = std::array::from_fn(|k| at(share(k)));
+        let seen: [f64; PLACES.len()] = std::array::from_fn(|k| at(share(k)));
         let way = |k: usize| seen[k + 1] - seen[k];
         let turns = |k: &usize| way(*k).abs().min(way(k + 1).abs()) > STANDSTILL && way(*k) * way(k + 1) < 0.0;
-        let Some(k) = (0..3).find(turns) else { return end };
+        let Some(k) = (0..PLACES.len() - 2).find(turns) else { return end };
         let sense = way(k).signum();
         let (mut low, mut high) = (share(k), share(k + 2));
         for _ in 0..ROUNDS {
@@ -315,7 +314,9 @@ impl<'p> Pieces<'p> {
         // what the axes cannot give, or what was off before, is no fault of the cut
         let known_rad = self.start_off.1 + piece.off_rad.max(self.sent_off_rad);
         let way = Path { from: self.sent, to: piece.command, arc: piece.arc };
-        for look in LOOKS {
+        // what turns back as a piece begins may be over before the first look
+        let begins = Some(NEAR_BEGIN).filter(|_| !corrector.memories.is_empty());
+        for look in begins.into_iter().chain(LOOKS) {
             let share = self.share + look * (piece.share - self.share);
             let ideal = control.positions(&self.path.at(share), &piece.positions);
             let driven = control.positions(&way.at(look), &piece.positions);

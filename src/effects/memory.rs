@@ -9,9 +9,9 @@ pub(super) const STANDSTILL: f64 = 1e-7;
 pub enum MemoryLaw {
     /// `−[(1−w)·play + w·windup]`.
     LostMotion { windup_share: f64, take_up: f64, gap: f64 },
-    /// Towards `(bristle − direction)/2`, which dies away over the travel, by one over the way `rise`; at once where that is 0. At a
+    /// Towards `(bristle − direction)/2`, which dies away over the travel, by one over the way `onset`; at once where that is 0. At a
     /// reversal the bristle is turned back by the share `in_full` of what it had come: 1, and every spike is as large as after a long way.
-    Spike { travel: f64, in_full: f64, rise: f64 },
+    Spike { travel: f64, in_full: f64, onset: f64 },
 }
 
 /// What the past has left.
@@ -52,14 +52,20 @@ impl MemoryLaw {
         }
         past.direction = direction;
         past.play = if gap > 0.0 { (past.play + 2.0 * way / gap).clamp(-1.0, 1.0) } else { direction };
-        let decay = if take_up > 0.0 { (-way.abs() / take_up).exp() } else { 0.0 };
-        past.windup = direction + (past.windup - direction) * decay;
-        if let MemoryLaw::Spike { rise, .. } = *self {
-            past.spike = match rises(past) && rise > 0.0 {
-                true => past.spike - direction * (way.abs() / rise).min((due(past) - past.spike).abs()),
-                false => due(past),
-            };
+        let mut rest = way.abs();
+        if let MemoryLaw::Spike { onset, .. } = *self
+            && comes_in(past)
+        {
+            let until = onset * (due(past) - past.spike).abs();
+            if rest < until {
+                past.spike -= direction * rest / onset;
+                return;
+            }
+            rest -= until;
         }
+        let decay = if take_up > 0.0 { (-rest / take_up).exp() } else { 0.0 };
+        past.windup = direction + (past.windup - direction) * decay;
+        past.spike = due(past);
     }
 
     /// Value per unit of size.
@@ -80,7 +86,7 @@ impl MemoryLaw {
                 let turns_round = if gap > 0.0 && past.play * past.direction < 1.0 { 2.0 / gap } else { 0.0 };
                 -((1.0 - windup_share) * turns_round + windup_share * relaxes(take_up))
             }
-            MemoryLaw::Spike { rise, .. } if rises(past) && rise > 0.0 => -1.0 / rise,
+            MemoryLaw::Spike { onset, .. } if comes_in(past) && onset > 0.0 => -1.0 / onset,
             MemoryLaw::Spike { travel, .. } => 0.5 * relaxes(travel),
         }
     }
@@ -116,7 +122,7 @@ impl MemoryLaw {
                 let elastic = if windup_share > 0.0 { take_up } else { f64::INFINITY };
                 free.min(elastic)
             }
-            MemoryLaw::Spike { rise, .. } if rise > 0.0 && rises(&self.turned(past, direction)) => rise,
+            MemoryLaw::Spike { onset, .. } if onset > 0.0 && comes_in(&self.turned(past, direction)) => onset,
             MemoryLaw::Spike { travel, .. } => travel,
         }
     }
@@ -128,6 +134,6 @@ fn due(past: &Past) -> f64 {
 }
 
 /// Whether a spike still falls behind.
-fn rises(past: &Past) -> bool {
+fn comes_in(past: &Past) -> bool {
     (due(past) - past.spike) * past.direction < 0.0
 }

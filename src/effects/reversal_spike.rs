@@ -3,7 +3,7 @@
 //! Friction turns round over the pre-sliding travel d: `w' = (sgn v − w) |v| / d`. Without servo dynamics the axis is
 //! behind by `w − sgn v` halves, that is `−sgn(v) e^(−travel/d)` after a full reversal. After a short way it is less: friction
 //! had not turned round. A pulse with which the control wrongly meets friction comes `in_full` at every reversal. The part stands while
-//! its command goes on, so a spike comes in over a way as long as itself (`rise`). With them the position error y is
+//! its command goes on, so a spike comes in over a way as long as itself (`onset`). With them the position error y is
 //! the response of a loop with integral action to the change of friction, `y″ + 2ζω y' + ω² y = −w'`, scaled so
 //! that its largest value in the session is one.
 
@@ -46,7 +46,7 @@ pub static REVERSAL_SPIKE: Kind = Kind {
         place: "any axis",
         components: "own",
         functions: "`−sgn v·e^(−travel/d)`, after a short way less the more of it was left unless `in_full`; with `servo_hz` f: `y″ + 2ζω y' + ω² y = −w'`, w the friction, largest value 1",
-        parameters: "`travel` d, `in_full` (0 to 1), `rise`: way over which it comes in, `servo_hz`, `damping` ζ",
+        parameters: "`travel` d, `in_full` (0 to 1), `onset`: way over which it comes in, `servo_hz`, `damping` ζ",
         unit: "um, arcsec, largest of the session",
     },
     parameters: &[
@@ -65,7 +65,7 @@ pub static REVERSAL_SPIKE: Kind = Kind {
             "1: in full at every reversal, however short the way before; 0: as far as friction had turned round",
         ),
         Parameter::number(
-            "rise",
+            "onset",
             ParameterUnit::Position,
             DefaultValue::Number(0.0),
             (0.0, 1.0),
@@ -149,7 +149,7 @@ pub(super) fn law(machine: &Machine, effect: &Effect, axis: usize) -> Option<Mem
 }
 
 fn spike(number: impl Fn(&'static str) -> f64) -> MemoryLaw {
-    MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full"), rise: number("rise") }
+    MemoryLaw::Spike { travel: number("travel"), in_full: number("in_full"), onset: number("onset") }
 }
 
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
@@ -201,7 +201,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 const TRAVELS_DEG: [f64; 3] = [0.3, 1.0, 3.0];
 const TRAVELS_MM: [f64; 4] = [0.02, 0.1, 0.5, 2.0];
 const TRAVELS_IN_FULL_MM: [f64; 2] = [0.5, 2.0];
-const RISE_MM: f64 = 5e-3;
+const ONSET_MM: f64 = 5e-3;
 const SERVOS_HZ: [f64; 3] = [1.0, 3.0, 8.0];
 
 fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
@@ -220,7 +220,7 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
         let in_full = TRAVELS_IN_FULL_MM.map(|d| {
             with_number(REVERSAL_SPIKE.name, place, "travel", d)
                 .with("in_full", ParameterValue::Number(1.0))
-                .with("rise", ParameterValue::Number(RISE_MM))
+                .with("onset", ParameterValue::Number(ONSET_MM))
         });
         let ringing = SERVOS_HZ.map(|hz| {
             let servo = with_number(REVERSAL_SPIKE.name, place, "servo_hz", hz);
@@ -229,7 +229,7 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
         });
         let shape = vec![
             Refined::number("travel", (0.02, 20.0), 0.7),
-            Refined::number("rise", (5e-4, 0.1), 0.7),
+            Refined::number("onset", (5e-4, 0.1), 0.7),
             Refined::number("servo_hz", (0.2, 60.0), 0.4),
             Refined::number("damping", (0.05, 3.0), 0.15),
         ];
