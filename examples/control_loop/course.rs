@@ -10,6 +10,8 @@ use crate::plain_program::{LETTERS, Move, moves};
 const MM_PER_DEG: f64 = 1.75;
 /// The control may already be on a neighbour of the move whose line it tells.
 const NEIGHBOURS: usize = 4;
+/// Pieces whose distances differ by less are as near, mm.
+const AS_NEAR_MM: f64 = 1e-4;
 
 /// How many times faster than its move a block is that takes lost motion up, and how closely a pace and a time are told by words.
 const TAKES_UP: f64 = 2.0;
@@ -65,8 +67,11 @@ impl<'m> Course<'m> {
         }
         let near = self.pieces.partition_point(|piece| piece.own.line < line);
         let (first, last) = (near.saturating_sub(NEIGHBOURS), (near + NEIGHBOURS).min(self.pieces.len() - 1));
-        let nearest = self.pieces[first..=last].iter().map(|piece| (piece, nearest(&piece.own, &at)));
-        let (piece, (share, _)) = nearest.min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("pieces");
+        let near: Vec<_> = self.pieces[first..=last].iter().map(|piece| (piece, nearest(&piece.own, &at))).collect();
+        let least = near.iter().map(|(_, (_, square))| *square).fold(f64::INFINITY, f64::min);
+        // the way back of a mark lies on its way out: of pieces that are as near the line tells
+        let as_near = near.into_iter().filter(|(_, (_, square))| square.sqrt() < least.sqrt() + AS_NEAR_MM);
+        let (piece, (share, _)) = as_near.min_by_key(|(piece, _)| piece.own.line.abs_diff(line)).expect("pieces");
         let [begin, end] = piece.shares;
         Place {
             planned: positions(self.machine, &self.planned[piece.of].at(begin + share * (end - begin))),

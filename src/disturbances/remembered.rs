@@ -65,9 +65,10 @@ fn without_jump(law: MemoryLaw, own: f64) -> MemoryLaw {
             take_up: take_up.max(2.0 * own * windup_share),
             gap: gap.max(2.0 * own * (1.0 - windup_share)),
         },
-        // one that is told to come at once is small beside its travel, or it is no motion of a part
+        // the part stands while it falls behind; a spike that is told to come at once is small beside its travel, or it is no motion
+        // of a part
         MemoryLaw::Spike { travel, in_full, onset } if own > 0.0 && (onset > 0.0 || own > travel) => {
-            MemoryLaw::Spike { travel, in_full, onset: onset.max(own) }
+            MemoryLaw::Spike { travel, in_full, onset: own }
         }
         law => law,
     }

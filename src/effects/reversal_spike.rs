@@ -201,6 +201,7 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 const TRAVELS_DEG: [f64; 3] = [0.3, 1.0, 3.0];
 const TRAVELS_MM: [f64; 4] = [0.02, 0.1, 0.5, 2.0];
 const TRAVELS_IN_FULL_MM: [f64; 2] = [0.5, 2.0];
+/// Way over which these come in: as long as spikes are, some micrometres, which readings hardly tell; `compensate` takes the size.
 const ONSET_MM: f64 = 5e-3;
 const SERVOS_HZ: [f64; 3] = [1.0, 3.0, 8.0];
 
@@ -229,7 +230,6 @@ fn spikes(seen: &Observations) -> Vec<CandidateFamily> {
         });
         let shape = vec![
             Refined::number("travel", (0.02, 20.0), 0.7),
-            Refined::number("onset", (5e-4, 0.1), 0.7),
             Refined::number("servo_hz", (0.2, 60.0), 0.4),
             Refined::number("damping", (0.05, 3.0), 0.15),
         ];

@@ -296,7 +296,7 @@ fn with_further(
 
 /// Next value of a parameter: lists of periods, travels and frequencies move by ratio, the others by difference.
 fn stepped(refined: &Refined, now: f64, step: f64) -> f64 {
-    let by_ratio = matches!(refined.name, "periods" | "travel" | "onset" | "turned" | "servo_hz" | "frequency");
+    let by_ratio = matches!(refined.name, "periods" | "travel" | "turned" | "servo_hz" | "frequency");
     let next = if by_ratio { now * (1.0 + step.abs()).powf(step.signum()) } else { now + step };
     next.clamp(refined.least, refined.most)
 }
