@@ -12,6 +12,10 @@ pub const POLE_ZONE_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
 /// Newton steps; errors of a machine need three.
 const MOST_STEPS: usize = 12;
+/// The same where ways of axes count: halving a bracket of 100 µm to a nanometre takes some twenty.
+const MOST_STEPS_OF_WAYS: usize = 60;
+/// The tip is met within this for a command to be right, mm.
+const NEAR_MM: f64 = 1e-5;
 /// Tip and direction meet the ideal ones within this, mm and rad.
 const MET_MM: f64 = 1e-9;
 const MET_RAD: f64 = 1e-12;
@@ -22,6 +26,8 @@ pub struct Corrected {
     pub positions: Positions,
     /// Angle by which the tool's direction stays off, rad.
     pub off_rad: f64,
+    /// The tip is where it ought to be; of what the way of the axes has left no command may be right.
+    pub is_met: bool,
 }
 
 /// The erring machine.
@@ -83,7 +89,9 @@ impl<'a> Corrector<'a> {
         let mut positions = *start;
         let mut off_rad = 0.0;
         let mut search = search;
-        for step in 0..MOST_STEPS {
+        let (mut is_met, mut brackets) = (search == Search::Past, self.memories.brackets(start));
+        let most_steps = if search == Search::Past { MOST_STEPS } else { MOST_STEPS_OF_WAYS };
+        for step in 0..most_steps {
             let mut motion = self.actual.component_errors(&positions[..count]);
             if !self.memories.is_empty() {
                 self.memories.add(search, &positions, motion.get_or_insert_with(|| vec![[0.0; 6]; count]));
@@ -94,6 +102,7 @@ impl<'a> Corrector<'a> {
             off_rad = off.norm();
             let turned = self.turns(&positions, programmed, &pose.axis, &off);
             let most = turned.iter().fold(0.0f64, |most, turn| most.max(turn.abs()));
+            is_met |= search == Search::Way && lacking.norm() < NEAR_MM;
             if step > 0 && lacking.norm() < MET_MM && (off_rad < MET_RAD || most < MET_RAD) {
                 break;
             }
@@ -101,17 +110,19 @@ impl<'a> Corrector<'a> {
             let mut rest = lacking;
             for (&axis, turn) in self.turning.iter().zip(turned.iter()) {
                 rest -= self.scratch[axis].moves(&pose.tip_mm) * *turn;
-                positions[axis] += turn / self.memories.share(search, axis, &before);
+                let share = self.memories.share(search, axis, &before);
+                positions[axis] = brackets.next(search, axis, before[axis], (*turn, share));
             }
             let slides = slide_step(&self.scratch, self.sliding, &rest);
             for (&axis, step) in self.sliding.iter().zip(slides.iter()) {
-                positions[axis] += step / self.memories.share(search, axis, &before);
+                let share = self.memories.share(search, axis, &before);
+                positions[axis] = brackets.next(search, axis, before[axis], (*step, share));
             }
             if search == Search::Settled {
                 search = Search::Way;
             }
         }
-        Corrected { positions, off_rad }
+        Corrected { positions, off_rad, is_met }
     }
 
     /// Steps of the rotary axes (at most two) that take `off` from the tool's direction.

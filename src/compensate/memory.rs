@@ -161,6 +161,18 @@ impl Memories {
         share.max(LEAST_SHARE)
     }
 
+    /// Where the commands of axes can lie that owe something to their own ways, about a start.
+    pub fn brackets(&self, start: &Positions) -> Brackets {
+        let mut brackets = Brackets { ends: [None; 9] };
+        for one in self.list.iter().filter(|one| one.what.own != 0.0) {
+            let axis = one.what.driving;
+            let [low, high] = brackets.ends[axis].unwrap_or([start[axis] - SLACK, start[axis] + SLACK]);
+            let reach = REACH * one.what.own.abs();
+            brackets.ends[axis] = Some([low - reach, high + reach]);
+        }
+        brackets
+    }
+
     /// Puts axes that wait back to where they stand.
     pub fn keep_waiting(&self, positions: &mut Positions) {
         for one in self.list.iter().filter(|one| one.next == Next::Waits) {
@@ -180,6 +192,29 @@ impl Memories {
             }
         }
         reach
+    }
+}
+
+/// Ends between which a search for a command stays, by axis: what ways have left is one size to either side at most, and a step where a
+/// part hardly moves with its command would else be far too long.
+#[derive(Debug, Clone, Copy)]
+pub struct Brackets {
+    ends: [Option<[f64; 2]>; 9],
+}
+
+/// Sizes of what is left, to either side, and a little, mm or rad.
+const REACH: f64 = 2.2;
+const SLACK: f64 = 1e-4;
+
+impl Brackets {
+    /// The next position of an axis after a step for a part that moves by a share of its command; halfway where the step leaves the bracket.
+    pub fn next(&mut self, search: Search, axis: usize, at: f64, (step, share): (f64, f64)) -> f64 {
+        let next = at + step / share;
+        let Some([low, high]) = self.ends[axis].as_mut().filter(|_| search != Search::Past) else { return next };
+        if search == Search::Way {
+            *(if step > 0.0 { &mut *low } else { &mut *high }) = at;
+        }
+        if next >= *low && next <= *high { next } else { 0.5 * (*low + *high) }
     }
 }
 

@@ -35,6 +35,8 @@ pub struct Piece {
     pub positions: Positions,
     /// What the tool's direction stays off, rad.
     pub off_rad: f64,
+    /// The tip is where it ought to be at its end.
+    pub is_met: bool,
 }
 
 /// Where a piece is compared with the ideal path: off the middle, so that a wave is not met at its zeros alone.
@@ -138,7 +140,7 @@ impl<'p> Pieces<'p> {
             let end = self.before_turn(control, corrector, end);
             let (piece, used) = self.tried(control, corrector, end);
             let step = end - self.share;
-            let goes_over_jump = used > USED && self.is_jump(control, corrector, end);
+            let goes_over_jump = used > USED && used.is_finite() && self.is_jump(control, corrector, end);
             if used <= USED || goes_over_jump {
                 let (piece, next) = match too_long.filter(|_| !corrector.memories.is_empty()) {
                     // behind a jump the way is smooth again
@@ -166,7 +168,9 @@ impl<'p> Pieces<'p> {
     /// The command to an end, and the share of the tolerance that it uses.
     fn tried(&self, control: &mut Control, corrector: &mut Corrector, end: f64) -> (Piece, f64) {
         let piece = self.command(control, corrector, end);
-        let used = self.used(control, corrector, &piece);
+        // of a rapid the end alone counts, and what no command makes right is told by the move after it
+        let counts = piece.is_met || self.start_off.0.is_infinite();
+        let used = if counts { self.used(control, corrector, &piece) } else { f64::INFINITY };
         (piece, used)
     }
 
@@ -267,6 +271,7 @@ impl<'p> Pieces<'p> {
             arc: None,
             positions: corrected.positions,
             off_rad: corrected.off_rad,
+            is_met: corrected.is_met,
         };
         if let Some(arc) = self.path.arc.filter(|_| self.fineness.keeps_arcs) {
             let (_, middle) = self.corrected(control, corrector, 0.5 * (self.share + share));

@@ -9,8 +9,9 @@ pub(super) const STANDSTILL: f64 = 1e-7;
 pub enum MemoryLaw {
     /// `−[(1−w)·play + w·windup]`.
     LostMotion { windup_share: f64, take_up: f64, gap: f64 },
-    /// Towards `(bristle − direction)/2`, which dies away over the travel, by one over the way `onset`; at once where that is 0. At a
-    /// reversal the bristle is turned back by the share `in_full` of what it had come: 1, and every spike is as large as after a long way.
+    /// `(bristle − direction)/2`: a spike that dies away over the travel. It comes in at the rate of its size over the way `onset`, at
+    /// once where that is 0. At a reversal the bristle is set back by the share `in_full` of its way: with 1 every spike is as large as
+    /// after a long way.
     Spike { travel: f64, in_full: f64, onset: f64 },
 }
 
@@ -133,7 +134,10 @@ fn due(past: &Past) -> f64 {
     (past.windup - past.direction) / 2.0
 }
 
+/// Of its size: what a spike lacks by rounding alone.
+const COME_IN: f64 = 1e-9;
+
 /// Whether a spike still falls behind.
 fn comes_in(past: &Past) -> bool {
-    (due(past) - past.spike) * past.direction < 0.0
+    (due(past) - past.spike) * past.direction < -COME_IN
 }

@@ -62,14 +62,14 @@ pub static REVERSAL_SPIKE: Kind = Kind {
             ParameterUnit::Plain,
             DefaultValue::Number(0.0),
             (0.0, 1.0),
-            "1: in full at every reversal, however short the way before; 0: as far as friction had turned round",
+            "1: in full at every reversal, however short the way before; 0: as far as friction had turned round; not with servo_hz",
         ),
         Parameter::number(
             "onset",
             ParameterUnit::Position,
             DefaultValue::Number(0.0),
             (0.0, 1.0),
-            "way over which the spike comes in, mm or deg: as long as the spike where the part stands meanwhile; 0: at once",
+            "way over which the spike comes in, mm or deg: as long as the spike where the part stands meanwhile; 0: at once; not with servo_hz",
         ),
         Parameter::number(
             "servo_hz",

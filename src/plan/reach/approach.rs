@@ -152,7 +152,7 @@ impl Parking {
     }
 
     /// The sense, −1 or 1 as commanded, in which the axes that stand in a run come to their places, by axis. An axis that comes
-    /// from nearer than [`ASIDE`] first goes aside from park and back where that is clear; `None` where nothing tells its sense.
+    /// from nearer than 10 mm or deg first goes aside from park and back where that is clear; `None` where nothing tells its sense.
     pub fn give_senses(
         &self,
         machine: &Machine,
