@@ -470,22 +470,19 @@ fn lost_motion_play_and_spikes_are_taken_out_along_the_program() {
 
 #[test]
 fn a_move_for_which_no_command_is_right_is_refused() {
-    // after a reversal the slide goes back by more than its command goes on, or leaps ahead, and a command that holds it back is a
-    // reversal again
-    for size in [0.06, -0.06] {
-        let (mut machine, bodies) = erring("hermle-c600u.yaml", 100);
-        let spike = Remembers::new(&machine, "Y", Component::EY, size, Law::Spike(0.004)).effect(&machine);
-        machine.effects = vec![spike];
-        let list = take_remembered(&mut machine, &[]);
-        let chain = Chain::of(&machine);
-        let compensator = Compensator::new(&machine, &chain, &bodies, settings(Coordinates::Axes)).expect("machine");
-        let mut compensator = compensator.with_remembered(list);
-        let mut corrected = |line: &str| compensator.line(line.as_bytes(), &mut Vec::new());
-        let refused = TURNING_BACK.split_inclusive('\n').find_map(|line| corrected(line).err()).expect("a refusal");
-        println!("{}: {}", refused.line, refused.reason);
-        let reasons = ["turn back again and again", "an error of the machine jumps there"];
-        assert!(reasons.iter().any(|reason| refused.reason.contains(reason)), "{}", refused.reason);
-    }
+    let (mut machine, bodies) = erring("hermle-c600u.yaml", 100);
+    // after a reversal the slide goes back by more than its command goes on
+    let spike = Remembers::new(&machine, "Y", Component::EY, 0.06, Law::Spike(0.004)).effect(&machine);
+    machine.effects = vec![spike];
+    let list = take_remembered(&mut machine, &[]);
+    let chain = Chain::of(&machine);
+    let compensator = Compensator::new(&machine, &chain, &bodies, settings(Coordinates::Axes)).expect("machine");
+    let mut compensator = compensator.with_remembered(list);
+    let mut corrected = |line: &str| compensator.line(line.as_bytes(), &mut Vec::new());
+    let refused = TURNING_BACK.split_inclusive('\n').find_map(|line| corrected(line).err()).expect("a refusal");
+    println!("{}: {}", refused.line, refused.reason);
+    let reasons = ["turn back again and again", "an error of the machine jumps there"];
+    assert!(reasons.iter().any(|reason| refused.reason.contains(reason)), "{}", refused.reason);
 }
 
 #[test]
