@@ -6,10 +6,10 @@
 //! ```
 //!
 //! `all` runs the twelve machines of [`case`] and prints their table, a NUMBER one of them, `coverage` forty machines of the first
-//! kind whose slides err as those of new machines do. `exact` drives programs exactly in LinuxCNC's place, `known` corrects for the machine as it is in place of the machine as
-//! found. LinuxCNC and the reference data's `control-loop/run` are needed (`FIVEAXIS_SHARED` names the reference data). Traces
-//! of the same program that lie in FOLDER are not run again. `FIVEAXIS_BIN` names another binary than that of the same build,
-//! `FIVEAXIS_CONTROL_SPEED` runs the control's clock faster (see `faster`).
+//! kind whose slides err as those of new machines do. `exact` drives programs exactly in LinuxCNC's place, `known` corrects for
+//! the machine as it is in place of the machine as found. LinuxCNC and the reference data's `control-loop/run` are needed
+//! (`FIVEAXIS_SHARED` names the reference data). Traces of the same program that lie in FOLDER are not run again. `FIVEAXIS_BIN`
+//! names another binary than that of the same build, `FIVEAXIS_CONTROL_SPEED` runs the control's clock faster (see `faster`).
 //!
 //! The hidden machine's kinematics are those of `tests/plain_machine`, which share nothing with the library.
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::command::{Positions, slide_step};
-use super::memory::{Memories, Search};
+use super::memory::{Brackets, Memories, Search};
 use crate::inverse::{AxisInWorkpiece, Kinematics, Tool, ToolPose};
 
 /// Nearer to a singular direction than this, rad (two degrees), the turn that corrects the tool's direction is held back:
@@ -89,8 +89,10 @@ impl<'a> Corrector<'a> {
         let mut positions = *start;
         let mut off_rad = 0.0;
         let mut search = search;
-        let (mut is_met, mut brackets) = (search == Search::Past, self.memories.brackets(start));
-        let most_steps = if search == Search::Past { MOST_STEPS } else { MOST_STEPS_OF_WAYS };
+        let (mut is_met, most_steps, mut brackets) = match search {
+            Search::Past => (true, MOST_STEPS, Brackets::default()),
+            _ => (false, MOST_STEPS_OF_WAYS, self.memories.brackets(start)),
+        };
         for step in 0..most_steps {
             let mut motion = self.actual.component_errors(&positions[..count]);
             if !self.memories.is_empty() {

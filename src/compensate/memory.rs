@@ -163,7 +163,7 @@ impl Memories {
 
     /// Where the commands of axes can lie that owe something to their own ways, about a start.
     pub fn brackets(&self, start: &Positions) -> Brackets {
-        let mut brackets = Brackets { ends: [None; 9] };
+        let mut brackets = Brackets::default();
         for one in self.list.iter().filter(|one| one.what.own != 0.0) {
             let axis = one.what.driving;
             let [low, high] = brackets.ends[axis].unwrap_or([start[axis] - SLACK, start[axis] + SLACK]);
@@ -197,7 +197,7 @@ impl Memories {
 
 /// Ends between which a search for a command stays, by axis: what ways have left is one size to either side at most, and a step where a
 /// part hardly moves with its command would else be far too long.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Brackets {
     ends: [Option<[f64; 2]>; 9],
 }
@@ -210,7 +210,7 @@ impl Brackets {
     /// The next position of an axis after a step for a part that moves by a share of its command; halfway where the step leaves the bracket.
     pub fn next(&mut self, search: Search, axis: usize, at: f64, (step, share): (f64, f64)) -> f64 {
         let next = at + step / share;
-        let Some([low, high]) = self.ends[axis].as_mut().filter(|_| search != Search::Past) else { return next };
+        let Some([low, high]) = &mut self.ends[axis] else { return next };
         if search == Search::Way {
             *(if step > 0.0 { &mut *low } else { &mut *high }) = at;
         }

@@ -41,6 +41,7 @@ pub struct Piece {
 
 /// Where a piece is compared with the ideal path: off the middle, so that a wave is not met at its zeros alone.
 const LOOKS: [f64; 3] = [0.27, 0.5, 0.77];
+/// A further look where an axis owes something to its way: what turns back as a piece begins may be over before the first one.
 const NEAR_BEGIN: f64 = 0.02;
 /// Of a tolerance a piece may use this much: between the looks it may be a little farther off.
 const USED: f64 = 0.8;
@@ -140,13 +141,15 @@ impl<'p> Pieces<'p> {
             let end = self.before_turn(control, corrector, end);
             let (piece, used) = self.tried(control, corrector, end);
             let step = end - self.share;
-            let goes_over_jump = used > USED && used.is_finite() && self.is_jump(control, corrector, end);
+            let goes_over_jump = used > USED && used.is_finite() && self.is_jump(control, corrector, [self.share, end]);
             if used <= USED || goes_over_jump {
-                let (piece, next) = match too_long.filter(|_| !corrector.memories.is_empty()) {
+                let (piece, next) = match too_long {
                     // behind a jump the way is smooth again
                     _ if goes_over_jump => (piece, self.longest),
-                    Some(long) => self.up_to_jump(control, corrector, (piece, used), long),
-                    None => {
+                    Some(long) if !corrector.memories.is_empty() => {
+                        self.up_to_jump(control, corrector, (piece, used), long)
+                    }
+                    _ => {
                         let most = if corrector.memories.is_empty() { 2.0 } else { GROWS_AFTER_REVERSAL };
                         (piece, step * (0.85 * (USED / used.max(1e-3)).sqrt()).clamp(0.5, most))
                     }
@@ -186,8 +189,8 @@ impl<'p> Pieces<'p> {
         // a piece that uses some of the tolerance is as long as a smooth way allows
         while used < USED_BY_SMOOTH {
             let short = best.share - self.share;
-            let rest = Pieces { share: best.share, ..self.clone() };
-            if rest.is_jump(control, corrector, self.share + long) || long - short < LEAST_SHARE_OF_JUMPS {
+            if self.is_jump(control, corrector, [best.share, self.share + long]) || long - short < LEAST_SHARE_OF_JUMPS
+            {
                 return (best, long - short);
             }
             let middle = 0.5 * (short + long);
@@ -248,12 +251,12 @@ impl<'p> Pieces<'p> {
         if turn - self.share > NEAR_END * (end - self.share) { turn } else { end }
     }
 
-    /// Whether a piece is so short that what it is off can only be the jump of a reversal.
-    fn is_jump(&self, control: &mut Control, corrector: &Corrector, end: f64) -> bool {
+    /// Whether the way between two shares is so short that what a piece over it is off can only be the jump of a reversal.
+    fn is_jump(&self, control: &mut Control, corrector: &Corrector, shares: [f64; 2]) -> bool {
         if corrector.memories.is_empty() {
             return false;
         }
-        let [from, to] = [self.share, end].map(|share| control.positions(&self.path.at(share), &[0.0; 9]));
+        let [from, to] = shares.map(|share| control.positions(&self.path.at(share), &[0.0; 9]));
         control.nominal.machine().axes.iter().zip(from.iter().zip(&to)).all(|(axis, (from, to))| {
             let lever_mm = if axis.kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
             (to - from).abs() * lever_mm < JUMP * self.fineness.tolerance_mm
@@ -319,7 +322,6 @@ impl<'p> Pieces<'p> {
         // what the axes cannot give, or what was off before, is no fault of the cut
         let known_rad = self.start_off.1 + piece.off_rad.max(self.sent_off_rad);
         let way = Path { from: self.sent, to: piece.command, arc: piece.arc };
-        // what turns back as a piece begins may be over before the first look
         let begins = Some(NEAR_BEGIN).filter(|_| !corrector.memories.is_empty());
         for look in begins.into_iter().chain(LOOKS) {
             let share = self.share + look * (piece.share - self.share);

@@ -6,15 +6,13 @@ use nalgebra::Vector3;
 
 use crate::chain::{Chain, Geometry, sines_and_cosines};
 use crate::machine::{AxisKind, Machine, Place};
-use crate::session::{Clock, Motion, MotionError, Session, Test, marked};
+use crate::session::{APPROACHED_OVER, Clock, Motion, MotionError, Session, Test, marked};
 
 /// Values of one function: by test in the order of the session file, then by row.
 pub type Profile = Vec<Vec<f64>>;
 
 /// How far outside the arc the axes start when a test does not say, mm or deg.
 const DEFAULT_OVERSHOOT: f64 = 4.0;
-/// How far off standing axes came from in the sense that a test states, mm or deg: lost motion is taken up on the way.
-const APPROACHED_FROM: f64 = 10.0;
 /// Places on the approach between its start and the first row, as shares of the overshoot.
 const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 
@@ -326,7 +324,7 @@ fn came_from(session: &Session, test: &Test, start: &[f64]) -> Vec<f64> {
         return Vec::new();
     }
     let axes = session.machine.axes.iter().zip(&test.approached).zip(start);
-    axes.map(|((axis, sense), q)| q - sense.unwrap_or(0.0) * axis.kind.from_file_unit(APPROACHED_FROM)).collect()
+    axes.map(|((axis, sense), q)| q - sense.unwrap_or(0.0) * axis.kind.from_file_unit(APPROACHED_OVER)).collect()
 }
 
 /// Positions of the run-in: the path of the first rows carried on backwards by the overshoot.

@@ -87,7 +87,7 @@ impl MemoryLaw {
                 let turns_round = if gap > 0.0 && past.play * past.direction < 1.0 { 2.0 / gap } else { 0.0 };
                 -((1.0 - windup_share) * turns_round + windup_share * relaxes(take_up))
             }
-            MemoryLaw::Spike { onset, .. } if comes_in(past) && onset > 0.0 => -1.0 / onset,
+            MemoryLaw::Spike { onset, .. } if comes_in(past) => -1.0 / onset,
             MemoryLaw::Spike { travel, .. } => 0.5 * relaxes(travel),
         }
     }
@@ -123,7 +123,7 @@ impl MemoryLaw {
                 let elastic = if windup_share > 0.0 { take_up } else { f64::INFINITY };
                 free.min(elastic)
             }
-            MemoryLaw::Spike { onset, .. } if onset > 0.0 && comes_in(&self.turned(past, direction)) => onset,
+            MemoryLaw::Spike { onset, .. } if comes_in(&self.turned(past, direction)) => onset,
             MemoryLaw::Spike { travel, .. } => travel,
         }
     }
@@ -137,7 +137,7 @@ fn due(past: &Past) -> f64 {
 /// Of its size: what a spike lacks by rounding alone.
 const COME_IN: f64 = 1e-9;
 
-/// Whether a spike still falls behind.
+/// Whether a spike still falls behind; one without an onset never does after a move.
 fn comes_in(past: &Past) -> bool {
     (due(past) - past.spike) * past.direction < -COME_IN
 }

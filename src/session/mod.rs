@@ -23,5 +23,5 @@ pub use motion::Motion;
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, LengthColumn, Recording};
 pub use setups::{Setup, Setups};
-pub use test::{Session, Test};
+pub use test::{APPROACHED_OVER, Session, Test};
 pub use test_motion::{MotionError, way_mm};

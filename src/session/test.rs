@@ -7,6 +7,10 @@ use super::recording::Recording;
 use crate::machine::Machine;
 use crate::readings::Reading;
 
+/// Way over which an axis that stands in a test came to its place, in the sense that the test states, mm or deg: three times the longest
+/// over which lost motion is taken up.
+pub const APPROACHED_OVER: f64 = 10.0;
+
 /// One test: a bar between two balls while some axes move, or one number of what another instrument read of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Test {

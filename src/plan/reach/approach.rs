@@ -9,6 +9,7 @@ use crate::collision::{Aside, Leg, NoWay, Scene, Scratch, certify, clear_way};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::places::candidate::Avoid;
 use crate::plan::places::free_range::free_parts;
+use crate::session::APPROACHED_OVER;
 
 /// The way to a test.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +48,11 @@ impl Approach {
         corners
     }
 
+    /// Far ends of the moves aside.
+    pub fn asides(&self) -> impl Iterator<Item = &Leg> {
+        self.aside_and_back.iter().step_by(2)
+    }
+
     /// The last leg of an axis, from and to, mm or rad.
     fn last_leg(&self, axis: usize) -> Option<(f64, f64)> {
         let last = self.legs.iter().rposition(|leg| leg.axis == axis)?;
@@ -67,10 +73,8 @@ pub struct Parking {
 const FREE_TRAVEL_MM: f64 = 300.0;
 /// Ends of ranges are kept off, mm: a control stops at its limit.
 const OFF_LIMIT_MM: f64 = 1.0;
-/// Way after which an axis stands on one flank, mm or deg: three times the longest over which lost motion is taken up.
-const ASIDE: f64 = 10.0;
-/// Axes that stay within this stand, mm or rad.
-const STANDS: f64 = 1e-6;
+/// Axes that stay within this of one place stand, mm or rad.
+pub(crate) const STANDS: f64 = 1e-6;
 
 impl Parking {
     /// Park positions of a machine: spindle and table apart, other axes at zero or in the middle, all outside avoided regions
@@ -152,7 +156,7 @@ impl Parking {
     }
 
     /// The sense, −1 or 1 as commanded, in which the axes that stand in a run come to their places, by axis. An axis that comes
-    /// from nearer than 10 mm or deg first goes aside from park and back where that is clear; `None` where nothing tells its sense.
+    /// from nearer than [`APPROACHED_OVER`] first goes aside from park and back where that is clear; `None` where nothing tells its sense.
     pub fn give_senses(
         &self,
         machine: &Machine,
@@ -161,37 +165,35 @@ impl Parking {
         margin_mm: f64,
         scratch: &mut Scratch,
     ) -> Vec<Option<f64>> {
-        let stands = |axis: usize| run.iter().all(|row| (row[axis] - run[0][axis]).abs() <= STANDS);
-        (0..machine.axes.len())
-            .map(|axis| {
-                let kind = machine.axes[axis].kind;
-                let last = approach.last_leg(axis).map(|(from, to)| to - from).filter(|_| stands(axis));
-                let park = approach.park[axis];
-                match last {
-                    _ if !stands(axis) => return None,
-                    Some(way) if kind.to_file_unit(way.abs()) >= ASIDE => return Some(way.signum()),
-                    // short, and not the only one: from where it comes it has not been aside
-                    Some(_) if approach.legs.iter().filter(|leg| leg.axis == axis).count() > 1 => return None,
-                    _ => {}
-                }
-                let senses = last.map_or(vec![1.0, -1.0], |way| vec![way.signum()]);
-                let sense = senses.into_iter().find(|sense| {
-                    let to = park - sense * kind.from_file_unit(ASIDE);
-                    let off = kind.from_file_unit(OFF_LIMIT_MM);
-                    let is_inside =
-                        machine.axes[axis].range.is_none_or(|(low, high)| low + off <= to && to <= high - off);
-                    let mut aside = approach.park.clone();
-                    aside[axis] = to;
-                    let way = [approach.park.clone(), aside];
-                    is_inside
-                        && is_free(&self.avoid, axis, park, to)
-                        && certify(scene, &way, margin_mm, scratch).is_ok()
-                })?;
-                let to = park - sense * kind.from_file_unit(ASIDE);
-                approach.aside_and_back.extend([Leg { axis, to }, Leg { axis, to: park }]);
-                Some(sense)
-            })
-            .collect()
+        let mut sense_of = |axis: usize| {
+            if run.iter().any(|row| (row[axis] - run[0][axis]).abs() > STANDS) {
+                return None;
+            }
+            let kind = machine.axes[axis].kind;
+            let last = approach.last_leg(axis).map(|(from, to)| to - from);
+            if let Some(way) = last.filter(|way| kind.to_file_unit(way.abs()) >= APPROACHED_OVER) {
+                return Some(way.signum());
+            }
+            // short, and not the only one: from where it comes it has not been aside
+            if approach.legs.iter().filter(|leg| leg.axis == axis).count() > 1 {
+                return None;
+            }
+            let park = approach.park[axis];
+            let far = |sense: f64| park - sense * kind.from_file_unit(APPROACHED_OVER);
+            let senses = last.map_or(vec![1.0, -1.0], |way| vec![way.signum()]);
+            let sense = senses.into_iter().find(|&sense| {
+                let off = kind.from_file_unit(OFF_LIMIT_MM);
+                let is_inside = |(low, high): (f64, f64)| (low + off..=high - off).contains(&far(sense));
+                let mut aside = approach.park.clone();
+                aside[axis] = far(sense);
+                machine.axes[axis].range.is_none_or(is_inside)
+                    && is_free(&self.avoid, axis, park, far(sense))
+                    && certify(scene, &[approach.park.clone(), aside], margin_mm, scratch).is_ok()
+            })?;
+            approach.aside_and_back.extend([far(sense), park].map(|to| Leg { axis, to }));
+            Some(sense)
+        };
+        (0..machine.axes.len()).map(&mut sense_of).collect()
     }
 }
 

@@ -13,12 +13,9 @@ use crate::plan::context::evaluation::Evaluation;
 use crate::plan::information::posterior::Posterior;
 use crate::plan::places::candidate::Candidate;
 use crate::plan::places::drive::Drive;
-use crate::plan::reach::approach::{Approach, crossings};
+use crate::plan::reach::approach::{Approach, STANDS, crossings};
 use crate::plan::reach::little_moves::{LittleMove, little_moves};
 use crate::plan::reasons::forecast::forecasts;
-
-/// Axes that stand within this of one place are not moved, mm or rad.
-const STANDS: f64 = 1e-6;
 
 impl<'a> Evaluation<'a> {
     /// Little moves of all axes that the tests move, from the park position of the first.

@@ -117,7 +117,7 @@ fn way(machine: &Machine, planned: &PlannedTest) -> String {
         |axis: usize, q: f64| format!("{} {}", machine.axes[axis].name, four(coordinates.reading(machine, axis, q)));
     let approach = &planned.approach;
     let legs: Vec<String> = approach.legs.iter().map(|leg| stands(leg.axis, leg.to)).collect();
-    let aside: Vec<String> = approach.aside_and_back.iter().step_by(2).map(|leg| stands(leg.axis, leg.to)).collect();
+    let aside: Vec<String> = approach.asides().map(|leg| stands(leg.axis, leg.to)).collect();
     let aside = if aside.is_empty() { String::new() } else { format!("{} and back; ", aside.join(", ")) };
     match legs.len() {
         0 => format!("{aside}the run starts at park"),

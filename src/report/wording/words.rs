@@ -205,7 +205,7 @@ pub fn approach_in_words(planned: &PlannedTest, machine: &Machine) -> String {
         1 => format!("by {}, back the same way", legs[0]),
         _ => format!("by {} one after the other, back the same way", legs.join(", ")),
     };
-    let aside: Vec<String> = approach.aside_and_back.iter().step_by(2).map(|leg| stands(leg.axis, leg.to)).collect();
+    let aside: Vec<String> = approach.asides().map(|leg| stands(leg.axis, leg.to)).collect();
     let aside = if aside.is_empty() { String::new() } else { format!(" {} and back,", aside.join(", ")) };
     format!("from park ({}){aside} {way}; bar off", park.join(", "))
 }
