@@ -22,6 +22,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 use verbs::ending::{code_of, is_told, refusal_json, usage_json};
 use verbs::output::{print, quieten, remarks};
 
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Five-axis machine accuracy from double ball bar recordings.
 #[derive(Parser)]
 #[command(

@@ -1,6 +1,10 @@
 //! Every test of the project but the one that needs a machine of its own (`control_loop`): one program, so that it is linked
 //! once and its tests share both cores to the end. `cargo test --test all import::` runs those of one file.
 
+// that of the binary
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 mod arm;
 mod automation;
 mod bad_input;

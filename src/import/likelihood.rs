@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, MatrixView};
 use statrs::function::erf::erfc;
 
 use super::capture::Averages;
-use super::course::{Course, Node, Stretch, interpolated};
+use super::course::{Course, Stretch};
 use super::seen_marks::Seen;
 use super::timing::Timing;
 use crate::statistics::log_determinant;
@@ -176,30 +176,27 @@ pub(super) fn residual_mm(course: &Course, data: &Averages, timing: &Timing, fre
 fn model(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> Vec<f64> {
     let rows = data.time_s.len();
     let (first, last) = (data.time_s[0], data.time_s[rows - 1]);
-    let middle = interpolated(&course.length_mm, 0.5 * (course.length_mm.len() - 1) as f64);
+    let middle = course.read_mm.value(0.5 * (course.read_mm.rows() - 1) as f64, 0);
     let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.share };
     let mut model = Vec::with_capacity(rows * (width(course, freedom) + 1));
-    let (mut at, mut of_place) = (f64::NAN, (0.0, 0.0));
     for (&time, &value) in data.time_s.iter().zip(&data.value_mm) {
         let (place, sense) = timing.place_s(time, course.run_s);
-        let node = Node::of(course.node(place), course.length_mm.len());
-        let mut off = value - node.of_table(&course.length_mm) + middle;
+        let mut of_time = course.at_time.at(course.time(place));
+        let [node, sin, cos] = [(); 3].map(|()| of_time.next().unwrap_or(0.0));
+        let mut read_mm = course.read_mm.at(node);
+        let [length_mm, cut_mm] = [(); 2].map(|()| read_mm.next().unwrap_or(0.0));
+        let mut off = value - length_mm + middle;
         if timing.lag_s > 0.0 {
             let direction = usize::from(sense < 0.0);
             let speed = timing.speed(direction, time - timing.start_s[direction], course.run_s);
-            off -= (timing.lag_s * speed).powi(2) * node.of_table(&course.cut_mm);
+            off -= (timing.lag_s * speed).powi(2) * cut_mm;
         }
-        model.extend(course.components.iter().map(|component| node.of_table(component)));
+        model.extend(read_mm);
         model.push(ZERO_MM);
         model.push(drift_mm * ((time - first) / (last - first) - 0.5));
         if freedom != Freedom::NONE {
-            // a machine that stands stays where it is
-            if place != at {
-                (at, of_place) = (place, (TAU * place / course.run_s).sin_cos());
-            }
-            let (sin, cos) = of_place;
             model.extend([1.0, sin, cos].map(|form| freedom.share * HYSTERESIS_MM * sense * form));
-            // each harmonic from the one before: the first one's sine and cosine are dear
+            // each harmonic from the one before
             let (mut sin_k, mut cos_k) = (sin, cos);
             for _ in 0..FORM_HARMONICS {
                 model.extend([sin_k, cos_k].map(|form| freedom.share * FORM_MM * form));
@@ -208,9 +205,7 @@ fn model(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) ->
         }
         if freedom.lost_motion {
             let stretch = stretch(data.marks.as_ref(), time, sense);
-            let entry = course.lost_motion.entry(stretch, course.node(place));
-            let forms = &course.lost_motion.forms;
-            model.extend(forms.iter().map(|form| interpolated(form, entry)));
+            model.extend(course.lost_motion.forms.at(course.lost_motion.entry(stretch, node)));
         }
         model.push(off);
     }
@@ -239,8 +234,8 @@ pub(super) fn cost_at_rest(data: &Averages) -> f64 {
 
 fn width(course: &Course, freedom: Freedom) -> usize {
     let of_form = if freedom == Freedom::NONE { 0 } else { 3 + 2 * FORM_HARMONICS };
-    let of_lost_motion = if freedom.lost_motion { course.lost_motion.forms.len() } else { 0 };
-    course.components.len() + 2 + of_form + of_lost_motion
+    let of_lost_motion = if freedom.lost_motion { course.lost_motion.forms.columns() } else { 0 };
+    course.components() + 2 + of_form + of_lost_motion
 }
 
 struct Ridge {

@@ -50,8 +50,9 @@ const RAMPS_S: [f64; 2] = [0.005, 0.15];
 const LAGS_S: [f64; 2] = [0.0, 0.03];
 /// How well the first guess of an end is known where readings of its move are missing, s.
 const GUESS_S: f64 = 0.05;
-/// Gauss–Newton steps for end and level of one move.
+/// Gauss–Newton steps for end and level of one move, and a step after which none is worth while, s.
 const STEPS: usize = 6;
+const SETTLED_S: f64 = 1e-7;
 
 impl Moves {
     /// Standard deviation of `end[k] + by_speed·speed + by_ramp·ramp`, s.
@@ -169,6 +170,9 @@ fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
         // no step longer than the ramp: beyond it the readings know nothing of the slope
         let step = (aa * br - ab * ar) / determinant;
         end_s += step.clamp(-0.1, 0.1);
+        if step.abs() < SETTLED_S {
+            break;
+        }
     }
     let squares = half.rows.iter().map(|row| row.1 - level + half.sense * speed * left_s(end_s - row.0, ramp).0);
     (end_s, level, squares.map(|off| off * off).sum())

@@ -9,6 +9,7 @@
 use nalgebra::DMatrix;
 
 use super::forms::principal_forms;
+use super::table::Table;
 use crate::chain::{Chain, Geometry, Sensitivity};
 use crate::effects::{MemoryLaw, Past};
 use crate::machine::{AxisKind, Component, LinearClass, Machine, Outlet};
@@ -30,8 +31,8 @@ pub enum Stretch {
 /// Forms of lost motion.
 #[derive(Debug, Clone)]
 pub struct LostMotion {
-    /// mm at one standard deviation, by form: entries of the first direction, of the second, and the three rests.
-    pub forms: Vec<Vec<f64>>,
+    /// mm at one standard deviation, a column for each form: entries of the first direction, of the second, and the three rests.
+    pub forms: Table,
     /// Nodes of the course.
     nodes: usize,
 }
@@ -57,7 +58,9 @@ impl LostMotion {
     /// Of a test whose program goes along a motion.
     pub(super) fn of(session: &Session, chain: &Chain, test: &Test, motion: &Motion) -> LostMotion {
         let nodes = motion.rows();
-        let Ok(links) = test.links(chain) else { return LostMotion { forms: Vec::new(), nodes } };
+        let Ok(links) = test.links(chain) else {
+            return LostMotion { forms: Table::of_columns::<Vec<f64>>(&[]), nodes };
+        };
         let rows: Vec<Vec<f64>> = entries(nodes).into_iter().map(|node| at_node(motion, node)).collect();
         let geometry = Geometry::nominal(chain);
         let slopes: Vec<Vec<[f64; 6]>> = rows
@@ -82,7 +85,7 @@ impl LostMotion {
                 }
             }
         }
-        LostMotion { forms: centred_forms(columns), nodes }
+        LostMotion { forms: Table::of_columns(&centred_forms(columns)), nodes }
     }
 
     /// Entry of the forms, with its fraction, at a node of a stretch.

@@ -2,10 +2,14 @@
 
 mod forms;
 mod lost_motion;
+mod table;
+
+use std::f64::consts::TAU;
 
 use self::forms::principal_forms;
 use self::lost_motion::LostMotion;
 pub(super) use self::lost_motion::Stretch;
+use self::table::Table;
 use super::error::ImportError;
 use crate::chain::{Chain, Poses};
 use crate::identify::{FreePrior, Problem, default_free, parse_free, unknowns};
@@ -79,17 +83,13 @@ pub struct Course {
     pub feeds: Feeds,
     /// Marks that the program makes, if any.
     pub marks: Option<Marks>,
-    /// Nominal length, mm, by node.
-    pub(super) length_mm: Vec<f64>,
-    /// What a lag of one second adds to it at the programmed feed beside a delay, mm, by node: it cuts corners and shrinks
-    /// circles by `½τ²q̈`, as its square.
-    pub(super) cut_mm: Vec<f64>,
-    /// Forms that errors of balls, bar and axes may add, mm at one standard deviation, by component and node.
-    pub(super) components: Vec<Vec<f64>>,
+    /// By node, mm: nominal length; what a lag of one second adds to it at the programmed feed beside a delay, which cuts corners
+    /// and shrinks circles by `½τ²q̈`, as its square; forms that errors of balls, bar and axes may add at one standard deviation.
+    pub(super) read_mm: Table,
     /// Forms that lost motion may add.
     pub(super) lost_motion: LostMotion,
-    /// Node, with its fraction, at even programmed times.
-    node_at: Vec<f64>,
+    /// At even programmed times: node with its fraction, sine and cosine of the share of the run's time as an angle.
+    pub(super) at_time: Table,
     /// Positions of all axes, node by node, mm or rad.
     motion: Motion,
 }
@@ -127,10 +127,11 @@ impl Course {
         if run_s <= 0.0 {
             return Err(ImportError::NoPath { test: test.name });
         }
-        let ReadAlong { length_mm, cut_mm, components } = read_along(&alone, &chain, machine)?;
+        let read_mm = read_along(&alone, &chain, machine)?;
+        let times = Table::of_columns(&[time_s.as_slice()]);
         let at = |value: f64| {
             let node = (value - ends[0]) / (ends[1] - ends[0]) * (time_s.len() - 1) as f64;
-            interpolated(&time_s, node)
+            times.value(node, 0)
         };
         Ok(Course {
             run_s,
@@ -142,23 +143,31 @@ impl Course {
             },
             feeds,
             marks: test.marks,
-            length_mm,
-            cut_mm,
-            components,
+            read_mm,
             lost_motion: LostMotion::of(session, &chain, &test, &motion),
-            node_at: nodes_at(&time_s),
+            at_time: at_times(&time_s),
             motion,
         })
     }
 
+    /// Entry of [`Course::at_time`], with its fraction, at a programmed time.
+    pub(super) fn time(&self, gone_s: f64) -> f64 {
+        (gone_s / self.run_s).clamp(0.0, 1.0) * (self.at_time.rows() - 1) as f64
+    }
+
     /// Node, with its fraction, at a programmed time.
-    pub(super) fn node(&self, gone_s: f64) -> f64 {
-        interpolated(&self.node_at, (gone_s / self.run_s).clamp(0.0, 1.0) * (self.node_at.len() - 1) as f64)
+    fn node(&self, gone_s: f64) -> f64 {
+        self.at_time.value(self.time(gone_s), 0)
+    }
+
+    /// Number of forms that errors of balls, bar and axes may add.
+    pub(super) fn components(&self) -> usize {
+        self.read_mm.columns() - 2
     }
 
     /// Path at a programmed time, deg or mm.
     pub fn path_at(&self, gone_s: f64) -> f64 {
-        self.ends[0] + (self.ends[1] - self.ends[0]) * self.node(gone_s) / (self.length_mm.len() - 1) as f64
+        self.ends[0] + (self.ends[1] - self.ends[0]) * self.node(gone_s) / (self.read_mm.rows() - 1) as f64
     }
 
     /// Path per programmed second in the middle of the run, deg/s or mm/s.
@@ -175,7 +184,7 @@ impl Course {
     pub fn position(&self, axis: usize, gone_s: f64) -> f64 {
         let node = self.node(gone_s);
         let rows = self.motion.rows();
-        let first = (node.floor() as usize).saturating_sub(1).min(rows.saturating_sub(4));
+        let first = (node as usize).saturating_sub(1).min(rows.saturating_sub(4));
         let x = node - first as f64;
         let q = |k: usize| self.motion.row(first + k)[axis];
         q(0) * (x - 1.0) * (x - 2.0) * (x - 3.0) / -6.0
@@ -185,39 +194,11 @@ impl Course {
     }
 }
 
-/// A place between two entries of a table.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
-    before: usize,
-    share: f64,
-}
-
-impl Node {
-    /// The place of a node with its fraction in tables of this many entries, two at least.
-    pub fn of(node: f64, entries: usize) -> Node {
-        let before = (node.floor().max(0.0) as usize).min(entries.saturating_sub(2));
-        Node { before, share: node - before as f64 }
-    }
-
-    /// Value of a table there.
-    pub fn of_table(self, table: &[f64]) -> f64 {
-        match table.get(self.before..self.before + 2) {
-            Some([one, next]) => one + self.share * (next - one),
-            _ => table.first().copied().unwrap_or(0.0),
-        }
-    }
-}
-
-/// Value of a table between two of its entries.
-pub(super) fn interpolated(table: &[f64], at: f64) -> f64 {
-    Node::of(at, table.len()).of_table(table)
-}
-
-/// Node with its fraction at as many even times as there are nodes.
-fn nodes_at(time_s: &[f64]) -> Vec<f64> {
+/// See [`Course::at_time`], at as many even times as there are nodes.
+fn at_times(time_s: &[f64]) -> Table {
     let (last, whole) = (time_s.len() - 1, time_s[time_s.len() - 1]);
     let mut before = 0;
-    (0..=last)
+    let nodes: Vec<f64> = (0..=last)
         .map(|k| {
             let at = whole * k as f64 / last as f64;
             while before + 1 < last && time_s[before + 1] < at {
@@ -226,21 +207,16 @@ fn nodes_at(time_s: &[f64]) -> Vec<f64> {
             let step = (time_s[before + 1] - time_s[before]).max(1e-12);
             before as f64 + ((at - time_s[before]) / step).clamp(0.0, 1.0)
         })
-        .collect()
-}
-
-/// What is read along a run, by node.
-struct ReadAlong {
-    length_mm: Vec<f64>,
-    cut_mm: Vec<f64>,
-    components: Vec<Vec<f64>>,
+        .collect();
+    let angles = || (0..=last).map(|k| TAU * k as f64 / last as f64);
+    Table::of_columns(&[nodes, angles().map(f64::sin).collect(), angles().map(f64::cos).collect()])
 }
 
 /// Lag at which the cut corners are computed, s: small beside a run, and its µm are far above rounding.
 const CUT_LAG_S: f64 = 0.1;
 
-/// Nominal lengths, what a lag cuts off them, and the principal forms that errors may add.
-fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<ReadAlong, ImportError> {
+/// See [`Course::read_mm`]; the forms that errors may add are the principal ones.
+fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<Table, ImportError> {
     let setups = Setups::of(session);
     // slides out of square draw once-a-turn forms where they follow
     let free = parse_free("all", machine).unwrap_or_else(|_| default_free(machine));
@@ -260,7 +236,10 @@ fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<Rea
     problem.tests[0].motion = motion;
     let cut = problem.predict(0, &problem.geometry(&values), &values);
     let cut_mm = cut.residual_mm.iter().zip(&length_mm).map(|(off, length)| (-off - length) / CUT_LAG_S.powi(2));
-    Ok(ReadAlong { cut_mm: cut_mm.collect(), length_mm, components: principal_forms(&columns, (MOST, LEAST_MM)) })
+    let cut_mm: Vec<f64> = cut_mm.collect();
+    let columns: Vec<Vec<f64>> =
+        [length_mm, cut_mm].into_iter().chain(principal_forms(&columns, (MOST, LEAST_MM))).collect();
+    Ok(Table::of_columns(&columns))
 }
 
 /// A motion whose axes lag by [`CUT_LAG_S`], but for the delay.
