@@ -53,6 +53,13 @@ impl Path {
         ((to - from).abs() / step.abs()).round().max(1.0) as usize
     }
 
+    /// Way from sample to sample along a circle whose samples lie more than so many degrees apart, mm.
+    pub(super) fn arc_mm(&self, samples: usize, beyond_deg: f64) -> Option<f64> {
+        let Path::Circle { radius_mm, from, to, .. } = self else { return None };
+        let step_deg = (to - from).abs() / samples.saturating_sub(1).max(1) as f64;
+        (step_deg > beyond_deg).then(|| radius_mm * step_deg.to_radians())
+    }
+
     /// Number of samples.
     pub fn sample_count(&self) -> usize {
         self.steps() + 1

@@ -290,6 +290,8 @@ fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, 
         return (0..rows).map(|row| row as f64).collect();
     };
     let geometry = Geometry::nominal(chain);
+    // rows of a circle may lie at one place, a whole turn apart
+    let arc_mm = test.path.as_ref().and_then(|path| path.arc_mm(rows, CHORD_DEG)).unwrap_or(0.0);
     let mut last: Option<Vec<f64>> = None;
     let mut time = 0.0;
     (0..rows)
@@ -298,7 +300,7 @@ fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, 
                 q[*axis] = column[row];
             }
             if let Some(last) = &last {
-                time += way_mm(&geometry, test, links, last, &q) / speed_mm_per_s;
+                time += way_mm(&geometry, test, links, last, &q).max(arc_mm) / speed_mm_per_s;
             }
             last = Some(q.clone());
             time
