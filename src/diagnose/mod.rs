@@ -46,6 +46,7 @@ use self::findings::standing::Standing;
 use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
+use self::preflight::doubts::strained;
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
@@ -85,7 +86,13 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     fine.thresholds = thresholds;
     let diagnosis = diagnosed(fine, options, &setups, fit, true)?;
     let warnings = [examination.warnings, diagnosis.warnings].concat();
-    Ok(Diagnosis { warnings, ..diagnosis })
+    let diagnosis = Diagnosis { warnings, ..diagnosis };
+    // where nothing was found, nothing else explains what a ball or bar makes up for
+    let strained = examination.fit.as_ref().filter(|_| diagnosis.verdict == Verdict::Clean).and_then(strained);
+    Ok(match strained {
+        Some(reason) => diagnosis.not_to_be_judged(reason),
+        None => diagnosis,
+    })
 }
 
 /// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
@@ -173,5 +180,6 @@ fn searched(
         diagnosis.leave_to_a_mistake(doubt.probability);
         warnings.push(doubt.warning());
     }
+    let warnings = [warnings, std::mem::take(&mut diagnosis.warnings)].concat();
     Ok(Diagnosis { uncovered_by, warnings, ..diagnosis })
 }

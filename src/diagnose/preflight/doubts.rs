@@ -1,9 +1,11 @@
 //! Whether a fit fits and its readings can be judged at all: noise, outliers, and what was stated of set-up and machine. It names no mistake.
 
 use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN};
-use crate::identify::{Fit, FreePrior, Quantity};
+use crate::identify::{Estimate, Fit, FreePrior, Quantity, Unknown};
 use crate::session::Session;
 use crate::statistics::{median, noise_of_rows};
+use statrs::function::erf::erfc;
+use std::f64::consts::SQRT_2;
 
 /// Noise from row to row above which readings cannot be judged, µm. Makers of ball bars state 0.5 to 1 µm for the gauge and
 /// 0.1 µm for its resolution: ten times the worst of it is a loose ball, a bad contact or another unit.
@@ -124,6 +126,62 @@ pub(crate) fn left_over(session: &Session, fit: &Fit) -> Option<String> {
 pub(crate) fn exceeded_repeats_um(session: &Session, fit: &Fit, left_um: f64) -> Option<f64> {
     repeats_um(session, fit).filter(|repeats_um| left_um > LEFT_OVER * repeats_um.max(RESOLVED_UM))
 }
+
+/// Chance with which any ball or bar of a sound session is so far from its stated place as the one that makes a fit doubtful.
+const BY_CHANCE: f64 = 1e-3;
+
+/// A stated place of a ball, a bar or a zero, and what readings say of it, in units of its spread.
+pub(crate) struct Place<'a> {
+    pub(crate) unknown: &'a Unknown,
+    /// How far from where it was stated, with its variance.
+    pub(crate) off: f64,
+    pub(crate) variance: f64,
+    /// The spread under which both were found, in those stated.
+    pub(crate) widened: f64,
+}
+
+impl Place<'_> {
+    /// How far it is, in standard deviations of what a sound session shows: the stated spread, and what readings leave open.
+    fn strain(&self) -> f64 {
+        // the share that readings take away of what was thought possible; without it they say nothing
+        let told = 1.0 - self.variance;
+        let by_readings = self.off / told;
+        let expected = self.widened.powi(-2) + self.variance / told;
+        if told > LEAST_TOLD { by_readings.abs() / expected.sqrt() } else { 0.0 }
+    }
+}
+
+/// The place that lies farther from where it was stated than in a sound session, in words: errors are determined only as well as what
+/// was stated of balls and bars is true.
+pub(crate) fn strained_among(places: &[Place]) -> Option<String> {
+    let farthest = places.iter().max_by(|one, other| one.strain().total_cmp(&other.strain()))?;
+    let by_chance = places.len() as f64 * erfc(farthest.strain() / SQRT_2);
+    let (unknown, measure) = (farthest.unknown, farthest.unknown.measure);
+    (by_chance < BY_CHANCE).then(|| {
+        format!(
+            "the fit stands only with {} {:.1} {} from where the session puts it, {:.1} times its spread: that place, a bar, a zero, an axis \
+             that stood or some readings are not what the session says, so no error is called determined; correct it, or state the spread that is true",
+            unknown.label,
+            measure.to_output(farthest.off * unknown.prior_sigma),
+            if measure.output_unit() == "um" { "µm" } else { measure.output_unit() },
+            (farthest.off * farthest.widened).abs()
+        )
+    })
+}
+
+/// The same of a fit with the spreads as stated.
+pub(crate) fn strained(fit: &Fit) -> Option<String> {
+    let setups = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, _)| unknown.quantity.is_setup());
+    let of = |(unknown, estimate): (_, &Estimate)| {
+        let unknown: &Unknown = unknown;
+        let off = (estimate.value - unknown.prior_mean) / unknown.prior_sigma;
+        Place { unknown, off, variance: (estimate.sigma / unknown.prior_sigma).powi(2), widened: 1.0 }
+    };
+    strained_among(&setups.map(of).collect::<Vec<_>>())
+}
+
+/// Share of a spread's variance that readings take away at least where they say anything of a place.
+const LEAST_TOLD: f64 = 0.01;
 
 /// A setup so many spreads off is warned of.
 const WARNED_STRAIN: f64 = 3.0;

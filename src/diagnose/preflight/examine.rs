@@ -2,10 +2,11 @@
 
 use super::contradictions::{contradiction, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
-use super::doubts::{left_out_share, left_over, misfit, repeats_um, unjudged, warnings};
+use super::doubts::{left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
 use super::places::frames::{instrument_moved, mistaken_columns};
+use super::places::standing::a_little_elsewhere;
 use super::processed_readings::READING_PROCESSED;
 use super::quick_fit::{refit, robust_rms_mm, strain};
 use super::scaled_readings::{READING_SIGN, READING_ZERO, held_otherwise};
@@ -66,11 +67,12 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
     if examination.is_sound() {
         examination.fault = mistaken_unless_sound(session, options, &examination)?;
     }
-    if let Some(left) =
-        examination.fit.as_ref().filter(|_| examination.is_sound()).and_then(|fit| left_over(session, fit))
-    {
+    let sound = examination.fit.as_ref().filter(|_| examination.is_sound());
+    let doubts: Vec<String> =
+        sound.iter().flat_map(|fit| left_over(session, fit).into_iter().chain(strained(fit))).collect();
+    if !doubts.is_empty() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
-        examination.warnings.push(left);
+        examination.warnings.extend(doubts);
     }
     if !examination.is_sound() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
@@ -176,6 +178,12 @@ fn sense_of_readings(session: &Session) -> Sense {
         Some((less, _, other)) if less > TOLD && other.effect == READING_ZERO => {
             Sense::Perhaps(format!("bars are off in all tests as if {}", other.says))
         }
+        Some((less, _, other))
+            if less > TOLD
+                && let Some(stood) = stood_instead(session, &of, now, less) =>
+        {
+            Sense::Perhaps(format!("balls and bars are off as if {}, or {stood}", other.says))
+        }
         Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {
             components: vec!["length".into()],
             before_um: now.0,
@@ -185,6 +193,21 @@ fn sense_of_readings(session: &Session) -> Sense {
         Some((less, _, other)) if less > -TOLD && other.effect == READING_SIGN => Sense::Open,
         _ => Sense::Told,
     }
+}
+
+/// An axis that stood a little elsewhere, in words, if that brings balls and bars as near to their places: by squares `less`.
+fn stood_instead(
+    session: &Session,
+    of: &impl Fn(&Session) -> Option<(f64, f64, f64)>,
+    now: (f64, f64, f64),
+    less: f64,
+) -> Option<String> {
+    let every: Vec<usize> = (0..session.tests.len()).collect();
+    a_little_elsewhere(session, &every).into_iter().find_map(|stood| {
+        let then = of(&stood.undone)?;
+        let does = now.1 + now.2 - then.1 - then.2 > less - TOLD && then.0 < (1.0 + ALIKE) * now.0;
+        does.then_some(stood.says)
+    })
 }
 
 /// Mean squared offset of the bars, in their spreads, with which they are where they were stated to be: two spreads each.

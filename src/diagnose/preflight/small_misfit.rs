@@ -14,9 +14,11 @@ use super::data_fault::{DataFault, RECORDER, Rival};
 use super::mistakes::{
     ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
 };
+use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
+use super::places::misplaced::nearby;
 use super::places::restated::restated;
-use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, slides_a_little_elsewhere, stood_at};
+use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off, stood_at};
 use super::quick_fit::{MOST_STRAIN, refit};
 use super::scaled_readings::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
 use super::suspicion::{Suspicion, Tried};
@@ -81,7 +83,9 @@ pub(crate) fn preflight(
     let mut suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
     let worst = worst_tests(&as_it_is.residual_mm);
     suspicions.extend(restated(&thinned, &worst));
-    suspicions.extend(slides_a_little_elsewhere(&thinned, &worst));
+    suspicions.extend(a_little_elsewhere(&thinned, &worst));
+    suspicions.extend(nearby(&thinned));
+    suspicions.extend(fitted_lines(&thinned, &as_it_is));
     suspicions.retain(|suspicion| !contradicts_a_sweep(session, suspicion));
     let tried = Tried::of(&suspicions);
     let mut judged: Vec<(f64, Suspicion)> = suspicions
@@ -230,8 +234,8 @@ fn finer(
 
 /// Steps about the grid at which an axis is thought to have stood or to be off, deg: together more than half a step of the
 /// grid. And mm for slides.
-const FINER_DEG: [f64; 8] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06];
-const FINER_MM: [f64; 8] = [1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008];
+const FINER_DEG: [f64; 11] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008];
+const FINER_MM: [f64; 11] = [3.0, 1.5, 0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.012, 0.006, 0.003];
 
 /// Axes that stood elsewhere or whose columns are off, brought nearer to where they were, each the best of its grid.
 const BROUGHT_NEARER: usize = 8;
@@ -255,22 +259,26 @@ fn bring_nearer(
             places.push(place);
         }
     }
-    let near: Vec<Judged> =
-        places.into_iter().rev().map(|place| finer_place(thinned, misfit_um, judged.swap_remove(place))).collect();
-    judged.extend(near);
+    for place in places {
+        let (misfit, suspicion) = &judged[place];
+        if let Some(nearer) = finer_place(thinned, misfit_um, (*misfit, suspicion)) {
+            judged[place] = nearer;
+        }
+    }
 }
 
-/// An axis brought nearer to where it stood, or to what its column is off by, than the grid; other mistakes have no such size.
-fn finer_place(
+/// An axis brought nearer to where it stood, or to what its column is off by, than the grid; `None` where nothing lowers the misfit,
+/// and for other mistakes, which have no such size.
+pub(crate) fn finer_place(
     thinned: &Session,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
-    (misfit, suspicion): (f64, Suspicion),
-) -> (f64, Suspicion) {
+    (misfit, suspicion): (f64, &Suspicion),
+) -> Option<Judged> {
     let tests: Vec<usize> =
         (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
     let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
     let (Some(axis), Some(&first), STANDING_AXIS | COLUMN_SHIFTED) = (axis, tests.first(), suspicion.effect) else {
-        return (misfit, suspicion);
+        return None;
     };
     let stands = suspicion.effect == STANDING_AXIS;
     let at = |session: &Session| match stands {
@@ -285,19 +293,19 @@ fn finer_place(
         AxisKind::Rotary => FINER_DEG.map(f64::to_radians),
         AxisKind::Linear => FINER_MM,
     };
-    let mut best = (misfit, at(&suspicion.undone) - at(thinned), suspicion);
+    let mut best = (misfit, at(&suspicion.undone) - at(thinned), None);
     for step in steps {
-        let beside: Vec<(f64, f64, Suspicion)> = [-step, step]
+        let beside: Vec<(f64, f64, Option<Suspicion>)> = [-step, step]
             .into_par_iter()
             .filter_map(|step| {
                 let shift = best.1 + step;
                 let nearer = moved(shift)?;
-                misfit_um(&nearer.undone).map(|misfit| (misfit, shift, nearer))
+                misfit_um(&nearer.undone).map(|misfit| (misfit, shift, Some(nearer)))
             })
             .collect();
         best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
     }
-    (best.0, best.2)
+    best.2.map(|nearer| (best.0, nearer))
 }
 
 /// A column that is off in some tests, with the other programs in which it is off by as much: those that leave less so.

@@ -2,7 +2,7 @@
 
 use super::claims::{Verdict, tell_likeliest, temper, verdict};
 use super::explanation::Explanation;
-use super::location_errors::{Moved, moved};
+use super::location_errors::{Moved, moved, strained_beside};
 use super::shares::{ShareOfReadings, shares_of_readings};
 use crate::diagnose::findings::finding::Finding;
 use crate::diagnose::model::linear_model::LinearModel;
@@ -122,6 +122,8 @@ impl Diagnosis {
         let mut location_errors = moved(fine, families, fit, (search, &regression), hidden);
         // beside a mistake in the files no number is what it seems
         location_errors.iter_mut().for_each(|moved| moved.determined &= fault.is_none());
+        let strained = strained_beside(fine, fit, &regression).filter(|_| !findings.is_empty());
+        location_errors.iter_mut().for_each(|moved| moved.determined &= strained.is_none());
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);
         let left = is_static.then(|| Left::of(fine, &Poses::of(fine), &left_mm)).flatten();
@@ -152,7 +154,7 @@ impl Diagnosis {
             findings,
             data_fault: fault,
             unjudged: None,
-            warnings: Vec::new(),
+            warnings: strained.into_iter().collect(),
             left_out: fit.left_out(),
             proof,
             placebos,
@@ -176,6 +178,12 @@ impl Diagnosis {
             finding.probability *= 1.0 - probability;
             finding.rivals.iter_mut().for_each(|(_, share)| *share *= 1.0 - probability);
         }
+    }
+
+    /// The same of readings that cannot be judged, for this reason: it claims nothing.
+    pub(crate) fn not_to_be_judged(mut self, reason: String) -> Diagnosis {
+        self.location_errors.iter_mut().for_each(|moved| moved.determined = false);
+        Diagnosis { verdict: Verdict::CannotBeJudged, unjudged: Some(reason), ..self }
     }
 
     /// Diagnosis of a session in which a mistake was found, or whose readings cannot be judged: no physics is looked for.

@@ -3,8 +3,10 @@
 use crate::diagnose::findings::size::form_error;
 use crate::diagnose::findings::standing::Standing;
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::diagnose::model::prior_penalty::WIDER_SETUPS;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
+use crate::diagnose::preflight::doubts::{Place, strained_among};
 use crate::diagnose::selection::selected::{Candidate, Search, SelectedEffect};
 use crate::diagnose::validation::hidden_shifts::HiddenShift;
 use crate::effects::{CandidateFamily, UNLISTED_BY_CURVES};
@@ -74,6 +76,20 @@ pub(crate) fn moved(
             }
         })
         .collect()
+}
+
+/// The ball or bar that stands too far from its stated place beside what was found, in words.
+pub(crate) fn strained_beside(fine: &LinearModel, fit: &Fit, regression: &Regression) -> Option<String> {
+    let covariance = regression.covariance();
+    let setups = fine.problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.quantity.is_setup());
+    let places: Vec<Place> = setups
+        .map(|(k, unknown)| {
+            let fitted = (fit.estimates[k].value - unknown.prior_mean) / unknown.prior_sigma;
+            let off = fitted + regression.nuisance(k);
+            Place { unknown, off, variance: covariance[(k, k)], widened: WIDER_SETUPS }
+        })
+        .collect();
+    strained_among(&places)
 }
 
 /// Unseen causes that may have moved an unknown by more than its variance without them.

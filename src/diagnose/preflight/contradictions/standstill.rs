@@ -5,6 +5,7 @@ use std::f64::consts::LN_2;
 
 use super::same_rows::is_read;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
+use crate::diagnose::preflight::processed_readings::READING_PROCESSED;
 use crate::session::{Clock, Recording, Session, Test};
 use crate::statistics::median;
 
@@ -135,18 +136,55 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
         if by_chance || equal as f64 > RARELY_EQUAL * others.len() as f64 {
             return None;
         }
-        let is_end = lengths.iter().all(|length| *length <= held) || lengths.iter().all(|length| *length >= held);
+        if is_smooth_top(&lengths, from, count + 1) {
+            let says = format!(
+                "{} readings of {} in a row are {held} mm where the curve turns: it was smoothed, or its deviations were divided or rounded; give the readings as the gauge took them",
+                count + 1,
+                test.name
+            );
+            return Some(DataFault::seen(READING_PROCESSED, RECORDER, vec![test.name.clone()], says));
+        }
+        // where the bar has its own length no stroke ends
+        let is_middle = test.bar_length_mm.is_some_and(|bar| (held - bar).abs() < GAUGE_STEP_MM);
+        let is_longest =
+            lengths.iter().all(|length| *length <= held) || lengths.iter().all(|length| *length >= held);
+        let is_end = is_longest && !is_middle;
         let (effect, what, cure) = match is_end {
             true => (
                 "stroke-end",
                 "the bar reached the end of its stroke",
                 "bring the balls nearer to the bar's length and record the test again",
             ),
-            false => ("gauge-stuck", "the gauge stuck", "look after gauge and magnets and record the test again"),
+            false => (
+                "gauge-stuck",
+                "the gauge stuck, or deviations were written in another unit",
+                "look after gauge and magnets and record the test again",
+            ),
         };
         let says = format!("{} readings of {} in a row are {held} mm: {what}; {cure}", count + 1, test.name);
         Some(DataFault::seen(effect, RECORDER, vec![test.name.clone()], says))
     })
+}
+
+/// Drop of a parabola one and a half times the width of its top from its middle, in that at the top's rim, with as much for
+/// rounding.
+const SMOOTH_DROP: f64 = 18.0;
+
+/// Whether readings that stay the same are the top or bottom of a curve that is read in steps: it falls off slowly on both sides.
+fn is_smooth_top(lengths: &[f64], from: usize, count: usize) -> bool {
+    let held = lengths[from];
+    let step = lengths
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let (Some(before), Some(after)) =
+        (from.checked_sub(count).map(|row| lengths[row]), lengths.get(from + 2 * count - 1))
+    else {
+        return false;
+    };
+    let [before, after] = [before - held, after - held];
+    before * after > 0.0 && before.abs().max(after.abs()) <= SMOOTH_DROP * step
 }
 
 /// Whether no reading differs from the others.

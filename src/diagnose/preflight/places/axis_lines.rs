@@ -13,18 +13,35 @@ use crate::session::Session;
 
 pub(crate) const AXIS_LINE: &str = "axis-line";
 
-/// A line so far from where the machine file puts it is tried there, mm.
+/// A line so far by the lengths from where the machine file puts it is tried there, mm.
 const OTHER_LINE_MM: f64 = 1.0;
+
+/// A location error larger than this may be a line that the machine file puts elsewhere, mm: machines in use have tens of µm.
+const NO_ERROR_MM: f64 = 0.2;
 
 /// Steps in which shifts of a line are tried first, mm.
 const GRID_MM: f64 = 5.0;
 
-/// Rounds over the three coordinates: each is found beside what the others were.
+/// Share of a coordinate in a line's direction from which on the line lies along it.
+const ALONG_ITSELF: f64 = 0.99;
+
+/// Rounds over the coordinates: each is found beside what the others were.
 const ROUNDS: usize = 2;
 
 /// Rotary axes whose lines lie elsewhere: where a fit of the session as it is puts them, and where the lengths do by the
 /// nominal machine, from which a fit may not get there.
 pub(crate) fn other_lines(session: &Session, as_it_is: &Refit) -> Vec<Suspicion> {
+    let machine = &session.machine;
+    let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let by_lengths = rotary
+        .filter_map(|axis| Some((axis, by_lengths(session, axis)?)))
+        .filter(|(_, shift)| shift.norm() > OTHER_LINE_MM)
+        .map(|(axis, shift)| with_line(session, axis, shift));
+    fitted_lines(session, as_it_is).into_iter().chain(by_lengths).collect()
+}
+
+/// The same where a fit of the session as it is puts them: what it takes for a location error that no machine has.
+pub(crate) fn fitted_lines(session: &Session, as_it_is: &Refit) -> Vec<Suspicion> {
     let machine = &session.machine;
     let fitted = |axis: usize| {
         let mut shift = Vector3::zeros();
@@ -40,9 +57,8 @@ pub(crate) fn other_lines(session: &Session, as_it_is: &Refit) -> Vec<Suspicion>
     };
     let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
     rotary
-        .flat_map(|axis| [Some(fitted(axis)), by_lengths(session, axis)].map(|shift| (axis, shift)))
-        .filter_map(|(axis, shift)| Some((axis, shift?)))
-        .filter(|(_, shift)| shift.norm() > OTHER_LINE_MM)
+        .map(|axis| (axis, fitted(axis)))
+        .filter(|(_, shift)| shift.norm() > NO_ERROR_MM)
         .map(|(axis, shift)| with_line(session, axis, shift))
         .collect()
 }
@@ -71,10 +87,24 @@ fn by_lengths(session: &Session, axis: usize) -> Option<Vector3<f64>> {
         nominal_mm(&moved).unwrap_or(f64::INFINITY)
     };
     let before = miss(Vector3::zeros());
+    // along itself a line is the same
+    let across: Vec<usize> = (0..3).filter(|&k| session.machine.axes[axis].direction[k].abs() < ALONG_ITSELF).collect();
+    let found = (0..across.len()).map(|first| {
+        let mut order = across.clone();
+        order.rotate_left(first);
+        descended(&miss, before, &order)
+    });
+    let (best, least) = found.min_by(|one, other| one.1.total_cmp(&other.1))?;
+    (least < WORTH * before).then_some(best)
+}
+
+/// Least misfit over some coordinates of a line in turn, and where it is. Which of them comes first matters: a robust misfit has
+/// more than one valley.
+fn descended(miss: &(impl Fn(Vector3<f64>) -> f64 + Sync), before: f64, order: &[usize]) -> (Vector3<f64>, f64) {
     let (mut best, mut least) = (Vector3::zeros(), before);
     for _ in 0..ROUNDS {
         let before_round = least;
-        for k in 0..3 {
+        for &k in order {
             let along = |mm: f64| miss(best + Vector3::ith(k, mm));
             let (mm, left) = least_along(&along, GRID_MM);
             if left < least {
@@ -85,5 +115,5 @@ fn by_lengths(session: &Session, axis: usize) -> Option<Vector3<f64>> {
             break;
         }
     }
-    (least < WORTH * before).then_some(best)
+    (best, least)
 }

@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use super::ball_places::{End, Sights, WORTH, misfit_mm, sights, solutions, solved, written_otherwise};
 use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::listed;
+use crate::diagnose::preflight::quick_fit::refit;
 use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::identify::Quantity;
 use crate::session::{Ball, Session, Setups, Zero};
 use crate::statistics::median;
 
@@ -14,8 +16,9 @@ pub(crate) const BALL_PLACE: &str = "ball-place";
 const BALL_LINK: &str = "ball-link";
 pub(crate) const BAR: &str = "bar-other";
 
-/// A place is told to be written otherwise where the lengths put the ball so near to that, mm.
+/// A place is told to be written otherwise where the lengths put the ball so near to that, mm, and as a share of its way there.
 const NEAR_MM: f64 = 1.0;
+const NEAR_SHARE: f64 = 0.1;
 
 /// All statements about balls and bars that may be wrong, put right.
 pub(crate) fn misplaced(session: &Session) -> Vec<Suspicion> {
@@ -70,7 +73,8 @@ fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec
         .map(|(found, _)| {
             let mut undone = session.clone();
             tests.iter().for_each(|&test| end.of_mut(&mut undone.tests[test]).at = found);
-            let near = otherwise.iter().skip(1).find(|(place, _)| (place - found).norm() < NEAR_MM);
+            let near_mm = NEAR_MM.min(NEAR_SHARE * (found - stated).norm());
+            let near = otherwise.iter().skip(1).find(|(place, _)| (place - found).norm() < near_mm);
             let place = near.map_or_else(|| told(&found, &stated), |(place, _)| told(place, &stated));
             let how = near.filter(|(_, words)| !words.is_empty()).map(|(_, words)| format!(": {words}"));
             let says = format!(
@@ -90,6 +94,66 @@ fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec
             suspicion
         })
         .collect()
+}
+
+/// Balls a little beside their places, where a fit with a wide spread puts each of them: too little for the lengths alone to tell.
+pub(crate) fn nearby(session: &Session) -> Vec<Suspicion> {
+    let setups = Setups::of(session);
+    let mut list = Vec::new();
+    for (end, of) in [(End::Pivot, &setups.pivot_of), (End::Spindle, &setups.spindle_ball_of)] {
+        for setup in 0..of.iter().copied().max().map_or(0, |most| most + 1) {
+            let tests: Vec<usize> = (0..of.len()).filter(|&test| of[test] == setup).collect();
+            list.extend(beside(session, end, setup, &tests));
+        }
+    }
+    list
+}
+
+impl Suspicion {
+    /// Whether another one puts the same ball nearly where this does.
+    pub(crate) fn puts_a_ball_as(&self, other: &Suspicion) -> bool {
+        let is_alike = (self.effect, &self.place, &self.tests) == (other.effect, &other.place, &other.tests);
+        let places = |one: &Suspicion| -> Vec<Vector3<f64>> {
+            let of = if one.place == End::Pivot.place() { End::Pivot } else { End::Spindle };
+            one.undone.tests.iter().map(|test| of.of(test).at).collect()
+        };
+        is_alike && places(self).iter().zip(places(other)).all(|(one, other)| (one - other).norm() < NEAR_MM)
+    }
+}
+
+/// Spread with which a ball is looked for beside its place, mm.
+const BESIDE_MM: f64 = 3.0;
+
+fn beside(session: &Session, end: End, setup: usize, tests: &[usize]) -> Option<Suspicion> {
+    let mut released = session.clone();
+    tests.iter().for_each(|&test| end.of_mut(&mut released.tests[test]).spread_mm = Some(BESIDE_MM));
+    let refitted = refit(&released, None)?;
+    let mut shift = Vector3::zeros();
+    for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
+        match (end, unknown.quantity) {
+            (End::Pivot, Quantity::Pivot { setup: of, coordinate })
+            | (End::Spindle, Quantity::SpindleBall { setup: of, coordinate })
+                if of == setup =>
+            {
+                shift[coordinate] = *value;
+            }
+            _ => {}
+        }
+    }
+    let ball = end.of(&session.tests[*tests.first()?]);
+    let stated = ball.at;
+    // which way a fit counts the ball of a spindle that is turned round
+    let found = Vector3::from_fn(|k, _| stated[k] + if end == End::Spindle { ball.sign(k) } else { 1.0 } * shift[k]);
+    let mut undone = session.clone();
+    tests.iter().for_each(|&test| end.of_mut(&mut undone.tests[test]).at = found);
+    let says = format!(
+        "the {} stands at about {} by the lengths, {:.2} mm from there; correct its 'at' in {}",
+        ball_words(end, ball),
+        told(&found, &stated),
+        shift.norm(),
+        listed(&names(session, tests))
+    );
+    Some(Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone))
 }
 
 /// Distance over which a place of no special form becomes half as likely, mm.

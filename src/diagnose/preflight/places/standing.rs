@@ -23,7 +23,7 @@ pub(crate) fn standing_elsewhere(session: &Session) -> Vec<Suspicion> {
     let chain = Chain::of(&session.machine);
     let axes = 0..session.machine.axes.len();
     axes.flat_map(|axis| groups(session, axis).into_iter().map(move |tests| (axis, tests)))
-        .filter_map(|(axis, tests)| stood_elsewhere(session, &chain, axis, &tests))
+        .flat_map(|(axis, tests)| stood_elsewhere(session, &chain, axis, &tests))
         .collect()
 }
 
@@ -79,36 +79,46 @@ pub(crate) fn misfit_of_shift<'a>(
     })
 }
 
-fn stood_elsewhere(session: &Session, chain: &Chain, axis: usize, tests: &[usize]) -> Option<Suspicion> {
-    let miss = misfit_of_shift(session, chain, axis, tests)?;
+/// Where the lengths put an axis: by the least misfit anywhere, and by the least nearby, for a circle is met twice.
+fn stood_elsewhere(session: &Session, chain: &Chain, axis: usize, tests: &[usize]) -> Vec<Suspicion> {
+    let Some(miss) = misfit_of_shift(session, chain, axis, tests) else { return Vec::new() };
     let step = match session.machine.axes[axis].kind {
         AxisKind::Linear => GRID_MM,
         AxisKind::Rotary => GRID_DEG.to_radians(),
     };
-    let (best, least) = least_along(&miss, step);
-    if least >= WORTH * miss(0.0) {
-        return None;
-    }
-    stood_at(session, axis, tests, best)
+    let as_stated = miss(0.0);
+    let [anywhere, nearby] = [step, NEARBY * step].map(|step| least_along(&miss, step));
+    let is_other = (anywhere.0 - nearby.0).abs() > NEARBY * step;
+    [Some(nearby), Some(anywhere).filter(|_| is_other)]
+        .into_iter()
+        .flatten()
+        .filter(|(_, least)| *least < WORTH * as_stated)
+        .filter_map(|(shift, _)| stood_at(session, axis, tests, shift))
+        .collect()
 }
+
+/// Part of the grid in which a place counts as nearby.
+const NEARBY: f64 = 0.02;
 
 /// Travels are stated to so much, mm or rad.
 const BEYOND: f64 = 1e-3;
 
-/// Distances by which a slide is tried to have stood elsewhere, mm; a finer search follows.
-const SLIDE_MM: [f64; 8] = [-3.2, -0.8, -0.2, -0.05, 0.05, 0.2, 0.8, 3.2];
+/// Distances and angles by which an axis is tried to have stood elsewhere, mm and deg; a finer search follows.
+const LITTLE_MM: [f64; 8] = [-3.2, -0.8, -0.2, -0.05, 0.05, 0.2, 0.8, 3.2];
+const LITTLE_DEG: [f64; 6] = [-4.0, -1.0, -0.25, 0.25, 1.0, 4.0];
 
-/// Slides that stood a little elsewhere in groups of tests, or at the other sign: too little for the lengths alone to tell.
-pub(crate) fn slides_a_little_elsewhere(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
+/// Axes that stood a little elsewhere in groups of tests, slides also at the other sign: too little for the lengths alone to tell.
+pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
     let machine = &session.machine;
-    let slides = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear);
     let mut list = Vec::new();
-    for axis in slides {
+    for axis in 0..machine.axes.len() {
         for tests in groups(session, axis).into_iter().filter(|tests| tests.iter().any(|test| worst.contains(test))) {
             let stated = session.tests[tests[0]].positions[axis].unwrap_or(0.0);
-            let other_sign = (stated != 0.0).then_some(-2.0 * stated);
-            let shifts = SLIDE_MM.iter().copied().chain(other_sign);
-            list.extend(shifts.filter_map(|shift| stood_at(session, axis, &tests, shift)));
+            let shifts: Vec<f64> = match machine.axes[axis].kind {
+                AxisKind::Linear => LITTLE_MM.into_iter().chain((stated != 0.0).then_some(-2.0 * stated)).collect(),
+                AxisKind::Rotary => LITTLE_DEG.map(f64::to_radians).to_vec(),
+            };
+            list.extend(shifts.into_iter().filter_map(|shift| stood_at(session, axis, &tests, shift)));
         }
     }
     list
@@ -168,6 +178,11 @@ fn written(position: f64) -> f64 {
     (1e6 * position).round() / 1e6
 }
 
+/// How near to zero, or to the stated position with the other sign, an axis stood there, mm or deg; and the way over which any
+/// other place becomes half as likely.
+const AS_WRITTEN: f64 = 0.1;
+const HALF_AS_LIKELY: f64 = 10.0;
+
 /// The session with an axis standing elsewhere by so much in some tests, mm or rad.
 pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
     let (axis_name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
@@ -190,5 +205,11 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
     );
     let mut found = Suspicion::new(STANDING_AXIS, SESSION, names(session, tests), says, undone);
     found.components = vec![axis_name.clone()];
+    let (there, stated) = (kind.to_file_unit(stated + shift), kind.to_file_unit(stated));
+    let is_usual = there.abs() < AS_WRITTEN || (there + stated).abs() < AS_WRITTEN;
+    if !is_usual {
+        // the nearer of two places that fit alike is the likelier one
+        found.weight *= HALF_AS_LIKELY / (HALF_AS_LIKELY + (there - stated).abs());
+    }
     Some(found)
 }
