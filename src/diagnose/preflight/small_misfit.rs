@@ -241,11 +241,7 @@ const FINER_MM: [f64; 11] = [3.0, 1.5, 0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.012, 0
 const BROUGHT_NEARER: usize = 8;
 
 /// Brings the best few mistakes that have a size nearer to it than the grid: others find theirs in the fit.
-fn bring_nearer(
-    thinned: &Session,
-    misfit_um: impl Fn(&Session) -> Option<f64> + Sync + Copy,
-    judged: &mut Vec<Judged>,
-) {
+fn bring_nearer(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync + Copy, judged: &mut [Judged]) {
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut seen: Vec<(&'static str, Vec<String>, Vec<String>)> = Vec::new();
     let mut places = Vec::new();
