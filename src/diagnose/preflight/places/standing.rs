@@ -104,8 +104,8 @@ const NEARBY: f64 = 0.02;
 const BEYOND: f64 = 1e-3;
 
 /// Distances and angles by which an axis is tried to have stood elsewhere, mm and deg; a finer search follows.
-const LITTLE_MM: [f64; 8] = [-3.2, -0.8, -0.2, -0.05, 0.05, 0.2, 0.8, 3.2];
-const LITTLE_DEG: [f64; 6] = [-4.0, -1.0, -0.25, 0.25, 1.0, 4.0];
+const LITTLE_MM: [f64; 4] = [-0.8, -0.1, 0.1, 0.8];
+const LITTLE_DEG: [f64; 2] = [-0.5, 0.5];
 
 /// Axes that stood a little elsewhere in groups of tests, slides also at the other sign: too little for the lengths alone to tell.
 pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
