@@ -73,6 +73,11 @@ impl Measure {
         self.units()[0].0
     }
 
+    /// The same as people read it: `µm`, `arcsec`, `µm/m`, ….
+    pub fn shown_unit(self) -> String {
+        self.output_unit().replace("um", "µm")
+    }
+
     /// A value held in mm or rad in its output unit, µm or arcsec.
     pub fn to_output(self, value: f64) -> f64 {
         match self {

@@ -180,6 +180,6 @@ fn searched(
         diagnosis.leave_to_a_mistake(doubt.probability);
         warnings.push(doubt.warning());
     }
-    let warnings = [warnings, std::mem::take(&mut diagnosis.warnings)].concat();
+    warnings.append(&mut diagnosis.warnings);
     Ok(Diagnosis { uncovered_by, warnings, ..diagnosis })
 }

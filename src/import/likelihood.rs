@@ -176,22 +176,20 @@ pub(super) fn residual_mm(course: &Course, data: &Averages, timing: &Timing, fre
 fn model(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> Vec<f64> {
     let rows = data.time_s.len();
     let (first, last) = (data.time_s[0], data.time_s[rows - 1]);
-    let middle = course.read_mm.value(0.5 * (course.read_mm.rows() - 1) as f64, 0);
+    let middle = course.middle_mm();
     let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.share };
     let mut model = Vec::with_capacity(rows * (width(course, freedom) + 1));
     for (&time, &value) in data.time_s.iter().zip(&data.value_mm) {
         let (place, sense) = timing.place_s(time, course.run_s);
-        let mut of_time = course.at_time.at(course.time(place));
-        let [node, sin, cos] = [(); 3].map(|()| of_time.next().unwrap_or(0.0));
-        let mut read_mm = course.read_mm.at(node);
-        let [length_mm, cut_mm] = [(); 2].map(|()| read_mm.next().unwrap_or(0.0));
+        let [node, sin, cos] = course.node_and_angle(place);
+        let (length_mm, cut_mm, forms) = course.read_at(node);
         let mut off = value - length_mm + middle;
         if timing.lag_s > 0.0 {
             let direction = usize::from(sense < 0.0);
             let speed = timing.speed(direction, time - timing.start_s[direction], course.run_s);
             off -= (timing.lag_s * speed).powi(2) * cut_mm;
         }
-        model.extend(read_mm);
+        model.extend(forms);
         model.push(ZERO_MM);
         model.push(drift_mm * ((time - first) / (last - first) - 0.5));
         if freedom != Freedom::NONE {

@@ -99,7 +99,7 @@ pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
             "the fit puts {} {:.0} {} from where the files put it, beyond what their spreads allow",
             unknown.label,
             measure.to_output(off),
-            if measure.output_unit() == "um" { "µm" } else { measure.output_unit() }
+            measure.shown_unit()
         )
     })
 }
@@ -163,7 +163,7 @@ pub(crate) fn strained_among(places: &[Place]) -> Option<String> {
              that stood or some readings are not what the session says, so no error is called determined; correct it, or state the spread that is true",
             unknown.label,
             measure.to_output(farthest.off * unknown.prior_sigma),
-            if measure.output_unit() == "um" { "µm" } else { measure.output_unit() },
+            measure.shown_unit(),
             (farthest.off * farthest.widened).abs()
         )
     })
@@ -222,7 +222,7 @@ pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
                  elsewhere than the files say",
                 unknown.label,
                 measure.to_output(off),
-                if measure.output_unit() == "um" { "µm" } else { measure.output_unit() }
+                measure.shown_unit()
             )
         })
     });

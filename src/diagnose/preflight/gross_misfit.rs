@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::data_fault::{DataFault, SURE_OF_FAULT};
 use super::mistakes::{ANGLE_REVERSED, suspicions};
 use super::places::axis_lines::other_lines;
+use super::places::ball_places::{End, move_ball, placement};
 use super::places::exchanged;
 use super::places::misplaced::{BALL_PLACE, BAR, misplaced, nearby};
 use super::places::standing::{STANDING_AXIS, standing_elsewhere};
@@ -163,24 +164,16 @@ fn move_balls(suspicion: &mut Suspicion, refitted: &Refit) {
     let setups = Setups::of(session);
     let mut moved = session.clone();
     let concerns = |name: &String| suspicion.tests.is_empty() || suspicion.tests.contains(name);
-    for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
-        for (index, test) in moved.tests.iter_mut().enumerate().filter(|(_, test)| concerns(&test.name)) {
-            match unknown.quantity {
-                Quantity::Pivot { setup, coordinate }
-                    if suspicion.place == "pivot" && setups.pivot_of[index] == setup =>
-                {
-                    test.pivot.at[coordinate] += value;
-                }
-                Quantity::SpindleBall { setup, coordinate }
-                    if suspicion.place == "spindle-ball" && setups.spindle_ball_of[index] == setup =>
-                {
-                    let sign = test.spindle_ball.sign(coordinate);
-                    test.spindle_ball.at[coordinate] += sign * value;
-                }
-                Quantity::Bar { setup } if suspicion.place == "bar" && setups.bar_of[index] == Some(setup) => {
-                    test.bar_error_mm += value;
-                }
-                _ => {}
+    for (index, test) in moved.tests.iter_mut().enumerate().filter(|(_, test)| concerns(&test.name)) {
+        for (end, of) in [(End::Pivot, &setups.pivot_of), (End::Spindle, &setups.spindle_ball_of)] {
+            if suspicion.place == end.place() {
+                move_ball(end.of_mut(test), &placement(refitted, end, of[index]));
+            }
+        }
+        for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
+            let own = matches!(unknown.quantity, Quantity::Bar { setup } if setups.bar_of[index] == Some(setup));
+            if suspicion.place == "bar" && own {
+                test.bar_error_mm += value;
             }
         }
     }

@@ -119,10 +119,12 @@ impl Diagnosis {
         };
         let shares = shares_of_readings(fine, setups, &told);
         let Explanation { columns, regression, left_mm, mut findings } = told;
-        let mut location_errors = moved(fine, families, fit, (search, &regression), hidden);
+        let covariance = regression.covariance();
+        let mut location_errors = moved(fine, families, fit, (search, &regression, &covariance), hidden);
         // beside a mistake in the files no number is what it seems
         location_errors.iter_mut().for_each(|moved| moved.determined &= fault.is_none());
-        let strained = strained_beside(fine, fit, &regression).filter(|_| !findings.is_empty());
+        let found = !findings.is_empty();
+        let strained = found.then(|| strained_beside(fine, fit, (&regression, &covariance))).flatten();
         location_errors.iter_mut().for_each(|moved| moved.determined &= strained.is_none());
         let placebos = placebos(fine, &findings, &columns, &search.noise_after);
         let transfers = transfers(fine, setups, &findings, &columns, &search.noise_after);

@@ -12,6 +12,7 @@ use crate::diagnose::validation::hidden_shifts::HiddenShift;
 use crate::effects::{CandidateFamily, UNLISTED_BY_CURVES};
 use crate::identify::{Fit, Quantity};
 use crate::units::Measure;
+use nalgebra::DMatrix;
 use std::sync::Arc;
 
 /// A location error before and after the effects were modelled, mm or rad.
@@ -51,11 +52,10 @@ pub(crate) fn moved(
     fine: &LinearModel,
     families: &[CandidateFamily],
     fit: &Fit,
-    (search, regression): (&Search, &Regression),
+    (search, regression, covariance): (&Search, &Regression, &DMatrix<f64>),
     hidden: &[HiddenShift],
 ) -> Vec<Moved> {
     let unknowns = &fine.problem.unknowns;
-    let covariance = regression.covariance();
     let mut variance: Vec<f64> = (0..unknowns.len()).map(|k| covariance[(k, k)]).collect();
     add_forms(fine, families, search, regression, &mut variance);
     let located = unknowns.iter().enumerate();
@@ -79,8 +79,11 @@ pub(crate) fn moved(
 }
 
 /// The ball or bar that stands too far from its stated place beside what was found, in words.
-pub(crate) fn strained_beside(fine: &LinearModel, fit: &Fit, regression: &Regression) -> Option<String> {
-    let covariance = regression.covariance();
+pub(crate) fn strained_beside(
+    fine: &LinearModel,
+    fit: &Fit,
+    (regression, covariance): (&Regression, &DMatrix<f64>),
+) -> Option<String> {
     let setups = fine.problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.quantity.is_setup());
     let places: Vec<Place> = setups
         .map(|(k, unknown)| {

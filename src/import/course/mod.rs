@@ -85,11 +85,11 @@ pub struct Course {
     pub marks: Option<Marks>,
     /// By node, mm: nominal length; what a lag of one second adds to it at the programmed feed beside a delay, which cuts corners
     /// and shrinks circles by `½τ²q̈`, as its square; forms that errors of balls, bar and axes may add at one standard deviation.
-    pub(super) read_mm: Table,
+    read_mm: Table,
     /// Forms that lost motion may add.
     pub(super) lost_motion: LostMotion,
     /// At even programmed times: node with its fraction, sine and cosine of the share of the run's time as an angle.
-    pub(super) at_time: Table,
+    at_time: Table,
     /// Positions of all axes, node by node, mm or rad.
     motion: Motion,
 }
@@ -150,14 +150,27 @@ impl Course {
         })
     }
 
-    /// Entry of [`Course::at_time`], with its fraction, at a programmed time.
-    pub(super) fn time(&self, gone_s: f64) -> f64 {
-        (gone_s / self.run_s).clamp(0.0, 1.0) * (self.at_time.rows() - 1) as f64
+    /// Node, with its fraction, at a programmed time, and sine and cosine of the share of the run's time as an angle.
+    pub(super) fn node_and_angle(&self, gone_s: f64) -> [f64; 3] {
+        let at = (gone_s / self.run_s).clamp(0.0, 1.0) * (self.at_time.rows() - 1) as f64;
+        let mut columns = self.at_time.at(at);
+        [(); 3].map(|()| columns.next().unwrap_or(0.0))
     }
 
-    /// Node, with its fraction, at a programmed time.
     fn node(&self, gone_s: f64) -> f64 {
-        self.at_time.value(self.time(gone_s), 0)
+        self.node_and_angle(gone_s)[0]
+    }
+
+    /// Nominal length at a node, what a lag of one second cuts off it, and the forms that errors may add, mm.
+    pub(super) fn read_at(&self, node: f64) -> (f64, f64, impl Iterator<Item = f64>) {
+        let mut columns = self.read_mm.at(node);
+        let [length_mm, cut_mm] = [(); 2].map(|()| columns.next().unwrap_or(0.0));
+        (length_mm, cut_mm, columns)
+    }
+
+    /// Nominal length in the middle of the run, mm.
+    pub(super) fn middle_mm(&self) -> f64 {
+        self.read_at(0.5 * (self.read_mm.rows() - 1) as f64).0
     }
 
     /// Number of forms that errors of balls, bar and axes may add.

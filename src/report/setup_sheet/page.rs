@@ -207,7 +207,7 @@ fn determined(out: &mut String, plan: &Plan) {
             measure.to_output(error.sigma_relative),
             if error.determined { "" } else { "undetermined: " },
             escape(&error.reason),
-            unit = measure.output_unit().replace("um", "µm"),
+            unit = measure.shown_unit(),
         );
     }
     out.push_str("</table>");

@@ -79,7 +79,7 @@ fn says(session: &Session, fit: &Fit, sense: &TurnedSense) -> String {
         .map(|&(k, value, turned)| {
             let (unknown, sigma) = (&fit.unknowns[k], fit.estimates[k].sigma);
             let out = |value: f64| shown(unknown.measure.to_output(value), unknown.measure.to_output(sigma)).0;
-            let unit = unknown.measure.output_unit().replace("um", "µm");
+            let unit = unknown.measure.shown_unit();
             format!("{} {} for {} {unit}", unknown.label, out(turned), out(value))
         })
         .collect();

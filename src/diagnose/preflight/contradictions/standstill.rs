@@ -166,8 +166,8 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
     })
 }
 
-/// Drop of a parabola one and a half times the width of its top from its middle, in that at the top's rim, with as much for
-/// rounding.
+/// Drop of a curve next to its top, in steps of the readings. The top is as wide as it stays within one step; a parabola falls
+/// nine steps at one and a half times that width from its middle. As much again for rounding.
 const SMOOTH_DROP: f64 = 18.0;
 
 /// Whether readings that stay the same are the top or bottom of a curve that is read in steps: it falls off slowly on both sides.

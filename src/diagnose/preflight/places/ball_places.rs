@@ -6,6 +6,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::preflight::quick_fit::Refit;
+use crate::identify::Quantity;
 use crate::session::{Ball, Motion, Session, Test};
 
 /// Share of a misfit by the nominal machine that putting a statement right must take off, to be worth a refit.
@@ -49,6 +51,30 @@ impl End {
             End::Pivot => End::Spindle,
             End::Spindle => End::Pivot,
         }
+    }
+}
+
+/// How far a refit puts the ball of a setup from its stated place, mm, as the fit counts it.
+pub(crate) fn placement(refitted: &Refit, end: End, setup: usize) -> Vector3<f64> {
+    let mut placement = Vector3::zeros();
+    for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
+        match (end, unknown.quantity) {
+            (End::Pivot, Quantity::Pivot { setup: of, coordinate })
+            | (End::Spindle, Quantity::SpindleBall { setup: of, coordinate })
+                if of == setup =>
+            {
+                placement[coordinate] = *value;
+            }
+            _ => {}
+        }
+    }
+    placement
+}
+
+/// Moves a ball by a placement, which a spindle that is turned round counts the other way.
+pub(crate) fn move_ball(ball: &mut Ball, placement: &Vector3<f64>) {
+    for coordinate in 0..3 {
+        ball.at[coordinate] += ball.sign(coordinate) * placement[coordinate];
     }
 }
 

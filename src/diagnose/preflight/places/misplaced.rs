@@ -2,12 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::ball_places::{End, Sights, WORTH, misfit_mm, sights, solutions, solved, written_otherwise};
+use super::ball_places::{
+    End, Sights, WORTH, misfit_mm, move_ball, placement, sights, solutions, solved, written_otherwise,
+};
 use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::listed;
 use crate::diagnose::preflight::quick_fit::refit;
 use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
-use crate::identify::Quantity;
 use crate::session::{Ball, Session, Setups, Zero};
 use crate::statistics::median;
 
@@ -127,30 +128,16 @@ const BESIDE_MM: f64 = 3.0;
 fn beside(session: &Session, end: End, setup: usize, tests: &[usize]) -> Option<Suspicion> {
     let mut released = session.clone();
     tests.iter().for_each(|&test| end.of_mut(&mut released.tests[test]).spread_mm = Some(BESIDE_MM));
-    let refitted = refit(&released, None)?;
-    let mut shift = Vector3::zeros();
-    for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
-        match (end, unknown.quantity) {
-            (End::Pivot, Quantity::Pivot { setup: of, coordinate })
-            | (End::Spindle, Quantity::SpindleBall { setup: of, coordinate })
-                if of == setup =>
-            {
-                shift[coordinate] = *value;
-            }
-            _ => {}
-        }
-    }
-    let ball = end.of(&session.tests[*tests.first()?]);
-    let stated = ball.at;
-    // which way a fit counts the ball of a spindle that is turned round
-    let found = Vector3::from_fn(|k, _| stated[k] + if end == End::Spindle { ball.sign(k) } else { 1.0 } * shift[k]);
+    let placement = placement(&refit(&released, None)?, end, setup);
     let mut undone = session.clone();
-    tests.iter().for_each(|&test| end.of_mut(&mut undone.tests[test]).at = found);
+    tests.iter().for_each(|&test| move_ball(end.of_mut(&mut undone.tests[test]), &placement));
+    let first = *tests.first()?;
+    let (ball, found) = (end.of(&session.tests[first]), end.of(&undone.tests[first]));
     let says = format!(
         "the {} stands at about {} by the lengths, {:.2} mm from there; correct its 'at' in {}",
         ball_words(end, ball),
-        told(&found, &stated),
-        shift.norm(),
+        told(&found.at, &ball.at),
+        placement.norm(),
         listed(&names(session, tests))
     );
     Some(Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone))
