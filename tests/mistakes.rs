@@ -4,6 +4,7 @@
 //! is made in its files. Most cases run in this process, some through the program as well.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
@@ -17,6 +18,7 @@ use fiveaxis::load::load_session;
 use fiveaxis::report::recording::path_csv;
 use fiveaxis::session::LengthColumn;
 use fiveaxis::simulate::{Instrument, SetupErrors, simulate, simulate_with};
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -174,6 +176,36 @@ fn copy(files: &mut Files, from: &str, to: &[&str]) {
     for name in to {
         let text = files[from].clone();
         files.insert((*name).into(), text);
+    }
+}
+
+/// Takes functions of the share of the way off some recordings, as they fit them best together with a constant, to 0.1 µm.
+fn take_off(files: &mut Files, begin: &str, functions: &[fn(f64) -> f64]) {
+    edit_rows(files, begin, |rows| {
+        let last = (rows.len() - 1) as f64;
+        let of = |row: usize, k: usize| if k == 0 { 1.0 } else { functions[k - 1](row as f64 / last) };
+        let columns = DMatrix::from_fn(rows.len(), 1 + functions.len(), of);
+        let lengths = DVector::from_fn(rows.len(), |row, _| rows[row][2]);
+        let sizes = (columns.tr_mul(&columns)).cholesky().unwrap().solve(&columns.tr_mul(&lengths));
+        for (row, values) in rows.iter_mut().enumerate() {
+            let taken: f64 = (1..sizes.len()).map(|k| sizes[k] * of(row, k)).sum();
+            values[2] = (1e4 * (values[2] - taken)).round() / 1e4;
+        }
+    });
+}
+
+/// The sweeps of the session beside its recordings, those of C from `from` on, with no positions in the files.
+fn without_positions(files: &mut Files, from_c: f64) {
+    for (name, (axis, from, to), ..) in DESIGNS {
+        let by = if axis == 'C' { from_c - from } else { 0.0 };
+        for (way, from, to) in [("ccw", from + by, to + by), ("cw", to + by, from + by)] {
+            let sweep =
+                format!("sweep: {{axis: {axis}, from: {from}, to: {to}, step: 1}}\n    recording: {name}-{way}.csv");
+            edit(files, "session.yaml", &format!("recording: {name}-{way}.csv"), &sweep);
+        }
+    }
+    for text in files.iter_mut().filter(|(name, _)| name.ends_with(".csv")).map(|(_, text)| text) {
+        *text = text.lines().map(|line| format!("{}\n", line.rsplit(',').next().unwrap())).collect();
     }
 }
 
@@ -438,6 +470,78 @@ const CASES: &[Case] = &[
             })
         },
         due: Named(&["readings-processed"], "the mean was taken off"),
+    },
+    Case {
+        name: "a trend taken off one program",
+        make: |f| take_off(f, "a-far", &[|share| share]),
+        due: Named(&["readings-processed"], "a trend over time was taken off the readings of a-far-ccw, a-far-cw"),
+    },
+    Case {
+        name: "the centre of its circle taken off one program",
+        make: |f| take_off(f, "c-side", &[|share| (TAU * share).cos(), |share| (TAU * share).sin()]),
+        due: Named(&["readings-processed"], "the centre of the circle was taken off the readings of c-side"),
+    },
+    Case {
+        name: "deviations of one program without their sign",
+        make: |f| edit_lengths(f, "c-side", |_, length| length.round() + (length - length.round()).abs()),
+        due: Named(&["readings-processed"], "c-side-ccw, c-side-cw lost their sign"),
+    },
+    Case {
+        name: "deviations of one program twice as large",
+        make: |f| edit_lengths(f, "c-side", |_, length| length.round() + 2.0 * (length - length.round())),
+        due: Named(&["unit"], "c-side-ccw, c-side-cw are about 2.00 times"),
+    },
+    Case {
+        name: "deviations of one direction halved",
+        make: |f| edit_lengths(f, "a-high-cw", |_, length| length.round() + 0.5 * (length - length.round())),
+        due: Named(&["unit"], "a-high-cw are about 0.50 times"),
+    },
+    // order of readings
+    Case {
+        name: "readings of one recording from the other end",
+        make: |f| {
+            edit_rows(f, "c-side-cw", |rows| {
+                let lengths: Vec<f64> = rows.iter().rev().map(|row| row[2]).collect();
+                rows.iter_mut().zip(lengths).for_each(|(row, length)| row[2] = length);
+            })
+        },
+        due: Named(&["readings-order"], "c-side-cw are written from the other end"),
+    },
+    Case {
+        name: "readings of one recording moved round by 30 rows",
+        make: |f| {
+            edit_rows(f, "c-side-ccw", |rows| {
+                let count = rows.len();
+                let lengths: Vec<f64> = (0..count).map(|row| rows[(row + 30) % count][2]).collect();
+                rows.iter_mut().zip(lengths).for_each(|(row, length)| row[2] = length);
+            })
+        },
+        due: Named(&["readings-order"], "c-side-ccw"),
+    },
+    Case {
+        name: "rows lost and the others drawn over the gap",
+        make: |f| {
+            edit_rows(f, "c-side-ccw", |rows| {
+                let (first, last) = (rows[0], rows[rows.len() - 1]);
+                rows.drain(50..62);
+                let count = (rows.len() - 1) as f64;
+                for (row, values) in rows.iter_mut().enumerate() {
+                    let share = row as f64 / count;
+                    (0..2).for_each(|k| values[k] = first[k] + share * (last[k] - first[k]));
+                }
+            })
+        },
+        due: Named(&["readings-order"], "readings of c-side-ccw are lost"),
+    },
+    Case {
+        name: "sweeps of C stated from -180 that began at 0, no positions in the files",
+        make: |f| without_positions(f, -180.0),
+        due: Named(&["arc"], "a sweep of C from about"),
+    },
+    Case {
+        name: "A and C the wrong way round in the machine's code",
+        make: |f| edit(f, "machine.yaml", "[wCAbYXZt]", "[wACbYXZt]"),
+        due: Named(&["axis-order"], "write the code as [wCAbYXZt]"),
     },
     Case {
         name: "a program zeroed for itself",

@@ -51,7 +51,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.extend(standing_elsewhere(&thinned));
     list.extend(other_lines(&thinned, &as_it_is));
     list.extend(exchanged::by_nominal(&thinned));
-    list.extend(suspicions(&thinned, session, &as_it_is.residual_mm));
+    list.extend(suspicions(&thinned, session, &as_it_is));
     let mut told = std::collections::HashSet::new();
     list.retain(|suspicion| told.insert(suspicion.says.clone()));
     let mut ranked: Vec<(f64, Suspicion)> = list

@@ -13,7 +13,8 @@ use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::prior_penalty::fitted_anyway;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::selection::naming::cause;
-use crate::diagnose::selection::search::{floors, search};
+use crate::diagnose::selection::search::{floors, search, search_from};
+use crate::diagnose::selection::selected::{Search, SelectedEffect};
 use crate::diagnose::selection::two_resolutions::at_two_resolutions;
 use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
@@ -88,8 +89,12 @@ pub(crate) fn held_against_physics(
         return Ok(Held::sure(Some(fault)));
     }
     // what has no fit is no explanation
-    let Some(corrected) = explained(&undone, options, thresholds)? else { return Ok(Held::sure(None)) };
-    let Some(recorded) = explained(&recorded, options, thresholds)? else { return Ok(Held::sure(Some(fault))) };
+    let Some(corrected) = explained(&undone, options, thresholds, &[])? else { return Ok(Held::sure(None)) };
+    // one search may find what another passes over: what both may be said of is no gain of the mistake
+    let is_same_machine = session.machine.axes == undone.machine.axes;
+    let elsewhere = if is_same_machine { &corrected.found[..] } else { &[] };
+    let recorded = explained(&recorded, options, thresholds, elsewhere)?;
+    let Some(recorded) = recorded else { return Ok(Held::sure(Some(fault))) };
     let gained = corrected.standing - recorded.standing;
     // as of a first effect: noise that wanders looks like much
     if recorded.cause.is_none() && gained < thresholds.accept {
@@ -124,9 +129,16 @@ struct Explained {
     standing: f64,
     /// The first effect found.
     cause: Option<Cause>,
+    found: Vec<SelectedEffect>,
 }
 
-fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Result<Option<Explained>, FitError> {
+/// What a search says, or one beside effects that were found elsewhere where that says more.
+fn explained(
+    session: &Session,
+    options: &Options,
+    thresholds: Thresholds,
+    elsewhere: &[SelectedEffect],
+) -> Result<Option<Explained>, FitError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let problem = Problem::new(session, &chain, &setups, fitted_anyway(session, options, &setups))?;
@@ -139,14 +151,19 @@ fn explained(session: &Session, options: &Options, thresholds: Thresholds) -> Re
     let mut model = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     model.thresholds = thresholds;
     let explained = at_two_resolutions(model, |resolutions, families| {
-        let found = search(resolutions, &floors(resolutions), families);
-        let room = room_for_unknowns(resolutions.fine, &found.noise_after);
-        Explained {
-            standing: found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64,
-            cause: found.found.first().map(|found| cause(&session.machine, &found.chosen, &[])),
-        }
+        let floors = floors(resolutions);
+        let own = search(resolutions, &floors, families);
+        let others = (!elsewhere.is_empty()).then(|| search_from(resolutions, &floors, families, elsewhere));
+        let standing = |found: &Search| {
+            let room = room_for_unknowns(resolutions.fine, &found.noise_after);
+            found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64
+        };
+        let sets = std::iter::once(own).chain(others).map(|set| (standing(&set), set));
+        let (standing, found) = sets.reduce(|best, next| if next.0 > best.0 { next } else { best })?;
+        let cause = found.found.first().map(|found| cause(&session.machine, &found.chosen, &[]));
+        Some(Explained { standing, cause, found: found.found })
     });
-    Ok(Some(explained?))
+    Ok(explained?)
 }
 
 /// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its

@@ -2,12 +2,19 @@
 
 use super::data_fault::{RECORDER, SESSION};
 use super::dwells::without_dwells;
+use super::places::axis_order::other_orders;
 use super::places::ball_places::End;
 use super::places::exchanged;
 use super::places::misplaced::on_any_link;
-use super::places::standing::columns_off;
-use super::processed_readings::own_zeros;
-use super::scaled_readings::{scaled, zeroed};
+use super::places::standing::{columns_off, slides_off};
+use super::places::sweeps::other_arcs;
+use super::quick_fit::Refit;
+use super::readings::figures::Linearised;
+use super::readings::order::out_of_order;
+use super::readings::processed::own_zeros;
+use super::readings::scaled::{scaled, scaled_by_any, zeroed};
+use super::readings::taken_off::taken_off;
+use super::readings::unsigned::unsigned;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::machine::AxisKind;
@@ -15,9 +22,9 @@ use crate::session::{Clock, Recording, Session};
 use crate::statistics::rms;
 
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
-pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<f64>]) -> Vec<Suspicion> {
+pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -> Vec<Suspicion> {
     let mut list = Vec::new();
-    let worst = worst_tests(residual_mm);
+    let worst = worst_tests(&as_it_is.residual_mm);
     let machine = &session.machine;
     let busy: Vec<usize> = (0..machine.axes.len())
         .filter(|&axis| {
@@ -36,6 +43,10 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
         let every: Vec<usize> = (0..session.tests.len()).collect();
         list.push(shifted((session, whole), &every, *seconds));
     }
+    let of_one_way = of_one_way(session);
+    for tests in &of_one_way {
+        list.extend(SHIFTS_S.iter().map(|seconds| shifted((session, whole), tests, *seconds)));
+    }
     // one test alone: only the worst ones are worth the refits
     for &test in &worst {
         for seconds in SHIFTS_S {
@@ -44,24 +55,56 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, residual_mm: &[Vec<
         list.extend(columns_of_some(session, &[test]));
     }
     list.extend(without_dwells(session, whole));
-    list.extend(worst.iter().filter_map(|&test| foreign(session, test)));
     list.extend(on_any_link(session));
     list.extend(exchanged::with_worst(session, &worst));
     let programs = worst_programs(session, &worst);
     list.extend(exchanged::programs(session, &programs));
+    list.extend(other_arcs(session));
+    list.extend(other_orders(session));
     // of one recording alone a shift in time says as much
-    list.extend(columns_off(session, &programs));
-    let mut groups = programs.clone();
-    groups.extend(alike(session));
-    groups.dedup();
-    list.extend(scaled(session, &groups));
-    list.extend(zeroed(session, &programs));
+    list.extend(columns_off(session, &distinct([&programs, &of_one_way])));
+    let alike = alike(session);
+    list.extend(scaled(session, &distinct([&programs, &alike])));
     // a gauge taken down between the directions has another zero in one of them
-    let alone = worst.iter().map(|&test| vec![test]).filter(|alone| !programs.contains(alone));
-    list.extend(zeroed(session, &alone.collect::<Vec<_>>()));
+    let alone: Vec<Vec<usize>> = worst.iter().map(|&test| vec![test]).collect();
+    list.extend(zeroed(session, &distinct([&programs, &alone, &alike])));
+    list.extend(distinct([&alone, &programs]).iter().filter_map(|tests| foreign(session, tests)));
     list.extend(own_zeros(session, whole));
+    if let Some(linearised) = Linearised::of(session, as_it_is) {
+        list.extend(slides_off(session, &linearised, &distinct([&alone, &programs])));
+        list.extend(scaled_by_any(session, &linearised, &distinct([&alone, &programs, &alike, &of_one_way])));
+        list.extend(out_of_order((session, whole), &linearised, &worst, &programs));
+        list.extend(taken_off((session, whole), &linearised));
+        list.extend(unsigned((session, whole), &linearised));
+    }
     list.extend(of_one_conversion(session));
     list
+}
+
+/// Groups of tests, each once.
+fn distinct<const N: usize>(of: [&[Vec<usize>]; N]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for group in of.into_iter().flatten() {
+        if !groups.contains(group) {
+            groups.push(group.clone());
+        }
+    }
+    groups
+}
+
+/// Tests whose first axis goes one way, of the same axes and of all, where there are several but not all.
+fn of_one_way(session: &Session) -> Vec<Vec<usize>> {
+    let rises = |test: &usize| {
+        let recording = session.tests[*test].recording.as_ref();
+        let column = recording.and_then(|recording| recording.positions.first());
+        column.is_some_and(|column| column.last() > column.first())
+    };
+    let every: Vec<usize> = (0..session.tests.len()).collect();
+    let ways = alike(session).into_iter().chain(std::iter::once(every)).flat_map(|tests| {
+        let (rising, falling): (Vec<usize>, Vec<usize>) = tests.into_iter().partition(rises);
+        [rising, falling]
+    });
+    ways.filter(|way| (2..session.tests.len()).contains(&way.len())).collect()
 }
 
 /// Columns of one axis in another sense or unit, in all tests or in some.
@@ -75,6 +118,7 @@ fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspic
         says,
         shift_ms: None,
         diminished: 1.0,
+        log_figures: 0.0,
         weight: OFTEN,
         undone: scale_axis(session, axis, factor),
     };
@@ -139,35 +183,37 @@ pub(crate) const FOREIGN: &str = "foreign-file";
 /// Spread of the balls of a test that does not belong to the others, mm: cups are set to some tenths.
 const FOREIGN_MM: f64 = 0.5;
 
-/// One test with balls of its own, between others from the same pivot: two jumps of a ball, there and exactly back, would
-/// be the only physics.
-fn foreign(session: &Session, index: usize) -> Option<Suspicion> {
-    let test = &session.tests[index];
-    let began = |other: &crate::session::Test| other.started_at_s;
-    let same = session.tests.iter().filter(|other| other.name != test.name && other.pivot == test.pivot);
-    let is_between =
-        same.clone().any(|other| began(other) < began(test)) && same.clone().any(|other| began(other) > began(test));
+/// One test, or one with its repeats, with balls of its own, between others from the same pivot: two jumps of a ball, there and
+/// exactly back, would be the only physics.
+fn foreign(session: &Session, tests: &[usize]) -> Option<Suspicion> {
+    let first = &session.tests[*tests.first()?];
+    let began = |of: &mut dyn Iterator<Item = &usize>| -> Option<(f64, f64)> {
+        of.map(|&test| session.tests[test].started_at_s)
+            .map(|began| (began, began))
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    };
+    let others: Vec<usize> = (0..session.tests.len())
+        .filter(|test| !tests.contains(test) && session.tests[*test].pivot == first.pivot)
+        .collect();
+    let (own, other) = (began(&mut tests.iter())?, began(&mut others.iter())?);
+    let is_between = other.0 < own.0 && own.1 < other.1;
     let mut undone = session.clone();
-    for end in [End::Pivot, End::Spindle] {
-        let ball = end.of_mut(&mut undone.tests[index]);
-        ball.setup = Some("not of the others".into());
-        ball.spread_mm = Some(FOREIGN_MM);
+    for &test in tests {
+        for end in [End::Pivot, End::Spindle] {
+            let ball = end.of_mut(&mut undone.tests[test]);
+            ball.setup = Some("not of the others".into());
+            ball.spread_mm = Some(FOREIGN_MM);
+        }
     }
+    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+    let (belong, one) = if tests.len() > 1 { ("do not belong", "files") } else { ("does not belong", "a file") };
     let says = format!(
-        "{} does not belong to the other tests: a file of another session or machine, or its balls were mounted anew; name its own file, or state 'setup: second' of its balls",
-        test.name
+        "{} {belong} to the other tests: {one} of another session or machine, or the balls were mounted anew; name the right file, or \
+         state 'setup: second' of the balls",
+        names.join(", ")
     );
-    is_between.then(|| Suspicion {
-        effect: FOREIGN,
-        place: SESSION.into(),
-        components: Vec::new(),
-        tests: vec![test.name.clone()],
-        says,
-        shift_ms: None,
-        diminished: 1.0,
-        weight: SOMETIMES,
-        undone,
-    })
+    let found = Suspicion::new(FOREIGN, SESSION, names, says, undone);
+    is_between.then_some(found)
 }
 
 /// Signs and pairs of columns of some recordings that have the same ones.
@@ -193,6 +239,7 @@ fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
             says: format!("{label} is counted backwards in {name}: turn the sign of column {label} there"),
             shift_ms: None,
             diminished: 1.0,
+            log_figures: 0.0,
             weight: SOMETIMES,
             undone: alone(scale_axis(session, axis, -1.0)),
         });
@@ -264,6 +311,7 @@ fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
         tests: Vec::new(),
         shift_ms: None,
         diminished: 1.0,
+        log_figures: 0.0,
         weight: OFTEN,
         undone,
     }
@@ -349,6 +397,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
         tests,
         shift_ms: None,
         diminished: 1.0,
+        log_figures: 0.0,
         weight: RARELY,
         undone,
     })
@@ -377,6 +426,7 @@ pub(crate) fn shifted((thinned, session): (&Session, &Session), tests: &[usize],
         tests: names,
         shift_ms: Some(1e3 * seconds),
         diminished: 1.0,
+        log_figures: 0.0,
         weight: RARELY,
         undone,
     }

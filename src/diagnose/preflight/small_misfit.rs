@@ -20,12 +20,12 @@ use super::places::misplaced::nearby;
 use super::places::restated::restated;
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off, stood_at};
 use super::quick_fit::{MOST_STRAIN, refit};
-use super::scaled_readings::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
+use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
 use super::suspicion::{Suspicion, Tried};
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
-use crate::session::Session;
+use crate::session::{Path, Session, Test};
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
 const LEAST_RATIO: f64 = 1.6;
@@ -72,7 +72,7 @@ pub(crate) fn preflight(
     session: &Session,
     [residual_um, noise_um, left_out_share, strain]: [f64; 4],
 ) -> Option<Mistake> {
-    if residual_um < LEAST_RATIO * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
+    if residual_um < WORTH_A_SEARCH * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
         return None;
     }
     let thinned = few_rows(session);
@@ -80,7 +80,7 @@ pub(crate) fn preflight(
     let as_it_is = refit(&thinned, Some(&as_it_is.values))?;
     let before = as_it_is.misfit_um;
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
-    let mut suspicions = suspicions(&thinned, session, &as_it_is.residual_mm);
+    let mut suspicions = suspicions(&thinned, session, &as_it_is);
     let worst = worst_tests(&as_it_is.residual_mm);
     suspicions.extend(restated(&thinned, &worst));
     suspicions.extend(a_little_elsewhere(&thinned, &worst));
@@ -115,11 +115,12 @@ pub(crate) fn preflight(
             READING_ZERO => {
                 refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
             }
-            STANDING_AXIS | COLUMN_SHIFTED => -PARAMETER_COST,
+            STANDING_AXIS => -PARAMETER_COST,
+            COLUMN_SHIFTED if best.log_figures == 0.0 => -PARAMETER_COST,
             _ if best.shift_ms.is_some() => -PARAMETER_COST,
             _ => 0.0,
         };
-        let log_odds = tried.log_prior(&best) + figure - readings as f64 * best.diminished.ln();
+        let log_odds = tried.log_prior(&best) + best.log_figures + figure - readings as f64 * best.diminished.ln();
         let undone = best.undone.clone();
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
@@ -132,7 +133,9 @@ pub(crate) fn preflight(
 fn contradicts_a_sweep(session: &Session, suspicion: &Suspicion) -> bool {
     let is_of_positions = [COLUMN_SHIFTED, ANGLE_REVERSED].contains(&suspicion.effect);
     let struck = session.tests.iter().filter(|test| suspicion.tests.contains(&test.name));
-    is_of_positions && struck.into_iter().any(|test| agrees_with_sweep(session, test))
+    let axis = suspicion.components.first().and_then(|name| session.machine.axis_index(name));
+    let is_swept = |test: &Test| matches!(test.path, Some(Path::Sweep { axis: swept, .. }) if Some(swept) == axis);
+    is_of_positions && struck.into_iter().any(|test| is_swept(test) && agrees_with_sweep(session, test))
 }
 
 /// A test with balls of its own follows nearly any mistake in its one recording: it must leave so many times less than these.
@@ -148,13 +151,20 @@ type Judged = (f64, Suspicion);
 const ALIKE: f64 = 0.02;
 
 /// The mistake that leaves least, with the others: of those that leave the same, a column written from the wrong end,
-/// which happens as files are put together, comes before a sign that is wrong in some recordings only.
+/// which happens as files are put together, comes before a sign that is wrong in some recordings only, and what needs no fitted figure
+/// before what does.
 fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
     let (least, first) = judged.first()?;
     let is_partial_sign = first.effect == "axis-sign" && !first.tests.is_empty();
     let alike = (1.0 + ALIKE) * least;
     let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == ANGLE_REVERSED);
-    let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(0));
+    let fewest_figures = judged.iter().take_while(|(misfit, _)| *misfit < alike).enumerate().max_by(
+        |(place, (_, one)), (other, (_, another))| {
+            one.log_figures.total_cmp(&another.log_figures).then(other.cmp(place))
+        },
+    );
+    let fewest_figures = fewest_figures.map_or(0, |(place, _)| place);
+    let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(fewest_figures));
     Some((best, judged))
 }
 

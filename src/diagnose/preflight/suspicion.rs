@@ -14,6 +14,8 @@ pub(crate) struct Suspicion {
     pub(crate) shift_ms: Option<f64>,
     /// Readings undone are so many times smaller than recorded, in the geometric mean: what is left of them counts as recorded.
     pub(crate) diminished: f64,
+    /// Logarithm of what its figures cost that were fitted, and of how much likelier readings that agree by it are with it.
+    pub(crate) log_figures: f64,
     /// How usual the mistake is beside the others.
     pub(crate) weight: f64,
     pub(crate) undone: Session,
@@ -29,7 +31,18 @@ impl Suspicion {
         undone: Session,
     ) -> Suspicion {
         let (place, components) = (place.to_string(), Vec::new());
-        Suspicion { effect, place, components, tests, says, shift_ms: None, diminished: 1.0, weight: SOMETIMES, undone }
+        Suspicion {
+            effect,
+            place,
+            components,
+            tests,
+            says,
+            shift_ms: None,
+            diminished: 1.0,
+            log_figures: 0.0,
+            weight: SOMETIMES,
+            undone,
+        }
     }
 
     /// As what may be the mistake instead of another one.

@@ -36,13 +36,22 @@ impl JointFit {
 
     /// The same without one of its effects, fitted anew.
     pub(crate) fn without(&self, selection: &SelectionContext, left_out: usize) -> JointFit {
-        let mut joint = JointFit::empty(selection);
         let others = self.found.iter().enumerate().filter(|(index, _)| *index != left_out);
-        others.for_each(|(_, found)| joint.take(selection, found.clone()));
+        JointFit::of(selection, others.map(|(_, found)| found.clone()), &self.noise)
+    }
+
+    /// A set of effects, fitted under a noise.
+    pub(crate) fn of(
+        selection: &SelectionContext,
+        found: impl Iterator<Item = SelectedEffect>,
+        noise: &[NoiseModel],
+    ) -> JointFit {
+        let mut joint = JointFit::empty(selection);
+        found.for_each(|found| joint.take(selection, found));
         let fine = selection.resolutions.fine;
-        let regression = Regression::new(fine, &self.noise, &joint.columns[0], &fine.kept);
+        let regression = Regression::new(fine, noise, &joint.columns[0], &fine.kept);
         (joint.residual_mm, joint.pulls) = (regression.residual_mm(&joint.columns[0]), regression.pulls());
-        joint.noise = likely_noise(fine, &joint.residual_mm, &self.noise, &selection.floors[0]);
+        joint.noise = likely_noise(fine, &joint.residual_mm, noise, &selection.floors[0]);
         joint
     }
 

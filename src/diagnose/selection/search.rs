@@ -57,6 +57,26 @@ pub fn search_unless(
     })
 }
 
+/// Searches a session beside effects that were found in other readings of it, with shapes as they were found there.
+pub(crate) fn search_from(
+    resolutions: &Resolutions,
+    floors: &Floors,
+    families: &[CandidateFamily],
+    found: &[SelectedEffect],
+) -> Search {
+    let here = |mut found: SelectedEffect| {
+        found.chosen.columns = resolutions.fine.columns(&found.chosen.effect, &found.chosen.terms).ok()?;
+        Some(found)
+    };
+    let limits = Limits::of_all(resolutions.fine.thresholds);
+    search_then(resolutions, floors, families, limits, |selection, joint| {
+        let found = found.iter().cloned().filter_map(here);
+        let mut trial = JointFit::of(selection, found, &selection.floors[0]);
+        selection.grow(&mut trial, None);
+        selection.replace(joint, trial, 0.0);
+    })
+}
+
 /// Starts from effects found on all readings, at most.
 const LEADS: usize = 3;
 

@@ -5,7 +5,7 @@ use std::f64::consts::LN_2;
 
 use super::same_rows::is_read;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
-use crate::diagnose::preflight::processed_readings::READING_PROCESSED;
+use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Clock, Recording, Session, Test};
 use crate::statistics::median;
 

@@ -1,6 +1,7 @@
 //! Statements of where things stand that the lengths contradict: balls, axes, frames, and where each would be. It judges no physics.
 
 pub(crate) mod axis_lines;
+pub(crate) mod axis_order;
 pub(crate) mod ball_places;
 pub(crate) mod exchanged;
 pub(crate) mod frames;
@@ -8,3 +9,4 @@ pub(crate) mod loaded;
 pub(crate) mod misplaced;
 pub(crate) mod restated;
 pub(crate) mod standing;
+pub(crate) mod sweeps;

@@ -4,7 +4,9 @@ use super::ball_places::WORTH;
 use super::misplaced::names;
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
+use crate::diagnose::preflight::readings::figures::Linearised;
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
+use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session};
 use crate::statistics::least_along;
@@ -152,7 +154,26 @@ pub(crate) fn columns_off(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspi
     rotary.flat_map(of).collect()
 }
 
-/// The session with the column of a rotary axis moved by an angle in some tests, rad.
+/// Distance by which derivatives by a linear axis are found, mm.
+const SMALL_MM: f64 = 0.01;
+
+/// Columns that are off by less are not told from errors of the slides themselves, mm.
+const LEAST_MM: f64 = 0.02;
+
+/// Columns of linear axes that are off by the distance that fits best, in some groups of tests.
+pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[Vec<usize>]) -> Vec<Suspicion> {
+    let machine = &session.machine;
+    let linear = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear);
+    let of = |axis: usize, tests: &Vec<usize>| {
+        let beside = column_off(session, axis, tests, SMALL_MM)?;
+        let sizes = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?;
+        let off = column_off(session, axis, tests, sizes[0].0).filter(|_| sizes[0].0.abs() > LEAST_MM)?;
+        Some(Suspicion { log_figures: -PARAMETER_COST, ..off })
+    };
+    linear.flat_map(|axis| groups.iter().filter_map(move |tests| of(axis, tests))).collect()
+}
+
+/// The session with the column of an axis moved by an angle or distance in some tests, rad or mm.
 pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift: f64) -> Option<Suspicion> {
     let mut undone = session.clone();
     for &test in tests {
@@ -160,12 +181,13 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
         let column = recording.axes.iter().position(|&other| other == axis)?;
         recording.positions[column].iter_mut().for_each(|q| *q += shift);
     }
-    let name = &session.machine.axes[axis].name;
+    let (name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
     let says = format!(
-        "column {name} is off by about {:.2} deg in {}: the recording began late, or counts from another zero; add {:.2} to it",
-        -shift.to_degrees(),
+        "column {name} is off by about {:.2} {} in {}: the recording began late, or counts from another zero; add {:.2} to it",
+        -kind.to_file_unit(shift),
+        kind.position_unit(),
         crate::diagnose::preflight::data_fault::listed(&names(session, tests)),
-        shift.to_degrees()
+        kind.to_file_unit(shift)
     );
     let mut found = Suspicion::new(COLUMN_SHIFTED, RECORDER, names(session, tests), says, undone);
     found.components = vec![name.clone()];

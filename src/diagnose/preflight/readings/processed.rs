@@ -1,8 +1,8 @@
 //! Sessions whose readings a gauge's software changed before it wrote them: zeroed at the start of each recording, or without mean.
 //! Which mistake was made is for others to judge. A centre taken off looks like a machine without location errors.
 
-use super::data_fault::RECORDER;
-use super::suspicion::{OFTEN, Suspicion};
+use crate::diagnose::preflight::data_fault::RECORDER;
+use crate::diagnose::preflight::suspicion::{OFTEN, Suspicion};
 use crate::session::{Session, Test, Zero};
 
 pub(crate) const READING_PROCESSED: &str = "readings-processed";

@@ -3,12 +3,14 @@
 //! A gauge shows how much longer the bar is than calibrated. Files hold that deviation or the whole length; whoever converts one
 //! into the other may take the wrong sign or unit, and whoever zeroes the gauge at the start of a run moves its zero.
 
-use super::data_fault::{RECORDER, listed};
-use super::places::exchanged::repeats;
-use super::places::misplaced::names;
-use super::processed_readings::own_zeros;
-use super::quick_fit::Refit;
-use super::suspicion::{OFTEN, SOMETIMES, Suspicion};
+use super::figures::{Figure, Linearised, with_figures};
+use super::processed::own_zeros;
+use crate::diagnose::preflight::data_fault::{RECORDER, listed};
+use crate::diagnose::preflight::places::exchanged::repeats;
+use crate::diagnose::preflight::places::misplaced::names;
+use crate::diagnose::preflight::quick_fit::Refit;
+use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::identify::Quantity;
 use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
 
@@ -27,7 +29,7 @@ const FACTORS: [(f64, &str); 5] = [
 /// Deviations of all tests, and of some groups of them, with a factor undone.
 pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
     let with_bar = |tests: &[usize]| tests.iter().all(|&test| session.tests[test].bar_length_mm.is_some());
-    let every: Vec<usize> = (0..session.tests.len()).collect();
+    let every = every(session);
     let all = std::iter::once(&every).chain(groups.iter().filter(|group| group.len() < every.len()));
     let mut list = Vec::new();
     for tests in all.filter(|tests| !tests.is_empty() && with_bar(tests)) {
@@ -47,11 +49,54 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             says: format!("the deviations from the bar's length in {} {words}", listed(&names)),
             shift_ms: None,
             diminished: factor.abs().powf(share),
+            log_figures: 0.0,
             weight: if is_all { OFTEN } else { SOMETIMES },
             undone: with_deviations(session, tests, factor.recip()),
         }));
     }
     list
+}
+
+/// Factors nearer to 1 are for calibrations, and nearer to one of those above for its words.
+const LEAST_FACTOR: f64 = 0.03;
+
+/// Deviations of some groups of tests that are too large or too small by any factor.
+pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: &[Vec<usize>]) -> Vec<Suspicion> {
+    let of = |tests: &Vec<usize>| {
+        let deviations = |&test: &usize| {
+            let (bar_mm, recording) = (session.tests[test].bar_length_mm?, session.tests[test].recording.as_ref()?);
+            Some((test, recording.length_mm.iter().map(|length| length - bar_mm).collect::<Vec<f64>>()))
+        };
+        let figure = [Figure { by_test: tests.iter().map(deviations).collect::<Option<Vec<_>>>()? }];
+        let sizes = linearised.fitted(&figure)?;
+        let factor = 1.0 / (1.0 + sizes[0].0);
+        let is_near = |other: f64| (factor / other - 1.0).abs() < LEAST_FACTOR;
+        let is_other = factor > 0.0 && factor.is_finite() && !is_near(1.0);
+        if !is_other || FACTORS.iter().any(|(other, _)| is_near(*other)) {
+            return None;
+        }
+        let names = names(session, tests);
+        let share = readings(session, tests) as f64 / readings(session, &every(session)).max(1) as f64;
+        let says = format!(
+            "the deviations from the bar's length in {} are about {factor:.2} times what they should be: export them again, without \
+             a factor",
+            listed(&names)
+        );
+        let undone = with_figures(session, &figure, &sizes)?;
+        let found = Suspicion::new("unit", RECORDER, names, says, undone);
+        Some(Suspicion {
+            components: vec!["length".into()],
+            diminished: factor.powf(share),
+            log_figures: -PARAMETER_COST,
+            weight: RARELY,
+            ..found
+        })
+    };
+    groups.iter().filter(|group| group.len() < session.tests.len()).filter_map(of).collect()
+}
+
+fn every(session: &Session) -> Vec<usize> {
+    (0..session.tests.len()).collect()
 }
 
 /// Readings of some tests.
@@ -111,7 +156,7 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
         let held = |one: Suspicion| HeldOtherwise { session: one.undone, effect: one.effect, says: one.says };
         return own_zeros.into_iter().map(held).collect();
     }
-    let every: Vec<usize> = (0..session.tests.len()).collect();
+    let every = every(session);
     let is_deviation = |test: &Test| test.recording.as_ref().is_some_and(|recording| recording.column.is_deviation());
     let mut list = Vec::new();
     if session.tests.iter().all(is_deviation) {

@@ -1,0 +1,165 @@
+//! Sessions whose readings stand beside the wrong rows of one recording: from the other end, moved round, or joined over a gap.
+//! Which of it happened is for others to judge.
+
+use super::figures::Linearised;
+use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::preflight::data_fault::{RECORDER, listed};
+use crate::diagnose::preflight::places::misplaced::names;
+use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
+use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
+use crate::session::{Recording, Session};
+
+pub(crate) const READING_ORDER: &str = "readings-order";
+
+/// All orders of the readings that are tried of some tests, and of groups of them.
+pub(crate) fn out_of_order(
+    (thinned, session): (&Session, &Session),
+    linearised: &Linearised,
+    worst: &[usize],
+    groups: &[Vec<usize>],
+) -> Vec<Suspicion> {
+    let alone = worst.iter().map(|&test| vec![test]);
+    let mut list: Vec<Suspicion> =
+        alone.chain(groups.iter().cloned()).filter_map(|tests| backwards((thinned, session), &tests)).collect();
+    for &test in worst {
+        list.extend(moved_round((thinned, session), linearised, test));
+        list.extend(joined((thinned, session), linearised, test));
+    }
+    list
+}
+
+/// The session with other recordings of some tests, on few rows.
+fn with_recordings(
+    (thinned, session): (&Session, &Session),
+    tests: &[usize],
+    says: String,
+    other: impl Fn(&mut Recording),
+) -> Option<Suspicion> {
+    let mut undone = thinned.clone();
+    for &test in tests {
+        let mut recording = session.tests[test].recording.clone().filter(|recording| recording.len() >= LEAST_ROWS)?;
+        other(&mut recording);
+        keep_few_rows(&mut recording);
+        undone.tests[test].recording = Some(recording);
+    }
+    let mut found = Suspicion::new(READING_ORDER, RECORDER, names(session, tests), says, undone);
+    (found.components, found.weight) = (vec!["length".into()], RARELY);
+    Some(found)
+}
+
+/// Rows below which an order of readings is not told, as fits of three unknowns and an order are possible by chance.
+const LEAST_ROWS: usize = 24;
+
+/// Readings written from the other end than the positions beside them.
+fn backwards(sessions: (&Session, &Session), tests: &[usize]) -> Option<Suspicion> {
+    let says = format!(
+        "the readings of {} are written from the other end than the positions beside them: reverse the column of the readings",
+        listed(&names(sessions.1, tests))
+    );
+    with_recordings(sessions, tests, says, |recording| recording.length_mm.reverse())
+}
+
+/// Rows by which readings are tried to have been moved round first: so many parts of a recording. A finer search follows.
+const TURNS: usize = 60;
+
+/// Readings moved round by some rows: those of the end stand at the beginning.
+fn moved_round((thinned, session): (&Session, &Session), linearised: &Linearised, test: usize) -> Option<Suspicion> {
+    let recording = session.tests[test].recording.as_ref()?;
+    let rows = recording.len();
+    let left = |by: usize| {
+        let mut moved = recording.clone();
+        moved.length_mm.rotate_left(by);
+        keep_few_rows(&mut moved);
+        let residual = moved.length_mm.iter().zip(linearised.predicted_mm(test)).map(|(length, at)| length - at);
+        linearised.left_with(test, &residual.collect::<Vec<_>>())
+    };
+    let mut step = rows.div_ceil(TURNS);
+    let mut best = (step..rows).step_by(step).map(|by| (left(by), by)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    while step > 1 {
+        step = step.div_ceil(2);
+        let beside = [best.1.saturating_sub(step).max(1), (best.1 + step).min(rows - 1)];
+        best = beside.into_iter().fold(best, |best, by| {
+            let left = left(by);
+            if left < best.0 { (left, by) } else { best }
+        });
+    }
+    let by = best.1;
+    let says = format!(
+        "the readings of {} stand about {by} rows from the positions that belong to them, those of the end at the beginning: \
+         export the recording again from its start",
+        session.tests[test].name
+    );
+    let found = with_recordings((thinned, session), &[test], says, |recording| recording.length_mm.rotate_left(by));
+    found.map(|found| Suspicion { log_figures: -PARAMETER_COST, ..found })
+}
+
+/// Shares of a recording that are tried to have been lost, and places where.
+const LOST: [f64; 7] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18];
+const PLACES: usize = 16;
+
+/// Readings lost in one place, and those after it drawn over the gap: rows that are evenly spaced without being so.
+fn joined((thinned, session): (&Session, &Session), linearised: &Linearised, test: usize) -> Option<Suspicion> {
+    let few = &thinned.tests[test].recording.as_ref()?.length_mm;
+    let predicted_mm = linearised.predicted_mm(test);
+    let left = |(from, lost): (f64, f64)| {
+        let residual = few.iter().enumerate().map(|(row, length)| {
+            let at = place_before((from, lost), row as f64 / (few.len() - 1) as f64);
+            length - between(predicted_mm, at)
+        });
+        linearised.left_with(test, &residual.collect::<Vec<_>>())
+    };
+    let grid = LOST.iter().flat_map(|&lost| (1..PLACES).map(move |place| (place as f64 / PLACES as f64, lost)));
+    let (mut best, mut least) = grid.map(|gap| (gap, left(gap))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let mut step = (0.5 / PLACES as f64, 0.25 * best.1);
+    for _ in 0..FINER {
+        for (by, lost) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
+            let next = ((best.0 + by * step.0).clamp(0.0, 1.0), (best.1 + lost * step.1).clamp(0.002, 0.3));
+            let left = left(next);
+            (best, least) = if left < least { (next, left) } else { (best, least) };
+        }
+        step = (0.6 * step.0, 0.6 * step.1);
+    }
+    let rows = session.tests[test].recording.as_ref()?.len();
+    let missing = (best.1 * rows as f64 / (1.0 - best.1)).round();
+    let says = format!(
+        "about {missing:.0} readings of {} are lost near row {:.0}, and the others were drawn over the gap: every reading after it stands \
+         beside a wrong position; export the recording with its times or positions as read",
+        session.tests[test].name,
+        best.0 * rows as f64
+    );
+    let found = with_recordings((thinned, session), &[test], says, |recording| {
+        let last = (recording.len() - 1) as f64;
+        let read = recording.length_mm.clone();
+        for (row, length) in recording.length_mm.iter_mut().enumerate() {
+            *length = place_now(best, row as f64 / last, 1.0 / last).map_or(f64::NAN, |at| between(&read, at));
+        }
+    });
+    found.map(|found| Suspicion { log_figures: -2.0 * PARAMETER_COST, ..found })
+}
+
+/// Rounds in which a gap is brought nearer to its place and length.
+const FINER: usize = 12;
+
+/// Share of the way at which a row was read that stands at another share now, where a share of all was lost from a row on.
+fn place_before((from, lost): (f64, f64), at: f64) -> f64 {
+    let kept = 1.0 - lost;
+    if at < from { at * kept } else { at * kept + lost }
+}
+
+/// The other way round; `None` where readings were lost, and within `beside` of the gap, where a row may have been drawn through it.
+fn place_now((from, lost): (f64, f64), before: f64, beside: f64) -> Option<f64> {
+    let (kept, begins) = (1.0 - lost, from * (1.0 - lost));
+    match before {
+        _ if before <= begins - beside => Some(before / kept),
+        _ if before >= begins + lost + beside => Some((before - lost) / kept),
+        _ => None,
+    }
+}
+
+/// A column at a share of its way, between its rows.
+fn between(column: &[f64], at: f64) -> f64 {
+    let place = at.clamp(0.0, 1.0) * (column.len() - 1) as f64;
+    let row = (place as usize).min(column.len().saturating_sub(2));
+    let above = column.get(row + 1).copied().unwrap_or(column[row]);
+    column[row] + (place - row as f64) * (above - column[row])
+}

@@ -1,0 +1,96 @@
+//! Sessions in which some deviations were written without their sign. Whether they were is for others to judge.
+
+use super::figures::Linearised;
+use super::processed::READING_PROCESSED;
+use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::preflight::data_fault::{RECORDER, listed};
+use crate::diagnose::preflight::places::misplaced::names;
+use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::session::Session;
+use crate::statistics::noise_of_rows;
+
+/// Rows on either side of a place where a curve may turn at zero.
+const BESIDE: usize = 6;
+
+/// How much steeper than by noise a curve must come to zero and leave it, in standard deviations of its slope.
+const STEEP: f64 = 4.0;
+
+/// Recordings with no deviation below zero, of which one turns there as only a curve without its sign does: signs put back as they
+/// fit best.
+pub(crate) fn unsigned((thinned, session): (&Session, &Session), linearised: &Linearised) -> Option<Suspicion> {
+    let deviations: Vec<Option<Vec<f64>>> = session
+        .tests
+        .iter()
+        .map(|test| {
+            let (bar_mm, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
+            let deviations: Vec<f64> = recording.length_mm.iter().map(|length| length - bar_mm).collect();
+            let is_above = deviations.iter().all(|deviation| !(*deviation < -NO_DIGIT_MM));
+            (is_above && deviations.len() > 2 * BESIDE).then_some(deviations)
+        })
+        .collect();
+    let turns: Vec<Vec<usize>> =
+        deviations.iter().map(|one| one.as_deref().map_or_else(Vec::new, turns_at_zero)).collect();
+    if turns.iter().all(Vec::is_empty) {
+        return None;
+    }
+    let mut undone = thinned.clone();
+    let mut tests = Vec::new();
+    for (test, deviations) in deviations.iter().enumerate() {
+        let (Some(deviations), Some(bar_mm)) = (deviations, session.tests[test].bar_length_mm) else { continue };
+        let signed = |first: f64| {
+            let sign =
+                |row: usize| if turns[test].partition_point(|turn| *turn <= row) % 2 == 0 { first } else { -first };
+            let mut recording = session.tests[test].recording.clone()?;
+            let read = recording.length_mm.iter_mut().zip(deviations).enumerate();
+            read.for_each(|(row, (length, deviation))| *length = bar_mm + sign(row) * deviation);
+            keep_few_rows(&mut recording);
+            Some(recording)
+        };
+        let predicted_mm = linearised.predicted_mm(test);
+        let left = |first: f64| {
+            let few = signed(first)?;
+            let residual: Vec<f64> = few.length_mm.iter().zip(predicted_mm).map(|(length, at)| length - at).collect();
+            Some((linearised.left_with(test, &residual), few))
+        };
+        let (below, above) = (left(-1.0)?, left(1.0)?);
+        if below.0 < above.0 || !turns[test].is_empty() {
+            undone.tests[test].recording = Some(if below.0 < above.0 { below.1 } else { above.1 });
+            tests.push(test);
+        }
+    }
+    let names = names(session, &tests);
+    let says = format!("the deviations of {} lost their sign: export them with it", listed(&names));
+    let mut found = Suspicion::new(READING_PROCESSED, RECORDER, names, says, undone);
+    found.components = vec!["length".into()];
+    Some(found)
+}
+
+/// Deviations that differ by less are equal, mm.
+const NO_DIGIT_MM: f64 = 5e-8;
+
+/// Rows at which a curve comes down to zero and leaves it as steeply.
+fn turns_at_zero(deviation_mm: &[f64]) -> Vec<usize> {
+    let noise_mm = noise_of_rows(deviation_mm).max(NO_DIGIT_MM);
+    // of a line through rows −n to −1 or 1 to n, by its end at the place itself
+    let slope = |row: usize, sign: f64| {
+        let rows = 1..=BESIDE;
+        let weight: f64 = rows.clone().map(|k| (k * k) as f64).sum();
+        let at = |k: usize| deviation_mm[if sign > 0.0 { row + k } else { row - k }] - deviation_mm[row];
+        rows.map(|k| k as f64 * at(k)).sum::<f64>() / weight
+    };
+    let steep_mm = STEEP * noise_mm / (1..=BESIDE).map(|k| (k * k) as f64).sum::<f64>().sqrt();
+    let mut turns: Vec<usize> = Vec::new();
+    for row in BESIDE..deviation_mm.len() - BESIDE {
+        let (before, after) = (slope(row, -1.0), slope(row, 1.0));
+        let is_least = (row - BESIDE..=row + BESIDE).all(|other| deviation_mm[row] <= deviation_mm[other]);
+        let is_at_zero = deviation_mm[row] < 0.6 * before.max(after) + NEAR_ZERO * noise_mm;
+        let is_new = turns.last().is_none_or(|last| row - last > BESIDE);
+        if is_least && is_at_zero && is_new && before > steep_mm && after > steep_mm {
+            turns.push(row);
+        }
+    }
+    turns
+}
+
+/// Standard deviations of the noise within which a reading is zero.
+const NEAR_ZERO: f64 = 3.0;
