@@ -39,21 +39,13 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
             }
         }
     }
-    for seconds in SHIFTS_S {
-        let every: Vec<usize> = (0..session.tests.len()).collect();
-        list.push(shifted((session, whole), &every, *seconds));
-    }
-    let of_one_way = of_one_way(session);
-    for tests in &of_one_way {
+    let every = [(0..session.tests.len()).collect::<Vec<usize>>()];
+    // of tests alone only the worst ones are worth the refits
+    let alone: Vec<Vec<usize>> = worst.iter().map(|&test| vec![test]).collect();
+    for tests in &distinct([&every, &of_one_way(session, &every), &alone]) {
         list.extend(SHIFTS_S.iter().map(|seconds| shifted((session, whole), tests, *seconds)));
     }
-    // one test alone: only the worst ones are worth the refits
-    for &test in &worst {
-        for seconds in SHIFTS_S {
-            list.push(shifted((session, whole), &[test], *seconds));
-        }
-        list.extend(columns_of_some(session, &[test]));
-    }
+    list.extend(alone.iter().flat_map(|test| columns_of_some(session, test)));
     list.extend(without_dwells(session, whole));
     list.extend(on_any_link(session));
     list.extend(exchanged::with_worst(session, &worst));
@@ -61,12 +53,12 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     list.extend(exchanged::programs(session, &programs));
     list.extend(other_arcs(session));
     list.extend(other_orders(session));
+    let alike = alike(session);
+    let of_one_way = of_one_way(session, &alike);
     // of one recording alone a shift in time says as much
     list.extend(columns_off(session, &distinct([&programs, &of_one_way])));
-    let alike = alike(session);
     list.extend(scaled(session, &distinct([&programs, &alike])));
     // a gauge taken down between the directions has another zero in one of them
-    let alone: Vec<Vec<usize>> = worst.iter().map(|&test| vec![test]).collect();
     list.extend(zeroed(session, &distinct([&programs, &alone, &alike])));
     list.extend(distinct([&alone, &programs]).iter().filter_map(|tests| foreign(session, tests)));
     list.extend(own_zeros(session, whole));
@@ -92,16 +84,15 @@ fn distinct<const N: usize>(of: [&[Vec<usize>]; N]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Tests whose first axis goes one way, of the same axes and of all, where there are several but not all.
-fn of_one_way(session: &Session) -> Vec<Vec<usize>> {
+/// Of groups of tests, those whose first axis goes one way, where there are several but not all.
+fn of_one_way(session: &Session, groups: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let rises = |test: &usize| {
         let recording = session.tests[*test].recording.as_ref();
         let column = recording.and_then(|recording| recording.positions.first());
         column.is_some_and(|column| column.last() > column.first())
     };
-    let every: Vec<usize> = (0..session.tests.len()).collect();
-    let ways = alike(session).into_iter().chain(std::iter::once(every)).flat_map(|tests| {
-        let (rising, falling): (Vec<usize>, Vec<usize>) = tests.into_iter().partition(rises);
+    let ways = groups.iter().flat_map(|tests| {
+        let (rising, falling): (Vec<usize>, Vec<usize>) = tests.iter().copied().partition(rises);
         [rising, falling]
     });
     ways.filter(|way| (2..session.tests.len()).contains(&way.len())).collect()

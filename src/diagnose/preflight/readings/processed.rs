@@ -7,6 +7,9 @@ use crate::session::{Session, Test, Zero};
 
 pub(crate) const READING_PROCESSED: &str = "readings-processed";
 
+/// Deviations that differ by less are equal, mm: files have seven digits after the point at most.
+pub(crate) const NO_DIGIT_MM: f64 = 5e-8;
+
 /// Figures that every recording has alike are no chance when they agree to this, mm: cups are set to tens of micrometres.
 const ALIKE_MM: f64 = 1e-4;
 

@@ -5,7 +5,7 @@
 //! noise alone. That they agree so well is what speaks for it; what was taken off is fitted.
 
 use super::figures::{Figure, Linearised, with_figures};
-use super::processed::READING_PROCESSED;
+use super::processed::{NO_DIGIT_MM, READING_PROCESSED};
 use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
@@ -96,8 +96,9 @@ const LEAST_ARC: f64 = 0.5 * std::f64::consts::PI;
 /// Recordings off which the same was taken, for everything that may have been.
 pub(crate) fn taken_off((thinned, session): (&Session, &Session), linearised: &Linearised) -> Vec<Suspicion> {
     let chain = Chain::of(&session.machine);
-    let read: Vec<Option<Read>> = session.tests.iter().map(|test| Read::of(session, &chain, test)).collect();
-    let few: Vec<Option<Read>> = thinned.tests.iter().map(|test| Read::of(thinned, &chain, test)).collect();
+    let read: Vec<Option<Read>> = session.tests.iter().map(|test| Read::of(session, &chain, test, None)).collect();
+    let within = thinned.tests.iter().zip(&read).map(|(test, read)| (test, read.as_ref().map(|read| read.span_s)));
+    let few: Vec<Option<Read>> = within.map(|(test, span_s)| Read::of(thinned, &chain, test, span_s)).collect();
     let mut list: Vec<(TakenOff, Suspicion)> = Vec::new();
     for what in ALL {
         let agreeing = (0..session.tests.len()).filter_map(|test| Some((test, read[test].as_ref()?.agreement(what)?)));
@@ -148,7 +149,9 @@ fn restored(
 
 /// Deviations of a test with what they may depend on.
 struct Read {
-    /// From −1 to 1 over the recording.
+    /// First and last time of the recording, s.
+    span_s: (f64, f64),
+    /// From −1 to 1 over that span.
     time: Vec<f64>,
     /// Of the rotary axis that turns farthest, rad.
     angle: Vec<f64>,
@@ -157,17 +160,18 @@ struct Read {
 }
 
 impl Read {
-    fn of(session: &Session, chain: &Chain, test: &Test) -> Option<Read> {
+    /// Of a recording, or of a few of its rows where its span is stated.
+    fn of(session: &Session, chain: &Chain, test: &Test, span_s: Option<(f64, f64)>) -> Option<Read> {
         let (bar_mm, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
         let motion = Motion::of(session, chain, test).ok()?;
         let time_s = motion.time_s.as_ref()?;
-        let (first, last) = (*time_s.first()?, *time_s.last()?);
+        let (first, last) = span_s.unwrap_or((*time_s.first()?, *time_s.last()?));
         let time = time_s.iter().map(|time| 2.0 * (time - first) / (last - first) - 1.0).collect();
         let rotary = motion.moving.iter().filter(|&&axis| session.machine.axes[axis].kind == AxisKind::Rotary);
         let travels = rotary.map(|&axis| motion.axis(axis).collect::<Vec<f64>>());
         let angle = travels.max_by(|a, b| travel(a).total_cmp(&travel(b)))?;
         let deviation_mm = recording.length_mm.iter().map(|length| length - bar_mm).collect();
-        Some(Read { time, angle, deviation_mm })
+        Some(Read { span_s: (first, last), time, angle, deviation_mm })
     }
 
     fn drivers(&self) -> (&[f64], &[f64]) {
@@ -214,9 +218,6 @@ fn step_mm(deviation_mm: &[f64]) -> Option<f64> {
     let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > NO_DIGIT_MM);
     gaps.min_by(f64::total_cmp)
 }
-
-/// Readings that differ by less are equal, mm: files have seven digits after the point at most.
-const NO_DIGIT_MM: f64 = 5e-8;
 
 /// Sizes of functions in readings by least squares, each with its standard deviation by readings of deviation 1.
 fn fitted(functions: &[Vec<f64>], readings: &[f64]) -> Option<Vec<(f64, f64)>> {

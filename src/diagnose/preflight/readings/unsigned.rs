@@ -1,7 +1,7 @@
 //! Sessions in which some deviations were written without their sign. Whether they were is for others to judge.
 
 use super::figures::Linearised;
-use super::processed::READING_PROCESSED;
+use super::processed::{NO_DIGIT_MM, READING_PROCESSED};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
@@ -24,7 +24,7 @@ pub(crate) fn unsigned((thinned, session): (&Session, &Session), linearised: &Li
         .map(|test| {
             let (bar_mm, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
             let deviations: Vec<f64> = recording.length_mm.iter().map(|length| length - bar_mm).collect();
-            let is_above = deviations.iter().all(|deviation| !(*deviation < -NO_DIGIT_MM));
+            let is_above = !deviations.iter().any(|deviation| *deviation < -NO_DIGIT_MM);
             (is_above && deviations.len() > 2 * BESIDE).then_some(deviations)
         })
         .collect();
@@ -64,9 +64,6 @@ pub(crate) fn unsigned((thinned, session): (&Session, &Session), linearised: &Li
     found.components = vec!["length".into()];
     Some(found)
 }
-
-/// Deviations that differ by less are equal, mm.
-const NO_DIGIT_MM: f64 = 5e-8;
 
 /// Rows at which a curve comes down to zero and leaves it as steeply.
 fn turns_at_zero(deviation_mm: &[f64]) -> Vec<usize> {
