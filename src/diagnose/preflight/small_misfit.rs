@@ -50,12 +50,15 @@ pub(crate) struct Mistake {
     pub(crate) log_odds: f64,
     /// It leaves little more than noise, or gains enormously.
     pub(crate) is_plain: bool,
+    /// Figures were fitted to the readings, which take up much.
+    has_figures: bool,
 }
 
 impl Mistake {
-    /// Whether effects may explain what this mistake does: as it looks like one, or gains no more than physics may.
+    /// Whether effects may explain what this mistake does: as it looks like one, has figures, or gains no more than physics may.
     pub(crate) fn may_be_physics(&self) -> bool {
-        self.fault.before_um < ENORMOUS * self.fault.after_um || self.fault.looks_like_an_effect()
+        let gains_little = self.fault.before_um < ENORMOUS * self.fault.after_um;
+        gains_little || self.has_figures || self.fault.looks_like_an_effect()
     }
 
     /// Whether undoing it leaves no more than something else does, µm, nearly.
@@ -121,11 +124,11 @@ pub(crate) fn preflight(
             _ => 0.0,
         };
         let log_odds = tried.log_prior(&best) + best.log_figures + figure - readings as f64 * best.diminished.ln();
-        let undone = best.undone.clone();
+        let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
         let fault = DataFault { rivals, ..best.fault(before, after) }.shared_evenly().or_effect(whole, None);
-        Mistake { fault, undone, log_odds, is_plain }
+        Mistake { fault, undone, log_odds, is_plain, has_figures }
     })
 }
 
@@ -392,11 +395,12 @@ const OF_PHYSICS_UM: f64 = 30.0;
 
 impl DataFault {
     /// Whether an effect says of some tests what this mistake does: a clock that is late in them, a ball that slipped where a zero
-    /// moved or an axis stood elsewhere, or balls of one test that stand elsewhere, as lost motion looks in the one sweep that shows it.
+    /// moved or an axis stood elsewhere, or balls of a program that stand elsewhere, as lost motion or growth looks in the tests that alone
+    /// show it.
     fn looks_like_an_effect(&self) -> bool {
         let is_of_some = [TIME_SHIFT, READING_ZERO].contains(&self.effect) && !self.tests.is_empty();
         let may_be_a_slip = self.effect == STANDING_AXIS && self.before_um < OF_PHYSICS_UM;
-        is_of_some || may_be_a_slip || self.effect == FOREIGN && self.tests.len() == 1
+        is_of_some || may_be_a_slip || self.effect == FOREIGN
     }
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
