@@ -1,10 +1,10 @@
 //! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
 
-use super::data_fault::{RECORDER, SESSION};
+use super::data_fault::RECORDER;
 use super::dwells::without_dwells;
-use super::places::axis_order::other_orders;
-use super::places::ball_places::End;
+use super::places::axis_order::{in_exchange, other_orders};
 use super::places::exchanged;
+use super::places::foreign::foreign;
 use super::places::misplaced::on_any_link;
 use super::places::standing::{columns_off, slides_off};
 use super::places::sweeps::other_arcs;
@@ -169,44 +169,6 @@ fn worst_programs(session: &Session, worst: &[usize]) -> Vec<Vec<usize>> {
     programs
 }
 
-pub(crate) const FOREIGN: &str = "foreign-file";
-
-/// Spread of the balls of a test that does not belong to the others, mm: cups are set to some tenths.
-const FOREIGN_MM: f64 = 0.5;
-
-/// One test, or one with its repeats, with balls of its own, between others from the same pivot: two jumps of a ball, there and
-/// exactly back, would be the only physics.
-fn foreign(session: &Session, tests: &[usize]) -> Option<Suspicion> {
-    let first = &session.tests[*tests.first()?];
-    let began = |of: &mut dyn Iterator<Item = &usize>| -> Option<(f64, f64)> {
-        of.map(|&test| session.tests[test].started_at_s)
-            .map(|began| (began, began))
-            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-    };
-    let others: Vec<usize> = (0..session.tests.len())
-        .filter(|test| !tests.contains(test) && session.tests[*test].pivot == first.pivot)
-        .collect();
-    let (own, other) = (began(&mut tests.iter())?, began(&mut others.iter())?);
-    let is_between = other.0 < own.0 && own.1 < other.1;
-    let mut undone = session.clone();
-    for &test in tests {
-        for end in [End::Pivot, End::Spindle] {
-            let ball = end.of_mut(&mut undone.tests[test]);
-            ball.setup = Some("not of the others".into());
-            ball.spread_mm = Some(FOREIGN_MM);
-        }
-    }
-    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
-    let (belong, one) = if tests.len() > 1 { ("do not belong", "files") } else { ("does not belong", "a file") };
-    let says = format!(
-        "{} {belong} to the other tests: {one} of another session or machine, or the balls were mounted anew; name the right file, or \
-         state 'setup: second' of the balls",
-        names.join(", ")
-    );
-    let found = Suspicion::new(FOREIGN, SESSION, names, says, undone);
-    is_between.then_some(found)
-}
-
 /// Signs and pairs of columns of some recordings that have the same ones.
 fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
     let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
@@ -278,19 +240,10 @@ fn scale_axis(session: &Session, axis: usize, factor: f64) -> Session {
 
 fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
     let mut undone = session.clone();
-    let other = |axis: usize| {
-        if axis == a {
-            b
-        } else if axis == b {
-            a
-        } else {
-            axis
-        }
-    };
     for test in &mut undone.tests {
         test.positions.swap(a, b);
         if let Some(recording) = &mut test.recording {
-            recording.axes.iter_mut().for_each(|axis| *axis = other(*axis));
+            recording.axes.iter_mut().for_each(|axis| *axis = in_exchange(*axis, a, b));
         }
     }
     let (one, two) = (session.machine.axes[a].name.clone(), session.machine.axes[b].name.clone());

@@ -11,11 +11,10 @@ use rayon::prelude::*;
 
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
-use super::mistakes::{
-    ANGLE_REVERSED, FOREIGN, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests,
-};
+use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests};
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
+use super::places::foreign::FOREIGN;
 use super::places::misplaced::nearby;
 use super::places::restated::restated;
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off, stood_at};

@@ -57,13 +57,7 @@ fn of_machine(machine: &mut Machine, second: usize) {
 }
 
 fn of_test(test: &mut Test, second: usize) {
-    let other = |axis: &mut usize| {
-        *axis = match *axis {
-            axis if axis == second => second - 1,
-            axis if axis + 1 == second => second,
-            axis => axis,
-        }
-    };
+    let other = |axis: &mut usize| *axis = in_exchange(*axis, second - 1, second);
     for by_axis in [&mut test.positions, &mut test.approached] {
         if by_axis.len() > second {
             by_axis.swap(second - 1, second);
@@ -77,5 +71,14 @@ fn of_test(test: &mut Test, second: usize) {
             other(&mut plane.second);
         }
         None => {}
+    }
+}
+
+/// Which axis stands in the place of one where two are exchanged.
+pub(crate) fn in_exchange(axis: usize, a: usize, b: usize) -> usize {
+    match axis {
+        axis if axis == a => b,
+        axis if axis == b => a,
+        axis => axis,
     }
 }

@@ -22,6 +22,8 @@ pub(crate) struct Linearised {
     tests: Vec<TestRows>,
     information: Cholesky<f64, Dyn>,
     gradient: DVector<f64>,
+    /// What a step of the unknowns would still take off the squares.
+    to_gain: f64,
     noise_mm: f64,
 }
 
@@ -76,7 +78,9 @@ impl Linearised {
             test.add_to(&mut gradient, &test.residual);
         }
         let (unknowns, values) = (problem.unknowns.clone(), refit.values.clone());
-        Some(Linearised { unknowns, values, tests, information: Cholesky::new(information)?, gradient, noise_mm })
+        let information = Cholesky::new(information)?;
+        let to_gain = gradient.dot(&information.solve(&gradient));
+        Some(Linearised { unknowns, values, tests, information, gradient, to_gain, noise_mm })
     }
 
     /// What the fit predicts of a test, mm, row by row.
@@ -145,7 +149,7 @@ impl Linearised {
         let mut gradient = self.gradient.clone();
         rows.add_to(&mut gradient, &(&changed - &rows.residual));
         changed.norm_squared() - rows.residual.norm_squared() - gradient.dot(&self.information.solve(&gradient))
-            + self.gradient.dot(&self.information.solve(&self.gradient))
+            + self.to_gain
     }
 }
 

@@ -19,7 +19,8 @@ const LEAST_TESTS: usize = 3;
 /// Recordings with one first deviation, or one mean.
 pub(crate) fn own_zeros(session: &Session, whole: &Session) -> Vec<Suspicion> {
     let mut list = Vec::new();
-    let deviations: Vec<Vec<f64>> = whole.tests.iter().filter_map(deviations).collect();
+    let read = |deviations: Vec<f64>| deviations.into_iter().filter(|deviation| deviation.is_finite()).collect();
+    let deviations: Vec<Vec<f64>> = whole.tests.iter().filter_map(deviations_mm).map(read).collect();
     if deviations.len() < LEAST_TESTS || deviations.len() < session.tests.len() {
         return list;
     }
@@ -50,11 +51,10 @@ fn suspected(session: &Session, says: String) -> Suspicion {
     found
 }
 
-/// Readings less the bar's length, mm; `None` without a bar.
-fn deviations(test: &Test) -> Option<Vec<f64>> {
-    let (bar, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
-    let finite = recording.length_mm.iter().filter(|length| length.is_finite());
-    Some(finite.map(|length| length - bar).collect())
+/// Readings less the bar's length, mm, NaN where there is no reading; `None` without a bar.
+pub(crate) fn deviations_mm(test: &Test) -> Option<Vec<f64>> {
+    let (bar_mm, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
+    Some(recording.length_mm.iter().map(|length| length - bar_mm).collect())
 }
 
 fn with_own_zero(session: &Session) -> Session {

@@ -4,7 +4,7 @@
 //! into the other may take the wrong sign or unit, and whoever zeroes the gauge at the start of a run moves its zero.
 
 use super::figures::{Figure, Linearised, with_figures};
-use super::processed::own_zeros;
+use super::processed::{deviations_mm, own_zeros};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::exchanged::repeats;
 use crate::diagnose::preflight::places::misplaced::names;
@@ -63,10 +63,7 @@ const LEAST_FACTOR: f64 = 0.03;
 /// Deviations of some groups of tests that are too large or too small by any factor.
 pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: &[Vec<usize>]) -> Vec<Suspicion> {
     let of = |tests: &Vec<usize>| {
-        let deviations = |&test: &usize| {
-            let (bar_mm, recording) = (session.tests[test].bar_length_mm?, session.tests[test].recording.as_ref()?);
-            Some((test, recording.length_mm.iter().map(|length| length - bar_mm).collect::<Vec<f64>>()))
-        };
+        let deviations = |&test: &usize| Some((test, deviations_mm(&session.tests[test])?));
         let figure = [Figure { by_test: tests.iter().map(deviations).collect::<Option<Vec<_>>>()? }];
         let sizes = linearised.fitted(&figure)?;
         let factor = 1.0 / (1.0 + sizes[0].0);

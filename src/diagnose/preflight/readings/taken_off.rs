@@ -5,7 +5,7 @@
 //! noise alone. That they agree so well is what speaks for it; what was taken off is fitted.
 
 use super::figures::{Figure, Linearised, with_figures};
-use super::processed::{NO_DIGIT_MM, READING_PROCESSED};
+use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
 use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
@@ -162,7 +162,7 @@ struct Read {
 impl Read {
     /// Of a recording, or of a few of its rows where its span is stated.
     fn of(session: &Session, chain: &Chain, test: &Test, span_s: Option<(f64, f64)>) -> Option<Read> {
-        let (bar_mm, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
+        let deviation_mm = deviations_mm(test)?;
         let motion = Motion::of(session, chain, test).ok()?;
         let time_s = motion.time_s.as_ref()?;
         let (first, last) = span_s.unwrap_or((*time_s.first()?, *time_s.last()?));
@@ -170,7 +170,6 @@ impl Read {
         let rotary = motion.moving.iter().filter(|&&axis| session.machine.axes[axis].kind == AxisKind::Rotary);
         let travels = rotary.map(|&axis| motion.axis(axis).collect::<Vec<f64>>());
         let angle = travels.max_by(|a, b| travel(a).total_cmp(&travel(b)))?;
-        let deviation_mm = recording.length_mm.iter().map(|length| length - bar_mm).collect();
         Some(Read { span_s: (first, last), time, angle, deviation_mm })
     }
 

@@ -1,7 +1,7 @@
 //! Sessions in which some deviations were written without their sign. Whether they were is for others to judge.
 
 use super::figures::Linearised;
-use super::processed::{NO_DIGIT_MM, READING_PROCESSED};
+use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
@@ -22,8 +22,7 @@ pub(crate) fn unsigned((thinned, session): (&Session, &Session), linearised: &Li
         .tests
         .iter()
         .map(|test| {
-            let (bar_mm, recording) = (test.bar_length_mm?, test.recording.as_ref()?);
-            let deviations: Vec<f64> = recording.length_mm.iter().map(|length| length - bar_mm).collect();
+            let deviations = deviations_mm(test)?;
             let is_above = !deviations.iter().any(|deviation| *deviation < -NO_DIGIT_MM);
             (is_above && deviations.len() > 2 * BESIDE).then_some(deviations)
         })

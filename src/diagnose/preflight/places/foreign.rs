@@ -1,0 +1,39 @@
+//! Recordings that do not belong to the others of their session. Whether they do is for others to judge.
+
+use super::ball_places::End;
+use super::misplaced::names;
+use crate::diagnose::preflight::data_fault::SESSION;
+use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::session::Session;
+
+pub(crate) const FOREIGN: &str = "foreign-file";
+
+/// Spread of the balls of a test that does not belong to the others, mm: cups are set to some tenths.
+const FOREIGN_MM: f64 = 0.5;
+
+/// One test, or one with its repeats, with balls of its own, between others from the same pivot: two jumps of a ball, there and
+/// exactly back, would be the only physics.
+pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Option<Suspicion> {
+    let pivot = &session.tests[*tests.first()?].pivot;
+    let of_pivot = (0..session.tests.len()).filter(|test| session.tests[*test].pivot == *pivot);
+    let others: Vec<usize> = of_pivot.filter(|test| !tests.contains(test)).collect();
+    let began = |test: usize| session.tests[test].started_at_s;
+    let is_between = others.iter().any(|&other| tests.iter().all(|&test| began(other) < began(test)))
+        && others.iter().any(|&other| tests.iter().all(|&test| began(other) > began(test)));
+    let mut undone = session.clone();
+    for &test in tests {
+        for end in [End::Pivot, End::Spindle] {
+            let ball = end.of_mut(&mut undone.tests[test]);
+            ball.setup = Some("not of the others".into());
+            ball.spread_mm = Some(FOREIGN_MM);
+        }
+    }
+    let names = names(session, tests);
+    let (belong, one) = if tests.len() > 1 { ("do not belong", "files") } else { ("does not belong", "a file") };
+    let says = format!(
+        "{} {belong} to the other tests: {one} of another session or machine, or the balls were mounted anew; name the right file, or \
+         state 'setup: second' of the balls",
+        names.join(", ")
+    );
+    is_between.then(|| Suspicion::new(FOREIGN, SESSION, names, says, undone))
+}
