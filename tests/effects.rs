@@ -47,7 +47,7 @@ fn recording(rows: &[Vec<f64>]) -> Recording {
         positions: (0..axes).map(|axis| rows.iter().map(|row| row[axis]).collect()).collect(),
         length_mm: vec![f64::NAN; rows.len()],
         channels: vec![("temperature_degC".into(), (0..rows.len()).map(|row| 20.0 + 0.01 * row as f64).collect())],
-        leading_texts: Vec::new(),
+        leading_texts: std::sync::Arc::default(),
         leading_header: String::new(),
         column: fiveaxis::session::LengthColumn::LengthMm,
     }

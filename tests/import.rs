@@ -609,6 +609,18 @@ fn captures_state_when_they_were_recorded() {
     let found = load_capture(&file, CaptureHints::default()).unwrap();
     assert_eq!(found.began_at, Moment::from_text("2026-11-26 10:15:32"));
     assert!(found.not_read.is_empty(), "{:?}", found.not_read);
+    // the date of what stands around it; elements that are not closed, or closed twice
+    let around = format!(
+        "<Test><Open><Calibration by='lab'><Date>01.02.2020</Date><Start at='08:00:00'/></Calibration></Calibration><Export version='2'/><Date>26.11.2026</Date><Time>10:15:32</Time><Rate>10</Rate><Unit>um</Unit><Readings>{values}</Readings></Test>"
+    );
+    std::fs::write(&file, around).unwrap();
+    let found = load_capture(&file, CaptureHints::default()).unwrap();
+    assert_eq!(found.began_at, Moment::from_text("2026-11-26 10:15:32"));
+    // a line that promises a time, and says none that is understood, is told
+    std::fs::write(&file, format!("Recorded: 2026-11-31 10:15\nStart of sweep no. 7\nRate 10 Hz\n{rows}")).unwrap();
+    let found = load_capture(&file, CaptureHints::default()).unwrap();
+    assert_eq!(found.began_at, None);
+    assert_eq!(found.not_read, ["'Recorded: 2026-11-31 10:15'", "'Start of sweep no. 7'"]);
 }
 
 #[test]

@@ -75,7 +75,7 @@ fn recorded(mut session: Session, lengths: Vec<Vec<f64>>) -> Vec<CircleFigures> 
             positions: Vec::new(),
             length_mm,
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
         });

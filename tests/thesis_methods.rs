@@ -261,7 +261,7 @@ fn a_b_c_table_whose_axes_do_not_meet_comes_out_as_well() {
             positions: Vec::new(),
             length_mm: trace.length_mm,
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
         });

@@ -189,7 +189,7 @@ pub fn record(session: &Session, cause: &LeftOut, seed: u64) -> Result<Session, 
                     positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
                     length_mm: trace.length_mm,
                     channels: Vec::new(),
-                    leading_texts: Vec::new(),
+                    leading_texts: std::sync::Arc::default(),
                     leading_header: String::new(),
                     column: Default::default(),
                 });

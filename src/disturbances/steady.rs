@@ -185,7 +185,7 @@ fn session(machine: &Machine, axis: usize, position: &[f64]) -> Session {
         positions: vec![position.to_vec()],
         length_mm: vec![0.0; position.len()],
         channels: Vec::new(),
-        leading_texts: Vec::new(),
+        leading_texts: std::sync::Arc::default(),
         leading_header: String::new(),
         column: LengthColumn::default(),
     };

@@ -44,7 +44,7 @@ pub fn recordings(
             positions: positions.collect(),
             length_mm: rows.iter().map(reading).collect(),
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column,
         };

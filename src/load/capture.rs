@@ -6,7 +6,7 @@ use crate::load::checked_text::limits::{CSV_BYTES, ROWS};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::shortened;
 use crate::load::checked_text::text::read_limited;
-use crate::load::moment::{Moment, Stated};
+use crate::load::moment::{Moment, Stated, is_of_other};
 use crate::session::LengthColumn;
 use crate::statistics::median;
 
@@ -40,6 +40,8 @@ const NANOSECONDS: f64 = 1e9;
 const PREAMBLE_LINES: usize = 200;
 /// Fewest numbers of a list of readings in XML.
 const SERIES: usize = 30;
+/// Most open elements of XML among which the one is looked for that an end tag closes.
+const MOST_OPEN: usize = 1000;
 /// Longest name that a message repeats, characters.
 const SHOWN: usize = 40;
 
@@ -314,7 +316,7 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
     }
     for (_, line) in lines().take_while(|(index, _)| *index < header) {
-        raw.began.take_line(line);
+        raw.not_read.extend(raw.began.take_line(line).map(|line| format!("'{}'", shortened(line, SHOWN))));
     }
     let mut times = Vec::new();
     let first = header + usize::from(units.is_some());
@@ -350,20 +352,41 @@ fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
     Ok(raw)
 }
 
-/// Leaves of an XML text, attributes among them: name, tag and content.
-fn leaves(text: &str) -> Vec<(&str, &str, &str)> {
+/// A leaf of an XML text, or an attribute.
+struct Leaf<'a> {
+    name: &'a str,
+    tag: &'a str,
+    content: &'a str,
+    /// Whether an element around it, but the outermost, is about something else than the recording.
+    is_of_other: bool,
+}
+
+/// Leaves of an XML text, attributes among them. Elements that are not closed do no harm.
+fn leaves(text: &str) -> Vec<Leaf<'_>> {
     let mut leaves = Vec::new();
+    // open elements, and whether one up to there is about something else
+    let mut open: Vec<(&str, bool)> = Vec::new();
     let mut rest = text;
     while let Some(begin) = rest.find('<') {
         rest = &rest[begin + 1..];
         let Some(end) = rest.find('>') else { break };
         let (tag, after) = (&rest[..end], &rest[end + 1..]);
-        if !tag.starts_with(['/', '?', '!']) {
-            let name = tag.split(|c: char| c.is_whitespace()).next().unwrap_or(tag);
-            leaves.extend(attributes(&tag[name.len()..]).into_iter().map(|(own, value)| (own, name, value)));
+        let name = tag.trim_start_matches('/').split(|c: char| c.is_whitespace() || c == '/').next().unwrap_or(tag);
+        if tag.starts_with('/') {
+            // an end that fits none is passed over
+            let at = open.iter().rev().take(MOST_OPEN).position(|(known, _)| *known == name);
+            open.truncate(at.map_or(open.len(), |at| open.len() - 1 - at));
+        } else if !tag.starts_with(['?', '!']) {
+            let around = open.last().is_some_and(|(_, is_of_other)| *is_of_other);
+            let own = around || !open.is_empty() && is_of_other(name);
+            let attribute = |(own_name, content)| Leaf { name: own_name, tag: name, content, is_of_other: own };
+            leaves.extend(attributes(&tag[name.len()..]).into_iter().map(attribute));
             let content = after.find('<').map_or(after, |next| &after[..next]);
             if !tag.ends_with('/') && after[content.len()..].starts_with(&format!("</{name}")) {
-                leaves.push((name, tag, content.trim()));
+                leaves.push(Leaf { name, tag, content: content.trim(), is_of_other: around });
+            }
+            if !tag.ends_with('/') {
+                open.push((name, own));
             }
         }
         rest = after;
@@ -390,7 +413,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
     let mut series: Vec<(&str, String, Vec<f64>)> = Vec::new();
     let mut raw = Raw::default();
     let mut unit = String::new();
-    for (name, tag, content) in leaves(text) {
+    for Leaf { name, tag, content, is_of_other } in leaves(text) {
         let words = content.split(|c: char| c.is_whitespace() || c == ';' || c == ',').filter(|word| !word.is_empty());
         let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect();
         let plain = plain_name(name);
@@ -406,7 +429,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 None => series.push((name, tag.to_string(), numbers)),
             },
             _ if plain.contains("unit") => unit = plain_name(content),
-            _ if raw.began.take(&format!("{} {name}", tag.split_whitespace().next().unwrap_or_default()), content) => {}
+            _ if !is_of_other && raw.began.take(&format!("{} {name}", tag.split_whitespace().next().unwrap_or_default()), content) => {}
             _ => raw.not_read.push(name.to_string()),
         }
     }

@@ -83,10 +83,7 @@ pub(super) struct Stated {
 impl Stated {
     /// Takes what a text says under a label, if it is about the recording and nothing was said before; whether it says anything.
     pub(super) fn take(&mut self, label: &str, text: &str) -> bool {
-        let words = words_of(label);
-        let is_when = words.iter().any(|word| WHEN.contains(&word.as_str()));
-        let is_other = words.iter().any(|word| OTHER.iter().any(|other| word.starts_with(other)));
-        if !is_when || is_other {
+        if !says_when(label) || is_of_other(label) {
             return false;
         }
         let parts = parts(text);
@@ -99,15 +96,28 @@ impl Stated {
         day.is_some() || parts.of_day_s.is_some()
     }
 
-    /// The same of a line that begins with its label.
-    pub(super) fn take_line(&mut self, line: &str) -> bool {
-        let label = line.find(|character: char| character.is_ascii_digit()).map_or(line, |at| &line[..at]);
-        self.take(label, line)
+    /// The same of a line that begins with its label. The line where its label promises a time and its numbers are not understood
+    /// as one.
+    pub(super) fn take_line<'a>(&mut self, line: &'a str) -> Option<&'a str> {
+        let number = line.find(|character: char| character.is_ascii_digit())?;
+        let label = &line[..number];
+        let is_missed = !self.take(label, line) && says_when(label) && !is_of_other(label);
+        is_missed.then_some(line)
     }
 
     pub(super) fn moment(self) -> Option<Moment> {
         self.moment.or_else(|| Some(Moment { day: self.day, of_day_s: self.of_day_s? }))
     }
+}
+
+/// Whether a label is one of the time of a recording.
+fn says_when(label: &str) -> bool {
+    words_of(label).iter().any(|word| WHEN.contains(&word.as_str()))
+}
+
+/// Whether a label, or the name of what holds it, is about something else: a calibration's date is no recording's.
+pub(super) fn is_of_other(label: &str) -> bool {
+    words_of(label).iter().any(|word| OTHER.iter().any(|other| word.starts_with(other)))
 }
 
 /// Words of a label in small letters, `StartTime` being two.

@@ -225,7 +225,7 @@ fn thinned(session: &Session) -> Result<Session, ReconcileError> {
             positions: motion.moving.iter().map(column).collect(),
             length_mm: vec![0.0; kept.len()],
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: LengthColumn::default(),
         });

@@ -1,5 +1,7 @@
 //! What a ball bar recorded: positions as commanded, lengths as read. No interpretation, no files.
 
+use std::sync::Arc;
+
 use super::motion::Motion;
 
 /// What orders the rows.
@@ -70,7 +72,7 @@ pub struct Recording {
     /// Further columns, kept by their header.
     pub channels: Vec<(String, Vec<f64>)>,
     /// Texts of clock and position columns as in the file, row by row: so that a simulation can repeat them unchanged.
-    pub leading_texts: Vec<String>,
+    pub leading_texts: Arc<Vec<String>>,
     /// Header of the clock and position columns as in the file.
     pub leading_header: String,
     /// Column of the file that held the readings.
@@ -103,7 +105,7 @@ impl Recording {
             positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
             length_mm,
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: Arc::default(),
             leading_header: String::new(),
             column: LengthColumn::default(),
         }

@@ -74,7 +74,7 @@ pub fn session(sweeps: &[Sweep], samples: usize) -> Session {
                 positions: vec![(0..samples).map(|k| sweep.from + step * k as f64).collect()],
                 length_mm: vec![0.0; samples],
                 channels: Vec::new(),
-                leading_texts: Vec::new(),
+                leading_texts: std::sync::Arc::default(),
                 leading_header: String::new(),
                 column: Default::default(),
             }),

@@ -18,7 +18,7 @@ pub fn recorded(session: &Session, traces: &[Trace]) -> Session {
             positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
             length_mm: trace.length_mm.clone(),
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: std::sync::Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
         });

@@ -1,6 +1,7 @@
 //! Tests that could follow a session, with the balls and bars that it has mounted, laid out before they are run.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::effects::Context;
@@ -261,7 +262,7 @@ fn as_if_recorded(session: &Session, test: &Test) -> Option<Recording> {
         positions: motion.moving.iter().map(|&axis| motion.axis(axis).collect()).collect(),
         length_mm: vec![test.bar_length_mm?; motion.rows()],
         channels: channels.collect(),
-        leading_texts: Vec::new(),
+        leading_texts: Arc::default(),
         leading_header: String::new(),
         column: LengthColumn::default(),
     })

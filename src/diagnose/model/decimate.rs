@@ -1,6 +1,7 @@
 //! Averages neighbouring rows of a session, so that slow effects can be searched quickly. It changes no positions otherwise.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::session::{Clock, Recording, Session};
 
@@ -50,7 +51,7 @@ pub fn keep_few_rows(recording: &mut Recording) {
     recording.positions = recording.positions.iter().map(|column| pick(column)).collect();
     recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
     recording.length_mm = pick(&recording.length_mm);
-    recording.leading_texts.clear();
+    recording.leading_texts = Arc::default();
 }
 
 /// Means over the rows of each group that take part; over all of them where none does.
@@ -82,5 +83,5 @@ fn average(recording: &mut Recording, groups: &[Range<usize>], kept: &[bool]) {
     recording.positions = recording.positions.iter().map(|column| mean(column)).collect();
     recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), mean_read(column))).collect();
     recording.length_mm = mean(&recording.length_mm);
-    recording.leading_texts.clear();
+    recording.leading_texts = Arc::default();
 }

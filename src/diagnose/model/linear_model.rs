@@ -28,11 +28,11 @@ pub struct LinearModel<'a> {
     /// Rows that take part.
     pub kept: Vec<Vec<bool>>,
     /// Columns of the unknowns already in the fit, in units of their priors, by test; zero where a test does not see one.
-    pub nuisance: Vec<DMatrix<f64>>,
+    pub nuisance: Arc<Vec<DMatrix<f64>>>,
     /// How far the fit has put the unknowns from their prior means, in units of their priors: effects may bring them back.
     pub beyond: Vec<f64>,
-    sensitivities: Vec<Vec<Sensitivity>>,
-    gains: HashMap<Outlet, Vec<Vec<f64>>>,
+    sensitivities: Arc<Vec<Vec<Sensitivity>>>,
+    gains: HashMap<Outlet, Arc<Vec<Vec<f64>>>>,
     /// Functions of effects over the rows of the context, whichever of them take part.
     shapes: Arc<Shapes>,
     /// By the name of a shape: the terms of all families that have it.
@@ -78,9 +78,9 @@ impl<'a> LinearModel<'a> {
             problem,
             residual_mm,
             kept,
-            nuisance,
+            nuisance: Arc::new(nuisance),
             beyond,
-            sensitivities,
+            sensitivities: Arc::new(sensitivities),
             gains,
             shapes,
             together,
@@ -92,19 +92,8 @@ impl<'a> LinearModel<'a> {
     ///
     /// `context` belongs to the thinned session; `groups` are its rows as ranges of the rows here.
     pub fn thinned(&self, context: &'a Context<'a>, groups: &[Vec<std::ops::Range<usize>>]) -> LinearModel<'a> {
-        let mut thin = LinearModel {
-            context,
-            problem: self.problem,
-            residual_mm: Vec::new(),
-            kept: Vec::new(),
-            nuisance: Vec::new(),
-            beyond: self.beyond.clone(),
-            sensitivities: Vec::new(),
-            gains: HashMap::new(),
-            shapes: Arc::default(),
-            together: self.together.clone(),
-            thresholds: self.thresholds,
-        };
+        let (mut all_kept, mut residual_mm) = (Vec::new(), Vec::new());
+        let (mut nuisance, mut sensitivities) = (Vec::new(), Vec::new());
         for (test, groups) in groups.iter().enumerate() {
             let kept = &self.kept[test];
             let rows = |group: &std::ops::Range<usize>| -> Vec<usize> {
@@ -112,27 +101,39 @@ impl<'a> LinearModel<'a> {
                 if present.is_empty() { group.clone().collect() } else { present }
             };
             let columns = self.problem.unknowns.len();
-            let mut nuisance = DMatrix::zeros(groups.len(), columns);
+            let mut averaged = DMatrix::zeros(groups.len(), columns);
             let mut residual = Vec::with_capacity(groups.len());
             for (index, group) in groups.iter().enumerate() {
                 let rows = rows(group);
                 let share = 1.0 / rows.len() as f64;
                 residual.push(rows.iter().map(|&row| self.residual_mm[test][row]).sum::<f64>() * share);
                 for k in 0..columns {
-                    nuisance[(index, k)] = rows.iter().map(|&row| self.nuisance[test][(row, k)]).sum::<f64>() * share;
+                    averaged[(index, k)] = rows.iter().map(|&row| self.nuisance[test][(row, k)]).sum::<f64>() * share;
                 }
             }
             // a group with fewer than half of its readings would be noisier than the others
-            thin.kept.push(
+            all_kept.push(
                 groups.iter().map(|group| 2 * group.clone().filter(|&row| kept[row]).count() >= group.len()).collect(),
             );
-            thin.residual_mm.push(residual);
-            thin.nuisance.push(nuisance);
+            residual_mm.push(residual);
+            nuisance.push(averaged);
             let middle =
                 |group: &std::ops::Range<usize>| self.sensitivities[test][(group.start + group.end - 1) / 2].clone();
-            thin.sensitivities.push(groups.iter().map(middle).collect());
+            sensitivities.push(groups.iter().map(middle).collect());
         }
-        thin
+        LinearModel {
+            context,
+            problem: self.problem,
+            residual_mm,
+            kept: all_kept,
+            nuisance: Arc::new(nuisance),
+            beyond: self.beyond.clone(),
+            sensitivities: Arc::new(sensitivities),
+            gains: HashMap::new(),
+            shapes: Arc::default(),
+            together: self.together.clone(),
+            thresholds: self.thresholds,
+        }
     }
 
     /// The same ground with other rows taking part.
@@ -157,7 +158,7 @@ impl<'a> LinearModel<'a> {
         for outlet in outlets {
             if !self.gains.contains_key(outlet) {
                 let gains = self.gain_of(outlet);
-                self.gains.insert(*outlet, gains);
+                self.gains.insert(*outlet, Arc::new(gains));
             }
         }
     }
@@ -219,7 +220,7 @@ impl<'a> LinearModel<'a> {
     /// Change of the reading per unit of an outlet, by test; empty where the outlet has none.
     pub fn gains(&self, outlet: &Outlet) -> Gains<'_> {
         match self.gains.get(outlet) {
-            Some(gains) => Cow::Borrowed(gains),
+            Some(gains) => Cow::Borrowed(gains.as_slice()),
             None => Cow::Owned(self.gain_of(outlet)),
         }
     }

@@ -1,6 +1,7 @@
 //! Averages the rows of very long recordings before they are diagnosed: time and memory of a search grow with the rows.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::decimate::odd;
 use crate::session::{Clock, Path, Recording, Session, Test};
@@ -87,7 +88,7 @@ fn average(recording: &mut Recording, size: usize, whole: usize) {
     };
     recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), trimmed(column))).collect();
     recording.length_mm = trimmed(&recording.length_mm);
-    recording.leading_texts.clear();
+    recording.leading_texts = Arc::default();
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {

@@ -198,7 +198,7 @@ fn cut(recording: &Recording, how: Rows) -> Recording {
     undone.positions = recording.positions.iter().map(spread).collect();
     undone.length_mm = pick(&recording.length_mm);
     undone.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
-    undone.leading_texts.clear();
+    undone.leading_texts = std::sync::Arc::default();
     keep_few_rows(&mut undone);
     undone
 }

@@ -51,7 +51,7 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
         // in units of the prior: where the fit stands, and what the findings have changed
         let amplitude = model.beyond[k] + unknown.prior_mean / unknown.prior_sigma + told.regression.nuisance(k);
         let index = part_of(&mut parts, source, model);
-        for (sum, columns) in parts[index].1.iter_mut().zip(&model.nuisance) {
+        for (sum, columns) in parts[index].1.iter_mut().zip(model.nuisance.iter()) {
             sum.iter_mut().zip(columns.column(k).iter()).for_each(|(sum, column)| *sum += column * amplitude);
         }
     }

@@ -151,7 +151,7 @@ fn assemble(
         positions: Vec::new(),
         length_mm: Vec::new(),
         channels: Vec::new(),
-        leading_texts,
+        leading_texts: leading_texts.into(),
         leading_header: leading.join(","),
         column: LengthColumn::default(),
     };

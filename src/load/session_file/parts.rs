@@ -274,7 +274,7 @@ pub(crate) fn socket_distances(
             positions: Vec::new(),
             length_mm: vec![sockets.distance],
             channels: Vec::new(),
-            leading_texts: Vec::new(),
+            leading_texts: Arc::default(),
             leading_header: String::new(),
             column: Default::default(),
         };

@@ -1,6 +1,7 @@
 //! Recordings as CSV that `load` reads. It keeps the rows, order and position columns of the recording it stands for.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -119,7 +120,7 @@ fn rotation_fields(rotation: &Matrix3<f64>, columns: usize) -> Vec<f64> {
 }
 
 /// Header and rows of clock and positions: the recording's own texts, or those of the motion.
-fn leading(machine: &Machine, test: &Test, motion: &Motion) -> (String, Vec<String>) {
+fn leading(machine: &Machine, test: &Test, motion: &Motion) -> (String, Arc<Vec<String>>) {
     if let Some(recording) = test.recording.as_ref().filter(|recording| !recording.leading_header.is_empty()) {
         return (recording.leading_header.clone(), recording.leading_texts.clone());
     }
@@ -140,5 +141,5 @@ fn leading(machine: &Machine, test: &Test, motion: &Motion) -> (String, Vec<Stri
         }
         text
     });
-    (format!("{clock},{}", names.join(",")), rows.collect())
+    (format!("{clock},{}", names.join(",")), Arc::new(rows.collect()))
 }
