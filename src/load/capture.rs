@@ -417,6 +417,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
         let words = content.split(|c: char| c.is_whitespace() || c == ';' || c == ',').filter(|word| !word.is_empty());
         let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect();
         let plain = plain_name(name);
+        let element = tag.split_whitespace().next().unwrap_or_default();
         match numbers {
             Some(numbers) if numbers.len() == 1 && (plain.contains("rate") || plain.contains("freq")) => {
                 raw.rate_hz = numbers.first().copied().filter(|rate| *rate > 0.0);
@@ -429,7 +430,7 @@ fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 None => series.push((name, tag.to_string(), numbers)),
             },
             _ if plain.contains("unit") => unit = plain_name(content),
-            _ if !is_of_other && raw.began.take(&format!("{} {name}", tag.split_whitespace().next().unwrap_or_default()), content) => {}
+            _ if !is_of_other && raw.began.take(&format!("{element} {name}"), content) => {}
             _ => raw.not_read.push(name.to_string()),
         }
     }
