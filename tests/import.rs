@@ -449,7 +449,7 @@ fn a_shipped_capture_becomes_recordings_of_its_tests() {
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     let placed = &json["captures"][0];
     assert_eq!(placed["tests"][0], "xy-100-1-ccw");
-    assert!(placed["position_sigma"].as_f64().unwrap() < 0.5, "{placed}");
+    assert!(placed["position_sigma"].as_f64().unwrap() < 0.1 && placed["by_marks"] == true, "{placed}");
     assert!(json["warnings"].is_array() && !json["missing"].as_array().unwrap().is_empty());
     for file in ["session.yaml", "machine.yaml", "xy-100-1-ccw.csv", "xy-100-1-cw.csv", "xy-100-1-ccw.svg"] {
         assert!(out.join(file).is_file(), "{file}");
@@ -457,7 +457,7 @@ fn a_shipped_capture_becomes_recordings_of_its_tests() {
     let imported = fiveaxis::load::load_session(&out.join("session.yaml")).unwrap();
     assert_eq!(imported.tests.len(), 2);
     // positions against those that the planner commanded, every tenth of a second on the gauge's clock
-    let truth = std::fs::read_to_string(format!("{SHIPPED}/xy-100-1-positions.csv")).unwrap();
+    let truth = std::fs::read_to_string(format!("{SHIPPED}/truth/xy-100-1-positions.csv")).unwrap();
     let truth: Vec<[f64; 3]> = truth
         .lines()
         .skip(1)
@@ -486,6 +486,52 @@ fn a_shipped_capture_becomes_recordings_of_its_tests() {
     }
     let limit_mm = 100.0 * (4.0 * placed["position_sigma"].as_f64().unwrap()).to_radians();
     assert!(seen > 50 && worst < limit_mm, "{seen} rows, {worst} mm of {limit_mm}");
+}
+
+#[test]
+fn shipped_captures_are_placed_and_tell_the_errors_that_made_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let (session, out) = (format!("{SHIPPED}/session.yaml"), folder.path().join("imported"));
+    let names = ["c-axial-100-1", "yz-100-1", "xy-100-1", "zx-100-1", "a-100-1", "a-100-2"];
+    let placed = |captures: &[String]| {
+        let mut arguments: Vec<&str> = captures.iter().map(String::as_str).collect();
+        arguments.extend(["--session", &session, "--out", out.to_str().unwrap(), "--force", "--json"]);
+        let output = import(&arguments);
+        assert!(output.status.success(), "{captures:?}: {}", String::from_utf8_lossy(&output.stdout));
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        for (capture, placed) in captures.iter().zip(json["captures"].as_array().unwrap()) {
+            let name = Path::new(capture).file_stem().unwrap().to_str().unwrap();
+            assert_eq!(
+                (&placed["tests"][0], &placed["by_marks"]),
+                (&Value::from(format!("{name}-ccw")), &Value::from(true))
+            );
+        }
+        json
+    };
+    for again in ["a-100-1", "xy-100-1", "yz-100-1", "zx-100-1"] {
+        placed(&[format!("{SHIPPED}/again/{again}.csv")]);
+    }
+    let json = placed(&names.map(|name| format!("{SHIPPED}/{name}.csv")));
+    assert_eq!(json["times"], "captures");
+    let imported = fiveaxis::load::load_session(&out.join("session.yaml")).unwrap();
+    let fit = fiveaxis::identify::identify(&imported, &Default::default()).unwrap();
+    let machine = format!("{SHIPPED}/truth/machine.yaml");
+    let truth = fiveaxis::load::load_machine(Path::new(&machine)).unwrap();
+    let axis = |name: &str| &truth.axes[truth.axis_index(name).unwrap()].location_errors;
+    for (name, due) in [
+        ("EY0A", axis("A")[1]),
+        ("EZ0A", axis("A")[2]),
+        ("EB0A", axis("A")[4]),
+        ("EC0A", axis("A")[5]),
+        ("EX0C", axis("C")[0]),
+        ("EY0C", axis("C")[1]),
+        ("EA0C", axis("C")[3]),
+        ("EB0C", axis("C")[4]),
+    ] {
+        let found = fit.error(name).unwrap();
+        assert!(due != 0.0 && found.determined, "{name}");
+        assert!((found.value - due).abs() < 3.0 * found.sigma, "{name}: {} ± {}, {due}", found.value, found.sigma);
+    }
 }
 
 #[test]
@@ -628,6 +674,9 @@ fn tests_have_the_times_at_which_their_captures_were_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let of = |name: &str, recorded: &str| {
         let text = std::fs::read_to_string(format!("{SHIPPED}/{name}.csv")).unwrap();
+        // without the time that it states itself
+        let text: String =
+            text.lines().filter(|line| !line.starts_with("Recorded")).map(|line| format!("{line}\n")).collect();
         let file = folder.path().join(format!("{name}.csv"));
         std::fs::write(&file, text.replacen("Sample rate", &format!("{recorded}\nSample rate"), 1)).unwrap();
         file.to_str().unwrap().to_string()
