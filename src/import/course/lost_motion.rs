@@ -13,7 +13,7 @@ use super::table::Table;
 use crate::chain::{Chain, Geometry, Sensitivity};
 use crate::effects::{MemoryLaw, Past};
 use crate::machine::{AxisKind, Component, LinearClass, Machine, Outlet};
-use crate::session::{Motion, Session, Test, marked};
+use crate::session::{Motion, Test, marked};
 
 /// Part of a program over which forms are told along the run, or stand still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,13 +56,14 @@ const PARTS: usize = 16;
 
 impl LostMotion {
     /// Of a test whose program goes along a motion.
-    pub(super) fn of(session: &Session, chain: &Chain, test: &Test, motion: &Motion) -> LostMotion {
+    pub(super) fn of(machine: &Machine, test: &Test, motion: &Motion) -> LostMotion {
+        let chain = Chain::of(machine);
         let nodes = motion.rows();
-        let Ok(links) = test.links(chain) else {
+        let Ok(links) = test.links(&chain) else {
             return LostMotion { forms: Table::of_columns::<Vec<f64>>(&[]), nodes };
         };
         let rows: Vec<Vec<f64>> = entries(nodes).into_iter().map(|node| at_node(motion, node)).collect();
-        let geometry = Geometry::nominal(chain);
+        let geometry = Geometry::nominal(&chain);
         let slopes: Vec<Vec<[f64; 6]>> = rows
             .iter()
             .map(|row| {
@@ -72,7 +73,6 @@ impl LostMotion {
                 slope.motion
             })
             .collect();
-        let machine = &session.machine;
         let way = Way::of(machine, test, rows);
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for axis in (0..motion.axis_count).filter(|&axis| way.moves(axis)) {

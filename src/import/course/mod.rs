@@ -5,6 +5,7 @@ mod lost_motion;
 mod table;
 
 use std::f64::consts::TAU;
+use std::sync::{Arc, LazyLock};
 
 use self::forms::principal_forms;
 use self::lost_motion::LostMotion;
@@ -86,13 +87,15 @@ pub struct Course {
     /// By node, mm: nominal length; what a lag of one second adds to it at the programmed feed beside a delay, which cuts corners
     /// and shrinks circles by `½τ²q̈`, as its square; forms that errors of balls, bar and axes may add at one standard deviation.
     read_mm: Table,
-    /// Forms that lost motion may add.
-    pub(super) lost_motion: LostMotion,
+    /// Forms that lost motion may add: worked out once asked for, as most tests that a capture is held against are not its own.
+    pub(super) lost_motion: Arc<LazyLock<LostMotion, Lazily>>,
     /// At even programmed times: node with its fraction, sine and cosine of the share of the run's time as an angle.
     at_time: Table,
     /// Positions of all axes, node by node, mm or rad.
     motion: Motion,
 }
+
+type Lazily = Box<dyn FnOnce() -> LostMotion + Send>;
 
 /// Nodes of a run: a quarter of a degree of a whole turn, whose cubic has a nanometre on a radius of 200 mm.
 const NODES: usize = 1440;
@@ -133,6 +136,9 @@ impl Course {
             let node = (value - ends[0]) / (ends[1] - ends[0]) * (time_s.len() - 1) as f64;
             times.value(node, 0)
         };
+        let marks = test.marks;
+        let along = motion.clone();
+        let lost_motion: Lazily = Box::new(move || LostMotion::of(&alone.machine, &test, &along));
         Ok(Course {
             run_s,
             arc_s: [at(*from), at(*to)],
@@ -142,9 +148,9 @@ impl Course {
                 _ => "°",
             },
             feeds,
-            marks: test.marks,
+            marks,
             read_mm,
-            lost_motion: LostMotion::of(session, &chain, &test, &motion),
+            lost_motion: Arc::new(LazyLock::new(lost_motion)),
             at_time: at_times(&time_s),
             motion,
         })
