@@ -83,7 +83,7 @@ pub(super) struct Stated {
 impl Stated {
     /// Takes what a text says under a label, if it is about the recording and nothing was said before; whether it says anything.
     pub(super) fn take(&mut self, label: &str, text: &str) -> bool {
-        if !says_when(label) || is_of_other(label) {
+        if !is_of_recording(label) {
             return false;
         }
         let parts = parts(text);
@@ -101,8 +101,7 @@ impl Stated {
     pub(super) fn take_line<'a>(&mut self, line: &'a str) -> Option<&'a str> {
         let number = line.find(|character: char| character.is_ascii_digit())?;
         let label = &line[..number];
-        let is_missed = !self.take(label, line) && says_when(label) && !is_of_other(label);
-        is_missed.then_some(line)
+        (!self.take(label, line) && is_of_recording(label)).then_some(line)
     }
 
     pub(super) fn moment(self) -> Option<Moment> {
@@ -111,8 +110,8 @@ impl Stated {
 }
 
 /// Whether a label is one of the time of a recording.
-fn says_when(label: &str) -> bool {
-    words_of(label).iter().any(|word| WHEN.contains(&word.as_str()))
+fn is_of_recording(label: &str) -> bool {
+    words_of(label).iter().any(|word| WHEN.contains(&word.as_str())) && !is_of_other(label)
 }
 
 /// Whether a label, or the name of what holds it, is about something else: a calibration's date is no recording's.

@@ -20,6 +20,7 @@ use crate::units::Measure;
 pub type Gains<'g> = Cow<'g, [Vec<f64>]>;
 
 /// The session around its fit: everything the search needs is linear from here.
+#[derive(Clone)]
 pub struct LinearModel<'a> {
     pub context: &'a Context<'a>,
     pub problem: &'a Problem<'a>,
@@ -138,19 +139,7 @@ impl<'a> LinearModel<'a> {
 
     /// The same ground with other rows taking part.
     pub fn with_rows(&self, kept: Vec<Vec<bool>>) -> LinearModel<'a> {
-        LinearModel {
-            context: self.context,
-            problem: self.problem,
-            residual_mm: self.residual_mm.clone(),
-            kept,
-            nuisance: self.nuisance.clone(),
-            beyond: self.beyond.clone(),
-            sensitivities: self.sensitivities.clone(),
-            gains: self.gains.clone(),
-            shapes: self.shapes.clone(),
-            together: self.together.clone(),
-            thresholds: self.thresholds,
-        }
+        LinearModel { kept, ..self.clone() }
     }
 
     /// Works out the gains of these outlets once, so that columns need not.
