@@ -148,7 +148,10 @@ fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
     // nothing but a second look at the clocks tells it from that slip
     let slips: Vec<&str> = fault.causes.iter().map(|(cause, _)| cause.effect.as_str()).collect();
     assert_eq!(slips, ["pivot-slip"]);
-    assert!(fault.rivals.is_empty());
+    // as much by the other direction of the same program, and by no other mistake
+    let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.effect).collect();
+    assert_eq!(rivals, ["time-shift"], "{:?}", fault.rivals);
+    assert!(fault.rivals[0].says.contains("b-short-cw:"), "{:?}", fault.rivals);
 }
 
 #[test]

@@ -20,7 +20,9 @@ fn axis(name: &str) -> usize {
 }
 
 fn found(effect: Effect) -> Vec<Finding> {
-    diagnose(&noisy(BIDIRECTIONAL, vec![effect]), &Options::default()).expect("diagnosis").findings
+    let told = diagnose(&noisy(BIDIRECTIONAL, vec![effect]), &Options::default()).expect("diagnosis");
+    assert_eq!((&told.data_fault, &told.unjudged), (&None, &None));
+    told.findings
 }
 
 /// Whether a finding names a cause, first or among those that it cannot be told from.

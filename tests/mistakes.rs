@@ -94,16 +94,21 @@ fn session_text(is_planned: bool) -> String {
 
 /// The files of the true session, recorded by a machine whose errors are `factor` times those above.
 fn recorded(seed: u64, factor: f64) -> Files {
+    recorded_by(MACHINE, |text| text, seed, factor)
+}
+
+/// The same of another machine, and of some of the tests.
+fn recorded_by(machine: &str, tests: fn(String) -> String, seed: u64, factor: f64) -> Files {
     let folder = tempfile::tempdir().unwrap();
-    let truth = ERRORS.iter().fold(MACHINE.to_string(), |text, (from, to)| changed(&text, from, to));
+    let truth = ERRORS.iter().fold(machine.to_string(), |text, (from, to)| changed(&text, from, to));
     std::fs::write(folder.path().join("machine.yaml"), truth).unwrap();
-    std::fs::write(folder.path().join("session.yaml"), session_text(true)).unwrap();
+    std::fs::write(folder.path().join("session.yaml"), tests(session_text(true))).unwrap();
     let mut session = load_session(&folder.path().join("session.yaml")).unwrap();
     session.machine.axes.iter_mut().flat_map(|axis| &mut axis.location_errors).for_each(|error| *error *= factor);
     let traces = simulate_with(&session, Composition::Exact, &SetupErrors::drawn(&session, seed)).unwrap();
     let traces = Instrument::default().read(&session, traces, seed).unwrap();
     let mut files =
-        Files::from([("machine.yaml".into(), MACHINE.into()), ("session.yaml".into(), session_text(false))]);
+        Files::from([("machine.yaml".into(), machine.into()), ("session.yaml".into(), tests(session_text(false)))]);
     for (test, trace) in session.tests.iter().zip(&traces) {
         let csv = path_csv(&session.machine, test, &trace.motion, &trace.length_mm, LengthColumn::LengthMm);
         files.insert(format!("{}.csv", test.name), csv);
@@ -495,6 +500,54 @@ const CASES: &[Case] = &[
         name: "deviations of one direction halved",
         make: |f| edit_lengths(f, "a-high-cw", |_, length| length.round() + 0.5 * (length - length.round())),
         due: Named(&["unit"], "a-high-cw are about 0.50 times"),
+    },
+    Case {
+        name: "half of a recording drawn along a straight line",
+        make: |f| {
+            edit_rows(f, "c-side-ccw", |rows| {
+                let (first, last) = (rows[30][2], rows[90][2]);
+                for (row, values) in rows.iter_mut().enumerate().take(90).skip(30) {
+                    values[2] = first + (row - 30) as f64 / 60.0 * (last - first);
+                }
+            })
+        },
+        due: Named(&["readings-processed"], "of c-side-ccw follow a smooth curve to the last digit"),
+    },
+    Case {
+        name: "a program drawn from its own circle, with a hundredth of a micrometre on it",
+        make: |f| {
+            let noise = draws(7, ROWS);
+            edit_rows(f, "c-side", |rows| {
+                let read: Vec<f64> = rows.iter().map(|row| row[2]).collect();
+                let mean = read.iter().sum::<f64>() / ROWS as f64;
+                let of = |wave: fn(f64) -> f64| -> f64 {
+                    let waves = rows.iter().zip(&read).skip(1).map(|(row, length)| length * wave(row[1].to_radians()));
+                    2.0 * waves.sum::<f64>() / (ROWS - 1) as f64
+                };
+                let (a, b) = (of(f64::cos), of(f64::sin));
+                for (row, noise) in rows.iter_mut().zip(&noise) {
+                    let (sin, cos) = row[1].to_radians().sin_cos();
+                    row[2] = mean + a * cos + b * sin + 1e-5 * noise;
+                }
+            })
+        },
+        due: Named(&["readings-processed"], "readings of c-side-ccw, c-side-cw scatter by 0.01"),
+    },
+    Case {
+        name: "a machine lock in one program",
+        make: |f| {
+            let noise = draws(8, ROWS);
+            edit_rows(f, "c-side", |rows| {
+                let at_rest = if rows[0][1] < 1.0 { rows[0][2] } else { rows[ROWS - 1][2] };
+                rows.iter_mut().zip(&noise).for_each(|(row, noise)| row[2] = at_rest + 2e-4 * noise);
+            })
+        },
+        due: Named(&["standing-axis"], "no axis moved in c-side-ccw, c-side-cw"),
+    },
+    Case {
+        name: "angles of A without their sign",
+        make: |f| edit_rows(f, "a-", |rows| rows.iter_mut().for_each(|row| row[1] = row[1].abs())),
+        due: Named(&["axis-sign"], "lost its sign: it turns back at 0"),
     },
     // order of readings
     Case {
@@ -967,6 +1020,25 @@ fn every_mistake_is_named_or_refused_and_nothing_is_claimed() {
         })
         .collect();
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), CASES.len(), wrong.join("\n"));
+}
+
+#[test]
+fn an_inclined_axis_that_is_inclined_the_other_way_is_named() {
+    let inclined = |direction: &str| {
+        changed(MACHINE, "A: {origin: [0, 0, 0],", &format!("A: {{origin: [0, 0, 0], direction: {direction},"))
+    };
+    // an arc about a line that is inclined has one length where the spindle ball stands on the line
+    let on_the_line = |text: String| -> String {
+        text.split("  - name: ").filter(|test| !test.starts_with("a-far")).collect::<Vec<_>>().join("  - name: ")
+    };
+    let mut files = recorded_by(&inclined("[0, 1, -1]"), on_the_line, 21, 1.0);
+    files.insert("machine.yaml".into(), inclined("[0, 1, 1]"));
+    let folder = tempfile::tempdir().unwrap();
+    written(&files, folder.path());
+    let session = load_session(&folder.path().join("session.yaml")).unwrap();
+    let examination = examine(&session, &Options::default()).unwrap();
+    let fault = examination.fault.unwrap_or_else(|| panic!("{:?}", examination.unjudged));
+    assert!(is_told(&fault, &["axis-direction"], "A turns about [0, 1, -1]"), "{} {:?}", fault.says, fault.rivals);
 }
 
 #[test]

@@ -9,6 +9,9 @@ pub struct Claim {
     pub right: bool,
     /// First of its finding, not one of those that cannot be told from it.
     pub leads: bool,
+    /// Which finding of its session, and the cause that is claimed.
+    pub finding: usize,
+    pub cause: String,
     /// What held-out readings said of its finding: `passed`, `failed`, `single occurrence`; `none` without a proof.
     pub proof: String,
 }
@@ -58,7 +61,7 @@ impl Outcome {
             seed,
             trial: truth["trial"].as_u64().unwrap_or(0),
             noise_family: truth["noise"]["family"].as_str().unwrap_or("").to_string(),
-            claims: findings.iter().flat_map(|f| claims(effects, f)).collect(),
+            claims: findings.iter().enumerate().flat_map(|(k, f)| claims(effects, k, f)).collect(),
             sizes: if s.fault { vec![] } else { sizes(effects, findings) },
             location: if s.fault { vec![] } else { location(truth, json) },
             effect: s.effect,
@@ -92,7 +95,7 @@ impl Outcome {
             list.iter().map(|d| json!([d.what, d.sigmas, d.sigma, d.real])).collect()
         };
         let claims: Vec<Value> =
-            self.claims.iter().map(|c| json!([c.probability, c.right, c.leads, c.proof])).collect();
+            self.claims.iter().map(|c| json!([c.probability, c.right, c.leads, c.proof, c.finding, c.cause])).collect();
         json!({"seed": self.seed, "trial": self.trial, "effect": self.effect, "visible": self.visible, "clean": self.clean,
             "two": self.two, "stranger": self.stranger, "fault": self.fault, "noise": self.noise_family,
             "stated": self.stated, "in_class": self.in_class, "alarm": self.alarm, "companion": self.companion,
@@ -103,7 +106,7 @@ impl Outcome {
 
 /// What was claimed of a finding: each effect at a place once, with the sum of what was stated of its components. It is right
 /// where one of these is.
-fn claims(effects: &[Value], finding: &Value) -> Vec<Claim> {
+fn claims(effects: &[Value], number: usize, finding: &Value) -> Vec<Claim> {
     let others = finding["cannot_tell_from"].as_array().map(Vec::as_slice).unwrap_or_default();
     let proof = finding["cross_validated"].as_str().unwrap_or("none");
     let mut claims: Vec<((&Value, &Value), Claim)> = vec![];
@@ -116,7 +119,11 @@ fn claims(effects: &[Value], finding: &Value) -> Vec<Claim> {
                 known.probability += probability;
                 known.right |= right;
             }
-            None => claims.push((what, Claim { probability, right, leads: i == 0, proof: proof.to_string() })),
+            None => {
+                let cause = format!("{}@{}", what.0.as_str().unwrap_or(""), what.1.as_str().unwrap_or(""));
+                let (leads, proof) = (i == 0, proof.to_string());
+                claims.push((what, Claim { probability, right, leads, finding: number, cause, proof }));
+            }
         }
     }
     claims.into_iter().map(|(_, claim)| claim).collect()

@@ -84,7 +84,8 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let context = Context::of(session, &chain)?;
     let mut fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     fine.thresholds = thresholds;
-    let diagnosis = diagnosed(fine, options, &setups, fit, true)?;
+    let stated_mm = examination.fit.as_ref().map_or(0.0, |fit| fit.rms_mm);
+    let diagnosis = diagnosed(fine, options, (&setups, stated_mm), fit, true)?;
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
     // where nothing was found, nothing else explains what a ball or bar makes up for
@@ -95,15 +96,17 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     })
 }
 
-/// Diagnoses what a fit leaves of a session; `may_hide` as long as outliers may hide under what is found.
+/// Diagnoses what a fit leaves of a session; one with the spreads as stated leaves `stated_mm` rms. `may_hide` as long as outliers may
+/// hide under what is found.
 fn diagnosed(
     fine: LinearModel,
     options: &Options,
-    setups: &Setups,
+    (setups, stated_mm): (&Setups, f64),
     fit: Fit,
     may_hide: bool,
 ) -> Result<Diagnosis, DiagnoseError> {
-    at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, (setups, fit, may_hide)))?
+    let beside = (setups, stated_mm, fit, may_hide);
+    at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, beside))?
 }
 
 /// The mistake to tell, where physics would have its likeliest cause with this share, and the doubt that is left where none is told.
@@ -120,7 +123,7 @@ fn searched(
     resolutions: &Resolutions,
     families: &[CandidateFamily],
     options: &Options,
-    (setups, fit, may_hide): (&Setups, Fit, bool),
+    (setups, stated_mm, fit, may_hide): (&Setups, f64, Fit, bool),
 ) -> Result<Diagnosis, DiagnoseError> {
     let Resolutions { fine, coarse, .. } = *resolutions;
     let (problem, session, values) = (fine.problem, fine.context.session(), fit.values());
@@ -130,7 +133,8 @@ fn searched(
     let strain = strain(problem, &values, WIDER_SETUPS);
     let readings: usize = fine.kept.iter().map(Vec::len).sum();
     let left_out = fit.left_out() as f64 / readings.max(1) as f64;
-    let measures = [1e3 * fit.rms_mm, noise_um, left_out, strain];
+    // what wider spreads take up may be a mistake as well
+    let measures = [1e3 * fit.rms_mm.max(stated_mm), noise_um, left_out, strain];
     // the mistakes known here are those of lengths between balls
     let is_of_lengths = !session.has_parts();
     let mistake = if is_of_lengths { preflight(session, measures) } else { None };
@@ -147,7 +151,9 @@ fn searched(
     };
     let mut search = match search {
         Ok(search) => search,
-        Err(cleaner) => return diagnosed(fine.with_rows(cleaner.kept_rows()), options, setups, *cleaner, false),
+        Err(cleaner) => {
+            return diagnosed(fine.with_rows(cleaner.kept_rows()), options, (setups, stated_mm), *cleaner, false);
+        }
     };
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
     let contested = contested.filter(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));

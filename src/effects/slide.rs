@@ -109,6 +109,12 @@ pub static LINEAR_SCALE: Kind = Kind {
     },
 };
 
+/// Squareness up to this is plausible, arcsec: 0.2 mm/m, ten times what a machine in use has.
+const PLAUSIBLE_ARCSEC: f64 = 40.0;
+
+/// A scale up to this is plausible, µm/m: ten kelvins of steel.
+const PLAUSIBLE_UM_PER_M: f64 = 120.0;
+
 /// Squareness errors by which a machine's coordinates are customarily fixed: of Y, and of Z (directions of R: 0, 1, 2).
 const CUSTOMARY: [(Component, usize); 3] = [(Component::EC, 1), (Component::EB, 2), (Component::EA, 2)];
 
@@ -120,7 +126,7 @@ fn tilts(seen: &Observations) -> Vec<CandidateFamily> {
             let is_customary = CUSTOMARY.iter().any(|(c, k)| *c == component && along == Some(*k));
             let outlets = vec![Outlet::Location { axis, component }];
             let budget = Measure::Angle.to_output(seen.machine().linear_axes.squareness_rad);
-            CandidateFamily::new(SQUARENESS.name, Place::Axis(axis), outlets, 120.0)
+            CandidateFamily::new(SQUARENESS.name, Place::Axis(axis), outlets, PLAUSIBLE_ARCSEC)
                 .ranked(usize::from(!is_customary))
                 .within(budget)
         })
@@ -131,6 +137,7 @@ fn tilts(seen: &Observations) -> Vec<CandidateFamily> {
 fn scales(seen: &Observations) -> Vec<CandidateFamily> {
     let own = |axis: usize| vec![Outlet::own(seen.machine(), axis)];
     let budget = Measure::Strain.to_output(seen.machine().linear_axes.positioning);
-    let scale = |axis| CandidateFamily::new(LINEAR_SCALE.name, Place::Axis(axis), own(axis), 300.0).within(budget);
+    let scale =
+        |axis| CandidateFamily::new(LINEAR_SCALE.name, Place::Axis(axis), own(axis), PLAUSIBLE_UM_PER_M).within(budget);
     seen.displaced_slides().map(|(axis, _)| scale(axis)).collect()
 }

@@ -134,6 +134,9 @@ fn raised_cosine(from_centre: f64, half_width: f64, skew: f64) -> f64 {
     if from_centre.abs() < half { (1.0 + (PI * from_centre / half).cos()) / 2.0 } else { 0.0 }
 }
 
+/// Heights up to this are plausible, µm or arcsec: a worn way of a machine tool wanders by ten or twenty.
+const PLAUSIBLE: f64 = 20.0;
+
 /// Widths of bumps that are tried, as shares of the way.
 const WIDTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
 
@@ -166,7 +169,7 @@ fn of_slide(machine: &Machine, axis: usize, (from, to): (f64, f64)) -> Vec<Candi
     let budget = Measure::Length.to_output(machine.linear_axes.straightness * span / 2.0);
     let new = |outlets: Vec<Outlet>| {
         let is_shift = outlets.iter().any(|outlet| outlet.measure(machine) == Measure::Length);
-        let family = CandidateFamily::new(STRAIGHTNESS.name, place, outlets, 60.0);
+        let family = CandidateFamily::new(STRAIGHTNESS.name, place, outlets, PLAUSIBLE);
         if is_shift { family.within(budget) } else { family }
     };
     let mut list = Vec::new();

@@ -6,7 +6,7 @@ use super::absorbed::absorbed;
 use super::ambiguity::ambiguities;
 use super::estimate::{Fit, FittedSlides, TestFit};
 use super::outliers::kept_rows;
-use super::solve::{Solution, Weighting, minimise, normal_equations};
+use super::solve::{Solution, Weighting, minimise, normal_equations, residual_mm};
 use super::uncertainty::{covariance, estimates};
 use crate::chain::Chain;
 use crate::identify::model::error::FitError;
@@ -75,8 +75,7 @@ fn information_of_design(problem: &Problem, solution: &Solution, weighting: &Wei
 /// Huber fit whose scale shrinks to the residuals' robust sigma.
 fn robust_start(problem: &Problem) -> Solution {
     let mut values: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
-    let residual = |values: &[f64]| normal_equations(problem, values, &Weighting::Huber { scale_mm: 1.0 }).1;
-    let mut scale = robust_sigma(residual(&values).iter().flatten().copied()).max(NOISE_FLOOR_MM);
+    let mut scale = robust_sigma(residual_mm(problem, &values).iter().flatten().copied()).max(NOISE_FLOOR_MM);
     loop {
         let solution = minimise(problem, &values, &Weighting::Huber { scale_mm: scale });
         let next = robust_sigma(solution.residual_mm.iter().flatten().copied()).max(NOISE_FLOOR_MM);

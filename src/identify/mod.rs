@@ -34,5 +34,5 @@ pub use model::problem::{Prediction, PreparedTest, Problem};
 pub use model::unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
 pub use outliers::kept_rows;
 pub use senses::{SenseTest, TurnedSense, turned_senses};
-pub use solve::{Normal, Solution, Until, Weighting, minimise, minimise_until, normal_equations};
+pub use solve::{Normal, Solution, Until, Weighting, minimise, minimise_until, normal_equations, residual_mm};
 pub use white::{Evidence, WhiteFit, fit_white};

@@ -292,25 +292,36 @@ pub fn normal_equations(problem: &Problem, values: &[f64], weighting: &Weighting
     (normal, residuals)
 }
 
+/// Residuals at `values`, mm, by test.
+pub fn residual_mm(problem: &Problem, values: &[f64]) -> Vec<Vec<f64>> {
+    let geometry = problem.geometry(values);
+    (0..problem.tests.len()).into_par_iter().map(|test| problem.residual_mm(test, &geometry, values)).collect()
+}
+
 /// Weights residual and Jacobian in place (rows without a reading become zero); returns the loss.
 fn weigh(prediction: &mut Prediction, test: usize, weighting: &Weighting) -> f64 {
     match weighting {
         Weighting::Huber { scale_mm } => {
             let mut loss = 0.0;
-            for row in 0..prediction.residual_mm.len() {
-                let size = prediction.residual_mm[row].abs() / scale_mm;
+            let mut factor_of = |residual: &f64| {
+                let size = residual.abs() / scale_mm;
                 let weight = if !size.is_finite() {
-                    0.0
+                    return 0.0;
                 } else if size <= HUBER {
                     loss += size * size;
-                    1.0
+                    1.0f64
                 } else {
                     loss += HUBER * (2.0 * size - HUBER);
                     HUBER / size
                 };
-                let factor = weight.sqrt() / scale_mm;
-                prediction.residual_mm[row] = if weight > 0.0 { prediction.residual_mm[row] * factor } else { 0.0 };
-                prediction.jacobian.row_mut(row).scale_mut(factor);
+                weight.sqrt() / scale_mm
+            };
+            let factors: Vec<f64> = prediction.residual_mm.iter().map(&mut factor_of).collect();
+            for (residual, factor) in prediction.residual_mm.iter_mut().zip(&factors) {
+                *residual = if *factor > 0.0 { *residual * factor } else { 0.0 };
+            }
+            for column in prediction.jacobian.as_mut_slice().chunks_exact_mut(factors.len().max(1)) {
+                column.iter_mut().zip(&factors).for_each(|(value, factor)| *value *= factor);
             }
             loss
         }

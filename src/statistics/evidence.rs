@@ -21,6 +21,16 @@ pub struct BlockEvidence {
     pub amplitudes: Vec<f64>,
     /// Prior sigma of the amplitudes that has the most evidence, display units.
     pub tau: f64,
+    /// Part of the evidence that amplitudes larger than is plausible cost, log.
+    pub implausibility: f64,
+}
+
+/// By how much amplitudes are less likely under the widest prior that is plausible, `tau`, than under the one that would suit them, log.
+pub fn implausibility(amplitudes: &[f64], tau: f64, plausible: f64) -> f64 {
+    let is_widest = AMPLITUDE_PRIORS.iter().all(|wider| *wider <= tau || *wider > plausible);
+    let squares: f64 = amplitudes.iter().map(|amplitude| (amplitude / tau).powi(2)).sum();
+    let count = amplitudes.len() as f64;
+    if is_widest && squares > count { 0.5 * (squares - count - count * (squares / count).ln()) } else { 0.0 }
 }
 
 /// Amplitude priors that are tried, display units: the one with the largest evidence counts.
@@ -78,7 +88,8 @@ pub fn judge(information: DMatrix<f64>, z: DVector<f64>, plausible: f64) -> Bloc
     }
     // one nat for having chosen τ from the data
     let log_evidence = evidence(tau) - 1.0;
-    BlockEvidence { log_evidence, chi2, tau, amplitudes: amplitudes.iter().copied().collect() }
+    let implausibility = implausibility(amplitudes.as_slice(), tau, plausible);
+    BlockEvidence { log_evidence, chi2, tau, implausibility, amplitudes: amplitudes.iter().copied().collect() }
 }
 
 /// Amplitude priors of the parts of a block that have the most evidence together, display units, and their evidence against nothing;

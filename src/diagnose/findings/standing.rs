@@ -24,6 +24,13 @@ struct Judged<'s> {
     forms: Vec<(&'s Candidate, f64)>,
 }
 
+impl Judged<'_> {
+    /// Weight of its best form.
+    fn best(&self) -> f64 {
+        self.forms.iter().map(|(_, weight)| *weight).fold(0.0, f64::max)
+    }
+}
+
 /// Log odds beyond which nothing is left of the other.
 const MOST_ODDS: f64 = 50.0;
 
@@ -49,7 +56,9 @@ impl<'s> Standing<'s> {
                 true => thresholds.softening_of_arcs,
                 false => thresholds.softening,
             };
-            let softened = odds / (1.0 + share * lead.ranked_odds.max(0.0));
+            // forms are inexact; what size is plausible is no matter of forms
+            let beyond = rival.judgement.implausibility - lead.chosen.judgement.implausibility;
+            let softened = (odds + beyond) / (1.0 + share * lead.ranked_odds.max(0.0)) - beyond;
             let is_undescribed = rival.is_free() && !lead.chosen.is_free();
             let is_rarer = rank(rival) > own_rank || is_driven_by(machine, rival, &lead.chosen);
             // a free curve may stand better than the name that is told; among names custom has chosen
@@ -64,12 +73,14 @@ impl<'s> Standing<'s> {
                 None => causes.push(Judged { cause, forms: vec![(rival, custom * seen)] }),
             }
         }
-        let best = |judged: &Judged| judged.forms.iter().map(|(_, weight)| *weight).fold(0.0, f64::max);
-        let total: f64 = causes.iter().map(best).sum();
+        if !lead.chosen.is_free() {
+            share_prior_of_free_curves(&mut causes);
+        }
+        let total: f64 = causes.iter().map(Judged::best).sum();
         let mut forms = Vec::new();
         for judged in &causes {
             let all: f64 = judged.forms.iter().map(|(_, weight)| weight).sum();
-            let share = best(judged) / total / all.max(f64::MIN_POSITIVE);
+            let share = judged.best() / total / all.max(f64::MIN_POSITIVE);
             forms.extend(judged.forms.iter().map(|(form, weight)| (*form, share * weight)));
         }
         // the chosen form stands first
@@ -77,11 +88,11 @@ impl<'s> Standing<'s> {
         forms.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);
         forms.sort_by(|a, b| b.1.total_cmp(&a.1));
         forms.truncate(MOST_FORMS);
-        let probability = best(&causes[0]) / total;
+        let probability = causes[0].best() / total;
         let mut rivals: Vec<(Cause, f64)> = causes
             .into_iter()
             .skip(1)
-            .map(|judged| (best(&judged) / total, judged.cause))
+            .map(|judged| (judged.best() / total, judged.cause))
             .map(|(p, c)| (c, p))
             .collect();
         rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -89,6 +100,14 @@ impl<'s> Standing<'s> {
         rivals.truncate(MOST_RIVALS);
         Standing { probability, rivals, forms }
     }
+}
+
+/// What no form describes has one prior, however many free curves may stand for it: together they have the weight of the best one.
+fn share_prior_of_free_curves(causes: &mut [Judged]) {
+    let mut free: Vec<&mut Judged> = causes.iter_mut().filter(|judged| judged.forms[0].0.is_free()).collect();
+    let all: f64 = free.iter().map(|judged| judged.best()).sum();
+    let share = free.iter().map(|judged| judged.best()).fold(0.0, f64::max) / all.max(f64::MIN_POSITIVE);
+    free.iter_mut().flat_map(|judged| &mut judged.forms).for_each(|(_, weight)| *weight *= share);
 }
 
 /// Whether two names mean one cause: the same effect at the same place, in some of the same components.

@@ -4,7 +4,7 @@
 //! `N_gg`; what is left of the others is `N_gg − Σ N_gL N_LL⁻¹ N_Lg`. A vibration has a cosine and a sine in each of fifty
 //! tests: the work then grows with the tests and not with their cube.
 
-use crate::statistics::{BlockEvidence, climbed, log_determinant};
+use crate::statistics::{BlockEvidence, climbed, implausibility, log_determinant};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 use super::products::Products;
@@ -279,7 +279,8 @@ impl EliminatedNormal {
             block.columns.iter().zip(own.iter()).for_each(|(&j, value)| amplitudes[j] = *value);
         }
         // one nat for having chosen τ from the data
-        BlockEvidence { log_evidence: evidence - 1.0, chi2, tau, amplitudes }
+        let implausibility = implausibility(&amplitudes, tau, plausible);
+        BlockEvidence { log_evidence: evidence - 1.0, chi2, tau, implausibility, amplitudes }
     }
 
     /// Evidence of the columns of single tests with amplitudes drawn from N(0, τ²), and what they are fitted to.

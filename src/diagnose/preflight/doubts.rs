@@ -106,10 +106,10 @@ pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
 
 /// Residual, in noise from row to row, that gauges and set-ups do not leave: of 290 simulated sessions without an effect, with white
 /// noise, a zero that drifts and cups that settle, the largest left 2.8.
-const LEFT_OVER: f64 = 3.0;
+pub(crate) const LEFT_OVER: f64 = 3.0;
 
 /// Noise of readings that repeat better than a gauge resolves, µm.
-const RESOLVED_UM: f64 = 0.1;
+pub(crate) const RESOLVED_UM: f64 = 0.1;
 
 /// What a fit leaves that readings of the same machine would not, in words: something beside the errors that were fitted acts, and
 /// moves them by more than their σ says. Readings between which nothing repeats say nothing of it.

@@ -12,6 +12,7 @@ use super::places::axis_lines::other_lines;
 use super::places::ball_places::{End, move_ball, placement};
 use super::places::exchanged;
 use super::places::misplaced::{BALL_PLACE, BAR, misplaced, nearby};
+use super::places::restated::other_directions;
 use super::places::standing::{STANDING_AXIS, standing_elsewhere};
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
 use super::small_misfit::{finer_place, toggled};
@@ -50,6 +51,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     );
     list.extend(standing_elsewhere(&thinned));
     list.extend(other_lines(&thinned, &as_it_is));
+    list.extend(other_directions(&thinned));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(&thinned, session, &as_it_is));
     let mut told = std::collections::HashSet::new();

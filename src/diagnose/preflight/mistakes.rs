@@ -4,9 +4,10 @@ use super::data_fault::RECORDER;
 use super::dwells::without_dwells;
 use super::places::axis_order::{in_exchange, other_orders};
 use super::places::exchanged;
+use super::places::folded::without_sign;
 use super::places::foreign::foreign;
 use super::places::misplaced::on_any_link;
-use super::places::standing::{columns_off, slides_off};
+use super::places::standing::{columns_off, slides_off, stood_still};
 use super::places::sweeps::other_arcs;
 use super::quick_fit::Refit;
 use super::readings::figures::Linearised;
@@ -18,7 +19,7 @@ use super::readings::unsigned::unsigned;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::machine::AxisKind;
-use crate::session::{Clock, Recording, Session};
+use crate::session::{Clock, Recording, Session, Setups};
 use crate::statistics::rms;
 
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
@@ -57,14 +58,16 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     let of_one_way = of_one_way(session, &alike);
     // of one recording alone a shift in time says as much
     list.extend(columns_off(session, &distinct([&programs, &of_one_way])));
-    list.extend(scaled(session, &distinct([&programs, &alike])));
+    let of_bars = of_bars(session);
+    list.extend(scaled(session, &distinct([&programs, &alike, &of_bars])));
     // a gauge taken down between the directions has another zero in one of them
     list.extend(zeroed(session, &distinct([&programs, &alone, &alike])));
     list.extend(distinct([&alone, &programs]).iter().filter_map(|tests| foreign(session, tests)));
+    list.extend(stood_still(session, &distinct([&alone, &programs])));
     list.extend(own_zeros(session, whole));
     if let Some(linearised) = Linearised::of(session, as_it_is) {
         list.extend(slides_off(session, &linearised, &distinct([&alone, &programs])));
-        list.extend(scaled_by_any(session, &linearised, &distinct([&alone, &programs, &alike, &of_one_way])));
+        list.extend(scaled_by_any(session, &linearised, &distinct([&alone, &programs, &alike, &of_one_way, &of_bars])));
         list.extend(out_of_order((session, whole), &linearised, &worst, &programs));
         list.extend(taken_off((session, whole), &linearised));
         list.extend(unsigned((session, whole), &linearised));
@@ -110,6 +113,7 @@ fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspic
         shift_ms: None,
         diminished: 1.0,
         log_figures: 0.0,
+        is_found: false,
         weight: OFTEN,
         undone: scale_axis(session, axis, factor),
     };
@@ -125,6 +129,7 @@ fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspic
     if kind == AxisKind::Linear {
         return list;
     }
+    list.extend(without_sign((session, whole), axis));
     let alternate = [0, 1].map(|from| Struck::Alternate { from });
     for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
         let mut told: Vec<Vec<String>> = Vec::new();
@@ -155,6 +160,14 @@ fn alike(session: &Session) -> Vec<Vec<usize>> {
         .filter(|(first, tests)| tests[0] == *first && is_part(tests))
         .map(|(_, tests)| tests)
         .collect()
+}
+
+/// Tests with the same bar, where there are several but not all.
+fn of_bars(session: &Session) -> Vec<Vec<usize>> {
+    let bar_of = Setups::of(session).bar_of;
+    let bars = 0..bar_of.iter().flatten().max().map_or(0, |last| last + 1);
+    let with = |bar: usize| (0..bar_of.len()).filter(|&test| bar_of[test] == Some(bar)).collect::<Vec<usize>>();
+    bars.map(with).filter(|tests| (2..session.tests.len()).contains(&tests.len())).collect()
 }
 
 /// The programs of the tests that fit worst: each with its other directions and repeats.
@@ -193,6 +206,7 @@ fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
             shift_ms: None,
             diminished: 1.0,
             log_figures: 0.0,
+            is_found: false,
             weight: SOMETIMES,
             undone: alone(scale_axis(session, axis, -1.0)),
         });
@@ -256,6 +270,7 @@ fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
         shift_ms: None,
         diminished: 1.0,
         log_figures: 0.0,
+        is_found: false,
         weight: OFTEN,
         undone,
     }
@@ -342,6 +357,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
         shift_ms: None,
         diminished: 1.0,
         log_figures: 0.0,
+        is_found: false,
         weight: RARELY,
         undone,
     })
@@ -371,6 +387,7 @@ pub(crate) fn shifted((thinned, session): (&Session, &Session), tests: &[usize],
         shift_ms: Some(1e3 * seconds),
         diminished: 1.0,
         log_figures: 0.0,
+        is_found: true,
         weight: RARELY,
         undone,
     }

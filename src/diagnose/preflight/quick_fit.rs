@@ -1,7 +1,7 @@
 //! A robust fit of location errors and setups on few rows, quick enough to be made a hundred times. It knows no mistakes and no effects.
 
 use crate::chain::Chain;
-use crate::identify::{Options, Problem, Unknown, Until, Weighting, minimise_until, normal_equations};
+use crate::identify::{Options, Problem, Unknown, Until, Weighting, minimise_until, residual_mm};
 use crate::session::{Session, Setups};
 use crate::statistics::{rms, robust_sigma};
 
@@ -56,10 +56,7 @@ pub(crate) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
     let (mut scale, mut values) = [means]
         .into_iter()
         .chain(starts)
-        .map(|values| {
-            let residual_mm = normal_equations(&problem, &values, &Weighting::Huber { scale_mm: 1.0 }).1;
-            (scale_of(&residual_mm), values)
-        })
+        .map(|values| (scale_of(&residual_mm(&problem, &values)), values))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     let mut residual_mm = Vec::new();
     for _ in 0..REFITS {
@@ -85,8 +82,7 @@ pub(crate) fn nominal_mm(session: &Session) -> Option<f64> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let problem = Problem::new(session, &chain, &setups, Vec::new()).ok()?;
-    let residual_mm = normal_equations(&problem, &[], &Weighting::Huber { scale_mm: 1.0 }).1;
-    Some(robust_rms_mm(&residual_mm))
+    Some(robust_rms_mm(&residual_mm(&problem, &[])))
 }
 
 /// Largest location error, in units of its widest plausible size.

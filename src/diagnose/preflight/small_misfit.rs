@@ -5,12 +5,13 @@
 //! held against physics (`mistake_or_effect`).
 
 use crate::diagnose::cause::MOST_RIVALS;
-use crate::statistics::{median, rms};
+use crate::statistics::{median, noise_of_rows, rms};
 
 use rayon::prelude::*;
 
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
+use super::doubts::{LEFT_OVER, RESOLVED_UM};
 use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests};
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
@@ -22,7 +23,6 @@ use super::quick_fit::{MOST_STRAIN, refit};
 use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
 use super::suspicion::{Suspicion, Tried};
 use crate::diagnose::model::decimate::few_rows;
-use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Path, Session, Test};
 
@@ -54,10 +54,11 @@ pub(crate) struct Mistake {
 }
 
 impl Mistake {
-    /// Whether effects may explain what this mistake does: as it looks like one, has figures, or gains no more than physics may.
+    /// Whether effects may explain what this mistake does: as it looks like one, has figures, gains no more than physics may, or
+    /// others do as much, which happens where few tests let anything explain them.
     pub(crate) fn may_be_physics(&self) -> bool {
         let gains_little = self.fault.before_um < ENORMOUS * self.fault.after_um;
-        gains_little || self.has_figures || self.fault.looks_like_an_effect()
+        gains_little || self.has_figures || !self.fault.rivals.is_empty() || self.fault.looks_like_an_effect()
     }
 
     /// Whether undoing it leaves no more than something else does, µm, nearly.
@@ -74,7 +75,8 @@ pub(crate) fn preflight(
     session: &Session,
     [residual_um, noise_um, left_out_share, strain]: [f64; 4],
 ) -> Option<Mistake> {
-    if residual_um < WORTH_A_SEARCH * noise_um && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
+    let is_noise = residual_um < WORTH_A_SEARCH * noise_um && residual_um < LEFT_OVER * rows_repeat_to_um(session);
+    if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
         return None;
     }
     let thinned = few_rows(session);
@@ -106,29 +108,38 @@ pub(crate) fn preflight(
     let best = widened(&thinned, misfit_um, best);
     let (after, best) = toggled((&thinned, session), misfit_um, best);
     let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
-    let rivals = rivals(&best, others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after));
+    let alike: Vec<Judged> = others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after).collect();
+    // which of them was made nothing tells: together they are as likely as all of them
+    let log_alike = (1.0 + alike.len() as f64).ln();
+    let rivals = rivals(&best, alike.into_iter());
     let is_near_noise = after < NEAR_NOISE * noise_um;
     let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
     (before > WORTH_A_SEARCH * after).then(|| {
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
-        // a shift is fitted; a zero as well, but anywhere in the stroke
+        // a zero may lie anywhere in the stroke
         let figure = match best.effect {
             READING_ZERO => {
                 refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
             }
-            STANDING_AXIS => -PARAMETER_COST,
-            COLUMN_SHIFTED if best.log_figures == 0.0 => -PARAMETER_COST,
-            _ if best.shift_ms.is_some() => -PARAMETER_COST,
-            _ => 0.0,
+            _ => best.log_cost(),
         };
-        let log_odds = tried.log_prior(&best) + best.log_figures + figure - readings as f64 * best.diminished.ln();
+        let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
         let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
         let fault = DataFault { rivals, ..best.fault(before, after) }.shared_evenly().or_effect(whole, None);
         Mistake { fault, undone, log_odds, is_plain, has_figures }
     })
+}
+
+/// Noise of readings from row to row, µm: of the middle recording, and no less than a gauge resolves.
+fn rows_repeat_to_um(session: &Session) -> f64 {
+    let recordings = session.tests.iter().filter_map(|test| test.recording.as_ref());
+    let noise_mm = recordings
+        .filter(|recording| recording.time_s().is_some())
+        .map(|recording| noise_of_rows(&recording.length_mm));
+    median(noise_mm).map_or(f64::INFINITY, |noise_mm| (1e3 * noise_mm).max(RESOLVED_UM))
 }
 
 /// Whether a column would be off, or turned round, in a recording that lies where the session states its sweep.
@@ -161,28 +172,26 @@ fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
     let alike = (1.0 + ALIKE) * least;
     let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == ANGLE_REVERSED);
     let fewest_figures = judged.iter().take_while(|(misfit, _)| *misfit < alike).enumerate().max_by(
-        |(place, (_, one)), (other, (_, another))| {
-            one.log_figures.total_cmp(&another.log_figures).then(other.cmp(place))
-        },
+        |(place, (_, one)), (other, (_, another))| one.log_cost().total_cmp(&another.log_cost()).then(other.cmp(place)),
     );
     let fewest_figures = fewest_figures.map_or(0, |(place, _)| place);
     let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(fewest_figures));
     Some((best, judged))
 }
 
-/// Rivals of a mistake, each kind on the same columns once.
+/// Rivals of a mistake, each kind on the same columns once, or once for each of several tests that have none in common.
 fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Vec<Rival> {
-    let mut rivals: Vec<Rival> = Vec::new();
+    let mut rivals: Vec<Suspicion> = Vec::new();
     for (_, other) in alike {
-        let is_told =
-            |effect: &str, components: &[String]| (other.effect, &other.components[..]) == (effect, components);
-        let told = is_told(best.effect, &best.components)
-            || rivals.iter().any(|rival| is_told(rival.effect, &rival.components));
-        if !told && rivals.len() < MOST_RIVALS {
-            rivals.push(other.rival(0.0));
+        let says_as_much = |one: &Suspicion| {
+            let has_common = one.tests.is_empty() || one.tests.iter().any(|test| other.tests.contains(test));
+            (one.effect, &one.components) == (other.effect, &other.components) && (has_common || other.tests.is_empty())
+        };
+        if !says_as_much(best) && !rivals.iter().any(says_as_much) && rivals.len() < MOST_RIVALS {
+            rivals.push(other);
         }
     }
-    rivals
+    rivals.into_iter().map(|rival| rival.rival(0.0)).collect()
 }
 
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.

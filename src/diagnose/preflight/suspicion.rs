@@ -1,6 +1,7 @@
 //! A mistake that may have been made, with the session as it would be without. Which one was made is for others to judge.
 
 use super::data_fault::{DataFault, Rival};
+use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Session;
 use std::collections::{HashMap, HashSet};
 
@@ -16,6 +17,8 @@ pub(crate) struct Suspicion {
     pub(crate) diminished: f64,
     /// Logarithm of what its figures cost that were fitted, and of how much likelier readings that agree by it are with it.
     pub(crate) log_figures: f64,
+    /// One figure of it, which is not counted there, was found by the readings: where an axis stood, how late a clock is.
+    pub(crate) is_found: bool,
     /// How usual the mistake is beside the others.
     pub(crate) weight: f64,
     pub(crate) undone: Session,
@@ -40,9 +43,15 @@ impl Suspicion {
             shift_ms: None,
             diminished: 1.0,
             log_figures: 0.0,
+            is_found: false,
             weight: SOMETIMES,
             undone,
         }
+    }
+
+    /// Logarithm of what all its figures cost.
+    pub(crate) fn log_cost(&self) -> f64 {
+        self.log_figures - if self.is_found { PARAMETER_COST } else { 0.0 }
     }
 
     /// As what may be the mistake instead of another one.

@@ -80,7 +80,8 @@ impl State<'_, '_> {
             let effect = family.grid.first().filter(|_| is_a(family.kind, Signature::Weight))?.clone();
             let terms = family_terms(machine, family, &effect);
             let columns = self.model.columns(&effect, &terms).ok()?;
-            let judgement = BlockEvidence { log_evidence: 0.0, chi2: 0.0, amplitudes: Vec::new(), tau: 0.0 };
+            let judgement =
+                BlockEvidence { log_evidence: 0.0, chi2: 0.0, amplitudes: Vec::new(), tau: 0.0, implausibility: 0.0 };
             Some(Candidate { family: index, effect, terms, columns, judgement, log_odds: 0.0 })
         };
         families.iter().enumerate().filter_map(of).collect()

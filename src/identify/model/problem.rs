@@ -271,6 +271,39 @@ impl<'a> Problem<'a> {
         prediction
     }
 
+    /// Residuals of one test, mm.
+    pub fn residual_mm(&self, test: usize, geometry: &Geometry, values: &[f64]) -> Vec<f64> {
+        if !self.is_constant(test) {
+            return self.predict_by_row(test, geometry, values).residual_mm;
+        }
+        let prepared = &self.tests[test];
+        let (pivot, spindle, bar_error_mm) = self.setup_of(test, values);
+        let rows = prepared.motion.rows();
+        let bar = geometry.bar((prepared.links.0, &pivot), (prepared.links.1, &spindle), &prepared.poses);
+        let value_of = |column: usize| values[prepared.columns[column]];
+        let displaced = prepared.slide_shapes.iter().filter(|(column, _)| value_of(*column) != 0.0);
+        let (columns, factors): (Vec<Column>, Vec<(&[f64], f64)>) = displaced
+            .filter_map(|(column, shape)| {
+                let derivative = self.column(test, prepared.columns[*column])?;
+                Some((derivative, (shape.as_slice(), value_of(*column))))
+            })
+            .unzip();
+        let mut lengths = vec![0.0; rows];
+        let mut derivatives = vec![0.0; rows * columns.len()];
+        match columns.is_empty() {
+            true => bar.lengths_into(&mut lengths),
+            false => bar.derivatives(geometry, &columns).evaluate(0..rows, &mut lengths, &mut derivatives),
+        }
+        let readings = prepared.reading_mm.iter().zip(lengths);
+        let mut residual_mm: Vec<f64> = readings.map(|(reading, length)| reading - length - bar_error_mm).collect();
+        for (derivatives, (shape, value)) in derivatives.chunks_exact(rows.max(1)).zip(factors) {
+            for ((residual, derivative), factor) in residual_mm.iter_mut().zip(derivatives).zip(shape) {
+                *residual -= derivative * factor * value;
+            }
+        }
+        residual_mm
+    }
+
     /// Multiplies the columns of displacements by their shapes and takes what they do from the residuals: they are so small
     /// that the length is linear in them.
     fn add_slides(&self, test: usize, values: &[f64], prediction: &mut Prediction) {

@@ -1,10 +1,12 @@
-//! What recordings and session say against each other, seen without a fit: one recording in two tests, clocks, rows that stand still, lost digits, arcs.
+//! What recordings and session say against each other, seen without a fit: one recording in two tests, clocks, rows that stand still, lost digits, lost noise, arcs.
 
 mod arcs;
 mod directions;
+mod quiet;
 mod rounded;
 mod same_rows;
 mod standstill;
+mod straight;
 mod times;
 
 pub(crate) use arcs::agrees_with_sweep;
@@ -20,11 +22,15 @@ pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
         .or_else(|| same_rows::appended(session))
         .or_else(|| standstill::missing(session))
         .or_else(|| standstill::stuck(session))
+        .or_else(|| straight::drawn(session))
         .or_else(|| standstill::standing(session))
         .or_else(|| times::overlapping(session))
 }
 
 /// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.
 pub(crate) fn further_contradiction(session: &Session) -> Option<DataFault> {
-    arcs::other_arc(session).or_else(|| directions::against_its_name(session)).or_else(|| times::other_speed(session))
+    quiet::quiet(session)
+        .or_else(|| arcs::other_arc(session))
+        .or_else(|| directions::against_its_name(session))
+        .or_else(|| times::other_speed(session))
 }

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 use std::f64::consts::LN_2;
 
 use super::same_rows::is_read;
+use super::straight::longest_run;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Clock, Recording, Session, Test};
@@ -149,13 +150,19 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
         let is_longest =
             lengths.iter().all(|length| *length <= held) || lengths.iter().all(|length| *length >= held);
         let is_end = is_longest && !is_middle;
-        let (effect, what, cure) = match is_end {
-            true => (
+        let is_last = from + count + 1 == lengths.len();
+        let (effect, what, cure) = match (is_end, is_last) {
+            (true, false) => (
                 "stroke-end",
                 "the bar reached the end of its stroke",
                 "bring the balls nearer to the bar's length and record the test again",
             ),
-            false => (
+            (true, true) => (
+                "stroke-end",
+                "the bar reached the end of its stroke, or the last reading was repeated to the end of the file",
+                "bring the balls nearer to the bar's length, look after the program that wrote the file, and record the test again",
+            ),
+            (false, _) => (
                 "gauge-stuck",
                 "the gauge stuck, or deviations were written in another unit",
                 "look after gauge and magnets and record the test again",
@@ -249,17 +256,4 @@ fn equal_rows(recording: &Recording) -> (usize, usize) {
     let lengths = read_lengths(recording);
     let steps: Vec<f64> = lengths.windows(2).map(|pair| pair[1] - pair[0]).collect();
     longest_run(&steps, |step| step == 0.0)
-}
-
-/// Where the longest run of values begins for which something holds, and its length.
-fn longest_run(values: &[f64], holds: impl Fn(f64) -> bool) -> (usize, usize) {
-    let (mut best, mut from) = ((0, 0), 0);
-    for (index, value) in values.iter().enumerate() {
-        if !holds(*value) {
-            from = index + 1;
-        } else if index + 1 - from > best.1 {
-            best = (from, index + 1 - from);
-        }
-    }
-    best
 }

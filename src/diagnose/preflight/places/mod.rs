@@ -4,6 +4,7 @@ pub(crate) mod axis_lines;
 pub(crate) mod axis_order;
 pub(crate) mod ball_places;
 pub(crate) mod exchanged;
+pub(crate) mod folded;
 pub(crate) mod foreign;
 pub(crate) mod frames;
 pub(crate) mod loaded;

@@ -85,25 +85,40 @@ fn angles(session: &Session, chain: &Chain, axis: usize, tests: &[usize]) -> Vec
         .collect()
 }
 
-/// A rotary axis that turns about another coordinate direction than the machine file says.
+/// Rotary axes that turn about another direction than the machine file says, where the nominal lengths allow it.
 fn directions(session: &Session) -> Vec<Suspicion> {
+    let mut list = other_directions(session);
+    list.retain(|one| nominal_mm(&one.undone).is_some_and(|left| left < NOMINAL_MM));
+    list
+}
+
+/// Rotary axes that turn about another direction: a coordinate, or an inclined one with a sign turned.
+pub(crate) fn other_directions(session: &Session) -> Vec<Suspicion> {
     let machine = &session.machine;
     let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
     let mut list = Vec::new();
     for axis in rotary {
-        for (k, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
-            let direction = Vector3::ith(k, 1.0);
-            if machine.axes[axis].direction.dot(&direction).abs() > 1.0 - 1e-9 {
+        let stated = machine.axes[axis].direction;
+        let coordinates = (0..3).map(|k| Vector3::ith(k, 1.0));
+        let turned = (0..3).map(|k| {
+            let mut turned = stated;
+            turned[k] = -turned[k];
+            turned
+        });
+        let mut tried: Vec<Vector3<f64>> = Vec::new();
+        for direction in coordinates.chain(turned) {
+            let is_stated = stated.dot(&direction).abs() > 1.0 - 1e-9;
+            // along one line an axis may turn either way
+            if is_stated || tried.iter().any(|other| other.dot(&direction) > 1.0 - 1e-9) {
                 continue;
             }
+            tried.push(direction);
             let mut undone = session.clone();
             undone.machine.axes[axis].direction = direction;
-            if nominal_mm(&undone).is_none_or(|left| left > NOMINAL_MM) {
-                continue;
-            }
             let name = &machine.axes[axis].name;
             let says = format!(
-                "{name} turns about {letter} by the lengths: correct 'direction' of {name} in the machine file"
+                "{name} turns about {} by the lengths: correct 'direction' of {name} in the machine file",
+                direction_words(&direction)
             );
             let mut found = Suspicion::new(AXIS_DIRECTION, SESSION, Vec::new(), says, undone);
             found.components = vec![name.clone()];
@@ -112,4 +127,15 @@ fn directions(session: &Session) -> Vec<Suspicion> {
         }
     }
     list
+}
+
+/// A direction as a letter, or as a machine file may write it.
+fn direction_words(direction: &Vector3<f64>) -> String {
+    match ["X", "Y", "Z"].into_iter().zip(direction.iter()).find(|(_, part)| part.abs() > 1.0 - 1e-9) {
+        Some((letter, _)) => letter.to_string(),
+        None => {
+            let parts = direction.map(|part| 1e3 * part / direction.amax()).map(|part| part.round() / 1e3 + 0.0);
+            format!("[{}, {}, {}]", parts.x, parts.y, parts.z)
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::ball_places::WORTH;
 use super::misplaced::names;
 use crate::chain::{Chain, Geometry};
-use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
+use crate::diagnose::preflight::data_fault::{RECORDER, SESSION, listed};
 use crate::diagnose::preflight::readings::figures::Linearised;
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
@@ -126,6 +126,30 @@ pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize]) -> Vec<Susp
     list
 }
 
+/// Axes that did not move in groups of tests, whose positions are those of the program: a machine lock, a sweep without its start.
+pub(crate) fn stood_still(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
+    let of = |tests: &Vec<usize>| {
+        let mut undone = session.clone();
+        for &test in tests {
+            let recording = undone.tests[test].recording.as_mut().filter(|recording| recording.time_s().is_some())?;
+            for column in &mut recording.positions {
+                let first = *column.first()?;
+                column.fill(first);
+            }
+        }
+        let says = format!(
+            "no axis moved in {} by the lengths, whatever the positions say: a machine lock or a sweep that was not started; record the \
+             tests again",
+            listed(&names(session, tests))
+        );
+        Some(Suspicion {
+            weight: RARELY,
+            ..Suspicion::new(STANDING_AXIS, RECORDER, names(session, tests), says, undone)
+        })
+    };
+    groups.iter().filter_map(of).collect()
+}
+
 pub(crate) const COLUMN_SHIFTED: &str = "column-shifted";
 
 /// Angles by which a column is tried to be off, deg; a finer search follows.
@@ -168,7 +192,7 @@ pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[V
         let beside = column_off(session, axis, tests, SMALL_MM)?;
         let sizes = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?;
         let off = column_off(session, axis, tests, sizes[0].0).filter(|_| sizes[0].0.abs() > LEAST_MM)?;
-        Some(Suspicion { log_figures: -PARAMETER_COST, ..off })
+        Some(Suspicion { log_figures: -PARAMETER_COST, is_found: false, ..off })
     };
     linear.flat_map(|axis| groups.iter().filter_map(move |tests| of(axis, tests))).collect()
 }
@@ -186,12 +210,12 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
         "column {name} is off by about {:.2} {} in {}: the recording began late, or counts from another zero; add {:.2} to it",
         -kind.to_file_unit(shift),
         kind.position_unit(),
-        crate::diagnose::preflight::data_fault::listed(&names(session, tests)),
+        listed(&names(session, tests)),
         kind.to_file_unit(shift)
     );
     let mut found = Suspicion::new(COLUMN_SHIFTED, RECORDER, names(session, tests), says, undone);
     found.components = vec![name.clone()];
-    found.weight = RARELY;
+    (found.weight, found.is_found) = (RARELY, true);
     Some(found)
 }
 
@@ -223,10 +247,10 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
         kind.to_file_unit(stated + shift),
         kind.position_unit(),
         written(kind.to_file_unit(stated)),
-        crate::diagnose::preflight::data_fault::listed(&names(session, tests))
+        listed(&names(session, tests))
     );
     let mut found = Suspicion::new(STANDING_AXIS, SESSION, names(session, tests), says, undone);
-    found.components = vec![axis_name.clone()];
+    (found.components, found.is_found) = (vec![axis_name.clone()], true);
     let (there, stated) = (kind.to_file_unit(stated + shift), kind.to_file_unit(stated));
     let is_usual = there.abs() < AS_WRITTEN || (there + stated).abs() < AS_WRITTEN;
     if !is_usual {

@@ -50,6 +50,7 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             shift_ms: None,
             diminished: factor.abs().powf(share),
             log_figures: 0.0,
+            is_found: false,
             weight: if is_all { OFTEN } else { SOMETIMES },
             undone: with_deviations(session, tests, factor.recip()),
         }));
@@ -126,7 +127,7 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             "the gauge had a zero of its own in {}: state 'bar_setup' and 'zero: free' there, and zero it once a session",
             listed(&names)
         );
-        Suspicion { weight: SOMETIMES, ..Suspicion::new(READING_ZERO, "bar", names, says, undone) }
+        Suspicion { is_found: true, ..Suspicion::new(READING_ZERO, "bar", names, says, undone) }
     };
     groups.iter().filter(|group| group.len() < session.tests.len()).map(of).collect()
 }

@@ -1,0 +1,62 @@
+//! Recordings that scatter far less than the others of their session: one gauge repeats alike in all of them.
+
+use super::same_rows::is_read;
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
+use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
+use crate::session::{Session, Test};
+use crate::statistics::median;
+
+/// How many times less than the middle recording one scatters that was not read like it: noise differs from test to test by a
+/// factor of two (one standard deviation), this is three of them.
+const QUIETER: f64 = 8.0;
+
+/// Millimetres of an inch, and how near to it the ratio of two noises comes, as a factor: noise of some hundred rows is known to a
+/// tenth.
+const INCH: f64 = 25.4;
+const NEAR: f64 = 1.3;
+
+/// Recordings that scatter too little.
+pub(super) fn quiet(session: &Session) -> Option<DataFault> {
+    let read = session.tests.iter().filter_map(|test| Some((test, scatter_mm(test)?)));
+    let scatter: Vec<(&Test, f64)> = read.collect();
+    let usual_mm = median(scatter.iter().map(|(_, mm)| *mm))?;
+    let is_read = |test: &Test| test.recording.as_ref().is_some_and(|recording| is_read(&recording.length_mm));
+    // a machine that shakes in most tests makes them louder than the others, but no gauge reads finer than it resolves
+    let is_quiet = |(test, mm): &&(&Test, f64)| QUIETER * mm < usual_mm && !is_read(test);
+    let (struck, others): (Vec<_>, Vec<_>) = scatter.iter().partition(is_quiet);
+    if struck.is_empty() || !others.iter().any(|(test, _)| is_read(test)) {
+        return None;
+    }
+    let names: Vec<String> = struck.iter().map(|(test, _)| test.name.clone()).collect();
+    let own_mm = median(struck.iter().map(|(_, mm)| *mm))?;
+    let ratio = usual_mm / own_mm;
+    let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / INCH));
+    let (effect, what) = match is_inch {
+        true => ("unit", "its deviations are in inches, or were divided by 25.4; convert them to mm"),
+        false => (READING_PROCESSED, "they were divided, averaged or computed; export them as the gauge took them"),
+    };
+    let says = format!(
+        "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",
+        listed(&names),
+        1e3 * own_mm,
+        1e3 * usual_mm
+    );
+    let mut fault = DataFault::seen(effect, RECORDER, names, says);
+    fault.components = vec!["length".into()];
+    Some(fault)
+}
+
+/// Noise from row to row of a recording in time, mm; `None` where no reading differs from the others.
+fn scatter_mm(test: &Test) -> Option<f64> {
+    let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
+    let third = recording.length_mm.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
+    // a tenth at either end may be gross; equal readings count, which a median would take for no noise
+    let mut sizes: Vec<f64> = third.filter(|third| third.is_finite()).map(f64::abs).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.truncate(9 * sizes.len() / 10);
+    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
+    (mean > 0.0).then_some(mean / OF_SIZES)
+}
+
+/// Mean size of the lower nine tenths of third differences of independent normal noise of one: √20 · 0.6573.
+const OF_SIZES: f64 = 2.940;

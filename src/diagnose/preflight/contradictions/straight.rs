@@ -1,0 +1,68 @@
+//! Readings that follow a smooth curve to their last digit, where a gauge's scatter: something drew them across a gap.
+
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
+use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
+use crate::session::{Session, Test};
+use crate::statistics::noise_of_rows;
+
+/// Rows that are looked at together: third differences of noise three times as loud as rounding are all as small as by rounding
+/// alone less than once in 10⁹ stretches.
+const STRETCH: usize = 48;
+
+/// By how much squares of rounding may exceed their mean in a stretch: they scatter by a third of it.
+const ROUNDED: f64 = 2.0;
+
+/// How much louder than rounding the other readings of a recording must be.
+const LOUDER: f64 = 3.0;
+
+/// Variance of rounding to whole steps, and of the third difference of independent values of variance one.
+const OF_ROUNDING: f64 = 1.0 / 12.0;
+const OF_THIRD: f64 = 20.0;
+
+/// A recording part of which was drawn.
+pub(super) fn drawn(session: &Session) -> Option<DataFault> {
+    session.tests.iter().find_map(|test| {
+        let (from, to, noise_mm) = drawn_rows(test)?;
+        let says = format!(
+            "readings {} to {} of {} follow a smooth curve to the last digit, where others scatter by {:.2} µm: they were drawn across a \
+             gap; export the readings as the gauge took them, or leave these rows without a reading",
+            from + 1,
+            to + 1,
+            test.name,
+            1e3 * noise_mm
+        );
+        Some(DataFault::seen(READING_PROCESSED, RECORDER, vec![test.name.clone()], says))
+    })
+}
+
+/// First and last of the longest stretch of readings that scatter no more than by rounding, and the noise of the others, mm.
+fn drawn_rows(test: &Test) -> Option<(usize, usize, f64)> {
+    let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
+    let lengths_mm = &recording.length_mm;
+    let steps = lengths_mm.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    let step_mm = steps.fold(f64::INFINITY, f64::min);
+    let limit = ROUNDED * OF_THIRD * OF_ROUNDING * step_mm.powi(2);
+    let squares: Vec<f64> = lengths_mm.windows(4).map(|v| (v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]).powi(2)).collect();
+    // a reading that is missing ends a stretch: no sum with it is small
+    let is_smooth: Vec<bool> =
+        squares.windows(STRETCH).map(|squares| squares.iter().sum::<f64>() <= STRETCH as f64 * limit).collect();
+    let (from, count) = longest_run(&is_smooth, |smooth| smooth);
+    let last = from + count + STRETCH + 1;
+    let others_mm = [&lengths_mm[..from], &lengths_mm[last.min(lengths_mm.len() - 1) + 1..]].concat();
+    let noise_mm = noise_of_rows(&others_mm);
+    let is_louder = noise_mm > LOUDER * OF_ROUNDING.sqrt() * step_mm;
+    (count > 0 && others_mm.len() >= STRETCH && is_louder).then_some((from, last, noise_mm))
+}
+
+/// Where the longest run of values begins for which something holds, and its length.
+pub(super) fn longest_run<T: Copy>(values: &[T], holds: impl Fn(T) -> bool) -> (usize, usize) {
+    let (mut best, mut from) = ((0, 0), 0);
+    for (index, value) in values.iter().enumerate() {
+        if !holds(*value) {
+            from = index + 1;
+        } else if index + 1 - from > best.1 {
+            best = (from, index + 1 - from);
+        }
+    }
+    best
+}
