@@ -1196,6 +1196,20 @@ fn diagnose_repeats_every_warning_of_identify() {
 }
 
 #[test]
+fn deviations_in_inches_are_told_by_a_noise_that_no_gauge_has() {
+    let mut files = sound().clone();
+    edit_rows(&mut files, "", |rows| rows.iter_mut().for_each(|row| row[2] = 1e3 * (row[2] - row[2].round()) / 25.4));
+    let csv = files.iter_mut().filter(|(name, _)| name.ends_with(".csv"));
+    csv.for_each(|(_, text)| *text = changed(text, "length_mm", "deviation_um"));
+    let folder = tempfile::tempdir().unwrap();
+    written(&files, folder.path());
+    let session = load_session(&folder.path().join("session.yaml")).unwrap();
+    let fault = examine(&session, &Options::default()).unwrap().fault.unwrap();
+    assert!(is_told(&fault, &["unit"], "where gauges resolve 0.1 µm: they are in inches"), "{}", fault.says);
+    assert_eq!(diagnose(&session, &Options::default()).unwrap().verdict, Verdict::DataFault);
+}
+
+#[test]
 fn a_location_error_that_no_machine_has_is_warned_of() {
     let warned = |files: &Files| {
         let folder = tempfile::tempdir().unwrap();

@@ -30,6 +30,7 @@ pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
 /// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.
 pub(crate) fn further_contradiction(session: &Session) -> Option<DataFault> {
     quiet::quiet(session)
+        .or_else(|| quiet::finer_than_a_gauge(session))
         .or_else(|| arcs::other_arc(session))
         .or_else(|| directions::against_its_name(session))
         .or_else(|| times::other_speed(session))

@@ -5,6 +5,7 @@ use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Session, Test};
 use crate::statistics::median;
+use std::ops::Range;
 
 /// How many times less than the middle recording one scatters that was not read like it: noise differs from test to test by a
 /// factor of two (one standard deviation), this is three of them.
@@ -44,6 +45,23 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let mut fault = DataFault::seen(effect, RECORDER, names, says);
     fault.components = vec!["length".into()];
     Some(fault)
+}
+
+/// Scatter of deviations that were read but divided since, mm: computed ones scatter by their last digit, and gauges by more.
+const DIVIDED_MM: Range<f64> = 2e-6..2e-5;
+
+/// Deviations of all recordings that scatter less than any gauge, and more than computed ones.
+pub(super) fn finer_than_a_gauge(session: &Session) -> Option<DataFault> {
+    let is_deviation = |test: &Test| test.recording.as_ref().is_none_or(|recording| recording.column.is_deviation());
+    let own_mm = median(session.tests.iter().filter_map(scatter_mm))?;
+    let says = format!(
+        "deviations scatter by {:.3} µm from row to row, where gauges resolve 0.1 µm: they are in inches or another unit, or were divided or \
+         averaged; convert them to the unit of their column, or export them as the gauge took them",
+        1e3 * own_mm
+    );
+    let mut fault = DataFault::seen("unit", RECORDER, Vec::new(), says);
+    fault.components = vec!["length".into()];
+    (DIVIDED_MM.contains(&own_mm) && session.tests.iter().all(is_deviation)).then_some(fault)
 }
 
 /// Noise from row to row of a recording in time, mm; `None` where no reading differs from the others.
