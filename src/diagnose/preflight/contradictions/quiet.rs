@@ -33,7 +33,7 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let ratio = usual_mm / own_mm;
     let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / INCH));
     let (effect, what) = match is_inch {
-        true => ("unit", "its deviations are in inches, or were divided by 25.4; convert them to mm"),
+        true => ("unit", "their deviations are in inches, or were divided by 25.4; convert them to mm"),
         false => (READING_PROCESSED, "they were divided, averaged or computed; export them as the gauge took them"),
     };
     let says = format!(
@@ -68,7 +68,7 @@ pub(super) fn finer_than_a_gauge(session: &Session) -> Option<DataFault> {
 fn scatter_mm(test: &Test) -> Option<f64> {
     let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
     let third = recording.length_mm.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
-    // a tenth at either end may be gross; equal readings count, which a median would take for no noise
+    // the largest tenth may be gross; equal readings count, which a median would take for no noise
     let mut sizes: Vec<f64> = third.filter(|third| third.is_finite()).map(f64::abs).collect();
     sizes.sort_by(f64::total_cmp);
     sizes.truncate(9 * sizes.len() / 10);

@@ -48,7 +48,7 @@ fn drawn_rows(test: &Test) -> Option<(usize, usize, f64)> {
         squares.windows(STRETCH).map(|squares| squares.iter().sum::<f64>() <= STRETCH as f64 * limit).collect();
     let (from, count) = longest_run(&is_smooth, |smooth| smooth);
     let last = from + count + STRETCH + 1;
-    let others_mm = [&lengths_mm[..from], &lengths_mm[last.min(lengths_mm.len() - 1) + 1..]].concat();
+    let others_mm = [&lengths_mm[..from], lengths_mm.get(last + 1..).unwrap_or_default()].concat();
     let noise_mm = noise_of_rows(&others_mm);
     let is_louder = noise_mm > LOUDER * OF_ROUNDING.sqrt() * step_mm;
     (count > 0 && others_mm.len() >= STRETCH && is_louder).then_some((from, last, noise_mm))
