@@ -80,6 +80,16 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Column of the positions of an axis.
+    pub fn column_of(&self, axis: usize) -> Option<usize> {
+        self.axes.iter().position(|&other| other == axis)
+    }
+
+    /// The same where the recording is one in time.
+    pub fn swept(&self, axis: usize) -> Option<usize> {
+        self.column_of(axis).filter(|_| self.time_s().is_some())
+    }
+
     /// A recording of readings along a motion: what [`crate::simulate`] gives, for [`crate::identify`] to take.
     /// `length_mm` has one absolute length (mm) for each row of the motion, NaN where there is none.
     ///

@@ -18,11 +18,17 @@ pub fn robust_sigma(values: impl Iterator<Item = f64>) -> f64 {
     1.4826 * *median
 }
 
-/// Noise of values from row to row, whatever slow curve they follow: third differences, of which smooth curves leave nothing.
+/// Variance of the third difference of independent values of variance one: 1 + 9 + 9 + 1.
+pub const OF_THIRD_DIFFERENCES: f64 = 20.0;
+
+/// Third differences of values from row to row: smooth curves leave nothing of them.
+pub fn third_differences(values: &[f64]) -> impl Iterator<Item = f64> {
+    values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3])
+}
+
+/// Noise of values from row to row, whatever slow curve they follow.
 pub fn noise_of_rows(values: &[f64]) -> f64 {
-    let third = values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
-    // of equal independent noise the four values have 1 + 9 + 9 + 1 variances
-    robust_sigma(third) / 20f64.sqrt()
+    robust_sigma(third_differences(values)) / OF_THIRD_DIFFERENCES.sqrt()
 }
 
 /// Root mean square of the finite values.

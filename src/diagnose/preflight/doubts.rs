@@ -106,10 +106,10 @@ pub(crate) fn misfit(session: &Session, fit: &Fit) -> Option<String> {
 
 /// Residual, in noise from row to row, that gauges and set-ups do not leave: of 290 simulated sessions without an effect, with white
 /// noise, a zero that drifts and cups that settle, the largest left 2.8.
-pub(crate) const LEFT_OVER: f64 = 3.0;
+const LEFT_OVER: f64 = 3.0;
 
 /// Noise of readings that repeat better than a gauge resolves, µm.
-pub(crate) const RESOLVED_UM: f64 = 0.1;
+const RESOLVED_UM: f64 = 0.1;
 
 /// What a fit leaves that readings of the same machine would not, in words: something beside the errors that were fitted acts, and
 /// moves them by more than their σ says. Readings between which nothing repeats say nothing of it.
@@ -124,7 +124,12 @@ pub(crate) fn left_over(session: &Session, fit: &Fit) -> Option<String> {
 
 /// To what readings repeat from row to row, µm, where a model leaves far more, `left_um`; `None` where it does not.
 pub(crate) fn exceeded_repeats_um(session: &Session, fit: &Fit, left_um: f64) -> Option<f64> {
-    repeats_um(session, fit).filter(|repeats_um| left_um > LEFT_OVER * repeats_um.max(RESOLVED_UM))
+    repeats_um(session, fit).filter(|repeats_um| exceeds(left_um, *repeats_um))
+}
+
+/// Whether more is left, µm, than gauges and set-ups leave of readings that repeat to so much.
+pub(crate) fn exceeds(left_um: f64, repeats_um: f64) -> bool {
+    left_um > LEFT_OVER * repeats_um.max(RESOLVED_UM)
 }
 
 /// Chance with which any ball or bar of a sound session is so far from its stated place as the one that makes a fit doubtful.

@@ -244,7 +244,7 @@ fn scale_axis(session: &Session, axis: usize, factor: f64) -> Session {
             *value *= factor;
         }
         if let Some(recording) = &mut test.recording
-            && let Some(column) = recording.axes.iter().position(|&other| other == axis)
+            && let Some(column) = recording.column_of(axis)
         {
             recording.positions[column].iter_mut().for_each(|value| *value *= factor);
         }
@@ -305,16 +305,11 @@ impl Among {
 
 /// A few rows of a recording in time with the column of an axis turned round; `None` where it has none.
 pub(crate) fn from_other_end(recording: &Recording, axis: usize) -> Option<Recording> {
-    let place = swept(recording, axis)?;
+    let place = recording.swept(axis)?;
     let mut turned = recording.clone();
     turned.positions[place].reverse();
     keep_few_rows(&mut turned);
     Some(turned)
-}
-
-/// Column of an axis in a recording in time.
-pub(crate) fn swept(recording: &Recording, axis: usize) -> Option<usize> {
-    recording.axes.iter().position(|&other| other == axis).filter(|_| recording.time_s().is_some())
 }
 
 /// Sweeps of an axis, some of them turned round.
@@ -326,7 +321,7 @@ fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struc
     let mut tests = Vec::new();
     for index in order {
         let Some(recording) = &session.tests[index].recording else { continue };
-        let Some(place) = swept(recording, axis).filter(|_| among.has(recording)) else { continue };
+        let Some(place) = recording.swept(axis).filter(|_| among.has(recording)) else { continue };
         let run = match runs.iter_mut().find(|(first, _)| session.tests[*first].is_repeat_of(&session.tests[index])) {
             Some((_, run)) => {
                 *run += 1;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
-use super::doubts::{LEFT_OVER, RESOLVED_UM};
+use super::doubts::exceeds;
 use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests};
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
@@ -75,7 +75,7 @@ pub(crate) fn preflight(
     session: &Session,
     [residual_um, noise_um, left_out_share, strain]: [f64; 4],
 ) -> Option<Mistake> {
-    let is_noise = residual_um < WORTH_A_SEARCH * noise_um && residual_um < LEFT_OVER * rows_repeat_to_um(session);
+    let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
     if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
         return None;
     }
@@ -133,13 +133,13 @@ pub(crate) fn preflight(
     })
 }
 
-/// Noise of readings from row to row, µm: of the middle recording, and no less than a gauge resolves.
+/// Noise of readings from row to row, µm: of the middle recording.
 fn rows_repeat_to_um(session: &Session) -> f64 {
     let recordings = session.tests.iter().filter_map(|test| test.recording.as_ref());
     let noise_mm = recordings
         .filter(|recording| recording.time_s().is_some())
         .map(|recording| noise_of_rows(&recording.length_mm));
-    median(noise_mm).map_or(f64::INFINITY, |noise_mm| (1e3 * noise_mm).max(RESOLVED_UM))
+    median(noise_mm).map_or(f64::INFINITY, |noise_mm| 1e3 * noise_mm)
 }
 
 /// Whether a column would be off, or turned round, in a recording that lies where the session states its sweep.
@@ -352,7 +352,7 @@ fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync
 /// Where an axis is in the first row of a test's recording.
 fn first_position(session: &Session, test: usize, axis: usize) -> Option<f64> {
     let recording = session.tests[test].recording.as_ref()?;
-    let column = recording.axes.iter().position(|&other| other == axis)?;
+    let column = recording.column_of(axis)?;
     recording.positions[column].first().copied()
 }
 

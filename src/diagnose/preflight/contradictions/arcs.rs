@@ -1,7 +1,6 @@
 //! Arcs that are not those of the test: of another sweep than the session states, or shorter than in the test's own repeats.
 
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
-use crate::diagnose::preflight::mistakes::swept;
 use crate::machine::AxisKind;
 use crate::session::{Path, Recording, Session, Test};
 
@@ -59,7 +58,7 @@ fn beside_sweep(session: &Session) -> Option<DataFault> {
 
 /// Ends of the recorded travel of an axis, mm or degrees, for recordings in time.
 fn ends(session: &Session, recording: &Recording, axis: usize) -> Option<(f64, f64)> {
-    let column = &recording.positions[swept(recording, axis)?];
+    let column = &recording.positions[recording.swept(axis)?];
     let kind = session.machine.axes[axis].kind;
     let (first, last) = (column.first()?, column.last()?);
     Some((kind.to_file_unit(*first), kind.to_file_unit(*last)))

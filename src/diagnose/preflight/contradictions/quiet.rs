@@ -4,7 +4,7 @@ use super::same_rows::is_read;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Session, Test};
-use crate::statistics::median;
+use crate::statistics::{OF_THIRD_DIFFERENCES, median, third_differences};
 use std::ops::Range;
 
 /// How many times less than the middle recording one scatters that was not read like it: noise differs from test to test by a
@@ -67,14 +67,14 @@ pub(super) fn finer_than_a_gauge(session: &Session) -> Option<DataFault> {
 /// Noise from row to row of a recording in time, mm; `None` where no reading differs from the others.
 fn scatter_mm(test: &Test) -> Option<f64> {
     let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
-    let third = recording.length_mm.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
+    let third = third_differences(&recording.length_mm);
     // the largest tenth may be gross; equal readings count, which a median would take for no noise
     let mut sizes: Vec<f64> = third.filter(|third| third.is_finite()).map(f64::abs).collect();
     sizes.sort_by(f64::total_cmp);
     sizes.truncate(9 * sizes.len() / 10);
     let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-    (mean > 0.0).then_some(mean / OF_SIZES)
+    (mean > 0.0).then_some(mean / (OF_SIZES * OF_THIRD_DIFFERENCES.sqrt()))
 }
 
-/// Mean size of the lower nine tenths of third differences of independent normal noise of one: √20 · 0.6573.
-const OF_SIZES: f64 = 2.940;
+/// Mean size of the lower nine tenths of normal values of one.
+const OF_SIZES: f64 = 0.6573;

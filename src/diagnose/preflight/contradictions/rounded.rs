@@ -3,7 +3,7 @@
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::session::{Motion, Recording, Session, Test};
-use crate::statistics::rms;
+use crate::statistics::{rms, third_differences};
 
 /// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
 const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
@@ -116,8 +116,7 @@ fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
 
 /// Whether a column on a grid moves unevenly: third differences of even and of smooth motion are nothing.
 fn is_uneven(values: &[f64], step: f64) -> bool {
-    let third = values.windows(4).map(|v| v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]);
-    let uneven = third.filter(|third| third.abs() > 0.5 * step).count();
+    let uneven = third_differences(values).filter(|third| third.abs() > 0.5 * step).count();
     uneven as f64 > UNEVEN * values.len() as f64
 }
 

@@ -3,7 +3,7 @@
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Session, Test};
-use crate::statistics::noise_of_rows;
+use crate::statistics::{OF_THIRD_DIFFERENCES, noise_of_rows, third_differences};
 
 /// Rows that are looked at together: third differences of noise three times as loud as rounding are all as small as by rounding
 /// alone less than once in 10⁹ stretches.
@@ -15,9 +15,8 @@ const ROUNDED: f64 = 2.0;
 /// How much louder than rounding the other readings of a recording must be.
 const LOUDER: f64 = 3.0;
 
-/// Variance of rounding to whole steps, and of the third difference of independent values of variance one.
+/// Variance of rounding to whole steps.
 const OF_ROUNDING: f64 = 1.0 / 12.0;
-const OF_THIRD: f64 = 20.0;
 
 /// A recording part of which was drawn.
 pub(super) fn drawn(session: &Session) -> Option<DataFault> {
@@ -41,8 +40,8 @@ fn drawn_rows(test: &Test) -> Option<(usize, usize, f64)> {
     let lengths_mm = &recording.length_mm;
     let steps = lengths_mm.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
     let step_mm = steps.fold(f64::INFINITY, f64::min);
-    let limit = ROUNDED * OF_THIRD * OF_ROUNDING * step_mm.powi(2);
-    let squares: Vec<f64> = lengths_mm.windows(4).map(|v| (v[0] - 3.0 * v[1] + 3.0 * v[2] - v[3]).powi(2)).collect();
+    let limit = ROUNDED * OF_THIRD_DIFFERENCES * OF_ROUNDING * step_mm.powi(2);
+    let squares: Vec<f64> = third_differences(lengths_mm).map(|third| third.powi(2)).collect();
     // a reading that is missing ends a stretch: no sum with it is small
     let is_smooth: Vec<bool> =
         squares.windows(STRETCH).map(|squares| squares.iter().sum::<f64>() <= STRETCH as f64 * limit).collect();

@@ -15,8 +15,8 @@ const NEGATIVE_FIRST: [fn(usize) -> bool; 4] = [|_| true, |_| false, |run| run %
 /// Recordings in which a rotary axis turns back at zero, with the signs that a sweep that goes on would have.
 pub(crate) fn without_sign((thinned, session): (&Session, &Session), axis: usize) -> Vec<Suspicion> {
     let turn = |test: usize| {
-        let recording = session.tests[test].recording.as_ref().filter(|recording| recording.time_s().is_some())?;
-        let column = recording.axes.iter().position(|&other| other == axis)?;
+        let recording = session.tests[test].recording.as_ref()?;
+        let column = recording.swept(axis)?;
         turns_back(&recording.positions[column]).map(|row| (test, column, row))
     };
     let turns: Vec<(usize, usize, usize)> = (0..session.tests.len()).filter_map(turn).collect();

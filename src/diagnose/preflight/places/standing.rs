@@ -202,7 +202,7 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
     let mut undone = session.clone();
     for &test in tests {
         let recording = undone.tests[test].recording.as_mut()?;
-        let column = recording.axes.iter().position(|&other| other == axis)?;
+        let column = recording.column_of(axis)?;
         recording.positions[column].iter_mut().for_each(|q| *q += shift);
     }
     let (name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
