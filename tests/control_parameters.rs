@@ -1,15 +1,17 @@
 //! `fiveaxis control` end to end: signs of parameters, the limit, present values, heads component by component.
 
+use crate::answers::answer;
 use crate::{recorded, shipped};
 use std::path::Path;
 
 use assert_cmd::Command;
 use fiveaxis::chain::{Chain, Composition, Geometry};
-use fiveaxis::control::{Control, What, backlash, held, held_where, left_over, numbers, tables};
+use fiveaxis::control::{Control, Parameter, What, backlash, held, held_where, left_over, numbers, tables};
 use fiveaxis::identify::{Options, axis_lines, identify};
 use fiveaxis::inverse::Tool;
 use fiveaxis::load::{load_machine_and_bodies, load_session};
 use fiveaxis::machine::{AxisKind, ComponentError, ComponentForm, Effect, Outlet, Place, Size};
+use fiveaxis::report::control::{ControlReport, control_text};
 use fiveaxis::volume::poses;
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -112,16 +114,16 @@ fn a_head_tells_its_pivot_length_and_each_component_that_is_determined() {
 }
 
 /// A session of the gallery as `diagnose` saves it.
-fn saved(session: &str, folder: &Path) -> String {
-    let (code, value) = run(&["diagnose", session, "--save", folder.to_str().expect("text")]);
-    assert_eq!(code, Some(0), "{value}");
-    folder.join("session.yaml").to_str().expect("text").to_string()
+fn saved(name: &str) -> String {
+    let answer = answer(name);
+    assert_eq!(answer.code, Some(0), "{}", answer.json);
+    answer.saved().join("session.yaml").to_str().expect("text").to_string()
 }
 
 #[test]
 fn lost_motion_that_was_found_is_given_as_backlash() {
     let scratch = tempfile::tempdir().expect("folder");
-    let session = saved("examples/gallery/03-lost-motion/session.yaml", &scratch.path().join("found"));
+    let session = saved("03-lost-motion");
     for (control, parameter) in [
         ("fanuc", "No. 1851 of Y"),
         ("sinumerik", "MD32450 $MA_BACKLASH[0] of Y"),
@@ -147,7 +149,7 @@ fn lost_motion_that_was_found_is_given_as_backlash() {
 #[test]
 fn tables_hold_what_was_found_over_position_and_reversal() {
     let scratch = tempfile::tempdir().expect("folder");
-    let session = saved("examples/gallery/01-worm-gear/session.yaml", &scratch.path().join("found"));
+    let session = saved("01-worm-gear");
     let out = scratch.path().join("control");
     let folder = out.to_str().expect("text");
     let (code, value) = run(&["control", &session, "--control", "linuxcnc", "--out", folder]);
@@ -341,4 +343,50 @@ fn what_was_found_ends_where_it_was_recorded_and_an_open_cause_is_told() {
     assert_eq!(code, Some(0), "{value}");
     let warnings = value["warnings"].to_string();
     assert!(warnings.contains("the cause is open") && warnings.contains("its last value is held"), "{warnings}");
+}
+
+#[test]
+fn what_was_not_fitted_is_no_number_for_the_control() {
+    let told = |free: &str| -> Vec<(String, bool)> {
+        let (code, fit) = run(&["identify", SESSION, "--free", free]);
+        assert_eq!(code, Some(0), "{fit}");
+        let lines = fit["control"].as_array().expect("lines");
+        lines.iter().map(|line| (line["axis"].as_str().expect("axis").into(), line["told"] == true)).collect()
+    };
+    // location errors of A are in these readings: without them nothing is determined
+    assert_eq!(told("EX0C,EY0C,EA0C,EB0C"), [("C".into(), false), ("A".into(), false)]);
+    assert_eq!(told("EX0C,EY0C,EA0C,EB0C,EY0A,EZ0A"), [("C".into(), true), ("A".into(), true)]);
+}
+
+#[test]
+fn a_control_that_takes_nothing_is_promised_nothing() {
+    assert!(!text_of(&[]).contains("must have become smaller"));
+    // -4 ± 167 µm is no correction
+    let text = text_of(&[parameter(-4e-3, 0.167)]);
+    assert!(text.contains("Within their own sigma, and better left as they are: place of A, y."), "{text}");
+    assert!(!text.contains("must have become smaller"), "{text}");
+    assert!(text_of(&[parameter(-4e-3, 1e-3)]).contains("must have become smaller"));
+}
+
+fn parameter(change: f64, sigma: f64) -> Parameter {
+    Parameter { name: "place of A, y".into(), meaning: String::new(), change, sigma, value: None, is_angle: false }
+}
+
+/// What is told of parameters alone.
+fn text_of(parameters: &[Parameter]) -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/hermle-c600u.yaml");
+    let (machine, _) = load_machine_and_bodies(&file).expect("shipped machine");
+    control_text(&ControlReport {
+        machine: &machine,
+        control: Control::Heidenhain,
+        module: None,
+        numbers: &[],
+        parameters,
+        present: &[],
+        volume: None,
+        tables: Vec::new(),
+        backlash: Vec::new(),
+        stays: Vec::new(),
+        notes: Vec::new(),
+    })
 }

@@ -1,5 +1,6 @@
 //! What `diagnose` writes: JSON against its schema, a saved session that predicts, a page that needs nothing else.
 
+use crate::answers::answer;
 use crate::schema;
 use crate::shared_data;
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ fn diagnosed(session: &Path, further: &[&str]) -> Value {
 
 #[test]
 fn the_schema_refuses_what_is_not_in_the_contract() {
-    let mut wrong = diagnosed(&gallery("03-lost-motion"), &[]);
+    let mut wrong = answer("03-lost-motion").json.clone();
     wrong["verdict"] = "fine".into();
     wrong["findings"][0]["size"]["unit"] = "mm".into();
     wrong["findings"][0]["where"].as_object_mut().unwrap().remove("tests");
@@ -109,10 +110,10 @@ fn predicts(name: &str, saved: &Path, json: &Value) -> f64 {
 #[test]
 fn simulating_what_was_saved_predicts_the_recordings() {
     for name in ["02-slipped-cup", "03-lost-motion", "06-worn-guideway"] {
-        let scratch = tempfile::tempdir().unwrap();
-        let saved = scratch.path().join("saved");
-        let json = diagnosed(&gallery(name), &["--save", text(&saved)]);
-        let rms = predicts(name, &saved, &json);
+        let answer = answer(name);
+        assert_eq!(answer.code, Some(0), "{name}");
+        let (saved, json) = (answer.saved(), &answer.json);
+        let rms = predicts(name, &saved, json);
         let before = json["fit"]["rms_before_um"].as_f64().unwrap();
         assert!(rms < 0.5 * before, "{name}: {rms} for {before}");
         // diagnosing what was saved finds nothing more: its effects are known
@@ -171,16 +172,15 @@ fn a_curve_of_one_posture_is_saved_for_that_posture() {
 
 #[test]
 fn a_clean_session_is_saved_without_effects() {
-    let scratch = tempfile::tempdir().unwrap();
-    diagnosed(&gallery("07-nothing-wrong"), &["--save", text(scratch.path())]);
-    assert!(!std::fs::read_to_string(scratch.path().join("machine.yaml")).unwrap().contains("effects:"));
+    let saved = answer("07-nothing-wrong").saved();
+    assert!(!std::fs::read_to_string(saved.join("machine.yaml")).unwrap().contains("effects:"));
 }
 
 #[test]
 fn the_page_needs_nothing_else_and_shows_every_finding_and_test() {
-    let scratch = tempfile::tempdir().unwrap();
-    let json = diagnosed(&gallery("06-worn-guideway"), &["--report", text(scratch.path())]);
-    let page = std::fs::read_to_string(scratch.path().join("report.html")).unwrap();
+    let answer = answer("06-worn-guideway");
+    let (folder, json) = (answer.page(), &answer.json);
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
     for outside in ["<script", "<link", "<img", "@import", "url(", "src="] {
         assert!(!page.contains(outside), "the page holds {outside}");
     }
@@ -195,7 +195,7 @@ fn the_page_needs_nothing_else_and_shows_every_finding_and_test() {
     assert_eq!(page.matches("<svg ").count(), page.matches("</svg>").count());
     assert!(page.contains("located here") && page.contains("map-hit"));
     // the map, and for each of the twelve circles a round and an unrolled plot
-    assert_eq!(std::fs::read_dir(scratch.path().join("plots")).unwrap().count(), 1 + 2 * 12);
+    assert_eq!(std::fs::read_dir(folder.join("plots")).unwrap().count(), 1 + 2 * 12);
 }
 
 #[test]
@@ -237,8 +237,8 @@ fn unseen(json: &Value) -> Vec<(String, String)> {
 
 #[test]
 fn a_named_test_uncovers_what_sessions_that_ran_it_do_see() {
-    let without = diagnosed(&gallery("07-nothing-wrong"), &[]);
-    let hidden = unseen(&without);
+    let without = &answer("07-nothing-wrong").json;
+    let hidden = unseen(without);
     let cyclic = ("cyclic-error".to_string(), "C".to_string());
     let named = without["uncovered_by"].as_array().unwrap();
     let mut counted: Vec<usize> = Vec::new();
@@ -259,12 +259,12 @@ fn a_named_test_uncovers_what_sessions_that_ran_it_do_see() {
     let tangential = named.iter().find(|test| test["says"].as_str().unwrap().starts_with("C swept both ways")).unwrap();
     let shows = tangential["uncovers"].as_array().unwrap().iter().map(|index| index.as_u64().unwrap() as usize);
     assert!(shows.map(|index| &hidden[index]).any(|cause| *cause == cyclic));
-    assert!(!unseen(&diagnosed(&gallery("01-worm-gear"), &[])).contains(&cyclic));
+    assert!(!unseen(&answer("01-worm-gear").json).contains(&cyclic));
 }
 
 #[test]
 fn shares_rank_what_the_readings_are_made_of() {
-    let json = diagnosed(&gallery("05-table-bearing"), &[]);
+    let json = &answer("05-table-bearing").json;
     let shares: Vec<f64> =
         json["shares"].as_array().unwrap().iter().map(|one| one["share"].as_f64().unwrap()).collect();
     assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);

@@ -1,23 +1,24 @@
 //! Plans of all shipped machines with a time or a looser goal: no worse and no dearer than the ordinary plan.
 
+use crate::planned::plan_of;
 use crate::shipped;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
-use fiveaxis::load::{load_machine_and_bodies, standard_kit};
-use fiveaxis::plan::{Goal, Plan, Settings, plan};
+use fiveaxis::load::load_machine_and_bodies;
+use fiveaxis::plan::{Goal, Plan, Settings};
 use rayon::prelude::*;
 use shipped::{machine_files, some_machines};
 
-fn planned(file: &Path, goal: Goal) -> Plan {
+fn planned(file: &Path, goal: Goal) -> Arc<Plan> {
     let (machine, bodies) = load_machine_and_bodies(file).expect("shipped machine");
     let settings = Settings { goal, ..Settings::default() };
-    plan(&machine, &bodies, &standard_kit().expect("kit"), &settings).expect("plan")
+    plan_of(&machine, &bodies, &settings)
 }
 
 /// The ordinary plans of the C600U and of every eighth other machine, of all of them with `FIVEAXIS_TESTS=all`, made once.
-fn ordinary() -> &'static [(PathBuf, Plan)] {
-    static PLANS: OnceLock<Vec<(PathBuf, Plan)>> = OnceLock::new();
+fn ordinary() -> &'static [(PathBuf, Arc<Plan>)] {
+    static PLANS: OnceLock<Vec<(PathBuf, Arc<Plan>)>> = OnceLock::new();
     PLANS.get_or_init(|| {
         let mut files = some_machines(1, 8);
         files.retain(|file| !is_c600u(file));
@@ -86,7 +87,7 @@ fn looser_goals_cost_no_more_and_determine_as_much() {
                 _ => planned(file, Goal { position_mm: k * 1e-3, orientation_rad: k * arcsec, minutes: None }),
             });
             let minutes: Vec<f64> = plans.iter().map(|plan| plan.minutes).collect();
-            let missing: Vec<usize> = plans.iter().map(undetermined).collect();
+            let missing: Vec<usize> = plans.iter().map(|plan| undetermined(plan)).collect();
             let line = format!("{}: {minutes:.1?} min, undetermined {missing:?}", file.file_stem()?.display());
             println!("{line}");
             let is_monotone = minutes.is_sorted_by(|tight, loose| *loose <= tight + 1e-9);

@@ -1,7 +1,9 @@
 //! Plans of all shipped machines: checked again by brute force, the thesis's methods, forecasts against Monte Carlo.
 
+use crate::planned::plan_of;
 use crate::shipped;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use fiveaxis::bodies::{Bodies, Kit};
 use fiveaxis::chain::{Chain, Composition, Geometry, LinkId, Pose};
@@ -135,13 +137,13 @@ fn plans_with_circles_are_clear_by_brute_force_too() {
     }
 }
 
-fn check_plans(files: Vec<PathBuf>, settings: &Settings) -> Vec<(PathBuf, Machine, Plan)> {
+fn check_plans(files: Vec<PathBuf>, settings: &Settings) -> Vec<(PathBuf, Machine, Arc<Plan>)> {
     let kit = standard_kit().expect("kit");
-    let planned: Vec<(PathBuf, Machine, Bodies, Plan)> = files
+    let planned: Vec<(PathBuf, Machine, Bodies, Arc<Plan>)> = files
         .into_par_iter()
         .map(|file| {
             let (machine, bodies) = load_machine_and_bodies(&file).expect("shipped machine");
-            let plan = plan(&machine, &bodies, &kit, settings).expect("plan");
+            let plan = plan_of(&machine, &bodies, settings);
             (file, machine, bodies, plan)
         })
         .collect();
@@ -191,7 +193,7 @@ fn check_plans(files: Vec<PathBuf>, settings: &Settings) -> Vec<(PathBuf, Machin
 #[test]
 fn chapter_5_on_the_c600u_gives_the_thesis_setups() {
     let (machine, bodies, kit) = load("hermle-c600u.yaml");
-    let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    let plan = plan_of(&machine, &bodies, &settings(Some(Method::Chapter5)));
     assert_eq!(plan.tests.len(), 4);
     assert_eq!(plan.pivot_setups, 1);
     let a = machine.axis_index("A").expect("A");
@@ -271,8 +273,8 @@ fn limits_that_leave_no_setup_are_named_with_the_amount() {
 
 #[test]
 fn programs_run_the_planned_arc_both_ways_at_the_ball_feed() {
-    let (machine, bodies, kit) = load("hermle-c600u.yaml");
-    let plan = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    let (machine, bodies, _) = load("hermle-c600u.yaml");
+    let plan = plan_of(&machine, &bodies, &settings(Some(Method::Chapter5)));
     for planned in &plan.tests {
         let sweeps = steps(&machine, planned, &Coordinates::of(&machine), Curves::Carrying);
         let runs: Vec<(f64, f64)> = sweeps
@@ -295,10 +297,10 @@ fn programs_run_the_planned_arc_both_ways_at_the_ball_feed() {
 
 #[test]
 fn forecasts_agree_with_a_thousand_simulated_sessions() {
-    let (machine, bodies, kit) = load("hermle-c600u.yaml");
-    let five = plan(&machine, &bodies, &kit, &settings(Some(Method::Chapter5))).expect("fits");
+    let (machine, bodies, _) = load("hermle-c600u.yaml");
+    let five = plan_of(&machine, &bodies, &settings(Some(Method::Chapter5)));
     check_forecasts(&machine, &five);
-    let free = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+    let free = plan_of(&machine, &bodies, &settings(None));
     let kinds = |wanted: Follow| {
         let is_it =
             |test: &&PlannedTest| matches!(test.test.path, Some(TestPath::Sweep { follow, .. }) if follow == wanted);
@@ -311,8 +313,8 @@ fn forecasts_agree_with_a_thousand_simulated_sessions() {
 #[test]
 fn forecasts_of_heads_agree_with_a_thousand_simulated_sessions() {
     for name in ["fig-1-1-table-head-ca.yaml", "fig-1-1-head-head-cb.yaml"] {
-        let (machine, bodies, kit) = load(name);
-        let free = plan(&machine, &bodies, &kit, &settings(None)).expect("plan");
+        let (machine, bodies, _) = load(name);
+        let free = plan_of(&machine, &bodies, &settings(None));
         assert!(free.errors.iter().filter(|error| error.determined).count() >= 5, "{name}");
         check_forecasts(&machine, &free);
     }

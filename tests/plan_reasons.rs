@@ -114,6 +114,8 @@ fn a_time_too_short_is_named_with_the_time_needed() {
         let found = within(minutes);
         let reasons = undetermined(&found);
         assert!(!reasons.is_empty());
+        // several errors need the same time
+        let mut enough: Vec<f64> = Vec::new();
         for reason in reasons {
             assert!(reason.starts_with(&format!("not within {minutes} minutes")), "{reason}");
             // what was found, and no bound
@@ -122,7 +124,10 @@ fn a_time_too_short_is_named_with_the_time_needed() {
                 "{reason}"
             );
             let needed = number_after(reason, "(--minutes ");
-            assert!(needed > minutes && undetermined(&within(needed)).is_empty(), "{reason}");
+            if !enough.contains(&needed) {
+                assert!(needed > minutes && undetermined(&within(needed)).is_empty(), "{reason}");
+                enough.push(needed);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Plans, simulated and identified: what was inserted comes back within the stated sigmas, and both mean the same by determined.
 
+use crate::planned::plan_of;
 use crate::recorded;
 use crate::shipped;
 use std::path::Path;
@@ -7,9 +8,9 @@ use std::path::Path;
 use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Composition;
 use fiveaxis::identify::{Fit, FitError, Options, Quantity, identify, parse_free};
-use fiveaxis::load::{load_machine_and_bodies, standard_kit};
+use fiveaxis::load::load_machine_and_bodies;
 use fiveaxis::machine::{LinearAxes, Machine};
-use fiveaxis::plan::{Coupled, FOLLOWED, Plan, Settings, plan};
+use fiveaxis::plan::{Coupled, FOLLOWED, Plan, Settings};
 use fiveaxis::session::{Follow, Path as TestPath, Session, Spread, Test};
 use fiveaxis::simulate::{Instrument, SetupErrors, simulate_with};
 use fiveaxis::units::{ARCSEC_PER_RAD, UM_PER_MM};
@@ -22,10 +23,6 @@ use shipped::some_machines;
 fn load(name: &str) -> (Machine, Bodies) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
     load_machine_and_bodies(&file).expect("shipped machine")
-}
-
-fn planned(machine: &Machine, bodies: &Bodies, settings: &Settings) -> Plan {
-    plan(machine, bodies, &standard_kit().expect("kit"), settings).expect("plan")
 }
 
 /// The session of a plan: every test in both directions, each started when the one before is over.
@@ -93,7 +90,7 @@ fn following_tests_and_circles_give_back_what_was_inserted() {
     for name in ["hermle-c600u.yaml", "table-head-ab-blade.yaml"] {
         let (machine, bodies) = load(name);
         let coupled = Coupled { follow: FOLLOWED.to_vec(), circles: true };
-        let plan = planned(&machine, &bodies, &Settings { coupled, ..Settings::default() });
+        let plan = plan_of(&machine, &bodies, &Settings { coupled, ..Settings::default() });
         let follows = |test: &Test| matches!(test.path, Some(TestPath::Sweep { follow, .. }) if follow != Follow::None);
         assert!(plan.tests.iter().any(|test| follows(&test.test)), "{name}");
         let circles = plan.tests.iter().filter(|test| matches!(test.test.path, Some(TestPath::Circle { .. }))).count();
@@ -125,8 +122,8 @@ fn following_tests_and_circles_give_back_what_was_inserted() {
 fn indexing_the_spindle_takes_its_ball_out_of_the_positions() {
     const SEEDS: u64 = 60;
     let (machine, bodies) = load("hermle-c600u.yaml");
-    let plain = planned(&machine, &bodies, &Settings::default());
-    let indexed = planned(&machine, &bodies, &Settings { index_spindle: true, ..Settings::default() });
+    let plain = plan_of(&machine, &bodies, &Settings::default());
+    let indexed = plan_of(&machine, &bodies, &Settings { index_spindle: true, ..Settings::default() });
     assert!(indexed.tests.len() > plain.tests.len());
     let sigma = |plan: &Plan, name: &str| plan.errors.iter().find(|error| error.name == name).expect("error").sigma;
     // across the spindle the ball's 3 um go, along it they stay
@@ -170,7 +167,7 @@ fn indexing_the_spindle_takes_its_ball_out_of_the_positions() {
 /// What plan and fit do not mean alike for one machine, in words.
 fn meant_otherwise(file: &Path, settings: &Settings) -> Vec<String> {
     let (machine, bodies) = load_machine_and_bodies(file).expect("shipped machine");
-    let plan = planned(&machine, &bodies, settings);
+    let plan = plan_of(&machine, &bodies, settings);
     let session = session(&machine, &plan);
     let mut found = Vec::new();
     for seed in [3, 4] {

@@ -1,6 +1,8 @@
 //! Ways between tests: every approach of a plan sampled densely, obstacles planted on the way, walls that leave none.
 
+use crate::planned::plan_of;
 use std::path::Path;
+use std::sync::Arc;
 
 use fiveaxis::bodies::{Bodies, Body, Solid};
 use fiveaxis::chain::{Chain, Pose};
@@ -8,7 +10,7 @@ use fiveaxis::collision::{Instrument, Leg, Scratch, World, clear_way};
 use fiveaxis::load::{load_machine_and_bodies, machine_from_yaml, standard_kit};
 use fiveaxis::machine::Machine;
 use fiveaxis::nc::{Coordinates, Curves, Step, steps};
-use fiveaxis::plan::{Coupled, Plan, PlannedTest, Settings, plan};
+use fiveaxis::plan::{Coupled, Plan, PlannedTest, Settings};
 use nalgebra::{Matrix3, Vector3};
 
 fn load(name: &str) -> (Machine, Bodies) {
@@ -16,14 +18,10 @@ fn load(name: &str) -> (Machine, Bodies) {
     load_machine_and_bodies(&file).expect("shipped machine")
 }
 
-fn planned(machine: &Machine, bodies: &Bodies) -> Plan {
-    plan(machine, bodies, &standard_kit().expect("kit"), &Settings::default()).expect("plan")
-}
-
 /// A plan in which every test turns one axis alone.
-fn planned_sweeps(machine: &Machine, bodies: &Bodies) -> Plan {
+fn planned_sweeps(machine: &Machine, bodies: &Bodies) -> Arc<Plan> {
     let settings = Settings { coupled: Coupled::default(), ..Settings::default() };
-    plan(machine, bodies, &standard_kit().expect("kit"), &settings).expect("plan")
+    plan_of(machine, bodies, &settings)
 }
 
 fn body(name: &str, link: &str, solid: Solid, at: [f64; 3]) -> Body {
@@ -92,7 +90,7 @@ fn approaches_of_plans_are_clear_end_where_the_run_starts_and_come_back() {
     for name in ["hermle-c600u.yaml", "table-head-ab-blade.yaml", "table-table-ca-portal.yaml", "nutating-head-45.yaml"]
     {
         let (machine, bodies) = load(name);
-        let plan = planned(&machine, &bodies);
+        let plan = plan_of(&machine, &bodies, &Settings::default());
         assert!(!plan.tests.is_empty());
         for test in &plan.tests {
             let corners = test.approach.corners();
@@ -229,7 +227,7 @@ fn a_plan_without_any_way_to_a_start_says_so() {
     bodies.bodies.push(body("lid", "b", lid, [0.0, 0.0, 662.0]));
     // beam and slide run in slots of it
     bodies.touching.extend(["gantry beam", "slide X"].map(|name| (name.into(), "lid".into())));
-    let plan = planned(&machine, &bodies);
+    let plan = plan_of(&machine, &bodies, &Settings::default());
     assert!(plan.tests.is_empty());
     for error in plan.errors.iter().filter(|error| error.name.ends_with('C')) {
         let reason = &error.reason;

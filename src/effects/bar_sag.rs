@@ -12,7 +12,6 @@ use super::contract::{
     no_check, plain_measure,
 };
 use super::{Context, EffectError};
-use crate::chain::Geometry;
 use crate::machine::{Effect, Outlet, Place};
 
 /// Weight of the bar itself.
@@ -66,29 +65,11 @@ const HANGS: &str = "hangs";
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let bar = effect.number("bar");
     let concerned = |test: usize| bar.is_none_or(|bar| context.has_bar(test, bar));
-    let sines: Profile = (0..context.tests()).map(|test| sines(context, test)).collect();
+    let sines = context.bar_sines();
     let of = |value: fn(f64) -> f64| {
         context.profile(|test, row| if concerned(test) { value(sines[test][row]) } else { 0.0 })
     };
     Ok(vec![of(|sine| -sine * sine), of(|sine| sine)])
-}
-
-/// Sine of the bar's angle above the level, row by row.
-pub(super) fn sines(context: &Context, test: usize) -> Vec<f64> {
-    let chain = context.chain();
-    let geometry = Geometry::nominal(chain);
-    let gravity = context.machine().gravity;
-    let (pivot, ball) = (&context.session().tests[test].pivot, &context.session().tests[test].spindle_ball);
-    let motion = context.motion(test);
-    let (Some(below), Some(above)) = (chain.link(&pivot.link), chain.link(&ball.link)) else {
-        return vec![0.0; motion.rows()];
-    };
-    let sine = |row: usize| {
-        let place = |link, at| geometry.pose(link, motion.row(row), None).point(at);
-        let way = place(above, &ball.at) - place(below, &pivot.at);
-        way.try_normalize(0.0).map_or(0.0, |way| -way.dot(&gravity))
-    };
-    (0..motion.rows()).map(sine).collect()
 }
 
 /// Log odds against a bar that gives way: the usual ones are stiff to some tenths of a µm.

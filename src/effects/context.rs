@@ -37,6 +37,8 @@ pub struct Context<'a> {
     squared_arms_m2: Vec<OnceLock<Profile>>,
     /// From the pivot ball and from the spindle ball, once asked for: see [`Context::bar_directions`].
     bar_directions: [OnceLock<Vec<Vec<Vector3<f64>>>>; 2],
+    /// Once asked for: see [`Context::bar_sines`].
+    bar_sines: OnceLock<Profile>,
 }
 
 /// One step of the history of an axis.
@@ -62,7 +64,8 @@ impl<'a> Context<'a> {
         let approaches = (0..motions.len()).map(|test| approach(session, &motions[test], test)).collect();
         let squared_arms_m2 = session.machine.axes.iter().map(|_| OnceLock::new()).collect();
         let bar_directions = Default::default();
-        Ok(Context { session, chain, motions, order, approaches, squared_arms_m2, bar_directions })
+        let bar_sines = OnceLock::new();
+        Ok(Context { session, chain, motions, order, approaches, squared_arms_m2, bar_directions, bar_sines })
     }
 
     /// The session.
@@ -246,6 +249,29 @@ impl<'a> Context<'a> {
             cup.rotation.tr_mul(&way).try_normalize(0.0).unwrap_or_else(Vector3::z)
         };
         (0..motion.rows()).map(row).collect()
+    }
+
+    /// Sine of the bar's angle above the level, from the pivot up to the spindle ball, by test and row.
+    pub fn bar_sines(&self) -> &[Vec<f64>] {
+        self.bar_sines.get_or_init(|| {
+            let geometry = Geometry::nominal(self.chain);
+            (0..self.tests()).map(|test| self.bar_sines_in(&geometry, test)).collect()
+        })
+    }
+
+    fn bar_sines_in(&self, geometry: &Geometry, test: usize) -> Vec<f64> {
+        let (motion, balls) = (&self.motions[test], &self.session.tests[test]);
+        let (pivot, ball) = (&balls.pivot, &balls.spindle_ball);
+        let (Some(below), Some(above)) = (self.chain.link(&pivot.link), self.chain.link(&ball.link)) else {
+            return vec![0.0; motion.rows()];
+        };
+        let gravity = self.machine().gravity;
+        let sine = |row: usize| {
+            let place = |link, at| geometry.pose(link, motion.row(row), None).point(at);
+            let way = place(above, &ball.at) - place(below, &pivot.at);
+            way.try_normalize(0.0).map_or(0.0, |way| -way.dot(&gravity))
+        };
+        (0..motion.rows()).map(sine).collect()
     }
 
     fn squared_arm_at(&self, geometry: &Geometry, axis: usize, test: usize, row: usize) -> f64 {

@@ -4,7 +4,6 @@
 //! at `knots`, constant beyond. The driver is the position of an axis (mm, deg), that position by direction of
 //! motion, session time (s), seconds since the recording began, elevation of the bar (deg), speed (mm/s, deg/s) or acceleration.
 
-use super::bar_sag::sines;
 use super::candidates::{CandidateFamily, Observations, beside_own, directions, motion, none, with_word};
 use super::context::Profile;
 use super::context::Travel;
@@ -237,7 +236,7 @@ fn over_driver(
 
 /// Elevation of the bar above the level, row by row, deg.
 fn elevations_deg(context: &Context, test: usize) -> Vec<f64> {
-    sines(context, test).into_iter().map(|sine| sine.clamp(-1.0, 1.0).asin().to_degrees()).collect()
+    context.bar_sines()[test].iter().map(|sine| sine.clamp(-1.0, 1.0).asin().to_degrees()).collect()
 }
 
 /// Uniform cubic B-spline centred at 0 with support −2 … 2; 2/3 at its centre.

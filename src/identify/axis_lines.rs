@@ -30,7 +30,7 @@ pub struct AxisLine {
     /// Positions that bring the spindle's zero point over the line: machine coordinate of a linear axis (mm, index), or
     /// distance from its zero when the machine file does not state `machine_zero`; `None` for heads and inclined axes.
     pub centre_at: Vec<CentreReading>,
-    /// Every free error on which the line depends is determined by the data.
+    /// The line depends on free errors, and each of them is determined by the data.
     pub determined: bool,
     /// The same for each component (x, y, z) of shift, shift from the carrier and tilt.
     pub shift_determined: [bool; 3],
@@ -84,15 +84,14 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
             let spread = &jacobian * &covariance * jacobian.transpose();
             let sigma = |from: usize| Vector3::from_fn(|k, _| spread[(from + k, from + k)].max(0.0).sqrt());
             let value = |from: usize| Vector3::from_fn(|k, _| at[from + k]);
-            let determined = free
-                .iter()
-                .enumerate()
-                .all(|(column, &(k, ..))| jacobian.column(column).amax() < 1e-9 || fit.estimates[k].determined);
-            // steps of one error move some components and others not
-            let is_determined = |row: usize| {
-                let moves = |column: usize| jacobian[(row, column)].abs() >= DEPENDS;
-                free.iter().enumerate().all(|(column, &(k, ..))| !moves(column) || fit.estimates[k].determined)
+            // what no free error moves was not fitted
+            let all_determined = |moves: &dyn Fn(usize) -> bool| {
+                let mut moving = free.iter().enumerate().filter(|(column, _)| moves(*column)).peekable();
+                moving.peek().is_some() && moving.all(|(_, &(k, ..))| fit.estimates[k].determined)
             };
+            let determined = all_determined(&|column| jacobian.column(column).amax() >= 1e-9);
+            // steps of one error move some components and others not
+            let is_determined = |row: usize| all_determined(&|column| jacobian[(row, column)].abs() >= DEPENDS);
             let determined_from = |from: usize| [0, 1, 2].map(|k| is_determined(from + k));
             let line = AxisLine {
                 axis,

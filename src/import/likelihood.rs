@@ -2,14 +2,14 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn, MatrixView};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::function::erf::erfc;
 
 use super::capture::Averages;
 use super::course::{Course, Stretch};
 use super::seen_marks::Seen;
 use super::timing::Timing;
-use crate::statistics::log_determinant;
+use crate::statistics::{add_products, log_determinant};
 
 /// Standard deviations of what may add to a nominal length beside errors of balls and axes, mm.
 const ZERO_MM: f64 = 1.0;
@@ -247,13 +247,17 @@ struct Ridge {
 fn ridge(mut model: Vec<f64>, width: usize, data: &Averages) -> Ridge {
     data.filter.apply(&mut model, width + 1);
     let rows = data.time_s.len();
-    // rows are columns here
-    let white = DMatrixView::from_slice(&model, width + 1, rows);
-    let turned = MatrixView::<f64, Dyn, Dyn, Dyn, Dyn>::from_slice_with_strides(&model, rows, width + 1, width + 1, 1);
-    let mut normal = DMatrix::zeros(width + 1, width + 1);
-    normal.gemm(1.0, &white, &turned, 0.0);
-    let (right, squares) = (normal.view((0, width), (width, 1)).column(0).into_owned(), normal[(width, width)]);
-    let mut normal = normal.resize(width, width, 0.0);
+    let count = width + 1;
+    let mut columns = vec![0.0; count * rows];
+    for (row, values) in model.chunks_exact(count).enumerate() {
+        columns.iter_mut().skip(row).step_by(rows).zip(values).for_each(|(to, value)| *to = *value);
+    }
+    // lower triangle, row by row
+    let mut products = vec![0.0; count * count];
+    add_products(&columns, rows, count, &mut products);
+    let [before @ .., squares] = products.as_slice() else { return Ridge { cost: f64::NAN, solution: None } };
+    let right = DVector::from_column_slice(&before[width * count..]);
+    let mut normal = DMatrix::from_fn(width, width, |row, column| products[row * count + column]);
     (0..width).for_each(|k| normal[(k, k)] += 1.0);
     // only readings that are not finite can spoil it
     let Some(factor) = Cholesky::new(normal) else { return Ridge { cost: f64::NAN, solution: None } };

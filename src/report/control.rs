@@ -151,7 +151,18 @@ pub fn control_text(report: &ControlReport) -> String {
             let _ = writeln!(text, "  • {line}");
         }
     }
+    let is_empty = report.parameters.is_empty() && report.backlash.is_empty() && report.tables.is_empty();
     match &report.volume {
+        Some([now, _, unsure]) if is_empty => {
+            let _ = writeln!(
+                text,
+                "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {:.1} µm; direction {:.1} arcsec. The fit knows the tip to {:.1} µm and its direction to {:.1} arcsec.",
+                now.position_mm.p95 * UM_PER_MM,
+                now.direction_rad.p95 * ARCSEC_PER_RAD,
+                unsure.position_mm.p95 * UM_PER_MM,
+                unsure.direction_rad.p95 * ARCSEC_PER_RAD
+            );
+        }
         Some([now, after, unsure]) => {
             let _ = writeln!(
                 text,
@@ -169,7 +180,15 @@ pub fn control_text(report: &ControlReport) -> String {
     for note in &report.notes {
         let _ = writeln!(text, "Warning: {note}.");
     }
-    text.push_str("Repeat one test after entering: its circle must have become smaller.\n");
+    let (sure, unsure): (Vec<&Parameter>, Vec<&Parameter>) =
+        report.parameters.iter().partition(|one| one.change.abs() > one.sigma);
+    if !unsure.is_empty() {
+        let names: Vec<&str> = unsure.iter().map(|one| one.name.as_str()).collect();
+        let _ = writeln!(text, "Within their own sigma, and better left as they are: {}.", names.join("; "));
+    }
+    if !sure.is_empty() || !report.backlash.is_empty() || !report.tables.is_empty() {
+        text.push_str("Repeat one test after entering: its circle must have become smaller.\n");
+    }
     text
 }
 

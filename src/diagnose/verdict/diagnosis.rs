@@ -149,6 +149,9 @@ impl Diagnosis {
             Some(_) => Verdict::DataFault,
             None => verdict(&fine.thresholds, &findings, rms_after_um, noise_to_judge_um, proof.as_ref()),
         };
+        // what puts a ball or bar where it does not stand is not explained
+        let verdict =
+            if verdict == Verdict::Explained && strained.is_some() { Verdict::PartlyExplained } else { verdict };
         let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
         temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries, search.other.as_ref());
         Diagnosis {

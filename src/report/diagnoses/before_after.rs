@@ -3,7 +3,7 @@
 use super::diagnosis::{FindingJson, RangeJson};
 use super::unrolled::unrolled;
 use crate::diagnose::TestBeforeAfter;
-use crate::report::pictures::polar::{PolarPlot, PolarTrace, Stroke};
+use crate::report::pictures::polar::{Arrow, PolarPlot, PolarTrace, Stroke};
 use crate::report::pictures::trace_plots::{Swept, swept};
 use crate::session::{Motion, Session, Test};
 use crate::units::UM_PER_MM;
@@ -92,6 +92,10 @@ fn polar(swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)])
         ],
     );
     plot.subtitle = "residual: measured − model".into();
+    plot.heavy_circle = "residual zero · outward: read longer than the model";
+    plot.label_quarters(swept.quarters());
+    let is_ccw = swept.value.first() <= swept.value.last();
+    plot.arrows = angle.first().map(|&from| Arrow { stroke: 0, from, is_ccw }).into_iter().collect();
     plot.arcs = located.iter().map(|&(from, to)| (angle[from], angle[to])).collect();
     Some(plot.to_svg())
 }

@@ -215,7 +215,7 @@ fn blind(page: &mut String, session: &Session, json: &DiagnosisJson) {
     }
     let _ = writeln!(
         page,
-        "<section>\n<h2>What these tests cannot show</h2>\n<p class=\"small\">Not seen is not absent: {} causes may be there up to the sizes stated. The tests that would show most of them come first.</p>",
+        "<section>\n<h2>What these tests cannot show</h2>\n<p class=\"small\">Not seen is not absent: {} causes may be there up to the sizes stated. What shows most of them comes first, after a look at the axes.</p>",
         json.blind_to.len()
     );
     for cure in cures(session, json) {

@@ -142,7 +142,7 @@ fn blind(text: &mut String, session: &Session, json: &DiagnosisJson) {
     let count = json.blind_to.len();
     let _ = writeln!(
         text,
-        "\nNot seen is not absent: {count} causes would not show here at sizes that matter (listed in --json)."
+        "\nNot seen is not absent: {count} causes would not show here at sizes that matter (listed in --json).\nHow many of them would show by what:"
     );
     let cures = cures(session, json);
     for cure in cures.iter().take(MOST_CURES) {

@@ -20,8 +20,7 @@ pub struct Cure<'j> {
 /// Kinds of cause named beside a cure.
 const MOST_KINDS: usize = 4;
 
-/// Causes by cure: looking at the axes first, since a wrong sense makes every number wrong; then tests with what is mounted, the
-/// one that shows most first; then what needs other means.
+/// Causes by cure: looking at the axes first, since a wrong sense makes every number wrong; then what shows most.
 pub fn cures<'j>(session: &Session, json: &'j DiagnosisJson) -> Vec<Cure<'j>> {
     let mut list = Vec::new();
     let (senses, others): (Vec<_>, Vec<_>) =
@@ -51,8 +50,9 @@ pub fn cures<'j>(session: &Session, json: &'j DiagnosisJson) -> Vec<Cure<'j>> {
             None => rest.push(Cure { says: blind.test.clone(), minutes: None, causes: vec![blind] }),
         }
     }
-    rest.sort_by_key(|cure| std::cmp::Reverse(cure.causes.len()));
+    let first = usize::from(list.first().is_some_and(|cure| cure.minutes.is_none()));
     list.extend(rest);
+    list[first..].sort_by_key(|cure| std::cmp::Reverse(cure.causes.len()));
     list
 }
 

@@ -45,6 +45,8 @@ pub struct PolarPlot {
     pub title: String,
     /// Second line under the heading; may be empty.
     pub subtitle: String,
+    /// What the heavy circle stands for, and what lies outside of it.
+    pub heavy_circle: &'static str,
     /// Deviation between two rings, µm.
     pub division_um: f64,
     /// Lines from the centre with their labels, rad.
@@ -96,11 +98,21 @@ impl PolarPlot {
         PolarPlot {
             title: title.into(),
             subtitle: String::new(),
+            heavy_circle: "nominal length · outward: longer",
             division_um,
             spokes,
             arcs: Vec::new(),
             arrows: Vec::new(),
             traces,
+        }
+    }
+
+    /// Labels the spokes at 0, 90, 180 and 270°.
+    pub fn label_quarters(&mut self, labels: [String; 4]) {
+        for (quarter, label) in labels.into_iter().enumerate() {
+            if let Some(spoke) = self.spokes.get_mut(3 * quarter) {
+                spoke.1 = label;
+            }
         }
     }
 
@@ -146,10 +158,10 @@ impl PolarPlot {
         svg.push_str("</g>\n");
         let _ = writeln!(
             svg,
-            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">1 division = {} µm · heavy circle: nominal length · \
-             outward: longer</text>",
+            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">1 division = {} µm · heavy circle: {}</text>",
             legend_y - 8.0,
-            number(division_um)
+            number(division_um),
+            self.heavy_circle
         );
         self.legend(&mut svg, legend_y + 14.0);
         svg.push_str("</svg>\n");

@@ -165,17 +165,10 @@ fn label_spokes(drawn: &Drawn, plot: &mut PolarPlot) {
             let [right, up] = turn.plane.map(|k| ["X", "Y", "Z"][k]);
             [format!("+{right}"), format!("+{up}"), format!("−{right}"), format!("−{up}")]
         }
-        (None, Some(swept)) => {
-            let axis = swept.label.split(',').next().unwrap_or_default();
-            [0, 90, 180, 270].map(|degrees| format!("{axis} {degrees}°"))
-        }
+        (None, Some(swept)) => swept.quarters(),
         (None, None) => return,
     };
-    for (quarter, label) in quarters.into_iter().enumerate() {
-        if let Some(spoke) = plot.spokes.get_mut(3 * quarter) {
-            spoke.1 = label;
-        }
-    }
+    plot.label_quarters(quarters);
 }
 
 /// What a test moves: `C`, `X Y C`.
@@ -191,6 +184,21 @@ pub(crate) struct Swept {
     pub(crate) value: Vec<f64>,
     /// Angle round the circle where there is one, rad.
     pub(crate) angle_rad: Option<Vec<f64>>,
+    /// Axes whose positions a planar circle is drawn over, to the right and up.
+    plane: Option<[String; 2]>,
+}
+
+impl Swept {
+    /// What stands at 0, 90, 180 and 270°: axes of a planar circle with their signs, else positions of the axis.
+    pub(crate) fn quarters(&self) -> [String; 4] {
+        match &self.plane {
+            Some([right, up]) => [format!("+{right}"), format!("+{up}"), format!("−{right}"), format!("−{up}")],
+            None => {
+                let axis = self.label.split(',').next().unwrap_or_default();
+                [0, 90, 180, 270].map(|degrees| format!("{axis} {degrees}°"))
+            }
+        }
+    }
 }
 
 /// The rotary axis that turns farthest, the angle of a planar circle, or the linear axis that goes farthest.
@@ -209,7 +217,7 @@ pub(crate) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<S
     if let Some(axis) = farthest(AxisKind::Rotary) {
         let angle: Vec<f64> = motion.axis(axis).collect();
         let value = angle.iter().map(|angle| angle.to_degrees()).collect();
-        return Some(Swept { label: format!("{}, °", axes[axis].name), value, angle_rad: Some(angle) });
+        return Some(Swept { label: format!("{}, °", axes[axis].name), value, angle_rad: Some(angle), plane: None });
     }
     let linear: Vec<usize> = motion.moving.iter().copied().filter(|&axis| travel(axis) > 0.0).collect();
     if let [first, second] = linear[..] {
@@ -223,10 +231,16 @@ pub(crate) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<S
             .collect();
         let value = unwrapped_deg(&angle);
         let label = format!("angle in {}{}, °", axes[first].name, axes[second].name);
-        return Some(Swept { label, value, angle_rad: Some(angle) });
+        let plane = Some([first, second].map(|axis| axes[axis].name.clone()));
+        return Some(Swept { label, value, angle_rad: Some(angle), plane });
     }
     let axis = farthest(AxisKind::Linear)?;
-    Some(Swept { label: format!("{}, mm", axes[axis].name), value: motion.axis(axis).collect(), angle_rad: None })
+    Some(Swept {
+        label: format!("{}, mm", axes[axis].name),
+        value: motion.axis(axis).collect(),
+        angle_rad: None,
+        plane: None,
+    })
 }
 
 /// XY, YZ, ZX: the order in which a circle's angle counts.
