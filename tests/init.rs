@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use fiveaxis::chain::Chain;
+use fiveaxis::chain::{Chain, Geometry};
 use fiveaxis::collision::World;
 use fiveaxis::load::{load_kit, load_machine_and_bodies};
 use fiveaxis::machine::AxisKind;
@@ -266,4 +266,193 @@ fn descriptions_without_geometry_take_boxes_and_others_are_refused() {
             ),
         "{says}"
     );
+}
+
+/// Options with another table and tilt.
+fn trunnion(code: &str, table: &str, tilt: &str) -> Vec<String> {
+    let words = "--travels 650,520,475 --nose-to-table 150..625 --directions iso841 --range C=-360..360 --range";
+    let letter = if code.contains('A') { "A=-110..35" } else { "B=-35..110" };
+    let more = [letter, "--code", code, "--table", table, "--tilt-above-table", tilt];
+    words.split_whitespace().chain(more).map(str::to_string).collect()
+}
+
+#[test]
+fn no_table_reaches_the_arms_of_its_cradle_as_it_turns() {
+    for code in ["[wCBYbXZt]", "[wCAYbXZt]", "[wCBXbYZt]"] {
+        for table in ["630x500", "500x500", "320x320", "400x700", "500"] {
+            for tilt in ["-120", "-60", "0", "50"] {
+                let scratch = tempfile::tempdir().expect("a folder");
+                let given = trunnion(code, table, tilt);
+                let words: Vec<&str> = given.iter().map(String::as_str).collect();
+                let output = init(scratch.path(), &words);
+                assert!(output.status.success(), "{code}: {}", String::from_utf8_lossy(&output.stderr));
+                let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect(code);
+                let world = World::new(&Chain::of(&machine), &bodies).expect(code);
+                assert_eq!(world.meetings_at_zero(&machine), vec![], "{code} {table} {tilt}");
+                assert_eq!(world.meetings_by_one_axis(&machine), vec![], "{code} {table} {tilt}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_rectangular_table_on_a_cradle_is_planned_with_all_eight_errors() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let given = trunnion("[wCBYbXZt]", "630x500", "0");
+    let words: Vec<&str> = given.iter().map(String::as_str).collect();
+    assert!(init(scratch.path(), &words).status.success());
+    let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
+    let kit = load_kit(&Path::new(env!("CARGO_MANIFEST_DIR")).join("kits/ballbar.yaml")).expect("the kit");
+    let found = plan(&machine, &bodies, &kit, &Settings::default()).expect("a plan");
+    assert_eq!(found.errors.iter().filter(|error| error.determined).count(), 8);
+}
+
+#[test]
+fn ranges_that_nobody_gave_are_called_assumed() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let given = options("[wCAXbYZt]");
+    let mut words: Vec<&str> = given.iter().map(String::as_str).collect();
+    words.extend(["--range", "A=-120..30"]);
+    let output = init(scratch.path(), &words);
+    let sentence =
+        "range of C, -360 to 360 deg, is ASSUMED: no range was given; check it and write the right one into the file";
+    let summary = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(summary.contains(sentence) && !summary.contains("range of A"), "{summary}");
+    let (machine, _) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
+    assert!(machine.caveats.iter().any(|caveat| caveat == sentence), "{:?}", machine.caveats);
+    words.extend(["--range", "C=-10..350", "--force", "--json"]);
+    let output = init(scratch.path(), &words);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["assumed"], serde_json::json!([]));
+    let text = std::fs::read_to_string(scratch.path().join("mill.yaml")).expect("written");
+    assert!(!text.contains("is ASSUMED"), "{text}");
+}
+
+#[test]
+fn one_message_names_all_options_that_are_missing() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let says = |options: &[&str]| {
+        let output = init(scratch.path(), options);
+        assert_eq!(output.status.code(), Some(2), "{options:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let all = ["--code", "--travels", "--nose-to-table", "--table", "--directions"];
+    let message = says(&[]);
+    for option in all.iter().chain(&["--tilt-above-table", "--pivot-to-nose"]) {
+        assert!(message.contains(&format!("{option} is missing")), "{option}: {message}");
+    }
+    let message = says(&["--kind", "table-head", "--travels", "650,520,475"]);
+    assert!(message.contains("--pivot-to-nose is missing") && message.contains("--table is missing"), "{message}");
+    assert!(!message.contains("--tilt-above-table") && !message.contains("--travels"), "{message}");
+}
+
+#[test]
+fn a_description_counted_by_iso_841_moves_as_it_did() {
+    let folder = described();
+    let read = |extra: &[&str]| {
+        let output = init(folder.path(), &[&["--urdf", "mill.urdf", "--force"], extra].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        load_machine_and_bodies(&folder.path().join("mill.yaml")).expect("it loads").0
+    };
+    let (carried, iso) = (read(&[]), read(&["--directions", "iso841"]));
+    assert_eq!(iso.directions.map(|directions| directions.name()), Some("iso841"));
+    let range = |machine: &fiveaxis::machine::Machine, name: &str| {
+        let (low, high) = machine.axes[machine.axis_index(name).expect(name)].range.expect("a range");
+        [low, high]
+    };
+    // the table's axes count the other way, the spindle's as before
+    for (name, sign) in [("A", -1.0), ("C", -1.0), ("Y", -1.0), ("X", 1.0), ("Z", 1.0)] {
+        let [low, high] = range(&carried, name);
+        let due = if sign < 0.0 { [-high, -low] } else { [low, high] };
+        assert_eq!(range(&iso, name), due, "{name}");
+    }
+    // the same command of each machine's own count brings the tool to the same place over the table
+    let at = |machine: &fiveaxis::machine::Machine, turned: f64| {
+        let chain = Chain::of(machine);
+        let mut q = vec![0.0; machine.axes.len()];
+        q[machine.axis_index("A").expect("A")] = turned * 0.3;
+        q[machine.axis_index("X").expect("X")] = 20.0;
+        let point = nalgebra::Vector3::new(50.0, 60.0, 820.0);
+        Geometry::nominal(&chain).point(chain.link("C").expect("C"), &point, &q, None)
+    };
+    assert!((at(&carried, 1.0) - at(&iso, -1.0)).norm() < 1e-9);
+}
+
+/// What the dialog says to some answers, and how it ends: a terminal by `rustix`.
+#[cfg(target_os = "linux")]
+fn dialog(folder: &Path, answers: &str) -> (Option<i32>, String) {
+    use std::io::{Read, Write};
+    use std::process::Stdio;
+    let flags = rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY;
+    let master = rustix::pty::openpt(flags).expect("a terminal");
+    rustix::pty::grantpt(&master).and_then(|()| rustix::pty::unlockpt(&master)).expect("a terminal");
+    let name = rustix::pty::ptsname(&master, Vec::new()).expect("its name").into_string().expect("UTF-8");
+    let side = || std::fs::File::options().read(true).write(true).open(&name).expect("the other side");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+        .current_dir(folder)
+        .args(["init", "mill.yaml", "--force"])
+        .stdin(Stdio::from(side()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::from(side()))
+        .spawn()
+        .expect("the program runs");
+    let mut terminal = std::fs::File::from(master);
+    // 4 is the end of the input
+    terminal.write_all(format!("{answers}\u{4}").as_bytes()).expect("typed");
+    let status = child.wait().expect("it ends");
+    let mut said = Vec::new();
+    let mut part = [0; 4096];
+    // reading fails where nobody holds the other side
+    while let Ok(count @ 1..) = terminal.read(&mut part) {
+        said.extend_from_slice(&part[..count]);
+    }
+    (status.code(), String::from_utf8_lossy(&said).into_owned())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_dialog_asks_for_ranges_and_the_name() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let figures = "[wCBXbYZt]\n762,508,508\n102..610\n500\n-50\n";
+    // C as offered, B as typed
+    let (code, said) = dialog(scratch.path(), &format!("{figures}\n-35..110\n\nOur mill\n"));
+    assert_eq!(code, Some(0), "{said}");
+    let (machine, _) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
+    assert_eq!(machine.name, "Our mill");
+    let degrees = |name: &str| {
+        let (low, high) = machine.axes[machine.axis_index(name).expect(name)].range.expect("a range");
+        [low.to_degrees().round(), high.to_degrees().round()]
+    };
+    assert_eq!((degrees("C"), degrees("B")), ([-360.0, 360.0], [-35.0, 110.0]));
+    let assumed: Vec<&String> = machine.caveats.iter().filter(|caveat| caveat.contains("is ASSUMED")).collect();
+    assert_eq!(assumed.len(), 1, "{assumed:?}");
+    assert!(assumed[0].starts_with("range of C,"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_dialog_takes_the_words_it_offers_and_asks_again() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let answers = "tabel\nhead-head\n650,520\n650,520,600\n110..585\n650,520,475\n\n\nround\n500\n20\n220\n\n9..10\n-95..95\nleft\n\n\n";
+    let (code, said) = dialog(scratch.path(), answers);
+    assert_eq!(code, Some(0), "{said}");
+    for says in [
+        "or one of the words table-table, table-head, head-head",
+        "--travels has 2 numbers",
+        "which is a travel of 475 mm",
+        "--table: '' is no number",
+        "'round' is no number",
+        "allowed is at least half the spindle housing",
+        "a range holds 0",
+        "--directions 'left' is not known",
+    ] {
+        assert!(said.contains(says), "'{says}' is not in: {said}");
+    }
+    let (machine, _) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
+    assert_eq!(machine.code.to_string(), "[wXbYZCAt]");
+    // the end of the input ends it
+    std::fs::remove_file(scratch.path().join("mill.yaml")).expect("removed");
+    let (code, said) = dialog(scratch.path(), "head-head\n650,520,475\n");
+    assert!(code == Some(2) && said.contains("the input ended at the question"), "{said}");
+    assert!(!scratch.path().join("mill.yaml").exists());
 }

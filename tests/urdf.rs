@@ -4,7 +4,7 @@ use crate::shipped;
 use std::path::Path;
 
 use fiveaxis::chain::{Chain, Geometry};
-use fiveaxis::load::{LinkChoice, load_machine, machine_from_urdf, machine_from_yaml};
+use fiveaxis::load::{LinkChoice, load_machine, load_machine_and_bodies, machine_from_urdf, machine_from_yaml};
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::report::machine_yaml;
 use nalgebra::Vector3;
@@ -163,4 +163,75 @@ fn a_machine_with_errors_written_as_a_robot_description_moves_alike() {
     println!("farthest apart {worst:.1e} mm");
     // origins are read to 1e-9 mm, up to five joints stand one on the other, and turns carry that on
     assert!(worst < 5e-9, "{worst}");
+}
+
+/// A tetrahedron of 0.2 m as a text STL, m.
+fn wedge() -> String {
+    let corners = ["0 0 0", "0.2 0 0", "0 0.2 0", "0 0 0.2"];
+    let facets = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]].map(|facet| {
+        let vertices: String = facet.map(|corner: usize| format!("vertex {}\n", corners[corner])).concat();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    });
+    format!("solid wedge\n{}endsolid wedge\n", facets.concat())
+}
+
+/// A description whose one mesh has this name.
+fn with_mesh(name: &str) -> String {
+    let collision =
+        format!("<link name=\"table\"><collision><geometry><mesh filename=\"{name}\"/></geometry></collision></link>");
+    MILL.replace("<link name=\"table\"/>", &collision)
+}
+
+#[test]
+fn meshes_of_a_package_are_found_where_exporters_put_them() {
+    let cases = [
+        ("mill/urdf/mill.urdf", "mill/meshes/a.stl", "package://mill/meshes/a.stl"),
+        ("mill/mill.urdf", "mill/meshes/a.stl", "package://mill/meshes/a.stl"),
+        ("mill/robots/new/mill.urdf", "mill/a.stl", "package://mill/a.stl"),
+        // beside the description's folder, beside a folder above, in its folder
+        ("mill/urdf/mill.urdf", "mill/shapes_of_it/a.stl", "package://shapes_of_it/a.stl"),
+        ("mill/urdf/mill.urdf", "shapes_of_it/meshes/a.stl", "package://shapes_of_it/meshes/a.stl"),
+        ("mill.urdf", "mill/meshes/a.stl", "package://mill/meshes/a.stl"),
+        // another name: beside the description
+        ("robot/mill.urdf", "robot/meshes/a.stl", "package://mill/meshes/a.stl"),
+        ("mill/urdf/mill.urdf", "mill/meshes/a.stl", "../meshes/a.stl"),
+    ];
+    for (file, mesh, name) in cases {
+        let scratch = tempfile::tempdir().unwrap();
+        for (path, text) in [(file, with_mesh(name)), (mesh, wedge())] {
+            let path = scratch.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        let (_, bodies) =
+            load_machine_and_bodies(&scratch.path().join(file)).unwrap_or_else(|why| panic!("{file}: {why}"));
+        assert_eq!(bodies.bodies.len(), 1, "{file}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn meshes_of_a_package_do_not_leave_it() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |path: &str| scratch.path().join(path);
+    for folder in ["far/meshes", "ws/mill/urdf", "ws/mill/meshes", "ws/mill/other"] {
+        std::fs::create_dir_all(at(folder)).unwrap();
+    }
+    std::fs::write(at("far/meshes/a.stl"), wedge()).unwrap();
+    std::os::unix::fs::symlink(at("far/meshes/a.stl"), at("ws/mill/meshes/a.stl")).unwrap();
+    std::os::unix::fs::symlink(at("far"), at("ws/mill/linked")).unwrap();
+    for (name, folder, says) in [
+        ("package://mill/meshes/a.stl", "urdf", "is a link out of the file's folder"),
+        ("package://linked/meshes/a.stl", "urdf", "is a link out of the file's folder"),
+        ("../meshes/a.stl", "urdf", "is a link out of the file's folder"),
+        ("../meshes/a.stl", "other", "leaves the file's folder"),
+        ("../../far/meshes/a.stl", "urdf", "leaves the file's folder"),
+        ("package://mill/../far/meshes/a.stl", "urdf", "leaves the file's folder"),
+        ("package://../far/meshes/a.stl", "urdf", "is not there"),
+    ] {
+        let file = at("ws/mill").join(folder).join("mill.urdf");
+        std::fs::write(&file, with_mesh(name)).unwrap();
+        let why = load_machine_and_bodies(&file).expect_err(name).to_string();
+        assert!(why.contains(says), "{name}: {why}");
+    }
 }

@@ -56,8 +56,8 @@ pub(super) fn machine_size_mm(machine: &Machine) -> f64 {
     if stated > 0.0 { stated.max(200.0) } else { 600.0 }
 }
 
-/// Name, bits of the scale, and whether a small size is meant.
-type MeshKey = (String, [u64; 3], bool);
+/// Folder, name, bits of the scale, and whether a small size is meant.
+type MeshKey = (PathBuf, String, [u64; 3], bool);
 
 /// The meshes of one machine: a file that several bodies name is read and cut up once.
 pub(super) struct Meshes {
@@ -73,14 +73,24 @@ impl Meshes {
         Meshes { folder: file.parent().map(PathBuf::from).unwrap_or_default(), read: RefCell::default() }
     }
 
-    /// Convex solids that cover the mesh of a file.
+    /// Convex solids that cover the mesh of a file named relative to the machine file.
     pub fn solids<F: Fn(f64) -> String>(&self, name: &str, how: &MeshUse<F>) -> Result<Vec<Solid>, MeshFileError> {
+        self.solids_in(&self.folder, name, how)
+    }
+
+    /// Convex solids that cover the mesh of a file named relative to a folder, which it does not leave.
+    pub fn solids_in<F: Fn(f64) -> String>(
+        &self,
+        folder: &Path,
+        name: &str,
+        how: &MeshUse<F>,
+    ) -> Result<Vec<Solid>, MeshFileError> {
         let scale = [how.scale.x, how.scale.y, how.scale.z].map(f64::to_bits);
-        let key = (name.to_string(), scale, how.small_is_meant);
+        let key = (folder.to_path_buf(), name.to_string(), scale, how.small_is_meant);
         if let Some(solids) = self.read.borrow().get(&key) {
             return Ok(solids.clone());
         }
-        let solids = mesh_solids(&self.folder, name, how)?;
+        let solids = mesh_solids(folder, name, how)?;
         let mut read = self.read.borrow_mut();
         read.insert(key, solids.clone());
         MESHES.exceeded(read.len()).map_or(Ok(solids), |message| Err(MeshFileError::TooMany(message)))

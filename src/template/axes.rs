@@ -7,7 +7,7 @@ use crate::machine::{Axis, AxisKind, Machine, letter_axis};
 
 /// What a file from a template must say of itself.
 const CAVEATS: [&str; 2] = [
-    "made from a data sheet: travels and distances are the sheet's, places of the rotary axes as told, the rest is a template",
+    "made from a data sheet: travels, distances, places and ranges of axes are as given unless called ASSUMED here, the rest is a template",
     "bodies are simple solids without column, covers, door or tool changer; add what stands in the way and compare every clearance with your machine",
 ];
 
@@ -16,7 +16,8 @@ pub fn machine(sizes: &Sizes, frame: &Frame) -> Machine {
     let on_table = sizes.code.workpiece_side.len();
     let axes = sizes.code.axis_names().enumerate().map(|(place, name)| axis(sizes, frame, name, place >= on_table));
     let plain = Machine::plain(sizes.name.clone(), sizes.code.clone(), sizes.directions, axes.collect());
-    Machine { caveats: CAVEATS.map(str::to_string).to_vec(), ..plain }
+    let caveats = CAVEATS.map(str::to_string).into_iter().chain(sizes.assumed()).collect();
+    Machine { caveats, ..plain }
 }
 
 fn axis(sizes: &Sizes, frame: &Frame, name: &str, is_on_tool_side: bool) -> Axis {

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::sizes::{GAUGE_MM, SizesError, TableSize};
+use super::figures::{GAUGE_MM, SizesError, TableSize, assumed_range};
+use super::made::Made;
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_along};
 use crate::chain::Pose;
-use crate::machine::{AxisKind, Machine, StructuralCode};
+use crate::machine::{AxisKind, Directions, Machine, StructuralCode, letter_axis};
 
 /// What a description does not say of itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Wishes {
     pub table: Option<TableSize>,
     /// Diameter of the spindle housing where the tool's links have no geometry, mm.
     pub housing_mm: f64,
+    /// How the control counts the axes; the description counts them as carried.
+    pub directions: Directions,
 }
 
 /// Bodies of neighbouring links that are nearer than this at zero meet in a bearing or a guideway, mm.
@@ -32,13 +35,13 @@ const SURFACE_MM: f64 = 80.0;
 const ENDLESS_RAD: f64 = std::f64::consts::TAU;
 
 const CAVEATS: [&str; 3] = [
-    "made from a robot description: axes, ranges and shapes are the description's, letters are those of the axes' directions",
+    "made from a robot description: axes, ranges not called ASSUMED and shapes are the description's, letters are those of the axes' directions",
     "meshes are boxes about their convex pieces, parts of neighbouring links that meet at zero are taken for joined, compare every clearance with your machine",
     "surface of the pivot and spindle nose are found from the description, check both",
 ];
 
 /// Machine and bodies with which a plan can be made.
-pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<(Machine, Bodies), SizesError> {
+pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<Made, SizesError> {
     let letters = letters(machine)?;
     let renamed = |name: &str| match machine.axis_index(name) {
         Some(axis) => letters[axis].clone(),
@@ -51,10 +54,18 @@ pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<
         link_names: Vec::new(),
         ..machine.clone()
     };
+    let mut assumed = Vec::new();
     for (axis, letter) in named.axes.iter_mut().zip(&letters) {
         axis.name.clone_from(letter);
-        let endless = (axis.kind == AxisKind::Rotary).then_some((-ENDLESS_RAD, ENDLESS_RAD));
-        axis.range = axis.range.or(endless);
+        if axis.kind == AxisKind::Rotary && axis.range.is_none() {
+            axis.range = Some((-ENDLESS_RAD, ENDLESS_RAD));
+            let degrees = ENDLESS_RAD.to_degrees();
+            assumed.push(assumed_range(letter, (-degrees, degrees), "the description limits it nowhere"));
+        }
+    }
+    named.caveats.extend(assumed.iter().cloned());
+    if wishes.directions == Directions::Iso841 {
+        count_by_iso841(&mut named);
     }
     let mut all = Bodies::default();
     for body in &bodies.bodies {
@@ -70,7 +81,25 @@ pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<
     all.mounts.push(mount);
     all.spindle = Some(nose);
     join(&mut all, &named.code);
-    Ok((named, all))
+    Ok(Made { machine: named, bodies: all, assumed })
+}
+
+/// Counts axes as ISO 841 does. Every joint keeps its motion; the count q of the description becomes -q where the
+/// direction is turned to the positive one of its letter, and once more where the axis carries the workpiece.
+fn count_by_iso841(machine: &mut Machine) {
+    let on_table = machine.code.workpiece_side.len();
+    for (place, axis) in machine.axes.iter_mut().enumerate() {
+        let usual = letter_axis(&axis.name).map(|(_, direction)| direction);
+        let is_backward = usual.is_some_and(|usual| usual.dot(&axis.direction) < 0.0);
+        // + 0.0: no minus before a zero
+        if is_backward {
+            axis.direction = axis.direction.map(|part| -part + 0.0);
+        }
+        if is_backward != (place < on_table) {
+            axis.range = axis.range.map(|(low, high)| (-high + 0.0, -low + 0.0));
+        }
+    }
+    machine.directions = Some(Directions::Iso841);
 }
 
 /// A letter for each axis: X, Y, Z along and A, B, C about the coordinate directions.

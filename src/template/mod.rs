@@ -4,24 +4,28 @@
 //! |---|---|
 //! | `described` | what must a robot description get so that a plan can be made? |
 //! | `sizes` | which figures of a data sheet are asked for, and what do they default to? |
+//! | `allowed` | which figures of a data sheet make a machine? |
+//! | `figures` | what is one figure of a sheet? |
 //! | `axes` | where do the axes stand? |
 //! | `solids` | which bodies stand for the machine until someone measures it? |
 //!
 //! The reference point R lies under the spindle, [`GAUGE_MM`] below its nose, with all axes at zero. The spindle is vertical.
 
+pub mod allowed;
 mod axes;
 mod described;
+mod figures;
+mod made;
 mod sizes;
 mod solids;
 
 pub use described::{Wishes, plannable};
-pub use sizes::{GAUGE_MM, Sizes, SizesError, TableSize};
-
-use crate::bodies::Bodies;
-use crate::machine::Machine;
+pub use figures::{GAUGE_MM, SizesError, TableSize, usual_range};
+pub use made::Made;
+pub use sizes::Sizes;
 
 /// Machine and bodies of a data sheet.
-pub fn machine_of(sizes: &Sizes) -> Result<(Machine, Bodies), SizesError> {
+pub fn machine_of(sizes: &Sizes) -> Result<Made, SizesError> {
     let frame = sizes.frame()?;
-    Ok((axes::machine(sizes, &frame), solids::bodies(sizes, &frame)))
+    Ok(Made { machine: axes::machine(sizes, &frame), bodies: solids::bodies(sizes, &frame), assumed: sizes.assumed() })
 }

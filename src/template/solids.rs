@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::sizes::{Frame, GAUGE_MM, Sizes, TableSize};
+use super::figures::{GAUGE_MM, TableSize};
+use super::sizes::{Frame, Sizes};
 use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide};
 use crate::chain::Pose;
 
@@ -82,8 +83,8 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
     let turning = sizes.turning_on_table();
     let (mut height, mut link, mut last) = match tilting(&turning) {
         Some((letter, along)) if turning.len() == 2 && table_link != letter => {
-            let cradle =
-                Cradle { letter, along, carrier: carrier(&outward, letter), half, under, axis: frame.table_tilt };
+            let (carrier, radius) = (carrier(&outward, letter), sizes.table.swept());
+            let cradle = Cradle { letter, along, carrier, radius, under, axis: frame.table_tilt };
             cradle.add(all)
         }
         // the table turns or tilts on what carries it, or stands on it
@@ -95,7 +96,7 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
         }
     };
     // slides under it, each on the next, down to the bed
-    let mut wide = [2.0 * half[0] + 2.0 * ARM_MM + 240.0, 2.0 * half[1] + 60.0];
+    let mut wide = slide_under(sizes, &turning);
     loop {
         let name = if link == "b" { "bed".to_string() } else { format!("{link} slide") };
         let thick = if link == "b" { 3.0 * SLIDE_MM } else { SLIDE_MM };
@@ -118,13 +119,24 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
     under
 }
 
+/// Sizes along x and y of the slide under the table, mm: as wide as what stands on it.
+fn slide_under(sizes: &Sizes, turning: &[&str]) -> [f64; 2] {
+    let half = if turning.is_empty() { sizes.table.half() } else { [sizes.table.swept(); 2] };
+    let bearings = 2.0 * ARM_MM + 240.0;
+    match tilting(turning) {
+        // the bearings of a cradle stand along its axis
+        Some(("B", _)) => [2.0 * half[0] + 60.0, 2.0 * half[1] + bearings],
+        _ => [2.0 * half[0] + bearings, 2.0 * half[1] + 60.0],
+    }
+}
+
 /// A plate under the table, two arms beside it and the bearings that carry them.
 struct Cradle<'s> {
     letter: &'s str,
     along: Vector3<f64>,
     carrier: String,
-    /// Half the table, mm.
-    half: [f64; 2],
+    /// Circle that the table sweeps as it turns on the cradle, mm: the arms stand outside.
+    radius: f64,
     /// Underside of the table and height of the axis, mm.
     under: f64,
     axis: f64,
@@ -134,7 +146,7 @@ impl Cradle<'_> {
     /// Adds it; returns the height of what carries it, its link, and the bodies that stand on that.
     fn add(&self, all: &mut Bodies) -> (f64, String, Vec<String>) {
         let across = Vector3::z().cross(&self.along);
-        let radius = self.half[0].max(self.half[1]);
+        let radius = self.radius;
         let low = self.under - PLATE_MM;
         let wide = 1.5 * radius;
         let place = |aside: f64, height: f64| self.along * aside + Vector3::z() * height;

@@ -66,7 +66,7 @@ fn one_message_each() {
                 "<link name=\"tool\"/>",
                 "<link name=\"tool\"><collision><geometry>\n<mesh filename=\"package://arm/tool.stl\"/></geometry></collision></link>",
             ),
-            "arm.urdf:4: mesh 'package://arm/tool.stl' is not there; put the file beside the robot description or remove the mesh",
+            "arm.urdf:4: mesh 'package://arm/tool.stl' is not there: not below a folder 'arm' that holds the robot description or lies beside its folders, and not beside it; put the file there or remove the mesh",
         ),
         (
             "words in xyz",

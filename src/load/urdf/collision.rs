@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::checks::{child, children, numbers, shape};
 use super::frames::{MM_PER_M, Placed, millimetres, quarter_turns, roll_pitch_yaw};
-use super::mesh::name_beside_file;
+use super::mesh::mesh_place;
 use super::places::Element;
 use super::reader::Reader;
 use crate::bodies::{Bodies, Body, Solid};
@@ -121,7 +121,8 @@ fn geometry(reader: &Reader, machine: &Machine, meshes: &Meshes, collision: usiz
                     format!("write scale=\"{}\" (a robot description is in m)", scale.join(" "))
                 },
             };
-            meshes.solids(name_beside_file(name), &how).map_err(|why| refuse(why.to_string()))?
+            let place = mesh_place(file, name);
+            meshes.solids_in(&place.home, &place.name, &how).map_err(|why| refuse(why.to_string()))?
         }
     })
 }

@@ -12,7 +12,7 @@ use crate::verbs::options::directions::DirectionsName;
 /// Arguments of `init`.
 #[derive(Args)]
 #[command(
-    after_help = "Example: fiveaxis init mill.yaml --code \"[wCAXbYZt]\" --travels 650,520,475 --nose-to-table 110..585 --table 320 --tilt-above-table -60 --range A=-120..30 --directions iso841\nWithout options on a terminal it asks."
+    after_help = "Example: fiveaxis init mill.yaml --code \"[wCAXbYZt]\" --travels 650,520,475 --nose-to-table 110..585 --table 320 --tilt-above-table -60 --range A=-120..30 --directions iso841\nWhat is missing it asks for on a terminal, and asks again after a wrong answer."
 )]
 pub struct Arguments {
     /// Machine file to write, e.g. mill.yaml
@@ -35,7 +35,7 @@ pub struct Arguments {
     /// Table, mm: diameter, or width x depth (along X and Y)
     #[arg(long, value_name = "320 or 500x400")]
     pub(super) table: Option<String>,
-    /// Range of a rotary axis, deg (repeatable); C turns ±360 and A and B ±100 unless given
+    /// Range of a rotary axis, deg (repeatable); not given, ±360 for C and ±100 for A and B are assumed, and the file says so
     #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
     pub(super) range: Vec<String>,
     /// Tilting axis of the table above the table top, mm; below is negative
@@ -50,11 +50,11 @@ pub struct Arguments {
     /// An angle plate beside the table, for the tilting axis of a head
     #[arg(long)]
     pub(super) angle_plate: bool,
-    /// Sense of the axes: what + does
+    /// Sense of the axes: what + does; with --urdf carried, as the description counts, unless given
     #[arg(long, value_enum)]
     pub(super) directions: Option<DirectionsName>,
     /// A robot description (URDF) in place of a data sheet: its axes, ranges and collision geometry
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "directions"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "range", "tilt_above_table", "pivot_to_nose", "angle_plate"])]
     pub(super) urdf: Option<PathBuf>,
     /// URDF: the link that is the bed (default: the root link)
     #[arg(long, requires = "urdf")]
@@ -85,6 +85,12 @@ pub(super) enum Kind {
 }
 
 impl Kind {
+    /// The words of the option, each with its kind.
+    pub(super) fn words() -> Vec<(String, Kind)> {
+        let named = Kind::value_variants().iter().filter_map(|kind| Some((kind.to_possible_value()?, *kind)));
+        named.map(|(word, kind)| (word.get_name().to_string(), kind)).collect()
+    }
+
     pub(super) fn code(self) -> &'static str {
         match self {
             Kind::TableTable => "[wCAYbXZt]",
@@ -106,4 +112,43 @@ pub(super) fn table_size(text: &str) -> Result<TableSize, Refusal> {
 pub(super) fn number(text: &str, option: &str) -> Result<f64, Refusal> {
     let value = f64::from_str(text.trim()).ok().filter(|value| value.is_finite());
     value.ok_or_else(|| format!("{option}: '{}' is no number", text.trim()).into())
+}
+
+/// Three numbers with commas between.
+pub(super) fn three(text: &str, option: &str) -> Result<[f64; 3], Refusal> {
+    let found = text.split(',').map(|part| number(part, option)).collect::<Result<Vec<f64>, _>>()?;
+    let &[x, y, z] = found.as_slice() else {
+        return Err(format!("{option} has {} numbers; three are wanted, for X, Y and Z in mm", found.len()).into());
+    };
+    Ok([x, y, z])
+}
+
+/// `FROM..TO`, the lower end first.
+pub(super) fn range(text: &str, option: &str) -> Result<(f64, f64), Refusal> {
+    let (from, to) = text
+        .split_once("..")
+        .ok_or_else(|| format!("{option}: '{text}' is no range; write FROM..TO, e.g. 110..585"))?;
+    let (from, to) = (number(from, option)?, number(to, option)?);
+    if from >= to {
+        return Err(format!("{option}: {from}..{to} runs backwards; the lower end stands first").into());
+    }
+    Ok((from, to))
+}
+
+/// `AXIS=FROM..TO` of a rotary axis, deg.
+pub(super) fn named_range(text: &str) -> Result<(String, (f64, f64)), Refusal> {
+    let (name, ends) = text
+        .split_once('=')
+        .ok_or_else(|| format!("--range: '{text}' is not understood; write AXIS=FROM..TO, e.g. A=-120..30"))?;
+    let name = name.trim();
+    Ok((name.to_string(), range_of(name, ends)?))
+}
+
+/// `FROM..TO` of a rotary axis, deg.
+pub(super) fn range_of(name: &str, ends: &str) -> Result<(f64, f64), Refusal> {
+    let (from, to) = range(ends, "--range")?;
+    if from < -3600.0 || to > 3600.0 || from > 0.0 || to < 0.0 {
+        return Err(format!("--range: {name}={from}..{to} deg; a range holds 0 and lies within -3600..3600").into());
+    }
+    Ok((from, to))
 }

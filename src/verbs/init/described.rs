@@ -2,16 +2,15 @@
 
 use std::path::Path;
 
-use fiveaxis::bodies::Bodies;
 use fiveaxis::load::{LinkChoice, load_description};
-use fiveaxis::machine::Machine;
-use fiveaxis::template::{Wishes, plannable};
+use fiveaxis::machine::Directions;
+use fiveaxis::template::{Made, Wishes, plannable};
 
 use super::arguments::{Arguments, table_size};
 use crate::verbs::Refusal;
 
-/// Head of the file, machine and bodies of a description.
-pub(super) fn described(arguments: &Arguments, urdf: &Path) -> Result<(String, Machine, Bodies), Refusal> {
+/// Head of the file, and what a description makes.
+pub(super) fn described(arguments: &Arguments, urdf: &Path) -> Result<(String, Made), Refusal> {
     let links = LinkChoice {
         root: arguments.root_link.clone(),
         workpiece: arguments.workpiece_link.clone(),
@@ -19,12 +18,13 @@ pub(super) fn described(arguments: &Arguments, urdf: &Path) -> Result<(String, M
     };
     let (machine, bodies, [workpiece, tool]) = load_description(urdf, &links)?;
     let table = arguments.table.as_deref().map(table_size).transpose()?;
-    let wishes = Wishes { workpiece, tool, table, housing_mm: arguments.housing };
-    let (mut named, bodies) =
-        plannable(&machine, &bodies, &wishes).map_err(|why| format!("{}: {why}", urdf.display()))?;
+    let directions = arguments.directions.map_or(Directions::Carried, |said| said.directions());
+    let wishes = Wishes { workpiece, tool, table, housing_mm: arguments.housing, directions };
+    let mut made = plannable(&machine, &bodies, &wishes).map_err(|why| format!("{}: {why}", urdf.display()))?;
     if let Some(name) = &arguments.name {
-        named.name.clone_from(name);
+        made.machine.name.clone_from(name);
     }
+    let named = &made.machine;
     let joints: Vec<String> = (machine.axes.iter().zip(&named.axes))
         .map(|(joint, axis)| format!("{} is {}", axis.name, joint.name))
         .collect();
@@ -34,5 +34,5 @@ pub(super) fn described(arguments: &Arguments, urdf: &Path) -> Result<(String, M
         urdf.file_name().map(|name| name.to_string_lossy().replace(char::is_control, " ")).unwrap_or_default(),
         joints.join(", ").replace(char::is_control, " ")
     );
-    Ok((head, named, bodies))
+    Ok((head, made))
 }

@@ -1,7 +1,9 @@
 //! `fiveaxis init`: a machine file from a data sheet or from a robot description.
 
 mod arguments;
+mod ask;
 mod described;
+mod sheet;
 mod verb;
 
 pub use arguments::Arguments;
