@@ -86,7 +86,15 @@ fn what_was_cut_off_or_stood_still_is_refused() {
                 (Kind::CutAtStart | Kind::CutAtEnd, true) => {
                     assert!(matches!(why, ImportError::MarksMissing { .. }), "{why}");
                 }
-                (Kind::Standing, true) => assert!(matches!(why, ImportError::NoMarks { .. }), "{why}"),
+                (Kind::Standing, true) => {
+                    assert!(matches!(why, ImportError::NoMarks { .. }), "{why}");
+                    // among many tests none is meant
+                    let among_all = refusal(planned, &planned.pairs, &drawn).to_string();
+                    assert!(
+                        among_all.starts_with("none of the 4 marks that a program of the session makes"),
+                        "{among_all}"
+                    );
+                }
                 _ => {}
             }
         }
@@ -454,6 +462,14 @@ fn a_shipped_capture_becomes_recordings_of_its_tests() {
     for file in ["session.yaml", "machine.yaml", "xy-100-1-ccw.csv", "xy-100-1-cw.csv", "xy-100-1-ccw.svg"] {
         assert!(out.join(file).is_file(), "{file}");
     }
+    // the lines break where marks are left out; numbers on the axes are round
+    let picture = std::fs::read_to_string(out.join("xy-100-1-ccw.svg")).unwrap();
+    assert!(picture.contains("marks left out in grey bands") && picture.matches("<polyline").count() > 2, "{picture}");
+    let levels: Vec<&str> = picture.split("text-anchor=\"end\">").skip(1).filter_map(|t| t.split('<').next()).collect();
+    assert!(
+        levels.len() >= 3 && levels.iter().all(|level| level.replace('−', "").parse::<i32>().is_ok()),
+        "{levels:?}"
+    );
     let imported = fiveaxis::load::load_session(&out.join("session.yaml")).unwrap();
     assert_eq!(imported.tests.len(), 2);
     // positions against those that the planner commanded, every tenth of a second on the gauge's clock
@@ -615,6 +631,76 @@ fn files_of_gauges_are_read_and_others_refused() {
     }
     let xml = read("g.b5r", "<Test><A>1 2 3</A></Test>", none).unwrap_err();
     assert!(xml.starts_with("g.b5r: is XML without a list of at least 30 readings (numbers found in: A)"), "{xml}");
+}
+
+#[test]
+fn xml_states_how_often_a_gauge_reads_by_words_and_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.b5r");
+    let values: String = (0..40).map(|k| format!("<Reading>{}</Reading>", 1.5 * f64::from(k))).collect();
+    let step_s = |head: &str| {
+        std::fs::write(&file, format!("<B5R>{head}<Unit>um</Unit><Deviations>{values}</Deviations></B5R>")).unwrap();
+        load_capture(&file, CaptureHints::default()).map(|read| read.time_s[1]).map_err(|why| why.to_string())
+    };
+    for (head, due_s) in [
+        ("<SampleRate>50</SampleRate><Calibrated>100.0</Calibrated>", 0.02),
+        ("<SampleRate>50</SampleRate><MachineFeedRate>1500</MachineFeedRate>", 0.02),
+        ("<SampleRate>50</SampleRate><RunUpRate>10</RunUpRate>", 0.02),
+        ("<Capture SampleRate=\"50\"><Feedrate>1000</Feedrate></Capture>", 0.02),
+        ("<BaudRate>9600</BaudRate><Rate>25</Rate><SAMPLERATE>50</SAMPLERATE>", 0.02),
+        ("<sampling_frequency unit=\"kHz\">0.05</sampling_frequency>", 0.02),
+        ("<SampleRate units=\"Hz\">50</SampleRate><FeedRate units=\"mm/min\">1500</FeedRate>", 0.02),
+        ("<SampleInterval unit=\"ms\">20</SampleInterval>", 0.02),
+        ("<SamplePeriodMs>20</SamplePeriodMs>", 0.02),
+        ("<Interval>0.02</Interval>", 0.02),
+        ("<Calibration><SampleRate>10</SampleRate></Calibration><DataRate>50</DataRate>", 0.02),
+        ("<X><Calibration><SampleRate>10</SampleRate></Calibration></X><RateOfSampling>50</RateOfSampling>", 0.02),
+    ] {
+        let found = step_s(head);
+        assert!(found.as_ref().is_ok_and(|step_s| (step_s - due_s).abs() < 1e-9), "{head}: {found:?}");
+    }
+    let none = "has neither times nor a sampling rate; add an element SampleRate in Hz or say --rate with the readings a second";
+    for head in ["<Feedrate>1500</Feedrate>", "<Calibrated>100.0</Calibrated>", "<BaudRate>9600</BaudRate>"] {
+        assert!(step_s(head).is_err_and(|why| why.ends_with(none)), "{head}");
+    }
+    let other = step_s("<SampleInterval unit=\"parsec\">20</SampleInterval>").unwrap_err();
+    assert!(
+        other
+            .ends_with("SampleInterval: unit 'parsec' is not known; allowed are s, ms or us; correct it or say --rate"),
+        "{other}"
+    );
+    // a second list is told, for it may be the second direction
+    let list: String = (0..40).map(|k| format!("{} ", 1.5 * f64::from(k))).collect();
+    let both = format!("<B5R><Rate>50</Rate><Unit>um</Unit><CW>{list}</CW><CCW>{list} 1</CCW></B5R>");
+    std::fs::write(&file, both).unwrap();
+    assert_eq!(load_capture(&file, CaptureHints::default()).unwrap().not_read, ["CW (40 numbers)"]);
+    let output = import(&[
+        file.to_str().unwrap(),
+        "--session",
+        &format!("{SHIPPED}/session.yaml"),
+        "--out",
+        folder.path().join("out").to_str().unwrap(),
+    ]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(3) && said.contains("(not read in it: CW (40 numbers))"), "{said}");
+}
+
+#[test]
+fn captures_of_windows_1252_are_read_and_others_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.csv");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&file, bytes).unwrap();
+        load_capture(&file, CaptureHints::default())
+    };
+    let found = read(b"Pr\xfcfung \x80\nZeit [s];Abweichung [\xb5m]\n0,0;-5,1\n0,1;-5,2\n").unwrap();
+    assert!(found.is_latin && found.column == LengthColumn::DeviationUm);
+    assert!(found.reading_mm.iter().zip([-5.1e-3, -5.2e-3]).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    assert!(!read("Zeit [s];Abweichung [µm]\n0,0;-5,1\n0,1;-5,2\n".as_bytes()).unwrap().is_latin);
+    for bytes in [b"time_s,deviation_um\n0,1\n\xff\0\x01,2\n".as_slice(), b"time_s,deviation_um\n0,1\n\x81,2\n"] {
+        let why = read(bytes).unwrap_err().to_string();
+        assert!(why.ends_with("a.csv:3: is not UTF-8 text; save it as UTF-8"), "{why}");
+    }
 }
 
 #[test]

@@ -56,17 +56,19 @@ pub enum ImportError {
     )]
     OtherFeed { test: String, pace: f64 },
     #[error(
-        "{found} whole marks are in the readings, where the program of {test} makes 4: it is cut off, or of another program; record from before the first to after the last"
+        "{found} whole marks are in the readings, where {} 4: it is cut off, or of another program; record from before the first to after the last",
+        program_makes(.test.as_deref())
     )]
-    MarksMissing { test: String, found: usize },
+    MarksMissing { test: Option<String>, found: usize },
     #[error(
         "{found} moves like marks are in the readings, where a program makes 4, and no four of them are told for certain: a run was broken off, or the bar was touched; trim the capture to its last start, just before {from_s:.1} s, or record again"
     )]
     ManyMarks { found: usize, from_s: f64 },
     #[error(
-        "none of the 4 marks that the program of {test} makes is in the readings: the machine stood still, or ran another program; if it ran one without marks, take the tests' marks out of the session"
+        "none of the 4 marks that {} is told in the readings: the machine stood still, ran another program, or comes to speed too slowly for marks to be told; if its program had no marks, take the tests' marks out of the session",
+        program_makes(.test.as_deref())
     )]
-    NoMarks { test: String },
+    NoMarks { test: Option<String> },
     #[error("the marks of the session's programs are in the readings, but {what}: {cure}")]
     OtherReading { what: &'static str, cure: &'static str },
     #[error(
@@ -80,6 +82,14 @@ pub enum ImportError {
         "the capture may be that of {one} or of {other} (log odds {odds:.1}, {due:.1} are asked for): their readings are alike, and the wait between the directions is that of the one, or longer than that of the other; say which with --test {one} or --test {other}"
     )]
     TwoTests { one: String, other: String, odds: f64, due: f64 },
+}
+
+/// Whose marks they are: of a test that was asked for, or of any.
+fn program_makes(test: Option<&str>) -> String {
+    match test {
+        Some(test) => format!("the program of {test} makes"),
+        None => "a program of the session makes".into(),
+    }
 }
 
 /// By what a run differs from that between marks.

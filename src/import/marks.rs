@@ -39,30 +39,87 @@ const SCALE: f64 = 3e-4;
 /// Least standard deviation of a level, mm.
 const LEVEL_MM: f64 = 2e-4;
 
+/// Times in which marks come to speed, s, that are looked for in turn: at once, and in controls that accelerate slowly. Each stands
+/// for those up to the middle between it and the next.
+const RAMPS_S: [f64; 3] = [0.0, 0.3, 0.5];
+
+/// The form of a mark: out along the bar, a rest, back.
+#[derive(Debug, Clone, Copy)]
+struct Form {
+    /// Speed over the programmed one.
+    pace: f64,
+    /// Time of one move, s, and that in which it comes to speed and to rest.
+    move_s: f64,
+    ramp_s: f64,
+    hold_s: f64,
+}
+
+impl Form {
+    fn of(marks: &Marks, pace: f64, ramp_s: f64) -> Form {
+        let move_s = marks.move_s() / pace + ramp_s;
+        Form { pace, move_s, ramp_s: ramp_s.min(0.5 * move_s), hold_s: marks.hold_s }
+    }
+
+    fn lasts_s(&self) -> f64 {
+        2.0 * self.move_s + self.hold_s
+    }
+
+    /// Part of its move that a mark has made, `since_s` after it began.
+    fn out(&self, since_s: f64) -> f64 {
+        self.made(since_s) - self.made(since_s - self.move_s - self.hold_s)
+    }
+
+    /// Part of one move that is made: the speed rises and falls evenly.
+    fn made(&self, since_s: f64) -> f64 {
+        let speed = 1.0 / (self.move_s - self.ramp_s);
+        let ramped = |since_s: f64| 0.5 * speed * since_s * since_s / self.ramp_s;
+        match since_s {
+            since if since <= 0.0 => 0.0,
+            since if since >= self.move_s => 1.0,
+            since if since < self.ramp_s => ramped(since),
+            since if since > self.move_s - self.ramp_s => 1.0 - ramped(self.move_s - since),
+            since => speed * (since - 0.5 * self.ramp_s),
+        }
+    }
+}
+
 /// A mark in the readings, s and mm.
 #[derive(Debug, Clone, Copy)]
 struct Mark {
     begin_s: f64,
-    /// Pace at which its form was found.
-    pace: f64,
+    /// The form that was found.
+    form: Form,
     explained: f64,
 }
 
 /// The marks of a program in a capture; `paces` are those thought possible.
 pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
     let rows: Vec<(f64, f64)> = capture.finite().collect();
+    let mut best = Found::None;
+    for ramp_s in RAMPS_S {
+        match (found(capture, &rows, marks, paces, ramp_s), best) {
+            (all @ Found::All(_), _) => return all,
+            (Found::Some(more), Found::Some(found)) if more <= found => {}
+            (Found::None, _) => {}
+            (some, _) => best = some,
+        }
+    }
+    best
+}
+
+/// The marks that come to speed in about this time.
+fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2], ramp_s: f64) -> Found {
     let mut all: Vec<Mark> = Vec::new();
     // a form a twentieth too long still explains nine tenths
     let mut pace = paces[0] * PACE_STEP.sqrt();
     while pace < paces[1] {
-        all.extend(of_pace(&rows, marks, pace));
+        all.extend(of_form(rows, marks, Form::of(marks, pace, ramp_s)));
         pace *= PACE_STEP;
     }
     all.sort_by(|one, other| other.explained.total_cmp(&one.explained));
     let mut kept: Vec<Mark> = Vec::new();
     for mark in all {
-        let lasts = 2.0 * marks.move_s() / mark.pace + marks.hold_s;
-        if kept.iter().all(|other| (other.begin_s - mark.begin_s).abs() > lasts) {
+        if kept.iter().all(|other| (other.begin_s - mark.begin_s).abs() > mark.form.lasts_s()) {
             kept.push(mark);
         }
     }
@@ -74,24 +131,17 @@ pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
     kept.sort_by(|one, other| one.begin_s.total_cmp(&other.begin_s));
     match <[Mark; 4]>::try_from(kept) {
         // of a mark whose return is cut off nothing is left to fit: three are whole
-        Ok(four) => seen(&rows, marks, &four, capture.noise_mm())
+        Ok(four) => seen(rows, marks, &four, capture.noise_mm())
             .map_or(Found::Some(3), |seen| Found::All(Seen { found, last_four_s, ..seen })),
         Err(fewer) if fewer.is_empty() => Found::None,
         Err(fewer) => Found::Some(fewer.len()),
     }
 }
 
-/// Part of its move that a mark has made, `since_s` after it began.
-fn form(marks: &Marks, pace: f64, since_s: f64) -> f64 {
-    let move_s = marks.move_s() / pace;
-    let back = since_s - move_s - marks.hold_s;
-    (since_s / move_s).clamp(0.0, 1.0) - (back / move_s).clamp(0.0, 1.0)
-}
-
 /// Places whose readings have the form of a mark.
-fn of_pace(rows: &[(f64, f64)], marks: &Marks, pace: f64) -> Vec<Mark> {
+fn of_form(rows: &[(f64, f64)], marks: &Marks, form: Form) -> Vec<Mark> {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Vec::new() };
-    let lasts_s = 2.0 * marks.move_s() / pace + marks.hold_s;
+    let lasts_s = form.lasts_s();
     let count = ((last.0 - first.0) / STEP_S) as usize;
     let mut found = Vec::new();
     for begin_s in (0..count).map(|k| first.0 + STEP_S * k as f64) {
@@ -104,7 +154,7 @@ fn of_pace(rows: &[(f64, f64)], marks: &Marks, pace: f64) -> Vec<Mark> {
         if near.len() < FEWEST || high - low < SEEN * marks.move_mm.abs() {
             continue;
         }
-        let due = |row: &(f64, f64)| marks.move_mm * form(marks, pace, row.0 - begin_s);
+        let due = |row: &(f64, f64)| marks.move_mm * form.out(row.0 - begin_s);
         let scatter = |values: &[f64]| {
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
@@ -113,7 +163,7 @@ fn of_pace(rows: &[(f64, f64)], marks: &Marks, pace: f64) -> Vec<Mark> {
         let left = scatter(&near.iter().map(|row| row.1 - due(row)).collect::<Vec<f64>>());
         let explained = 1.0 - left / flat;
         if explained > EXPLAINED {
-            found.push(Mark { begin_s, pace, explained });
+            found.push(Mark { begin_s, form, explained });
         }
     }
     found
@@ -127,7 +177,7 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         halves.extend(second_halves(rows, marks, mark, k % 2 == 0)?);
     }
     let programmed = marks.feed_mm_per_min / 60.0;
-    let pace = four.iter().map(|mark| mark.pace).sum::<f64>() / 4.0;
+    let pace = four.iter().map(|mark| mark.form.pace).sum::<f64>() / 4.0;
     let moves = ends_of(&halves, marks.move_mm, programmed * pace, noise_mm.max(LEVEL_MM))?;
     let way_s = marks.move_mm.abs() / moves.speed;
     // moves in order: each mark goes out, then back
@@ -154,7 +204,7 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
 
 /// The second halves of a mark's two moves with the rests behind them.
 fn second_halves(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: bool) -> Option<[SecondHalf; 2]> {
-    let move_s = marks.move_s() / mark.pace;
+    let move_s = mark.form.move_s;
     let out_s = mark.begin_s + move_s;
     let back_s = out_s + marks.hold_s;
     let end_s = back_s + move_s;
@@ -188,4 +238,32 @@ fn second_halves(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before:
     });
     // end, level, and something of the slope
     halves.iter().all(|half| half.rows.len() >= 2).then_some(halves)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four marks that come to speed in `ramp_s`, at rest between them.
+    fn capture(marks: &Marks, ramp_s: f64, begins_s: &[f64]) -> Capture {
+        let form = Form::of(marks, 1.0, ramp_s);
+        let time_s: Vec<f64> = (0..2500).map(|k| 0.01 * f64::from(k)).collect();
+        let reading = |time: &f64| begins_s.iter().map(|begin| marks.move_mm * form.out(time - begin)).sum::<f64>();
+        let reading_mm = time_s.iter().map(reading).collect();
+        Capture { time_s, reading_mm }
+    }
+
+    #[test]
+    fn marks_of_slow_controls_are_seen() {
+        let marks = Marks { move_mm: 0.4, feed_mm_per_min: 60.0, hold_s: 0.6, rest_s: 0.5, gap_s: 1.0 };
+        for ramp_s in [0.0, 0.1, 0.25, 0.29, 0.4, 0.5] {
+            let begins_s = [3.0, 11.0, 14.0, 21.0];
+            let Found::All(seen) = find(&capture(&marks, ramp_s, &begins_s), &marks, [0.9, 1.1]) else {
+                panic!("{ramp_s} s: not seen");
+            };
+            for ([begin_s, _], due_s) in seen.marks_s.iter().zip(begins_s) {
+                assert!((begin_s - due_s).abs() < 0.03, "{ramp_s} s: {begin_s} in place of {due_s}");
+            }
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Marks that are in the readings at another sense, unit or clock than the capture's: what to say of a column named wrongly.
+//! Marks that are in the readings at another sense, unit or clock than the capture's: what to say of readings named wrongly.
 
 use super::capture::Capture;
 use super::course::{Feeds, Pair};
@@ -8,49 +8,58 @@ use crate::session::{Marks, Session};
 
 /// What a capture's numbers may be instead: factor of the readings, of the times, what is said, what is to be done.
 const OTHERS: [(f64, f64, &str, &str); 10] = [
-    (-1.0, 1.0, "the readings have the other sense", "change the sign of the column of readings"),
+    (-1.0, 1.0, "the readings have the other sense", "change the sign of the readings"),
     (
         1e3,
         1.0,
         "the readings are a thousand times too small, millimetres taken as µm or metres as millimetres",
-        "name the column by its unit, e.g. deviation_mm, or say --unit deviation-mm",
+        "name the readings by their unit, e.g. deviation_mm, or say --unit deviation-mm",
     ),
     (
         1e-3,
         1.0,
         "the readings are a thousand times too large, µm taken as millimetres",
-        "name the column by its unit, e.g. deviation_um, or say --unit deviation-um",
+        "name the readings by their unit, e.g. deviation_um, or say --unit deviation-um",
     ),
     (
         25.4,
         1.0,
-        "the readings are in inches, or in thousandths of one where the column says µm",
-        "multiply the column of readings by 25.4",
+        "the readings are in inches, or in thousandths of one where they are named µm",
+        "multiply the readings by 25.4",
     ),
     (
         25.4e-3,
         1.0,
-        "the readings are in thousandths of an inch, or in millionths of one where the column says µm",
-        "multiply the column of readings by 0.0254",
+        "the readings are in thousandths of an inch, or in millionths of one where they are named µm",
+        "multiply the readings by 0.0254",
     ),
-    (1.0 / 25.4, 1.0, "the readings are 25.4 times too large", "divide the column of readings by 25.4"),
-    (10.0, 1.0, "the readings are ten times too small", "multiply the column of readings by 10"),
-    (0.1, 1.0, "the readings are ten times too large", "divide the column of readings by 10"),
-    (1.0, 1e-3, "the times are milliseconds and were taken as seconds", "name the column time_ms"),
-    (1.0, 1e3, "the times are seconds and were taken as milliseconds", "name the column time_s"),
+    (1.0 / 25.4, 1.0, "the readings are 25.4 times too large", "divide the readings by 25.4"),
+    (10.0, 1.0, "the readings are ten times too small", "multiply the readings by 10"),
+    (0.1, 1.0, "the readings are ten times too large", "divide the readings by 10"),
+    (
+        1.0,
+        1e-3,
+        "the times are milliseconds and were taken as seconds",
+        "state their unit, as time_ms in a table or unit=\"ms\" of the interval in XML, or say --rate",
+    ),
+    (
+        1.0,
+        1e3,
+        "the times are seconds and were taken as milliseconds",
+        "state their unit, as time_s in a table or unit=\"s\" of the interval in XML, or say --rate",
+    ),
 ];
 
 /// Readings range over less than this where the bar is on, mm, and follow each other in steps between these, s.
 const MOST_MM: f64 = 5.0;
 const STEP_S: (f64, f64) = (1e-4, 2.0);
 
-/// Forms of the marks of some tests, each with a test that has it.
-pub(super) fn forms(session: &Session, among: &[Pair]) -> Vec<(Marks, String)> {
-    let mut forms: Vec<(Marks, String)> = Vec::new();
-    for pair in among {
-        let test = &session.tests[pair.tests[0]];
-        if let Some(marks) = test.marks.filter(|marks| forms.iter().all(|(other, _)| !alike(marks, other))) {
-            forms.push((marks, test.name.clone()));
+/// Forms of the marks of some tests.
+pub(super) fn forms(session: &Session, among: &[Pair]) -> Vec<Marks> {
+    let mut forms: Vec<Marks> = Vec::new();
+    for marks in among.iter().filter_map(|pair| session.tests[pair.tests[0]].marks) {
+        if forms.iter().all(|other| !alike(&marks, other)) {
+            forms.push(marks);
         }
     }
     forms
@@ -69,7 +78,7 @@ pub(super) fn other_reading(session: &Session, among: &[Pair], capture: &Capture
     let step_s = (capture.time_s.last()? - capture.time_s.first()?) / capture.time_s.len() as f64;
     // marks are in sight, the bar stays within its stroke, and the gauge reads as gauges do
     let may_be = |by: f64, time_by: f64| {
-        let has_room = |(marks, _): &(Marks, String)| by.abs() * range_mm > 0.5 * marks.move_mm.abs();
+        let has_room = |marks: &Marks| by.abs() * range_mm > 0.5 * marks.move_mm.abs();
         forms.iter().any(has_room)
             && by.abs() * range_mm < MOST_MM
             && (STEP_S.0..STEP_S.1).contains(&(time_by * step_s))
@@ -79,7 +88,7 @@ pub(super) fn other_reading(session: &Session, among: &[Pair], capture: &Capture
             time_s: capture.time_s.iter().map(|time| time * time_by).collect(),
             reading_mm: capture.reading_mm.iter().map(|reading| reading * by).collect(),
         };
-        let is_in_it = |(marks, _): &(Marks, String)| matches!(find(&scaled, marks, feeds.range()), Found::All(_));
+        let is_in_it = |marks: &Marks| matches!(find(&scaled, marks, feeds.range()), Found::All(_));
         forms.iter().any(is_in_it).then_some(ImportError::OtherReading { what, cure })
     })
 }

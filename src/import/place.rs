@@ -29,6 +29,8 @@ pub struct Placement {
     pub position_sigma: f64,
     /// Averaged readings for a picture: time, s, reading and what the model leaves of it, mm.
     pub averages: Vec<[f64; 3]>,
+    /// Begin and end of each mark, s: the averages leave it out.
+    pub marks_s: Vec<[f64; 2]>,
     /// What is left, mm, and the noise of one reading, mm.
     pub left_mm: f64,
     pub noise_mm: f64,
@@ -173,7 +175,8 @@ fn searched(
     levels: &Levels,
 ) -> Result<Vec<Searched>, ImportError> {
     let seen = levels.fine.marks;
-    let (mut begun, mut why, mut nearest_s): (Vec<Searched>, _, _) = (Vec::new(), ImportError::NoPair, f64::INFINITY);
+    let (mut begun, mut why): (Vec<Searched>, _) = (Vec::new(), ImportError::NoPair);
+    let (mut nearest_s, mut shortest_s) = (f64::INFINITY, f64::INFINITY);
     for &pair in such {
         let course = Course::of(session, pair, feeds)?;
         let test = || session.tests[pair.tests[0]].name.clone();
@@ -188,7 +191,11 @@ fn searched(
         let rough = searched_roughly(&course, levels);
         if rough.is_empty() {
             let (first, last) = capture.ends_s();
-            why = ImportError::TooShort { test: test(), lasts_s: last - first, due_s: 2.0 * course.run_s };
+            // the one that comes nearest
+            if 2.0 * course.run_s < shortest_s {
+                shortest_s = 2.0 * course.run_s;
+                why = ImportError::TooShort { test: test(), lasts_s: last - first, due_s: shortest_s };
+            }
             continue;
         }
         begun.push((pair, course, rough));
@@ -291,22 +298,22 @@ fn marked(
     feeds: Feeds,
 ) -> Result<Option<(Marks, Seen)>, ImportError> {
     let (mut most, mut missing) = (0, None);
-    for (marks, test) in forms(session, among) {
+    // many tests make the same marks: which was meant is not known
+    let asked = || if let [only] = among { Some(session.tests[only.tests[0]].name.clone()) } else { None };
+    for marks in forms(session, among) {
         match find(capture, &marks, feeds.range()) {
             Found::All(seen) => return Ok(Some((marks, seen))),
             Found::Some(found) if found > most => {
                 most = found;
-                // many tests make the same marks: which was meant is not known
-                let test = if among.len() == 1 { test } else { "any test of the session".into() };
-                missing = Some(ImportError::MarksMissing { test, found });
+                missing = Some(ImportError::MarksMissing { test: asked(), found });
             }
             Found::Some(_) | Found::None => {}
         }
     }
     // marks are a thousand times the noise: without one the program did not run, or ran without them
     let of_all = among.iter().all(|pair| session.tests[pair.tests[0]].marks.is_some());
-    let none = |pair: &Pair| ImportError::NoMarks { test: session.tests[pair.tests[0]].name.clone() };
-    match missing.or(among.first().filter(|_| of_all).map(none)) {
+    let none = || ImportError::NoMarks { test: asked() };
+    match missing.or_else(|| (of_all && !among.is_empty()).then(none)) {
         Some(why) => Err(other_reading(session, among, capture, feeds).unwrap_or(why)),
         None => Ok(None),
     }
@@ -384,6 +391,7 @@ fn judged(
         left_mm,
         noise_mm,
         by_marks: data.marks.is_some(),
+        marks_s: data.marks.map_or_else(Vec::new, |seen| seen.marks_s.to_vec()),
         waited_s,
         averages: (data.time_s.iter().zip(&data.value_mm).zip(&residual))
             .map(|((time, value), left)| [*time, *value, *left])

@@ -120,7 +120,7 @@ pub(super) fn is_of_other(label: &str) -> bool {
 }
 
 /// Words of a label in small letters, `StartTime` being two.
-fn words_of(label: &str) -> Vec<String> {
+pub(super) fn words_of(label: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_small = false;
     for character in label.chars() {

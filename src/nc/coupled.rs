@@ -22,10 +22,9 @@ pub(super) const FEED_MM_PER_MIN: f64 = 500.0;
 
 /// The path of one direction with run-in and run-out.
 struct Course {
-    /// Ends of run-in, arc and run-out, deg of the path.
+    /// Where the run-in and the arc begin and the run-out ends, deg of the path.
     from: f64,
     begin: f64,
-    end: f64,
     to: f64,
     /// Step of the session's rows, deg.
     step: f64,
@@ -38,7 +37,7 @@ impl Course {
         let motion = Motion::of(&bare_session(machine), &Chain::of(machine), test).ok()?;
         let [before, after] = beyond_path(machine, test, &motion)?;
         let way = (to - from).signum();
-        Some(Course { from: from - way * before, begin: *from, end: *to, to: to + way * after, step: step.abs() })
+        Some(Course { from: from - way * before, begin: *from, to: to + way * after, step: step.abs() })
     }
 }
 
@@ -90,11 +89,13 @@ pub(super) fn follow(
     }
 }
 
-/// The path of one direction and its motion at the session's steps.
+/// The path of one direction and its motion at the session's steps, or a little smaller ones that are whole in it.
 fn whole(machine: &Machine, test: &Test) -> Option<(Course, Motion)> {
     let course = Course::of(machine, test)?;
-    let motion = between(machine, test, course.from, course.to, (course.to - course.from).abs() / course.step)?;
-    Some((course, motion))
+    let long = (course.to - course.from).abs();
+    let count = (long / course.step - 1e-6).ceil().max(1.0);
+    let motion = between(machine, test, course.from, course.to, count)?;
+    Some((Course { step: long / count, ..course }, motion))
 }
 
 /// Straight blocks over run-in, arc and run-out.
@@ -106,31 +107,30 @@ fn straight_blocks(
     whole: &Motion,
 ) -> Vec<Step> {
     let chain = Chain::of(machine);
-    let (Ok(links), geometry) = (test.links(&chain), Geometry::nominal(&chain)) else { return Vec::new() };
-    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
-    let way = |from: &[f64], to: &[f64]| way_mm(&geometry, test, links, from, to);
+    let geometry = Geometry::nominal(&chain);
     let rows = whole.rows();
-    let ms = |of: &Motion| (1..of.rows()).map(|row| way(of.row(row - 1), of.row(row))).sum::<f64>() / feed * 60_000.0;
-    let longest_deg = longest_deg(&geometry, test, whole, course.step);
+    let Some(run_s) = whole.time_s.as_ref().and_then(|time_s| time_s.last().copied()) else { return Vec::new() };
+    let per_deg_ms = 1e3 * run_s / (course.to - course.from).abs();
+    let longest_ms = per_deg_ms * longest_deg(&geometry, test, whole, course.step);
     // all that moves in the run; the rest stands where the way to the start has brought it
     let moving: Vec<usize> = (0..whole.axis_count)
         .filter(|&k| (0..rows).any(|row| (whole.row(row)[k] - whole.row(0)[k]).abs() > STANDS))
         .collect();
     let mut steps = Vec::new();
-    for (from, to) in [(course.from, course.begin), (course.begin, course.end), (course.end, course.to)] {
-        let (deg, fewest) = ((to - from).abs(), ((to - from).abs() / longest_deg - 1e-6).ceil());
-        let Some(rough) = between(machine, test, from, to, fewest).filter(|_| fewest >= 1.0) else { continue };
-        let count = blocks(ms(&rough), deg, fewest, curves);
+    for Cut { from, to, count } in cuts(course, 1e3 * run_s, longest_ms, curves) {
         let Some(motion) = between(machine, test, from, to, count) else { continue };
+        let blocks_ms = times_ms(&motion, per_deg_ms * (to - from).abs(), curves);
         let mut ends = on_grid(machine, coordinates, &motion);
         // the run-out ends where the other direction and the way back begin
         if let Some(last) = ends.last_mut().filter(|_| to == course.to) {
             *last = motion.row(motion.rows() - 1).to_vec();
         }
-        steps.extend(ends.windows(2).map(|pair| Step::Move {
-            to: place(machine, coordinates, &moving, &pair[1]),
-            minutes: in_whole_cycles(way(&pair[0], &pair[1]) / feed, curves),
-        }));
+        steps.extend(
+            ends.iter()
+                .skip(1)
+                .zip(blocks_ms)
+                .map(|(end, ms)| Step::Move { to: place(machine, coordinates, &moving, end), minutes: ms / 60_000.0 }),
+        );
     }
     steps
 }
@@ -176,36 +176,55 @@ fn longest_deg(geometry: &Geometry, test: &Test, motion: &Motion, step: f64) -> 
     step * (CHORD_MM / worst.max(1e-12)).sqrt().min(1.0)
 }
 
-/// Blocks more than the chord asks for, as a share, among which is chosen: where `FT` states times in whole milliseconds, and
-/// elsewhere. Shorter blocks are slower to join.
-const MORE_BLOCKS: f64 = 0.25;
-const MORE_BLOCKS_BY_RATE: f64 = 0.05;
-
-/// Into how many blocks an arc is cut: as many as the chord asks for or a few more, so that a block takes hardly less than
-/// whole milliseconds. That is as fine as `FT` states a time, and it is rounded up; and what a control's cycle lasts.
-fn blocks(arc_ms: f64, arc_deg: f64, fewest: f64, curves: Curves) -> f64 {
-    let more = if curves == Curves::Plain { MORE_BLOCKS } else { MORE_BLOCKS_BY_RATE };
-    // ends that move to readings written in full make a block longer or shorter by up to one such step
-    let longest = |count: f64| 1.0 + GRID_DEG * count / arc_deg;
-    let slower = |count: f64| (arc_ms / count * longest(count)).ceil() * count / arc_ms;
-    (0..=(more * fewest) as usize)
-        .map(|more| fewest + more as f64)
-        .min_by(|a, b| slower(*a).total_cmp(&slower(*b)))
-        .unwrap_or(fewest)
-}
-
-/// Cycle of a control, ms, and what a block takes beyond whole cycles: one that ended within a cycle would give the rest of it
-/// away, and its neighbours would be joined at up to 1.1 of the feed (LinuxCNC).
+/// Cycle of a control, ms, as fine as `FT` states a time; and what a block takes beyond whole cycles where feeds are stated by
+/// time: one that ended within a cycle would give the rest of it away, and its neighbours would be joined at up to 1.1 of the
+/// feed (LinuxCNC).
 const CYCLE_MS: f64 = 1.0;
 const BEYOND_MS: f64 = 0.02;
+/// Parts of a cycle that are rounding.
+const ROUNDING: f64 = 1e-6;
 
-/// Time of a block in minutes: whole cycles and hardly more, where the control does not round by itself.
-fn in_whole_cycles(minutes: f64, curves: Curves) -> f64 {
-    if curves == Curves::Plain {
-        return minutes;
+/// What a block takes beyond whole cycles, ms.
+fn beyond_ms(curves: Curves) -> f64 {
+    if curves == Curves::Plain { 0.0 } else { BEYOND_MS }
+}
+
+/// A stretch of a run that is cut into so many equal blocks, between two places, deg of the path.
+#[derive(Debug, PartialEq)]
+struct Cut {
+    from: f64,
+    to: f64,
+    count: f64,
+}
+
+/// A run in blocks that last whole cycles, none longer than `longest_ms` if that is a cycle, such that all together take the
+/// time that the feed says. What whole blocks leave of the run goes with one of them into the first two, where the axes come to
+/// speed: none is shorter than half of the others.
+fn cuts(course: &Course, run_ms: f64, longest_ms: f64, curves: Curves) -> Vec<Cut> {
+    let beyond = beyond_ms(curves);
+    let whole_cycles = |ms: f64| ((ms - beyond) / CYCLE_MS + ROUNDING).floor().max(1.0) * CYCLE_MS + beyond;
+    let block_ms = whole_cycles(longest_ms);
+    let whole = (run_ms / block_ms + ROUNDING).floor();
+    let at = |ms: f64| course.from + (course.to - course.from) * ms / run_ms;
+    let rest_ms = run_ms - whole * block_ms;
+    if whole < 1.0 || rest_ms < ROUNDING * CYCLE_MS {
+        return vec![Cut { from: course.from, to: course.to, count: whole.max(1.0) }];
     }
-    let cycles = (minutes * 60_000.0 / CYCLE_MS - BEYOND_MS).ceil().max(1.0);
-    (cycles * CYCLE_MS + BEYOND_MS) / 60_000.0
+    let (first, second) = (at(whole_cycles(0.5 * (block_ms + rest_ms))), at(block_ms + rest_ms));
+    let cut = |from: f64, to: f64, count: f64| Cut { from, to, count };
+    let begin = [cut(course.from, first, 1.0), cut(first, second, 1.0)];
+    begin.into_iter().chain((whole > 1.0).then(|| cut(second, course.to, whole - 1.0))).collect()
+}
+
+/// Times of the blocks of a motion that takes `whole_ms`, ms: whole cycles that together last as long, and less than one more.
+fn times_ms(motion: &Motion, whole_ms: f64, curves: Curves) -> Vec<f64> {
+    let (Some(time_s), beyond) = (&motion.time_s, beyond_ms(curves)) else { return Vec::new() };
+    let lasts_s = time_s.last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+    let gone = |row: usize| {
+        let ms = whole_ms * time_s[row] / lasts_s - beyond * row as f64;
+        (ms / CYCLE_MS - ROUNDING).ceil()
+    };
+    (1..time_s.len()).map(|row| (gone(row) - gone(row - 1)).max(1.0) * CYCLE_MS + beyond).collect()
 }
 
 /// A circle of two slides on which a rotary axis is carried along.

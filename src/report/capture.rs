@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use crate::import::{Placement, SessionTimes};
+use crate::load::printable::shortened;
+use crate::report::pictures::frame::{plain, round_step};
 use crate::report::wording::markup::escape;
 use crate::report::wording::table::Table;
 use crate::session::Session;
@@ -152,67 +154,144 @@ pub fn import_text(json: &ImportJson) -> String {
 
 /// Size of a picture, px, and its margins.
 const WIDTH: f64 = 960.0;
-const HEIGHT: f64 = 420.0;
+const HEIGHT: f64 = 460.0;
 const LEFT: f64 = 64.0;
-const TOP: f64 = 48.0;
+const RIGHT: f64 = 16.0;
+const TOP: f64 = 100.0;
 const BOTTOM: f64 = 40.0;
+/// Heights of the lines of words above the picture, px: what it is of, how sure, what its colours mean, the two tests.
+const TITLE: f64 = 20.0;
+const SURE: f64 = 39.0;
+const LEGEND: f64 = 58.0;
+const TESTS: [f64; 2] = [78.0, 94.0];
+/// Width of a letter, px, at most: names may lie so near to the right edge. Longest name shown, characters.
+const LETTER: f64 = 8.5;
+const LONGEST: usize = 90;
+/// Numbers on the axes, about.
+const LEVELS: f64 = 5.0;
+const TIMES: f64 = 8.0;
 
-/// A capture as SVG: readings over time, the model, the two capture arcs.
+/// Where times, s, and readings, mm, lie in a picture.
+struct Places {
+    first: f64,
+    last: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Places {
+    fn of(rows: &[[f64; 3]]) -> Places {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+        };
+        let (first, last) = range(&mut rows.iter().map(|row| row[0]));
+        let (low, high) = range(&mut rows.iter().flat_map(|row| [row[1], row[1] - row[2]]));
+        let room = 0.08 * (high - low).max(1e-6);
+        Places { first, last, low: low - room, high: high + room }
+    }
+
+    fn x(&self, time: f64) -> f64 {
+        LEFT + (time - self.first) / (self.last - self.first).max(1e-9) * (WIDTH - LEFT - RIGHT)
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        TOP + (self.high - value) / (self.high - self.low) * (HEIGHT - TOP - BOTTOM)
+    }
+
+    /// A band between two times over the whole height.
+    fn band(&self, [begin, end]: [f64; 2], fill: &str) -> String {
+        let (begin, end) = (begin.max(self.first), end.min(self.last));
+        format!(
+            "<rect x=\"{:.1}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\"/>\n",
+            self.x(begin),
+            (self.x(end) - self.x(begin)).max(0.0),
+            HEIGHT - TOP - BOTTOM
+        )
+    }
+
+    /// Round numbers on both axes with lines across.
+    fn numbers(&self) -> String {
+        let mut out = String::new();
+        for um in round_between(UM_PER_MM * self.low, UM_PER_MM * self.high, LEVELS) {
+            let y = self.y(um / UM_PER_MM);
+            let _ = writeln!(
+                out,
+                "<path d=\"M{LEFT} {y:.1}H{:.1}\" stroke=\"#e4e4e4\"/>\n<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                WIDTH - RIGHT,
+                LEFT - 6.0,
+                y + 4.0,
+                plain(um)
+            );
+        }
+        for time in round_between(self.first, self.last, TIMES) {
+            let (x, below) = (self.x(time), HEIGHT - BOTTOM);
+            let _ = writeln!(
+                out,
+                "<path d=\"M{x:.1} {below}v5\" stroke=\"#555\"/>\n<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} s</text>",
+                below + 20.0,
+                plain(time)
+            );
+        }
+        out
+    }
+
+    /// Lines through rows of one stretch after another, without one between them.
+    fn lines(&self, stretches: &[&[[f64; 3]]], value: impl Fn(&[f64; 3]) -> f64, style: &str) -> String {
+        let line = |rows: &[[f64; 3]]| -> String {
+            rows.iter().map(|row| format!("{:.1},{:.1} ", self.x(row[0]), self.y(value(row)))).collect()
+        };
+        stretches.iter().map(|rows| format!("<polyline fill=\"none\" {style} points=\"{}\"/>\n", line(rows))).collect()
+    }
+}
+
+/// About so many round numbers from one number to another.
+fn round_between(low: f64, high: f64, about: f64) -> Vec<f64> {
+    let step = round_step(((high - low) / about).max(1e-9));
+    ((low / step).ceil() as i64..=(high / step).floor() as i64).map(|k| k as f64 * step).collect()
+}
+
+/// Rows between marks, which they leave out.
+fn between_marks<'r>(rows: &'r [[f64; 3]], marks_s: &[[f64; 2]]) -> Vec<&'r [[f64; 3]]> {
+    let before = |row: &[f64; 3]| marks_s.iter().filter(|[begin, _]| row[0] > *begin).count();
+    rows.chunk_by(|one, next| before(one) == before(next)).collect()
+}
+
+/// A capture as SVG: readings over time, the model, the two capture arcs, the marks left out.
 pub fn capture_svg(placed: &PlacedJson, placement: &Placement) -> String {
-    let rows = &placement.averages;
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
-    };
-    let (first, last) = range(&mut rows.iter().map(|row| row[0]));
-    let (low, high) = range(&mut rows.iter().flat_map(|row| [row[1], row[1] - row[2]]));
-    let room = 0.08 * (high - low).max(1e-6);
-    let (low, high) = (low - room, high + room);
-    let x = |time: f64| LEFT + (time - first) / (last - first).max(1e-9) * (WIDTH - LEFT - 16.0);
-    let y = |value: f64| TOP + (high - value) / (high - low) * (HEIGHT - TOP - BOTTOM);
-    let line = |value: &dyn Fn(&[f64; 3]) -> f64| -> String {
-        rows.iter().map(|row| format!("{:.1},{:.1} ", x(row[0]), y(value(row)))).collect()
-    };
+    let places = Places::of(&placement.averages);
+    let stretches = between_marks(&placement.averages, &placement.marks_s);
+    let name = placed.file.rsplit(['/', '\\']).next().unwrap_or(&placed.file);
+    let sure =
+        format!("axis position ± {:.3} {}, pace {:.4}", placed.position_sigma, placed.position_unit, placed.pace);
     let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n<text x=\"{LEFT}\" y=\"20\" font-weight=\"bold\">{}</text>\n",
-        escape(&format!(
-            "{}: axis position ± {:.3} {}, pace {:.4}",
-            placed.file, placed.position_sigma, placed.position_unit, placed.pace
-        ))
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n<text x=\"{LEFT}\" y=\"{TITLE}\" font-weight=\"bold\">{}</text>\n<text x=\"{LEFT}\" y=\"{SURE}\">{sure}</text>\n{}",
+        escape(&shortened(name, LONGEST)),
+        legend(!placement.marks_s.is_empty())
     );
-    for (name, [begin, end]) in placed.tests.iter().zip(placed.arcs_s) {
+    placed.arcs_s.iter().for_each(|arc| out.push_str(&places.band(*arc, "#dbe9f6")));
+    placement.marks_s.iter().for_each(|mark| out.push_str(&places.band(*mark, "#ececec")));
+    out.push_str(&places.numbers());
+    for ((name, [begin, _]), y) in placed.tests.iter().zip(placed.arcs_s).zip(TESTS) {
+        let (name, x) = (shortened(name, LONGEST), places.x(begin) + 4.0);
+        // a long name ends at the edge in place of beginning at its arc
+        let fits = x + LETTER * name.chars().count() as f64 <= WIDTH - RIGHT;
+        let (x, anchor) = if fits { (x, "start") } else { (WIDTH - RIGHT, "end") };
         let _ = writeln!(
             out,
-            "<rect x=\"{:.1}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#dbe9f6\"/>\n<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#345\">{}</text>",
-            x(begin),
-            x(end) - x(begin),
-            HEIGHT - TOP - BOTTOM,
-            x(begin) + 4.0,
-            TOP - 6.0,
-            escape(name)
+            "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"{anchor}\" fill=\"#345\">{}</text>",
+            escape(&name)
         );
     }
-    let _ = writeln!(
-        out,
-        "<polyline fill=\"none\" stroke=\"#999\" stroke-width=\"3\" points=\"{}\"/>\n<polyline fill=\"none\" stroke=\"#b3261e\" stroke-width=\"1.2\" points=\"{}\"/>",
-        line(&|row| row[1]),
-        line(&|row| row[1] - row[2])
-    );
-    for k in 0..=4 {
-        let (value, time) = (low + (high - low) * f64::from(k) / 4.0, first + (last - first) * f64::from(k) / 4.0);
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{:.1}</text>\n<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{time:.1} s</text>",
-            LEFT - 6.0,
-            y(value) + 4.0,
-            value * UM_PER_MM,
-            x(time),
-            HEIGHT - BOTTOM + 20.0
-        );
-    }
-    let _ = writeln!(
-        out,
-        "<text x=\"{:.1}\" y=\"20\" text-anchor=\"end\" fill=\"#555\">µm about the median: grey readings, red model; shaded: capture arcs</text>\n</svg>",
-        WIDTH - 16.0
-    );
+    out.push_str(&places.lines(&stretches, |row| row[1], "stroke=\"#999\" stroke-width=\"3\""));
+    out.push_str(&places.lines(&stretches, |row| row[1] - row[2], "stroke=\"#b3261e\" stroke-width=\"1.2\""));
+    out.push_str("</svg>\n");
     out
+}
+
+/// What the colours mean, in one line.
+fn legend(has_marks: bool) -> String {
+    let marks = if has_marks { "; marks left out in grey bands" } else { "" };
+    format!(
+        "<text x=\"{LEFT}\" y=\"{LEGEND}\" fill=\"#555\">µm about the median: readings grey, model red; capture arcs in blue bands{marks}</text>\n"
+    )
 }

@@ -8,6 +8,7 @@ use fiveaxis::import::{
     Began, Capture, Feeds, ImportError, Pair, Placement, SessionTimes, Stated, WhyPlanned, pairs, place_named,
     recordings, split_session,
 };
+use fiveaxis::load::printable::shortened;
 use fiveaxis::load::{CaptureFile, CaptureHints, Moment, load_capture, load_session};
 use fiveaxis::report::capture::{ImportJson, TimesOf, capture_svg, import_text, placed_json};
 use fiveaxis::report::recording::path_csv;
@@ -147,8 +148,13 @@ fn placed(
     let capture = Capture { time_s: read.time_s.clone(), reading_mm: read.reading_mm.clone() };
     let refuse = |why: ImportError| match why {
         ImportError::Motion(_) | ImportError::Fit(_) => Refusal::from(why),
-        _ => Ending::data_fault(format!("{}: {why}", file.display())),
+        // what was left out may be what is missing
+        _ if read.not_read.is_empty() => Ending::data_fault(format!("{}: {why}", file.display())),
+        _ => Ending::data_fault(format!("{}: {why} (not read in it: {})", file.display(), shown(&read.not_read))),
     };
+    if read.is_latin {
+        remark(format_args!("{}: is no UTF-8 text; read as Windows-1252 (Latin-1)", file.display()));
+    }
     let placement = place_named(session, among, &capture, feeds, named(session, file)).map_err(refuse)?;
     let test = &session.tests[placement.pair.tests[0]];
     let bar_mm = match (read.column.is_deviation(), test.bar_length_mm) {
@@ -166,6 +172,20 @@ fn placed(
     let recordings = recordings(&placement, &capture, bar_mm, read.column);
     warn(session, file, &placement);
     Ok(Placed { file: file.to_path_buf(), read, capture, placement, recordings })
+}
+
+/// Most names that a refusal lists, and the longest of them, characters.
+const MOST_NAMES: usize = 8;
+const LONGEST_NAME: usize = 40;
+
+/// Names in one line, no more than [`MOST_NAMES`] of them.
+fn shown(names: &[String]) -> String {
+    let mut list: Vec<String> =
+        names.iter().take(MOST_NAMES).map(|name| shortened(name, LONGEST_NAME).into_owned()).collect();
+    if names.len() > MOST_NAMES {
+        list.push(format!("{} more", names.len() - MOST_NAMES));
+    }
+    list.join(", ")
 }
 
 /// Distance of a pace from the programmed feed from which on it is told: what gauges' clocks and controls are off by, twice over.

@@ -11,7 +11,21 @@ use crate::load::LoadError;
 
 /// Text of a file of at most `limit` bytes; UTF-8, or UTF-16 with its byte order mark, which is dropped.
 pub fn read_limited(file: &Path, limit: Limit) -> Result<String, LoadError> {
+    text_of(file, bytes_limited(file, limit).map_err(|message| LoadError::file(file, message))?)
+}
+
+/// The same, or Windows-1252 (Latin-1 and more), a byte a character, where the bytes are such text and no UTF-8: true then.
+pub(crate) fn read_limited_or_latin(file: &Path, limit: Limit) -> Result<(String, bool), LoadError> {
     let bytes = bytes_limited(file, limit).map_err(|message| LoadError::file(file, message))?;
+    let latin =
+        if wide_text(&bytes).is_none() && std::str::from_utf8(&bytes).is_err() { latin_text(&bytes) } else { None };
+    match latin {
+        Some(text) => Ok((text, true)),
+        None => Ok((text_of(file, bytes)?, false)),
+    }
+}
+
+fn text_of(file: &Path, bytes: Vec<u8>) -> Result<String, LoadError> {
     let bytes = match wide_text(&bytes) {
         Some(text) => return text.map_err(|message| LoadError::file(file, message)),
         None => bytes,
@@ -21,6 +35,19 @@ pub fn read_limited(file: &Path, limit: Limit) -> Result<String, LoadError> {
         LoadError::line(file, line, "is not UTF-8 text; save it as UTF-8")
     })?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// Characters of the bytes 0x80 to 0x9f in Windows-1252; `_` where there is none.
+const OF_WINDOWS: &str = "€_‚ƒ„…†‡ˆ‰Š‹Œ_Ž__‘’“”•–—˜™š›œ_žŸ";
+
+/// Bytes as characters of Windows-1252; `None` where one is none, or controls something other than lines and tabs.
+fn latin_text(bytes: &[u8]) -> Option<String> {
+    let character = |byte: u8| match byte {
+        b'\t' | b'\n' | b'\r' | b' '..=b'~' | 0xa0.. => Some(char::from(byte)),
+        0x80..=0x9f => OF_WINDOWS.chars().nth(usize::from(byte - 0x80)).filter(|character| *character != '_'),
+        _ => None,
+    };
+    bytes.iter().map(|&byte| character(byte)).collect()
 }
 
 /// Text of two bytes a character, as spreadsheet programs save it; `None` without the byte order mark that tells it.

@@ -65,7 +65,7 @@ impl Frame {
 }
 
 /// Smallest step of the series 1, 2, 5 × 10ⁿ not below `wanted`.
-fn round_step(wanted: f64) -> f64 {
+pub(crate) fn round_step(wanted: f64) -> f64 {
     let decade = 10f64.powf(wanted.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|k| k * decade).find(|step| *step >= wanted * (1.0 - 1e-9)).unwrap_or(wanted)
 }

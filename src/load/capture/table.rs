@@ -1,0 +1,137 @@
+//! Tables of a gauge: preamble, header, rows. XML is in `xml`.
+
+use std::path::Path;
+
+use super::names::{Meaning, meaning, plain_name};
+use super::numbers::{fields, number, reading, row_of, time};
+use super::raw::{Raw, SHOWN};
+use crate::load::checked_text::message::LoadError;
+use crate::load::checked_text::printable::shortened;
+
+/// Lines before a table's header, at most.
+const PREAMBLE_LINES: usize = 200;
+
+/// True for a row of units below a header: `s;µm`.
+fn is_units(row: &[&str], separator: char) -> bool {
+    row.iter().all(|field| number(field, separator).is_none())
+        && row.iter().any(|field| !matches!(meaning(&format!("deviation {field}")), Meaning::Readings(None)))
+}
+
+/// Readings a second that a line of a preamble states: `Sample rate: 250 Hz`.
+fn stated_rate(line: &str) -> Option<f64> {
+    let lower = line.to_lowercase();
+    let before = &lower[..lower.find("hz")?];
+    let mut words =
+        before.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == ',')).filter(|word| !word.is_empty());
+    words.next_back()?.replace(',', ".").parse().ok().filter(|rate| *rate > 0.0)
+}
+
+/// Where a table's header stands and how its fields are parted.
+struct Header<'t> {
+    index: usize,
+    line: &'t str,
+    separator: char,
+    /// The row of units below it, if there is one.
+    units: Option<Vec<&'t str>>,
+}
+
+/// Lines with something on them, with their numbers from 0.
+fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// The first line that names readings and is followed by numbers.
+fn header(text: &str) -> Option<Header<'_>> {
+    let lines = || filled(text);
+    let separators = [';', '\t', ',', ' '];
+    let is_readings = |name: &&str| matches!(meaning(name), Meaning::Readings(_));
+    let names_readings = |line: &str, separator: char| {
+        let names = fields(line.trim_start_matches('#'), separator);
+        names.iter().any(is_readings) && names.iter().all(|name| number(name, separator).is_none())
+    };
+    lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
+        let mut followed = lines().skip_while(|(next, _)| *next <= index).map(|(_, line)| line);
+        let (first, second) = (followed.next()?, followed.next());
+        // a line of words about readings is no header: numbers follow one, or units and then numbers
+        let fits = |&separator: &char| {
+            let names = fields(line.trim_start_matches('#'), separator).len();
+            let is_row = |line: &str| {
+                let row = row_of(line, separator, names);
+                row.len() == names && row.iter().any(|field| number(field, separator).is_some())
+            };
+            let units = Some(fields(first.trim_start_matches('#'), separator)).filter(|row| row.len() == names);
+            match names_readings(line, separator) {
+                true if is_row(first) => Some((separator, None)),
+                true if second.is_some_and(is_row) => {
+                    units.filter(|row| is_units(row, separator)).map(|row| (separator, Some(row)))
+                }
+                _ => None,
+            }
+        };
+        separators.iter().find_map(fits).map(|(separator, units)| Header { index, line, separator, units })
+    })
+}
+
+pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
+    let lines = || filled(text);
+    let Some(Header { index: header, line, separator, units }) = header(text) else {
+        return Err(LoadError::file(
+            file,
+            "has no header that names readings; a capture has columns such as time_s and deviation_um, with numbers below",
+        ));
+    };
+    let names = fields(line.trim_start_matches('#'), separator);
+    let mut raw = Raw { rate_hz: None, ..Raw::default() };
+    let day_at = names.iter().position(|name| ["date", "datum"].contains(&plain_name(name).as_str()));
+    let (mut time_at, mut reading_at) = (None, None);
+    for (k, name) in names.iter().enumerate() {
+        let unit = units.as_ref().map_or("", |units| units[k]);
+        match meaning(&format!("{name} {unit}")) {
+            Meaning::Time(unit_s) if time_at.is_none() => time_at = Some((k, unit_s)),
+            Meaning::Readings(column) if reading_at.is_none() => {
+                reading_at = Some(k);
+                (raw.column, raw.name) = (column, name.to_string());
+            }
+            _ if day_at == Some(k) => {}
+            _ => raw.not_read.push(name.to_string()),
+        }
+    }
+    if time_at.is_none() {
+        raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
+    }
+    for (_, line) in lines().take_while(|(index, _)| *index < header) {
+        raw.not_read.extend(raw.began.take_line(line).map(|line| format!("'{}'", shortened(line, SHOWN))));
+    }
+    let mut times = Vec::new();
+    let first = header + usize::from(units.is_some());
+    // comments may stand between rows
+    for (index, line) in lines().skip_while(|(index, _)| *index <= first).filter(|(_, line)| !line.starts_with('#')) {
+        let row = row_of(line, separator, names.len());
+        let refuse = |message: String| LoadError::line(file, index + 1, message);
+        if row.len() != names.len() {
+            return Err(refuse(format!(
+                "has {} fields where the header (line {}) has {}; the file may be cut off",
+                row.len(),
+                header + 1,
+                names.len()
+            )));
+        }
+        let or_refuse = |value: Option<f64>, k: usize, allowed: &str| {
+            let found = shortened(row[k], SHOWN);
+            value.ok_or_else(|| refuse(format!("column {}: '{found}' is {allowed}; correct it", names[k])))
+        };
+        if let Some((k, unit_s)) = time_at {
+            if times.is_empty() {
+                // the day may have a column of its own
+                raw.stamp = day_at.map_or(String::new(), |day| format!("{} ", row[day])) + row[k];
+            }
+            times.push(or_refuse(time(row[k], separator, unit_s), k, "neither a number nor a time of day")?);
+        }
+        if let Some(k) = reading_at {
+            raw.readings.push(or_refuse(reading(row[k], separator), k, "not a number")?);
+        }
+        raw.lines.push(index + 1);
+    }
+    raw.time = time_at.map(|(_, unit_s)| (times, unit_s));
+    Ok(raw)
+}
