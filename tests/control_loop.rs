@@ -1,7 +1,7 @@
 //! Programs run by LinuxCNC's own planner: sweeps keep their feed and the bar the length of the session. Skipped, and said so, without it.
 //!
-//! `FIVEAXIS_CONTROL_LOOP` names machine files of `machines/`, separated by commas, whose plans with circles are run as a
-//! whole, at `FIVEAXIS_CONTROL_FEED` mm/min; else one short program is run.
+//! `FIVEAXIS_CONTROL_LOOP` names machine files of `machines/`, separated by commas, whose plans are run as a whole, with circles
+//! unless `FIVEAXIS_CONTROL_CIRCLES=no`, at `FIVEAXIS_CONTROL_FEED` mm/min; else one short program is run.
 
 mod skipped;
 
@@ -184,9 +184,10 @@ fn a_real_planner_keeps_feed_and_bar() {
     let Some(run) = control() else { return };
     if let Ok(names) = std::env::var("FIVEAXIS_CONTROL_LOOP") {
         let feed = std::env::var("FIVEAXIS_CONTROL_FEED").map_or(500.0, |feed| feed.parse().expect("mm/min"));
+        let circles = std::env::var("FIVEAXIS_CONTROL_CIRCLES").map_or(true, |wanted| wanted != "no");
         let mut faults = Vec::new();
         for name in names.split(',') {
-            let (machine, tests) = planned(name, feed, true);
+            let (machine, tests) = planned(name, feed, circles);
             faults.extend(tests.iter().flat_map(|planned| self::faults(&run, &machine, planned)));
         }
         assert!(faults.is_empty(), "{faults:#?}");
