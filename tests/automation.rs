@@ -40,6 +40,26 @@ fn wrong_input_is_an_object_under_json() {
 }
 
 #[test]
+fn a_refusal_names_its_file_and_what_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    // a bar that only stood is of no program of the session
+    let rows: String = (0..3000).map(|k| format!("{:.2},{:.1}\n", 0.02 * f64::from(k), f64::from(k % 3))).collect();
+    std::fs::write(at("flat.csv"), format!("time_s,deviation_um\n{rows}")).unwrap();
+    let axes = "X: {range: [-300, 300]}, Y: {range: [-200, 200]}, Z: {range: [0, 400]}, A: {range: [-90, 20]}, C: {range: [-360, 360]}";
+    std::fs::write(at("bare.yaml"), format!("name: bare\ncode: \"[wCAbYXZt]\"\naxes: {{{axes}}}\n")).unwrap();
+    let session = "examples/captures/session.yaml";
+    let error = |arguments: &[&str]| json(&run(arguments))["error"].clone();
+    let flat = error(&["import", &at("flat.csv"), "--session", session, "--out", &at("out"), "--json"]);
+    assert_eq!((&flat["file"], &flat["exit_code"]), (&Value::from(at("flat.csv")), &Value::from(3)), "{flat}");
+    let bare = error(&["plan", &at("bare.yaml"), "--directions", "iso841", "--json"]);
+    assert_eq!((&bare["file"], &bare["exit_code"]), (&Value::from(at("bare.yaml")), &Value::from(2)), "{bare}");
+    assert!(bare["found"].as_str().unwrap().starts_with("has no 'bodies'"), "{bare}");
+    let unknown = error(&["diagnose", session, "--fail-on", "foo", "--json"]);
+    assert_eq!(unknown["allowed"], "finding, warning", "{unknown}");
+}
+
+#[test]
 fn exit_codes_tell_alarms() {
     let code = |arguments: &[&str]| run(arguments).status.code();
     assert_eq!(code(&["identify", CHAPTER5, "--fail-on", "warning"]), Some(0));

@@ -149,8 +149,8 @@ fn placed(
     let refuse = |why: ImportError| match why {
         ImportError::Motion(_) | ImportError::Fit(_) => Refusal::from(why),
         // what was left out may be what is missing
-        _ if read.not_read.is_empty() => Ending::data_fault(format!("{}: {why}", file.display())),
-        _ => Ending::data_fault(format!("{}: {why} (not read in it: {})", file.display(), shown(&read.not_read))),
+        _ if read.not_read.is_empty() => Ending::data_fault_in(file, why.to_string()),
+        _ => Ending::data_fault_in(file, format!("{why} (not read in it: {})", shown(&read.not_read))),
     };
     if read.is_latin {
         remark(format_args!("{}: is no UTF-8 text; read as Windows-1252 (Latin-1)", file.display()));

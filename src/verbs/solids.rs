@@ -5,6 +5,7 @@ use std::path::Path;
 use fiveaxis::bodies::Bodies;
 use fiveaxis::chain::Chain;
 use fiveaxis::collision::World;
+use fiveaxis::load::LoadError;
 use fiveaxis::machine::Machine;
 
 use super::Refusal;
@@ -20,15 +21,16 @@ pub fn require(file: &Path, bodies: &Bodies) -> Result<(), Refusal> {
     if missing.is_empty() {
         return Ok(());
     }
-    Err(match is_urdf(file) {
+    let message = match is_urdf(file) {
         true => format!(
-            "{}: a robot description cannot say where a pivot stands and a ball is clamped{}; write its chain as a machine file with bodies, mounts and spindle, as in machines/hermle-c600u.yaml",
-            file.display(),
+            "a robot description cannot say where a pivot stands and a ball is clamped{}; write its chain as a machine file with bodies, mounts and spindle, as in machines/hermle-c600u.yaml",
             if bodies.bodies.is_empty() { ", and this one has no <collision> bodies either" } else { "" }
         ),
-        false => format!("{}: has no {}; add what is missing as in machines/hermle-c600u.yaml", file.display(), missing.join(", no ")),
-    }
-    .into())
+        false => {
+            format!("has no {}; add what is missing as in machines/hermle-c600u.yaml", missing.join(", no "))
+        }
+    };
+    Err(LoadError::file(file, message).into())
 }
 
 /// True for a robot description, by its name.
@@ -39,6 +41,6 @@ pub fn is_urdf(file: &Path) -> bool {
 /// The machine's solids; refused where some overlap with all axes at zero and are not listed as touching.
 pub fn world(file: &Path, machine: &Machine, bodies: &Bodies) -> Result<World, Refusal> {
     let world = World::new(&Chain::of(machine), bodies)?;
-    world.refuse_overlaps(machine).map_err(|why| format!("{}: {why}", file.display()))?;
+    world.refuse_overlaps(machine).map_err(|why| LoadError::file(file, why.to_string()))?;
     Ok(world)
 }

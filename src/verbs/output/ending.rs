@@ -1,6 +1,7 @@
 //! How a verb ends when it does not end well: exit codes, and a refusal as JSON. It prints nothing.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 use fiveaxis::diagnose::Examination;
 use fiveaxis::identify::FitError;
@@ -23,6 +24,8 @@ const NO_CONVERGENCE: u8 = 4;
 pub struct Ending {
     code: u8,
     says: String,
+    /// The file that it is about.
+    file: Option<PathBuf>,
     /// The result on standard output says it already.
     is_told: bool,
 }
@@ -30,29 +33,37 @@ pub struct Ending {
 impl Ending {
     /// What `--fail-on` asked for is so; the result tells it.
     pub fn alarm() -> Refusal {
-        Box::new(Ending { code: ALARM, says: String::new(), is_told: true })
+        Box::new(Ending { code: ALARM, says: String::new(), file: None, is_told: true })
     }
 
     /// The recordings are not to be believed, as the result tells.
     pub fn unbelievable() -> Refusal {
-        Box::new(Ending { code: DATA_FAULT, says: String::new(), is_told: true })
+        Box::new(Ending { code: DATA_FAULT, says: String::new(), file: None, is_told: true })
     }
 
     /// The recordings are not to be believed, and there is no result.
     pub fn data_fault(says: impl Into<String>) -> Refusal {
-        Box::new(Ending { code: DATA_FAULT, says: says.into(), is_told: false })
+        Box::new(Ending { code: DATA_FAULT, says: says.into(), file: None, is_told: false })
+    }
+
+    /// The same of one file.
+    pub fn data_fault_in(file: &Path, says: impl Into<String>) -> Refusal {
+        Box::new(Ending { code: DATA_FAULT, says: says.into(), file: Some(file.to_path_buf()), is_told: false })
     }
 
     /// There is no fit.
     pub fn without_fit(examination: &Examination) -> Refusal {
         let code = if examination.fault.is_some() { DATA_FAULT } else { NO_CONVERGENCE };
-        Box::new(Ending { code, says: examination.says().unwrap_or_default().into(), is_told: false })
+        Box::new(Ending { code, says: examination.says().unwrap_or_default().into(), file: None, is_told: false })
     }
 }
 
 impl fmt::Display for Ending {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(&self.says)
+        match &self.file {
+            Some(file) => write!(out, "{}: {}", file.display(), self.says),
+            None => out.write_str(&self.says),
+        }
     }
 }
 
@@ -73,22 +84,43 @@ pub fn is_told(refusal: &Refusal) -> bool {
 }
 
 /// Beginnings of lists of what is allowed, as messages write them.
-const ALLOWED: [&str; 4] = ["(allowed: ", "(groups: ", "(links: ", "its axes are "];
+const ALLOWED: [&str; 7] =
+    ["(allowed: ", "(groups: ", "(links: ", "its axes are ", "allowed are ", "allowed is ", "[possible values: "];
 
 /// A refusal as an object: kind, exit code, message with its parts, file and place; null where there is none.
 pub fn refusal_json(refusal: &Refusal, warnings: Vec<String>) -> Value {
-    let loading = refusal.downcast_ref::<LoadError>();
-    let message = loading.map_or_else(|| refusal.to_string(), |load| load.message.clone());
-    error_json(code_of(refusal), &message, loading, warnings)
+    let code = code_of(refusal);
+    match (refusal.downcast_ref::<LoadError>(), refusal.downcast_ref::<Ending>()) {
+        (Some(load), _) => error_json(code, &load.message, Place::of(load), warnings),
+        (None, Some(ending)) => error_json(code, &ending.says, Place::file(ending.file.as_deref()), warnings),
+        (None, None) => error_json(code, &refusal.to_string(), Place::file(None), warnings),
+    }
 }
 
 /// A wrong command line as an object.
 pub fn usage_json(message: &str) -> Value {
     let message = message.trim().trim_start_matches("error: ");
-    error_json(WRONG_INPUT, message, None, Vec::new())
+    error_json(WRONG_INPUT, message, Place::file(None), Vec::new())
 }
 
-fn error_json(code: u8, message: &str, loading: Option<&LoadError>, warnings: Vec<String>) -> Value {
+/// Where the mistake is.
+struct Place<'a> {
+    file: Option<&'a Path>,
+    line: Option<usize>,
+    column: Option<usize>,
+}
+
+impl<'a> Place<'a> {
+    fn of(load: &'a LoadError) -> Place<'a> {
+        Place { file: Some(&load.file), line: load.line, column: load.column }
+    }
+
+    fn file(file: Option<&'a Path>) -> Place<'a> {
+        Place { file, line: None, column: None }
+    }
+}
+
+fn error_json(code: u8, message: &str, place: Place, warnings: Vec<String>) -> Value {
     let kind = match code {
         DATA_FAULT => "data fault",
         NO_CONVERGENCE => "no convergence",
@@ -96,7 +128,7 @@ fn error_json(code: u8, message: &str, loading: Option<&LoadError>, warnings: Ve
     };
     let allowed = ALLOWED.iter().find_map(|begin| {
         let (_, rest) = message.split_once(begin)?;
-        Some(rest.split([')', ';']).next().unwrap_or(rest).trim())
+        Some(rest.split([')', ';', ']', '\n']).next().unwrap_or(rest).trim())
     });
     let parts: Vec<&str> = message.split("; ").collect();
     let cure = parts.last().filter(|_| parts.len() > 1).map(|cure| cure.trim());
@@ -105,9 +137,9 @@ fn error_json(code: u8, message: &str, loading: Option<&LoadError>, warnings: Ve
             "kind": kind,
             "exit_code": code,
             "message": message,
-            "file": loading.map(|load| load.file.to_string_lossy().into_owned()),
-            "line": loading.and_then(|load| load.line),
-            "column": loading.and_then(|load| load.column),
+            "file": place.file.map(|file| file.to_string_lossy()),
+            "line": place.line,
+            "column": place.column,
             "found": parts.first(),
             "allowed": allowed,
             "cure": cure,
