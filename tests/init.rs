@@ -88,16 +88,20 @@ fn every_code_gives_a_file_that_loads_and_whose_bodies_stand_clear_at_zero() {
     }
 }
 
-#[test]
-fn a_trunnion_mill_from_its_sheet_is_planned_with_all_eight_errors() {
+/// Holds that a plan of the machine of these options determines its eight location errors.
+fn all_eight_determined(given: &[String]) {
     let scratch = tempfile::tempdir().expect("a folder");
-    let given = options("[wCAXbYZt]");
     let words: Vec<&str> = given.iter().map(String::as_str).collect();
     assert!(init(scratch.path(), &words).status.success());
     let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
     let kit = load_kit(&Path::new(env!("CARGO_MANIFEST_DIR")).join("kits/ballbar.yaml")).expect("the kit");
     let found = plan(&machine, &bodies, &kit, &Settings::default()).expect("a plan");
     assert_eq!(found.errors.iter().filter(|error| error.determined).count(), 8);
+}
+
+#[test]
+fn a_trunnion_mill_from_its_sheet_is_planned_with_all_eight_errors() {
+    all_eight_determined(&options("[wCAXbYZt]"));
 }
 
 #[test]
@@ -297,14 +301,7 @@ fn no_table_reaches_the_arms_of_its_cradle_as_it_turns() {
 
 #[test]
 fn a_rectangular_table_on_a_cradle_is_planned_with_all_eight_errors() {
-    let scratch = tempfile::tempdir().expect("a folder");
-    let given = trunnion("[wCBYbXZt]", "630x500", "0");
-    let words: Vec<&str> = given.iter().map(String::as_str).collect();
-    assert!(init(scratch.path(), &words).status.success());
-    let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
-    let kit = load_kit(&Path::new(env!("CARGO_MANIFEST_DIR")).join("kits/ballbar.yaml")).expect("the kit");
-    let found = plan(&machine, &bodies, &kit, &Settings::default()).expect("a plan");
-    assert_eq!(found.errors.iter().filter(|error| error.determined).count(), 8);
+    all_eight_determined(&trunnion("[wCBYbXZt]", "630x500", "0"));
 }
 
 #[test]

@@ -151,30 +151,9 @@ pub fn control_text(report: &ControlReport) -> String {
             let _ = writeln!(text, "  • {line}");
         }
     }
-    let is_empty = report.parameters.is_empty() && report.backlash.is_empty() && report.tables.is_empty();
+    let enters_more = !report.backlash.is_empty() || !report.tables.is_empty();
     match &report.volume {
-        Some([now, _, unsure]) if is_empty => {
-            let _ = writeln!(
-                text,
-                "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {:.1} µm; direction {:.1} arcsec. The fit knows the tip to {:.1} µm and its direction to {:.1} arcsec.",
-                now.position_mm.p95 * UM_PER_MM,
-                now.direction_rad.p95 * ARCSEC_PER_RAD,
-                unsure.position_mm.p95 * UM_PER_MM,
-                unsure.direction_rad.p95 * ARCSEC_PER_RAD
-            );
-        }
-        Some([now, after, unsure]) => {
-            let _ = writeln!(
-                text,
-                "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {:.1} µm now, {:.1} µm with these parameters; direction {:.1} and {:.1} arcsec.\nThe fit knows the tip to {:.1} µm and its direction to {:.1} arcsec. What stays, 'compensate' takes out of programs.",
-                now.position_mm.p95 * UM_PER_MM,
-                after.position_mm.p95 * UM_PER_MM,
-                now.direction_rad.p95 * ARCSEC_PER_RAD,
-                after.direction_rad.p95 * ARCSEC_PER_RAD,
-                unsure.position_mm.p95 * UM_PER_MM,
-                unsure.direction_rad.p95 * ARCSEC_PER_RAD
-            );
-        }
+        Some(figures) => text.push_str(&volume_text(figures, enters_more || !report.parameters.is_empty())),
         None => text.push_str("\nHow much of the volume's error stays is not told: travels or the spindle are not stated in the machine file.\n"),
     }
     for note in &report.notes {
@@ -186,10 +165,29 @@ pub fn control_text(report: &ControlReport) -> String {
         let names: Vec<&str> = unsure.iter().map(|one| one.name.as_str()).collect();
         let _ = writeln!(text, "Within their own sigma, and better left as they are: {}.", names.join("; "));
     }
-    if !sure.is_empty() || !report.backlash.is_empty() || !report.tables.is_empty() {
+    if !sure.is_empty() || enters_more {
         text.push_str("Repeat one test after entering: its circle must have become smaller.\n");
     }
     text
+}
+
+/// Errors of the tool tip, now and, where something is entered, with it.
+fn volume_text([now, after, unsure]: &[Figures; 3], is_entered: bool) -> String {
+    let um = |figures: &Figures| format!("{:.1}", figures.position_mm.p95 * UM_PER_MM);
+    let arcsec = |figures: &Figures| format!("{:.1}", figures.direction_rad.p95 * ARCSEC_PER_RAD);
+    let (tip, direction) = match is_entered {
+        true => (
+            format!("{} µm now, {} µm with these parameters", um(now), um(after)),
+            format!("{} and {}", arcsec(now), arcsec(after)),
+        ),
+        false => (format!("{} µm", um(now)), arcsec(now)),
+    };
+    let stays = if is_entered { " What stays, 'compensate' takes out of programs." } else { "" };
+    format!(
+        "\nTool tip over the travel, zero taken with the axes at zero, 95 % of poses: {tip}; direction {direction} arcsec.\nThe fit knows the tip to {} µm and its direction to {} arcsec.{stays}\n",
+        um(unsure),
+        arcsec(unsure)
+    )
 }
 
 /// Lost motion as a table.

@@ -43,7 +43,7 @@ impl TableSize {
 pub struct SizesError(pub String);
 
 /// Whether a letter is that of a rotary axis.
-pub(super) fn is_rotary(name: &str) -> bool {
+pub fn is_rotary(name: &str) -> bool {
     matches!(name, "A" | "B" | "C")
 }
 

@@ -20,7 +20,7 @@ mod sizes;
 mod solids;
 
 pub use described::{Wishes, plannable};
-pub use figures::{GAUGE_MM, SizesError, TableSize, usual_range};
+pub use figures::{GAUGE_MM, SizesError, TableSize, is_rotary, usual_range};
 pub use made::Made;
 pub use sizes::Sizes;
 

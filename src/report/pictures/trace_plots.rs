@@ -163,12 +163,17 @@ fn label_spokes(drawn: &Drawn, plot: &mut PolarPlot) {
     let quarters: [String; 4] = match (&drawn.turn, &drawn.swept) {
         (Some(turn), _) => {
             let [right, up] = turn.plane.map(|k| ["X", "Y", "Z"][k]);
-            [format!("+{right}"), format!("+{up}"), format!("−{right}"), format!("−{up}")]
+            quarters_of_plane(right, up)
         }
         (None, Some(swept)) => swept.quarters(),
         (None, None) => return,
     };
     plot.label_quarters(quarters);
+}
+
+/// `+X` to the right, `+Y` up, and their opposites.
+fn quarters_of_plane(right: &str, up: &str) -> [String; 4] {
+    [format!("+{right}"), format!("+{up}"), format!("−{right}"), format!("−{up}")]
 }
 
 /// What a test moves: `C`, `X Y C`.
@@ -192,7 +197,7 @@ impl Swept {
     /// What stands at 0, 90, 180 and 270°: axes of a planar circle with their signs, else positions of the axis.
     pub(crate) fn quarters(&self) -> [String; 4] {
         match &self.plane {
-            Some([right, up]) => [format!("+{right}"), format!("+{up}"), format!("−{right}"), format!("−{up}")],
+            Some([right, up]) => quarters_of_plane(right, up),
             None => {
                 let axis = self.label.split(',').next().unwrap_or_default();
                 [0, 90, 180, 270].map(|degrees| format!("{axis} {degrees}°"))

@@ -1,7 +1,7 @@
 //! The figures of a data sheet: options first, questions for the rest on a terminal. What the figures make is `template`'s.
 
 use fiveaxis::machine::{Directions, StructuralCode};
-use fiveaxis::template::{Sizes, TableSize, allowed, usual_range};
+use fiveaxis::template::{Sizes, TableSize, allowed, is_rotary, usual_range};
 
 use super::arguments::{Arguments, Kind, named_range, number, range, range_of, table_size, three};
 use super::ask::{Question, ask, ask_or_leave, at_terminal};
@@ -147,7 +147,7 @@ fn lengths(travels: Option<[f64; 3]>, distances: Option<(f64, f64)>) -> Result<(
 }
 
 fn ask_ranges(code: &StructuralCode, ranges: &mut Vec<(String, (f64, f64))>) -> Result<(), Refusal> {
-    let turning = code.axis_names().filter(|name| matches!(name.as_str(), "A" | "B" | "C"));
+    let turning = code.axis_names().filter(|name| is_rotary(name));
     for name in turning {
         if ranges.iter().any(|(given, _)| given == name) {
             continue;
@@ -164,7 +164,7 @@ fn range_text((from, to): (f64, f64)) -> String {
 }
 
 fn refuse_foreign(ranges: &[(String, (f64, f64))], code: &StructuralCode) -> Result<(), Refusal> {
-    let is_turning = |name: &str| matches!(name, "A" | "B" | "C") && code.axis_names().any(|axis| axis == name);
+    let is_turning = |name: &str| is_rotary(name) && code.axis_names().any(|axis| axis == name);
     match ranges.iter().find(|(name, _)| !is_turning(name)) {
         None => Ok(()),
         Some((name, _)) if code.axis_names().any(|axis| axis == name) => Err(format!(
