@@ -531,6 +531,17 @@ fn shipped_captures_are_placed_and_tell_the_errors_that_made_them() {
     assert_eq!(json["times"], "captures");
     let imported = fiveaxis::load::load_session(&out.join("session.yaml")).unwrap();
     let fit = fiveaxis::identify::identify(&imported, &Default::default()).unwrap();
+    // the marks of the programs show which way the axes go
+    for test in &imported.tests {
+        let marks = test.marks.unwrap();
+        let seen_mm = marks.seen_mm.unwrap();
+        assert!(seen_mm.iter().all(|seen| (seen - marks.move_mm).abs() < 0.01), "{}: {seen_mm:?}", test.name);
+    }
+    let senses = fiveaxis::identify::turned_senses(&imported, &fit).unwrap();
+    for sense in &senses {
+        let name = &imported.machine.axes[sense.axis].name;
+        assert!(sense.is_told() && !sense.looks_wrong(), "{name}: {sense:?}");
+    }
     let machine = format!("{SHIPPED}/truth/machine.yaml");
     let truth = fiveaxis::load::load_machine(Path::new(&machine)).unwrap();
     let axis = |name: &str| &truth.axes[truth.axis_index(name).unwrap()].location_errors;

@@ -8,7 +8,7 @@ use fiveaxis::chain::{Chain, Composition, Geometry, sense_in_words};
 use fiveaxis::identify::{Options, TurnedSense, identify, turned_senses};
 use fiveaxis::load::{load_machine, load_session, machine_from_yaml};
 use fiveaxis::machine::{Directions, Machine};
-use fiveaxis::session::Session;
+use fiveaxis::session::{Marks, Session};
 use fiveaxis::simulate::simulate;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -266,6 +266,40 @@ fn a_pivot_off_the_symmetry_tells_the_sense() {
     assert!(a.is_told() && !a.looks_wrong() && a.test.is_none() && a.moved.is_empty(), "{a:?}");
     // C turns a ball about the spindle ball's own line still: its mirror image fits as well
     assert!(!sense_of(&measured, &senses, "C").is_told());
+}
+
+#[test]
+fn marks_that_a_capture_shows_tell_the_sense() {
+    let mut session = chapter5();
+    let seen = |session: &Session| {
+        let fit = identify(session, &Options::default()).unwrap();
+        let senses = turned_senses(session, &fit).unwrap();
+        sense_of(session, &senses, "A").clone()
+    };
+    assert_eq!(seen(&session).by_marks, 0.0);
+    // the pivot 100 mm from A's line, on which the spindle ball stands: the bar turns with A, and stands 2° outside the arc
+    let bars_deg = {
+        let angles = &session.tests[0].recording.as_ref().unwrap().positions[0];
+        [angles[0].to_degrees() - 2.0, angles[angles.len() - 1].to_degrees() + 2.0]
+    };
+    let [near_mm, far_mm] = bars_deg.map(|deg| 0.4 * (1.0 - (2.0 * deg).to_radians().cos()));
+    let with = |session: &mut Session, seen_mm: [f64; 2]| {
+        let marks =
+            Marks { move_mm: 0.4, feed_mm_per_min: 60.0, hold_s: 0.6, rest_s: 0.5, gap_s: 1.0, seen_mm: Some(seen_mm) };
+        session.tests[0].marks = Some(marks);
+    };
+    assert_eq!(session.tests[0].overshoot, Some(2.0));
+    with(&mut session, [0.4, 0.4]);
+    let told = seen(&session);
+    // the mark after the arc, at 72°, speaks louder than the one before it, at -22°
+    assert!(near_mm > 0.1 && far_mm > near_mm, "{near_mm} {far_mm}");
+    assert!((told.by_marks / (far_mm / 0.02).powi(2) - 1.0).abs() < 2e-3, "{} {far_mm}", told.by_marks);
+    assert!(told.is_told() && !told.looks_wrong() && told.moved.is_empty() && told.test.is_none());
+    // had A gone the other way, the bar would have got longer by less, or shorter
+    with(&mut session, [0.4 - near_mm, 0.4 - far_mm]);
+    let turned = seen(&session);
+    assert!((turned.by_marks + told.by_marks).abs() < 4e-3 * told.by_marks, "{}", turned.by_marks);
+    assert!(turned.looks_wrong());
 }
 
 /// Exit code, standard output and standard error.

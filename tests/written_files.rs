@@ -196,6 +196,7 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
                     hold_s: number(0.1, 5.0),
                     rest_s: number(0.1, 5.0),
                     gap_s: number(0.1, 9.0),
+                    seen_mm: (index == 3).then(|| [number(-0.5, 0.5), number(-0.5, 0.5)]),
                 }),
                 approached: (0..axis_count)
                     .map(|axis| (axis == index).then_some(if axis % 2 == 0 { 1.0 } else { -1.0 }))

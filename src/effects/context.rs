@@ -6,13 +6,11 @@ use nalgebra::Vector3;
 
 use crate::chain::{Chain, Geometry, sines_and_cosines};
 use crate::machine::{AxisKind, Machine, Place};
-use crate::session::{APPROACHED_OVER, Clock, Motion, MotionError, Session, Test, marked};
+use crate::session::{APPROACHED_OVER, Clock, Motion, MotionError, RunEnd, Session, Test, beyond, marked};
 
 /// Values of one function: by test in the order of the session file, then by row.
 pub type Profile = Vec<Vec<f64>>;
 
-/// How far outside the arc the axes start when a test does not say, mm or deg.
-const DEFAULT_OVERSHOOT: f64 = 4.0;
 /// Places on the approach between its start and the first row, as shares of the overshoot.
 const APPROACH_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 
@@ -336,7 +334,7 @@ fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
     if motion.rows() == 0 {
         return Vec::new();
     }
-    let run_in = run_in(session, motion, test);
+    let run_in = beyond(session, motion, test, RunEnd::First, &APPROACH_SHARES);
     let axes = &session.machine.axes;
     let start = run_in.get(..axes.len()).unwrap_or(motion.row(0)).to_vec();
     let marked = (!run_in.is_empty()).then(|| marked(&session.machine, test, &start, test.marks?.move_mm)).flatten();
@@ -351,45 +349,4 @@ fn came_from(session: &Session, test: &Test, start: &[f64]) -> Vec<f64> {
     }
     let axes = session.machine.axes.iter().zip(&test.approached).zip(start);
     axes.map(|((axis, sense), q)| q - sense.unwrap_or(0.0) * axis.kind.from_file_unit(APPROACHED_OVER)).collect()
-}
-
-/// Positions of the run-in: the path of the first rows carried on backwards by the overshoot.
-///
-/// A parabola through three rows, the overshoot apart, follows arcs and straight sweeps alike. Static poses have none.
-fn run_in(session: &Session, motion: &Motion, test: &Test) -> Vec<f64> {
-    let overshoot = test.overshoot.unwrap_or(DEFAULT_OVERSHOOT);
-    let is_static = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::Pose(_)));
-    if is_static || overshoot <= 0.0 || motion.rows() < 3 {
-        return Vec::new();
-    }
-    let axes = &session.machine.axes;
-    let longest = (motion.rows() - 1) / 2;
-    let mut way = 0.0;
-    let mut reach = 0;
-    while reach < longest && way < overshoot {
-        let (here, next) = (motion.row(reach), motion.row(reach + 1));
-        way += axes
-            .iter()
-            .zip(here.iter().zip(next))
-            .map(|(axis, (here, next))| axis.kind.to_file_unit(next - here).powi(2))
-            .sum::<f64>()
-            .sqrt();
-        reach += 1;
-    }
-    if way <= 0.0 {
-        return Vec::new();
-    }
-    let scale = overshoot / way;
-    let mut positions = Vec::with_capacity(APPROACH_SHARES.len() * axes.len());
-    for share in APPROACH_SHARES {
-        let u = share * scale;
-        let weights = [(u + 1.0) * (u + 2.0) / 2.0, -u * (u + 2.0), u * (u + 1.0) / 2.0];
-        for axis in 0..axes.len() {
-            let q = |k: usize| motion.row(k * reach)[axis];
-            // exactly still axes stay exactly still
-            let start = q(0);
-            positions.push(start + weights[1] * (q(1) - start) + weights[2] * (q(2) - start));
-        }
-    }
-    positions
 }

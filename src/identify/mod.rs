@@ -13,6 +13,7 @@ mod determined;
 mod estimate;
 mod fitted;
 mod least_squares;
+mod mark_senses;
 mod model;
 mod outliers;
 mod senses;

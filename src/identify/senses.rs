@@ -4,11 +4,13 @@
 //! unknowns with their priors. A design that is its own mirror image has a Δχ² of nothing: the turned sense fits as well,
 //! with errors of other signs. A short test that tells is looked for among the session's own balls and bars: the axis a
 //! little aside and one linear axis moved until the bar has its length again; with the other sense it would not fit on.
+//! Where captures show the marks of programs, these are such tests: see `mark_senses`.
 
 use crate::statistics::NoiseModel;
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 
 use super::estimate::Fit;
+use super::mark_senses::worse_by_marks;
 use super::solve::{Weighting, normal_equations};
 use crate::bodies::Bodies;
 use crate::chain::{Chain, Composition, Geometry, sense_in_words};
@@ -40,6 +42,8 @@ pub struct TurnedSense {
     pub axis: usize,
     /// χ² with the sense turned minus χ² as stated.
     pub worse_by: f64,
+    /// Part of it that the marks of programs make, as captures show them.
+    pub by_marks: f64,
     /// Determined errors that would be other ones: index of the unknown, its value as stated and with the sense turned.
     pub moved: Vec<(usize, f64, f64)>,
     /// A short test that tells, where the recordings do not.
@@ -50,6 +54,11 @@ impl TurnedSense {
     /// The recordings tell the sense.
     pub fn is_told(&self) -> bool {
         self.worse_by.abs() >= TOLD
+    }
+
+    /// The marks alone would tell the sense.
+    pub fn is_shown_by_marks(&self) -> bool {
+        self.by_marks.abs() >= TOLD
     }
 
     /// The recordings speak for the other sense.
@@ -120,7 +129,7 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
     };
     let is_used = |axis: usize| {
         let tests = stated.tests.iter().zip(&session.tests).filter(|(_, test)| test.recording.is_some());
-        tests.into_iter().any(|(test, _)| test.motion.axis(axis).any(|q| q != 0.0))
+        tests.into_iter().any(|(test, _)| test.motion.leaves_zero(axis))
     };
     let mut list = Vec::new();
     for axis in (0..session.machine.axes.len()).filter(|&axis| is_used(axis)) {
@@ -130,8 +139,10 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
         let problem = Problem::new(&other, &other_chain, &setups, fit.unknowns.clone())?;
         let start: Vec<f64> = fit.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
         let turned = refit(&problem, &start, (&fit.noise, &kept), as_stated.cost + HOPELESS);
-        let worse_by = turned.as_ref().map_or(HOPELESS, |turned| (turned.cost - as_stated.cost).min(HOPELESS));
-        let mut sense = TurnedSense { axis, worse_by, moved: Vec::new(), test: None };
+        let by_readings = turned.as_ref().map_or(HOPELESS, |turned| turned.cost - as_stated.cost);
+        let by_marks = worse_by_marks([&stated, &problem]);
+        let worse_by = (by_readings + by_marks).min(HOPELESS);
+        let mut sense = TurnedSense { axis, worse_by, by_marks, moved: Vec::new(), test: None };
         if let Some(turned) = turned.filter(|_| worse_by < TOLD) {
             sense.moved = moved(fit, &turned.values);
             sense.test = short_test(&stated, &problem, axis, [&as_stated.values, &turned.values]);

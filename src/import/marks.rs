@@ -172,9 +172,15 @@ fn of_form(rows: &[(f64, f64)], marks: &Marks, form: Form) -> Vec<Mark> {
 /// What four marks tell; `None` where readings of one are missing.
 fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> Option<Seen> {
     let mut halves = Vec::new();
-    // the levels of a mark before a run are sought before it, of one after a run behind it
+    let mut moves_mm = [f64::NAN; 4];
     for (k, mark) in four.iter().enumerate() {
-        halves.extend(second_halves(rows, marks, mark, k % 2 == 0)?);
+        // the levels of a mark before a run are sought before it, of one after a run behind it
+        let [foot, top] = levels(rows, marks, mark, k % 2 == 0);
+        moves_mm[k] = foot.zip(top).map_or(f64::NAN, |(foot, top)| top - foot);
+        // where readings of a level are missing, the programmed move leads from the other
+        let foot_mm = foot.or(top.map(|top| top - marks.move_mm))?;
+        let top_mm = top.unwrap_or(foot_mm + marks.move_mm);
+        halves.extend(second_halves(rows, marks, mark, [foot_mm, top_mm])?);
     }
     let programmed = marks.feed_mm_per_min / 60.0;
     let pace = four.iter().map(|mark| mark.form.pace).sum::<f64>() / 4.0;
@@ -199,38 +205,45 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         found: 4,
         last_four_s: four[0].begin_s,
         marks_s: [0, 1, 2, 3].map(|mark| [out_begins(mark), is_back(mark)]),
+        moves_mm,
     })
 }
 
-/// The second halves of a mark's two moves with the rests behind them.
-fn second_halves(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: bool) -> Option<[SecondHalf; 2]> {
-    let move_s = mark.form.move_s;
-    let out_s = mark.begin_s + move_s;
+/// Rows from one time to another, s.
+fn between(rows: &[(f64, f64)], from: f64, to: f64) -> &[(f64, f64)] {
+    let (from, to) = (rows.partition_point(|row| row.0 < from), rows.partition_point(|row| row.0 <= to));
+    &rows[from.min(to)..to]
+}
+
+/// The reading beside a mark and at its end, mm, where there are some.
+fn levels(rows: &[(f64, f64)], marks: &Marks, mark: &Mark, stands_before: bool) -> [Option<f64>; 2] {
+    let level = |from: f64, to: f64| median(between(rows, from, to).iter().map(|row| row.1));
+    let out_s = mark.begin_s + mark.form.move_s;
     let back_s = out_s + marks.hold_s;
-    let end_s = back_s + move_s;
-    let near = |from: f64, to: f64| {
-        let (from, to) = (rows.partition_point(|row| row.0 < from), rows.partition_point(|row| row.0 <= to));
-        &rows[from.min(to)..to]
-    };
-    let level = |from: f64, to: f64| median(near(from, to).iter().map(|row| row.1));
+    let end_s = back_s + mark.form.move_s;
     let foot = match stands_before {
         true => level(mark.begin_s - AROUND_S, mark.begin_s - NEAR_S),
         false => level(end_s + NEAR_S, end_s + AROUND_S),
     };
-    let top = level(out_s + NEAR_S, back_s - NEAR_S);
-    // where readings of a level are missing, the programmed move leads from the other
-    let (foot_mm, top_mm) = match (foot, top) {
-        (Some(foot), Some(top)) => (foot, top),
-        (Some(foot), None) => (foot, foot + marks.move_mm),
-        (None, Some(top)) => (top - marks.move_mm, top),
-        (None, None) => return None,
-    };
+    [foot, level(out_s + NEAR_S, back_s - NEAR_S)]
+}
+
+/// The second halves of a mark's two moves, between its two levels, with the rests behind them.
+fn second_halves(
+    rows: &[(f64, f64)],
+    marks: &Marks,
+    mark: &Mark,
+    [foot_mm, top_mm]: [f64; 2],
+) -> Option<[SecondHalf; 2]> {
+    let move_s = mark.form.move_s;
+    let out_s = mark.begin_s + move_s;
+    let end_s = out_s + marks.hold_s + move_s;
     let sense = marks.move_mm.signum();
     let halves = [(sense, out_s, foot_mm, top_mm), (-sense, end_s, top_mm, foot_mm)];
     let halves = halves.map(|(sense, end_s, from_mm, to_mm)| {
         let (most, half) = (0.5 * marks.hold_s.min(marks.rest_s), 0.5 * (from_mm + to_mm));
         // some hundred readings tell as much as thousands
-        let all = near(end_s - move_s, end_s + most);
+        let all = between(rows, end_s - move_s, end_s + most);
         let thin = (all.len() / 300).max(1);
         // from where the way is half done
         let first = all.iter().rposition(|row| (row.1 - half) * sense < 0.0).map_or(0, |last| last + 1);
@@ -255,7 +268,7 @@ mod tests {
 
     #[test]
     fn marks_of_slow_controls_are_seen() {
-        let marks = Marks { move_mm: 0.4, feed_mm_per_min: 60.0, hold_s: 0.6, rest_s: 0.5, gap_s: 1.0 };
+        let marks = Marks { move_mm: 0.4, feed_mm_per_min: 60.0, hold_s: 0.6, rest_s: 0.5, gap_s: 1.0, seen_mm: None };
         for ramp_s in [0.0, 0.1, 0.25, 0.29, 0.4, 0.5] {
             let begins_s = [3.0, 11.0, 14.0, 21.0];
             let Found::All(seen) = find(&capture(&marks, ramp_s, &begins_s), &marks, [0.9, 1.1]) else {

@@ -65,9 +65,9 @@ pub(super) fn forms(session: &Session, among: &[Pair]) -> Vec<Marks> {
     forms
 }
 
-/// True for marks of one form, whatever the gap.
+/// True for marks of one form, whatever the gap and what was seen of them.
 pub(super) fn alike(one: &Marks, other: &Marks) -> bool {
-    *one == Marks { gap_s: one.gap_s, ..*other }
+    *one == Marks { gap_s: one.gap_s, seen_mm: one.seen_mm, ..*other }
 }
 
 /// What the readings are, where all marks of a test's program are in them at another sense, unit or clock.

@@ -31,6 +31,8 @@ pub struct Placement {
     pub averages: Vec<[f64; 3]>,
     /// Begin and end of each mark, s: the averages leave it out.
     pub marks_s: Vec<[f64; 2]>,
+    /// By direction: how much longer the bar got at the marks before and after its run, mm.
+    pub marks_mm: [Option<[f64; 2]>; 2],
     /// What is left, mm, and the noise of one reading, mm.
     pub left_mm: f64,
     pub noise_mm: f64,
@@ -392,6 +394,11 @@ fn judged(
         noise_mm,
         by_marks: data.marks.is_some(),
         marks_s: data.marks.map_or_else(Vec::new, |seen| seen.marks_s.to_vec()),
+        marks_mm: data.marks.map_or([None; 2], |seen| {
+            let [before, after, before_second, after_second] = seen.moves_mm;
+            let is_read = |moves: &[f64; 2]| moves.iter().all(|mm| mm.is_finite());
+            [[before, after], [before_second, after_second]].map(|moves| Some(moves).filter(is_read))
+        }),
         waited_s,
         averages: (data.time_s.iter().zip(&data.value_mm).zip(&residual))
             .map(|((time, value), left)| [*time, *value, *left])

@@ -22,6 +22,8 @@ pub(super) struct Seen {
     pub last_four_s: f64,
     /// Begin and end of each mark, s: readings there are none of a run's.
     pub marks_s: [[f64; 2]; 4],
+    /// How much longer the bar got at each mark, mm; NaN where readings of one of its levels are missing.
+    pub moves_mm: [f64; 4],
 }
 
 impl Seen {

@@ -3,7 +3,7 @@
 use super::capture::Capture;
 use super::place::Placement;
 use super::session_times::SessionTimes;
-use crate::session::{Clock, LengthColumn, Recording, Session};
+use crate::session::{Clock, LengthColumn, Marks, Recording, Session};
 
 /// The two recordings of a placed capture, `bar_mm` added to its readings, and when each began, s after the capture's zero.
 pub fn recordings(
@@ -74,6 +74,9 @@ pub fn split_session(
             test.started_at_s = zero_s + begins_s;
             test.recording = Some(recording.clone());
             test.path = None;
+            // to a tenth of a micrometre, as gauges read
+            let seen_mm = placement.marks_mm[direction].map(|seen| seen.map(|mm| (mm * 1e4).round() / 1e4));
+            test.marks = test.marks.map(|marks| Marks { seen_mm, ..marks });
             split.tests.push(test);
         }
     }

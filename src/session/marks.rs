@@ -17,6 +17,8 @@ pub struct Marks {
     pub rest_s: f64,
     /// Rest between the last mark of one direction and the first of the other, s: it tells the tests of a plan apart.
     pub gap_s: f64,
+    /// How much longer the bar got at the marks before and after the run, mm, where a capture shows it.
+    pub seen_mm: Option<[f64; 2]>,
 }
 
 impl Marks {

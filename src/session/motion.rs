@@ -1,5 +1,8 @@
 //! Positions of all axes, row by row. Where those of a test come from is in `test_motion`.
 
+/// Positions up to this are zero, mm or rad.
+const AT_ZERO: f64 = 1e-9;
+
 /// Positions of every axis at every row of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
@@ -27,5 +30,10 @@ impl Motion {
     /// Positions of one axis, row by row.
     pub fn axis(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
         self.positions.iter().skip(axis).step_by(self.axis_count).copied()
+    }
+
+    /// True when an axis leaves its zero: then what turns or shifts its way shows.
+    pub fn leaves_zero(&self, axis: usize) -> bool {
+        self.axis(axis).any(|q| q.abs() > AT_ZERO)
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::error::FitError;
-use super::slides::{Slides, leaves_zero};
+use super::slides::Slides;
 use super::unknowns::{Quantity, Unknown};
 use crate::chain::{Chain, Column, Composition, Geometry, LinkId, Poses, Sensitivity};
 use crate::disturbances::Disturbances;
@@ -120,7 +120,7 @@ impl<'a> Problem<'a> {
     fn reaching(&self, test: usize) -> Vec<usize> {
         let links = self.tests[test].links;
         let between = |axis: usize| self.chain.carries(axis, links.0) != self.chain.carries(axis, links.1);
-        let goes = |axis: usize| leaves_zero(&self.tests[test].motion, axis);
+        let goes = |axis: usize| self.tests[test].motion.leaves_zero(axis);
         let is_linear = |axis: usize| self.session.machine.axes[axis].kind == AxisKind::Linear;
         // a rotation does not depend on where instrument and target stand
         let sees_places = !self.session.tests[test].reading.is_turn();

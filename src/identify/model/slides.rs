@@ -190,8 +190,3 @@ fn looks(motion: &Motion, axis: usize) -> Vec<f64> {
 fn travel(motion: &Motion, axis: usize) -> (f64, f64) {
     motion.axis(axis).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
 }
-
-/// True when an axis leaves its zero in a motion: then what turns or shifts its way shows.
-pub(crate) fn leaves_zero(motion: &Motion, axis: usize) -> bool {
-    motion.axis(axis).any(|q| q.abs() > AT_ZERO_MM)
-}

@@ -44,6 +44,7 @@ pub(crate) struct MarksFile {
     pub(crate) hold: f64,
     pub(crate) rest: f64,
     pub(crate) gap: f64,
+    pub(crate) seen: Option<[f64; 2]>,
 }
 
 #[derive(Deserialize)]

@@ -45,6 +45,7 @@ pub(crate) fn marks(evaluation: &mut Evaluation, planned: &PlannedTest) -> Optio
             rest_s: REST_S,
             // whole tenths, as programs state them
             gap_s: (10.0 * (GAP_S + GAP_STEP_S * (planned.number as f64 - 1.0))).round() / 10.0,
+            seen_mm: None,
         })
 }
 

@@ -270,8 +270,9 @@ fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     line(
         "marks",
         test.marks.map(|marks| {
+            let seen = marks.seen_mm.map_or(String::new(), |[before, after]| format!(", seen: [{before}, {after}]"));
             format!(
-                "{{move: {}, feed: {}, hold: {}, rest: {}, gap: {}}}",
+                "{{move: {}, feed: {}, hold: {}, rest: {}, gap: {}{seen}}}",
                 marks.move_mm, marks.feed_mm_per_min, marks.hold_s, marks.rest_s, marks.gap_s
             )
         }),

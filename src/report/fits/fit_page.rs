@@ -10,6 +10,7 @@ use crate::report::pictures::cards::{Card, cards};
 use crate::report::pictures::trace_plots::{PassPlots, RoundPlots};
 use crate::report::wording::markup::{escape, session_head};
 use crate::report::wording::number::shown;
+use crate::report::wording::sense_words::as_marks_show;
 
 /// The page.
 pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
@@ -133,6 +134,9 @@ fn open_directions(page: &mut String, fit: &Fit) {
 }
 
 fn senses(page: &mut String, json: &FitJson) {
+    if let Some(shown) = as_marks_show(&json.senses) {
+        let _ = writeln!(page, "<p>{}</p>", escape(&shown));
+    }
     let untold: Vec<&str> =
         json.senses.iter().map(|sense| sense.says.as_str()).filter(|says| !says.is_empty()).collect();
     if untold.is_empty() {

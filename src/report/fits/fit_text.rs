@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::fit::{FitJson, LocationErrorJson, TestJson};
 use crate::identify::{Ambiguity, Fit};
 use crate::report::wording::number::shown;
+use crate::report::wording::sense_words::as_marks_show;
 use crate::report::wording::table::Table;
 
 /// More open errors than this are named in one line.
@@ -171,6 +172,9 @@ fn control(text: &mut String, json: &FitJson) {
 
 /// Senses that the recordings do not tell, or speak against: the numbers above stand and fall with them.
 fn senses(text: &mut String, json: &FitJson) {
+    if let Some(shown) = as_marks_show(&json.senses) {
+        let _ = writeln!(text, "\n{shown}");
+    }
     let untold: Vec<&str> =
         json.senses.iter().map(|sense| sense.says.as_str()).filter(|says| !says.is_empty()).collect();
     if untold.is_empty() {

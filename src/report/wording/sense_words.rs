@@ -16,6 +16,8 @@ pub struct SenseJson {
     pub looks_wrong: bool,
     /// χ² with the sense turned minus χ² as stated; at most 1e9.
     pub worse_by: f64,
+    /// The marks of programs alone would tell the sense.
+    pub shown_by_marks: bool,
     /// Errors that would come out otherwise with the sense turned.
     pub instead: Vec<InsteadJson>,
     /// In words, with a short test that tells; empty where the recordings tell the sense.
@@ -57,11 +59,20 @@ pub fn senses_json(session: &Session, fit: &Fit, senses: &[TurnedSense]) -> Vec<
             told: sense.is_told(),
             looks_wrong: sense.looks_wrong(),
             worse_by: (sense.worse_by * 10.0).round() / 10.0 + 0.0,
+            shown_by_marks: sense.is_shown_by_marks(),
             says: says(session, fit, sense),
             instead,
         }
     };
     senses.iter().map(of).collect()
+}
+
+/// Axes of which the marks of programs show that they go as stated, in a sentence; `None` where they show none.
+pub fn as_marks_show(senses: &[SenseJson]) -> Option<String> {
+    let shown = senses.iter().filter(|sense| sense.shown_by_marks && !sense.looks_wrong);
+    let names: Vec<&str> = shown.map(|sense| sense.axis.as_str()).collect();
+    let go = if names.len() == 1 { "goes" } else { "go" };
+    (!names.is_empty()).then(|| format!("The marks in the captures show that {} {go} as stated.", names.join(", ")))
 }
 
 /// What an operator should know of a sense that the recordings do not tell.
