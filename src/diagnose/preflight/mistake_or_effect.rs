@@ -5,6 +5,8 @@
 //! choice among mistakes cost.
 
 use super::data_fault::DataFault;
+use super::places::ball_places::End;
+use super::places::misplaced::NEARBY_MM;
 use super::small_misfit::Mistake;
 use crate::chain::Chain;
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY};
@@ -21,7 +23,7 @@ use crate::effects::Context;
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
 use crate::statistics::{NoiseModel, log_determinant, probability_of};
-use nalgebra::Cholesky;
+use nalgebra::{Cholesky, DMatrix};
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
 /// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
@@ -83,17 +85,19 @@ pub(crate) fn held_against_physics(
     if !mistake.may_be_physics() {
         return Ok(Held::sure(Some(mistake.fault)));
     }
-    let Mistake { fault, undone, log_odds, .. } = mistake;
+    let Mistake { fault, undone, log_odds, is_found_place, .. } = mistake;
     let recorded = read_in_both(&few_rows(session), &undone);
     if rows(&recorded) != rows(&undone) {
         return Ok(Held::sure(Some(fault)));
     }
     // what has no fit is no explanation
-    let Some(corrected) = explained(&undone, options, thresholds, &[])? else { return Ok(Held::sure(None)) };
+    let put = if is_found_place { fault.tests.first().map(String::as_str) } else { None };
+    let put = put.and_then(|test| Some((End::named(&fault.place)?, test)));
+    let Some(corrected) = explained(&undone, options, thresholds, &[], put)? else { return Ok(Held::sure(None)) };
     // one search may find what another passes over: what both may be said of is no gain of the mistake
     let is_same_machine = session.machine.axes == undone.machine.axes;
     let elsewhere = if is_same_machine { &corrected.found[..] } else { &[] };
-    let recorded = explained(&recorded, options, thresholds, elsewhere)?;
+    let recorded = explained(&recorded, options, thresholds, elsewhere, None)?;
     let Some(recorded) = recorded else { return Ok(Held::sure(Some(fault))) };
     let gained = corrected.standing - recorded.standing;
     // as of a first effect: noise that wanders looks like much
@@ -132,12 +136,14 @@ struct Explained {
     found: Vec<SelectedEffect>,
 }
 
-/// What a search says, or one beside effects that were found elsewhere where that says more.
+/// What a search says, or one beside effects that were found elsewhere where that says more. The ball at an end of the test named in
+/// `put` was put where the readings want it.
 fn explained(
     session: &Session,
     options: &Options,
     thresholds: Thresholds,
     elsewhere: &[SelectedEffect],
+    put: Option<(End, &str)>,
 ) -> Result<Option<Explained>, FitError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
@@ -155,7 +161,7 @@ fn explained(
         let own = search(resolutions, &floors, families);
         let others = (!elsewhere.is_empty()).then(|| search_from(resolutions, &floors, families, elsewhere));
         let standing = |found: &Search| {
-            let room = room_for_unknowns(resolutions.fine, &found.noise_after);
+            let room = room_for_unknowns(resolutions.fine, &found.noise_after, put);
             found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64
         };
         let sets = std::iter::once(own).chain(others).map(|set| (standing(&set), set));
@@ -167,8 +173,28 @@ fn explained(
 }
 
 /// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its
-/// own explains much because it may stand anywhere.
-fn room_for_unknowns(model: &LinearModel, noise: &[NoiseModel]) -> f64 {
+/// own explains much because it may stand anywhere, and so may one that was put where they want it.
+fn room_for_unknowns(model: &LinearModel, noise: &[NoiseModel], put: Option<(End, &str)>) -> f64 {
     let covariance = Regression::new(model, noise, &[], &model.kept).covariance();
-    0.5 * Cholesky::new(covariance).map_or(0.0, |factor| log_determinant(&factor))
+    let of_place = put.map_or(0.0, |(end, test)| room_of_place(model.problem, &covariance, end, test));
+    of_place + 0.5 * Cholesky::new(covariance).map_or(0.0, |factor| log_determinant(&factor))
+}
+
+/// What is left of the room of a ball that might have been put anywhere within [`NEARBY_MM`], over what is left of its spread: along
+/// each principal direction `√((1/c) / (1 + r²(1/c − 1)))`, c its variance over that of the spread, r the two widths' ratio.
+/// Directions of which the readings say nothing (c = 1) cost nothing.
+fn room_of_place(problem: &Problem, covariance: &DMatrix<f64>, end: End, test: &str) -> f64 {
+    let is_named = |index: &usize| problem.session.tests[*index].name == test;
+    let Some(index) = (0..problem.session.tests.len()).find(is_named) else { return 0.0 };
+    let setup = end.setup_of(problem.setups, index);
+    let own: Vec<usize> =
+        (0..problem.unknowns.len()).filter(|&k| end.is_placed_by(problem.unknowns[k].quantity, setup)).collect();
+    let Some(spread_mm) = own.first().map(|&k| problem.unknowns[k].prior_sigma) else { return 0.0 };
+    let ratio = (NEARBY_MM / spread_mm).powi(2);
+    let shares = DMatrix::from_fn(own.len(), own.len(), |i, k| covariance[(own[i], own[k])]).symmetric_eigenvalues();
+    let room = |share: f64| {
+        let told = 1.0 / share.clamp(f64::MIN_POSITIVE, 1.0);
+        0.5 * (told.ln() - (1.0 + ratio * (told - 1.0)).ln())
+    };
+    shares.iter().map(|&share| room(share)).sum()
 }

@@ -16,7 +16,7 @@ use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
 use super::places::foreign::FOREIGN;
-use super::places::misplaced::nearby;
+use super::places::misplaced::{BALL_PLACE, nearby};
 use super::places::restated::restated;
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off, stood_at};
 use super::quick_fit::{MOST_STRAIN, refit};
@@ -49,6 +49,8 @@ pub(crate) struct Mistake {
     pub(crate) log_odds: f64,
     /// It leaves little more than noise, or gains enormously.
     pub(crate) is_plain: bool,
+    /// A ball was put where the readings want it.
+    pub(crate) is_found_place: bool,
     /// Figures were fitted to the readings, which take up much.
     has_figures: bool,
 }
@@ -117,11 +119,14 @@ pub(crate) fn preflight(
     (before > WORTH_A_SEARCH * after).then(|| {
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
+        let is_found_place = best.effect == BALL_PLACE && best.is_found;
         // a zero may lie anywhere in the stroke
         let figure = match best.effect {
             READING_ZERO => {
                 refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
             }
+            // counted where it is held against physics
+            _ if is_found_place => 0.0,
             _ => best.log_cost(),
         };
         let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
@@ -129,7 +134,7 @@ pub(crate) fn preflight(
         // what is left beside noise may be another mistake, or belong to one that is not known
         let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
         let fault = DataFault { rivals, ..best.fault(before, after) }.shared_evenly().or_effect(whole, None);
-        Mistake { fault, undone, log_odds, is_plain, has_figures }
+        Mistake { fault, undone, log_odds, is_plain, is_found_place, has_figures }
     })
 }
 

@@ -1,12 +1,13 @@
 //! Machines whose code has two neighbouring axes in the wrong order, where the nominal lengths allow it. Whether it has is for others
 //! to judge.
 
+use crate::chain::Chain;
 use crate::diagnose::preflight::data_fault::SESSION;
 use crate::diagnose::preflight::places::ball_places::NOMINAL_MM;
 use crate::diagnose::preflight::quick_fit::nominal_mm;
 use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
 use crate::machine::{AxisKind, Machine};
-use crate::session::{Path, Session, Test};
+use crate::session::{Motion, Path, Session, Test};
 
 pub(crate) const AXIS_ORDER: &str = "axis-order";
 
@@ -19,8 +20,13 @@ pub(crate) fn other_orders(session: &Session) -> Vec<Suspicion> {
     }
     let is_rotary = |axis: usize| machine.axes[axis].kind == AxisKind::Rotary;
     let bed = machine.code.workpiece_side.len();
+    let chain = Chain::of(machine);
+    let motions: Vec<Motion> = session.tests.iter().filter_map(|test| Motion::of(session, &chain, test).ok()).collect();
+    let leaves_zero = |axis: usize| motions.iter().any(|motion| motion.leaves_zero(axis));
     (1..machine.axes.len())
         .filter(|&second| second != bed && (is_rotary(second - 1) || is_rotary(second)))
+        // the order of two axes of which one stands at zero shows in no length; its errors may look like those of the other
+        .filter(|&second| leaves_zero(second - 1) && leaves_zero(second))
         .filter_map(|second| {
             let undone = exchanged(session, second);
             let is_allowed = nominal_mm(&undone).is_some_and(|left| left < NOMINAL_MM);

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::quick_fit::Refit;
 use crate::identify::Quantity;
-use crate::session::{Ball, Motion, Session, Test};
+use crate::session::{Ball, Motion, Session, Setups, Test};
 
 /// Share of a misfit by the nominal machine that putting a statement right must take off, to be worth a refit.
 pub(crate) const WORTH: f64 = 0.5;
@@ -29,6 +29,28 @@ impl End {
         match self {
             End::Pivot => "pivot",
             End::Spindle => "spindle-ball",
+        }
+    }
+
+    /// The end that answers name so.
+    pub(crate) fn named(name: &str) -> Option<End> {
+        [End::Pivot, End::Spindle].into_iter().find(|end| end.place() == name)
+    }
+
+    /// Which setup of its balls a test uses.
+    pub(crate) fn setup_of(self, setups: &Setups, test: usize) -> usize {
+        match self {
+            End::Pivot => setups.pivot_of[test],
+            End::Spindle => setups.spindle_ball_of[test],
+        }
+    }
+
+    /// Whether an unknown places the ball of a setup.
+    pub(crate) fn is_placed_by(self, quantity: Quantity, setup: usize) -> bool {
+        match (self, quantity) {
+            (End::Pivot, Quantity::Pivot { setup: of, .. })
+            | (End::Spindle, Quantity::SpindleBall { setup: of, .. }) => of == setup,
+            _ => false,
         }
     }
 
@@ -58,14 +80,8 @@ impl End {
 pub(crate) fn placement(refitted: &Refit, end: End, setup: usize) -> Vector3<f64> {
     let mut placement = Vector3::zeros();
     for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
-        match (end, unknown.quantity) {
-            (End::Pivot, Quantity::Pivot { setup: of, coordinate })
-            | (End::Spindle, Quantity::SpindleBall { setup: of, coordinate })
-                if of == setup =>
-            {
-                placement[coordinate] = *value;
-            }
-            _ => {}
+        if end.is_placed_by(unknown.quantity, setup) {
+            placement[unknown.quantity.coordinate()] = *value;
         }
     }
     placement

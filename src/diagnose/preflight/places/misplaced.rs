@@ -86,6 +86,7 @@ fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec
                 listed(&names(session, tests))
             );
             let mut suspicion = Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            suspicion.is_found = near.is_none();
             suspicion.weight = match near {
                 Some((_, words)) if words.contains("exchanged") && words.contains("turned") => RARELY,
                 Some(_) => OFTEN,
@@ -140,11 +141,11 @@ fn beside(session: &Session, end: End, setup: usize, tests: &[usize]) -> Option<
         placement.norm(),
         listed(&names(session, tests))
     );
-    Some(Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone))
+    Some(Suspicion { is_found: true, ..Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone) })
 }
 
 /// Distance over which a place of no special form becomes half as likely, mm.
-const NEARBY_MM: f64 = 10.0;
+pub(crate) const NEARBY_MM: f64 = 10.0;
 
 /// One ball on another link, where that explains its lengths better.
 fn on_other_links(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Suspicion> {

@@ -171,7 +171,11 @@ impl Trajectories {
         let everywhere = matches!(signature(&lead.effect.kind), Some(Growth | Straightness | BarLength | Sag));
         let counts =
             |test: &usize| everywhere || axis.is_none_or(|axis| model.context.motion(*test).moving.contains(&axis));
-        let tests: Vec<usize> = (0..model.tests()).filter(counts).collect();
+        let mut tests: Vec<usize> = (0..model.tests()).filter(counts).collect();
+        // an axis that moves between tests alone leaves in them what it did there
+        if tests.is_empty() {
+            tests.extend(0..model.tests());
+        }
         let function = |k: usize| -> Vec<f64> {
             let mut rows = Vec::new();
             for &test in &tests {
