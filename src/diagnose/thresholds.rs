@@ -75,11 +75,11 @@ thresholds! {
     relief = 22.0, off f64::INFINITY, "χ²":
         "fall of what was stated of balls, bars and location errors, without the largest, with which nothing need show in the residual";
     zero_wanders = 0.7, off 0.4, "noise floors":
-        "offset from test to test beside which growth must still be worth telling";
+        "offset from test to test beside which an effect must still be worth telling";
     zero_walks = 1.5, off 0.0, "noise floors":
-        "standard deviation, at the end of a session, of a zero that walks, beside which growth must still be worth telling";
+        "standard deviation, at the end of a session, of a zero that walks, beside which an effect must still be worth telling";
     better = 5.0, off 0.0, "log odds":
-        "by which another set of effects must stand better, that a further parameter of a form must add, and that growth must keep beside a zero that wanders";
+        "by which another set of effects must stand better, that a further parameter of a form must add, and that an effect must keep beside a zero that wanders";
     explained = 1.25, off f64::INFINITY, "noise floors":
         "residual up to which a session counts as explained: beyond it other first effects are tried, restless readings are looked at, and findings that no fold confirms stay";
     unlikely_set = 60.0, off 5.0, "log odds":

@@ -60,6 +60,9 @@ pub fn back(matrix: &Matrix) -> Matrix {
 
 /// Tx·Ty·Tz·Rx·Ry·Rz.
 fn small(e: &[f64; 6]) -> Matrix {
+    if e[3..] == [0.0; 3] {
+        return shift([e[0], e[1], e[2]]);
+    }
     [turn(0, e[3]), turn(1, e[4]), turn(2, e[5])].iter().fold(shift([e[0], e[1], e[2]]), |sum, next| times(&sum, next))
 }
 
@@ -106,7 +109,13 @@ impl Plain<'_> {
                 m[error.component.index()] += form(&error.form, q);
             }
         }
-        let about = |inner: &Matrix| times(&times(&shift(o), inner), &shift(o.map(|x| -x)));
+        // o + M·(x − o)
+        let about = |inner: &Matrix| {
+            let shifted = apply(inner, o, false);
+            let mut about = *inner;
+            (0..3).for_each(|k| about[k][3] += o[k] - shifted[k]);
+            about
+        };
         match axis.kind {
             AxisKind::Rotary => about(&times(&times(&small(&e), &small(&m)), &turn_about(u, sign * q))),
             AxisKind::Linear => {

@@ -7,7 +7,6 @@ use super::ranking::{choose, compare, is_sensible, keep_diverse};
 use super::screening::screen::screen_wanted;
 use super::selected::{Candidate, SelectedEffect, SelectionContext, Step};
 use super::shapes::shape_fit::refine_all;
-use super::shapes::trajectory::grows;
 use crate::diagnose::model::regression::Regression;
 use crate::diagnose::noise::noise_floor::{likely_noise, mean_noise_mm2, wandering};
 use crate::diagnose::noise::zero_walk::walk_of_the_zero;
@@ -38,14 +37,10 @@ impl SelectionContext<'_, '_, '_> {
         }
     }
 
-    /// Whether what grows or differs from test to test is not worth telling, the gauge's zero wandering from test to test, and walking over the session, more
-    /// than the floor has it.
+    /// Whether an effect is not worth telling, the gauge's zero wandering from test to test, and walking over the session, more than the
+    /// floor has it. Of what shows within a test that takes nothing.
     fn is_wander_of_the_zero(&self, joint: &JointFit, step: &Step) -> bool {
         let chosen = &step.found.chosen;
-        // what grows, and what differs from test to test
-        if !grows(&chosen.effect) && !chosen.differs_by_test() {
-            return false;
-        }
         let thresholds = &self.limits.thresholds;
         let fine = self.resolutions.fine;
         let cost = chosen.judgement.log_evidence - chosen.log_odds;
