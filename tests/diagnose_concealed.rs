@@ -74,6 +74,29 @@ fn a_slow_vibration_that_breathes_hides_no_screw_behind_an_alias() {
 }
 
 #[test]
+fn two_periods_that_the_travel_hardly_tells_apart_are_one_wave_of_its_size() {
+    let (found, _) = all_told(121_314, 117, &[("cyclic-error", "X")]);
+    let finding = &found.findings[0];
+    let Some(ParameterValue::List(periods)) = finding.effects[0].parameter("periods") else {
+        panic!("{:?}", told(&found))
+    };
+    assert!(periods.iter().skip(1).any(|period| (period / periods[0] - 1.0).abs() < 1e-2), "{periods:?}");
+    assert!((finding.size.value / 3.553 - 1.0).abs() < 0.05, "{:?}", told(&found));
+    assert!((finding.size.value - 3.553).abs() < 3.0 * finding.size.sigma, "{:?}", told(&found));
+}
+
+#[test]
+fn a_table_that_stands_at_zero_is_not_in_the_wrong_place_of_the_code_where_a_slide_is_out_of_square() {
+    all_told(121_314, 50, &[("squareness", "Z"), ("cyclic-error", "Y")]);
+}
+
+#[test]
+fn what_tips_as_a_slide_reverses_between_tests_has_its_size_and_is_no_ball_elsewhere() {
+    let (found, _) = all_told(121_314, 10, &[("lateral-play", "C")]);
+    assert!((found.findings[0].size.value / 12.73 - 1.0).abs() < 0.1, "{:?}", told(&found));
+}
+
+#[test]
 fn growth_beside_a_vibration_is_predicted_by_either_half_of_the_readings() {
     let (found, noise_um) = all_told(353_535, 38, &[("vibration", "spindle-ball"), ("thermal-growth", "Z")]);
     let proof = found.proof.expect("proof");

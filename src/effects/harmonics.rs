@@ -128,11 +128,15 @@ fn functions(effect: &Effect) -> Vec<String> {
     orders.flat_map(|order| [format!("cos{order}"), format!("sin{order}")]).collect()
 }
 
+/// Phase of each order or period per rad or mm of the axis.
+pub fn wave_numbers(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
+    let of_periods = list(effect, "periods").iter().map(|period| TAU / period);
+    list(effect, "orders").iter().copied().chain(of_periods)
+}
+
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
     let Place::Axis(axis) = effect.place else { return Ok(Vec::new()) };
-    let frequencies = list(effect, "orders").iter().copied();
-    let frequencies = frequencies.chain(list(effect, "periods").iter().map(|period| TAU / period));
-    Ok(frequencies
+    Ok(wave_numbers(effect)
         .flat_map(|n| {
             let [mut cosines, sines] = context.position_waves(axis, n);
             cosines.iter_mut().flatten().for_each(|value| *value -= 1.0);

@@ -56,7 +56,7 @@ pub use contract::{
     ShownBy, Signature, Unseen,
 };
 pub use gravity::GRAVITY_SAG;
-pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION};
+pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION, wave_numbers};
 pub use memory::{MemoryLaw, Past};
 pub use named_ball::{NamedBall, name_place};
 pub use reversal_spike::REVERSAL_SPIKE;

@@ -216,10 +216,7 @@ fn size_function(lead: &Candidate, cause: &Cause, main: &[usize], courses: &Traj
             courses.largest(cause, amplitudes)
         }
         // the first period is the effect, the others are its form
-        Some(Period) => {
-            let first = main.iter().filter(|&&k| lead.terms[k].function < 2);
-            first.map(|&k| amplitudes[k].powi(2)).sum::<f64>().sqrt()
-        }
+        Some(Period) => courses.cyclic(lead, amplitudes),
         // two waves, one with and one against the position
         Some(Beat) => {
             let wave = |with: bool| main.iter().filter(move |&&k| (lead.terms[k].function < 2) == with);

@@ -5,7 +5,7 @@ use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::selection::naming::component_name;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::Signature::{BarLength, ErrorMotion, FreeCurve, Growth, Sag, Straightness};
-use crate::effects::{Signature, WARM, is_a, signature};
+use crate::effects::{Signature, WARM, is_a, signature, wave_numbers};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue};
 use crate::units::Measure;
 
@@ -57,6 +57,8 @@ pub(crate) struct Trajectories {
     by_outlet: Vec<(Outlet, Parts)>,
     /// Positions of the place's axis in the same rows; empty for other places and for turns.
     positions: Vec<f64>,
+    /// Lowest and highest position of the place's axis there, mm or rad.
+    travel: Option<(f64, f64)>,
     /// The part did not begin at rest.
     settles: bool,
     /// By term; `None` on part of a turn, whose orders have no means.
@@ -100,6 +102,11 @@ fn take_end_points_off(course: &mut [f64], positions: &[f64]) {
 fn low_and_high(course: &[f64]) -> (f64, f64) {
     course.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)))
 }
+
+/// Periods whose wave numbers differ by less than this share are one wave that swells; a harmonic is none of them.
+const NEAR_A_PERIOD: f64 = 0.5;
+/// Places along a travel at which a wave is looked at.
+const PLACES: usize = 32;
 
 /// Share of the largest range from which a motion of what grows is told.
 const GROWS_WITH: f64 = 0.15;
@@ -199,12 +206,14 @@ impl Trajectories {
                 None => by_outlet.push((outlet, vec![part])),
             }
         }
-        let positions =
-            |axis: usize| tests.iter().flat_map(move |&test| model.context.motion(test).axis(axis)).collect();
+        let positions = |axis: usize| -> Vec<f64> {
+            tests.iter().flat_map(|&test| model.context.motion(test).axis(axis)).collect()
+        };
         let is_length = |(outlet, _): &(Outlet, Parts)| outlet.measure(machine) == Measure::Length;
         let of_axis = lead.effect.place.axis().filter(|_| by_outlet.iter().all(is_length));
+        let travel = lead.effect.place.axis().map(|axis| low_and_high(&positions(axis)));
         let positions = of_axis.map(positions).unwrap_or_default();
-        Trajectories { by_outlet, positions, ..empty }
+        Trajectories { by_outlet, positions, travel, ..empty }
     }
 
     /// The courses of several shapes of one place, which add; amplitudes are those of the first shape, then of the next.
@@ -241,6 +250,30 @@ impl Trajectories {
     pub(crate) fn height(&self, amplitudes: &[f64]) -> f64 {
         let heights = self.by_outlet.iter().map(|(_, parts)| parts.iter().map(|(k, _)| amplitudes[*k].abs()).sum());
         heights.fold(0.0, f64::max)
+    }
+
+    /// Amplitude of a cyclic error at its first period: of the wave that the first period and those near it make together, root mean
+    /// square over the travel. Periods that a travel hardly tells apart share it between them at will.
+    pub(crate) fn cyclic(&self, lead: &Candidate, amplitudes: &[f64]) -> f64 {
+        let numbers: Vec<f64> = wave_numbers(&lead.effect).collect();
+        let (Some(&first), Some((from, to))) = (numbers.first(), self.travel) else { return 0.0 };
+        let near: Vec<f64> = numbers.iter().copied().map(|number| number - first).collect();
+        let is_near = |k: usize| near[k].abs() < NEAR_A_PERIOD * first;
+        let square_at = |parts: &Parts, q: f64| {
+            let waves = parts.iter().filter(|(k, _)| is_near(lead.terms[*k].function / 2));
+            let (along, across) = waves.fold((0.0, 0.0), |(along, across), (k, _)| {
+                let function = lead.terms[*k].function;
+                // a cosine's phasor turns by the difference of the two waves; a sine's is a quarter turn behind
+                let (sin, cos) = (near[function / 2] * q).sin_cos();
+                let (real, imaginary) = if function.is_multiple_of(2) { (cos, sin) } else { (sin, -cos) };
+                (along + amplitudes[*k] * real, across + amplitudes[*k] * imaginary)
+            });
+            along * along + across * across
+        };
+        let place = |k: usize| from + (to - from) * (k as f64 + 0.5) / PLACES as f64;
+        let of_outlet =
+            |(_, parts): &(Outlet, Parts)| (0..PLACES).map(|k| square_at(parts, place(k))).sum::<f64>() / PLACES as f64;
+        self.by_outlet.iter().map(of_outlet).sum::<f64>().sqrt()
     }
 
     /// Largest value, or range, of the courses of the outlets over the session.
