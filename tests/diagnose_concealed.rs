@@ -97,6 +97,14 @@ fn what_tips_as_a_slide_reverses_between_tests_has_its_size_and_is_no_ball_elsew
 }
 
 #[test]
+fn two_effects_of_speed_and_direction_are_no_axis_that_stands_elsewhere_in_each_test() {
+    let (found, _) = all_told(464_748, 105, &[("servo-lag", "A"), ("rotary-backlash", "C")]);
+    for (finding, size) in found.findings.iter().zip([0.2917, 3.609]) {
+        assert!((finding.size.value / size - 1.0).abs() < 0.05, "{:?}", told(&found));
+    }
+}
+
+#[test]
 fn growth_beside_a_vibration_is_predicted_by_either_half_of_the_readings() {
     let (found, noise_um) = all_told(353_535, 38, &[("vibration", "spindle-ball"), ("thermal-growth", "Z")]);
     let proof = found.proof.expect("proof");

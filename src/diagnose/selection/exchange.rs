@@ -25,6 +25,11 @@ fn bends_to_anything(found: &SelectedEffect) -> bool {
         || is_a(&chosen.effect.kind, Signature::Growth) && cancels(&chosen.terms, &chosen.judgement.amplitudes)
 }
 
+/// How many places a set acts at.
+fn places_of(set: &JointFit) -> usize {
+    set.found.iter().map(|found| found.chosen.effect.place).collect::<HashSet<_>>().len()
+}
+
 impl SelectionContext<'_, '_, '_> {
     /// Replaces what a greedy search took too early: the first effect where much stays unexplained or it bends to anything, then
     /// each beside the others.
@@ -107,6 +112,11 @@ impl SelectionContext<'_, '_, '_> {
 
     /// Tries other first effects.
     fn start_otherwise(&self, joint: &mut JointFit) {
+        let bends = bends_to_anything(&joint.found[0]);
+        // what follows anything gives way to the best of the others, no matter at how many places that acts
+        let mut best: Option<JointFit> = None;
+        let worth =
+            |set: &JointFit| set.standing(self) - self.limits.accept_further * places_of(set).saturating_sub(1) as f64;
         let mut tried = vec![joint.found[0].chosen.effect.kind.clone()];
         let rivals: Vec<Candidate> = joint.found[0].rivals.iter().map(|(rival, _)| rival.clone()).collect();
         for rival in rivals {
@@ -117,7 +127,14 @@ impl SelectionContext<'_, '_, '_> {
             tried.push(kind.clone());
             let mut trial = JointFit::empty(self);
             self.grow(&mut trial, Some(rival));
-            self.replace(joint, trial, self.limits.thresholds.better);
+            if !bends {
+                self.replace(joint, trial, self.limits.thresholds.better);
+            } else if best.as_ref().is_none_or(|best| worth(&trial) > worth(best)) {
+                best = Some(trial);
+            }
+        }
+        if let Some(best) = best {
+            self.replace(joint, best, self.limits.thresholds.better);
         }
     }
 
@@ -212,12 +229,9 @@ impl SelectionContext<'_, '_, '_> {
         } else {
             margin
         };
-        // a set that acts at more places must stand better by what each further one needs
-        let places = |joint: &JointFit| {
-            let places = joint.found.iter().map(|found| found.chosen.effect.place);
-            places.collect::<HashSet<_>>().len()
-        };
-        let further = places(&trial).saturating_sub(places(joint).max(1));
+        // a set that acts at more places must stand better by what each further one needs, unless what it replaces follows anything
+        let bends = joint.found.iter().any(bends_to_anything);
+        let further = if bends { 0 } else { places_of(&trial).saturating_sub(places_of(joint).max(1)) };
         let margin = if margin < 0.0 { margin } else { margin.max(self.limits.accept_further * further as f64) };
         let is_better = other > now + margin;
         if is_better {
