@@ -1,5 +1,7 @@
 //! Courses that the motions of an effect take over the readings, and what of them is told. It fits nothing.
 
+use std::f64::consts::TAU;
+
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{LinearModel, Term};
 use crate::diagnose::selection::naming::component_name;
@@ -103,8 +105,8 @@ fn low_and_high(course: &[f64]) -> (f64, f64) {
     course.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// Periods whose wave numbers differ by less than this share are one wave that swells; a harmonic is none of them.
-const NEAR_A_PERIOD: f64 = 0.5;
+/// Waves that drift apart by less than this over a travel are one, rad: a turn.
+const ONE_WAVE: f64 = TAU;
 /// Places along a travel at which a wave is looked at.
 const PLACES: usize = 32;
 
@@ -252,13 +254,13 @@ impl Trajectories {
         heights.fold(0.0, f64::max)
     }
 
-    /// Amplitude of a cyclic error at its first period: of the wave that the first period and those near it make together, root mean
+    /// Amplitude of a cyclic error at its first period: of the wave that the first period and those which the travel does not tell from it make, root mean
     /// square over the travel. Periods that a travel hardly tells apart share it between them at will.
     pub(crate) fn cyclic(&self, lead: &Candidate, amplitudes: &[f64]) -> f64 {
         let numbers: Vec<f64> = wave_numbers(&lead.effect).collect();
         let (Some(&first), Some((from, to))) = (numbers.first(), self.travel) else { return 0.0 };
         let near: Vec<f64> = numbers.iter().copied().map(|number| number - first).collect();
-        let is_near = |k: usize| near[k].abs() < NEAR_A_PERIOD * first;
+        let is_near = |k: usize| near[k].abs() * (to - from) < ONE_WAVE;
         let square_at = |parts: &Parts, q: f64| {
             let waves = parts.iter().filter(|(k, _)| is_near(lead.terms[*k].function / 2));
             let (along, across) = waves.fold((0.0, 0.0), |(along, across), (k, _)| {
