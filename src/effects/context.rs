@@ -334,7 +334,7 @@ fn approach(session: &Session, motion: &Motion, test: usize) -> Vec<f64> {
     if motion.rows() == 0 {
         return Vec::new();
     }
-    let run_in = beyond(session, motion, test, RunEnd::First, &APPROACH_SHARES);
+    let run_in = beyond(session, motion, test, RunEnd::Start, &APPROACH_SHARES);
     let axes = &session.machine.axes;
     let start = run_in.get(..axes.len()).unwrap_or(motion.row(0)).to_vec();
     let marked = (!run_in.is_empty()).then(|| marked(&session.machine, test, &start, test.marks?.move_mm)).flatten();

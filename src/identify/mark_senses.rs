@@ -12,7 +12,7 @@ const LOST_MM: f64 = 0.02;
 /// χ² of the mark that speaks loudest with an axis's sense turned minus χ² as stated; 0 where no capture showed marks.
 pub(super) fn worse_by_marks(problems: [&Problem; 2]) -> f64 {
     let [stated, _] = problems;
-    let marks = (0..stated.tests.len()).flat_map(|test| [RunEnd::First, RunEnd::Last].map(|end| (test, end)));
+    let marks = (0..stated.tests.len()).flat_map(|test| [RunEnd::Start, RunEnd::End].map(|end| (test, end)));
     let worse_by = marks.filter_map(|(test, end)| {
         let [as_stated, turned] = [0, 1].map(|k| off_mm(problems[k], stated, test, end));
         Some((turned?.powi(2) - as_stated?.powi(2)) / (LOST_MM * LOST_MM))
@@ -25,7 +25,7 @@ fn off_mm(model: &Problem, stated: &Problem, test: usize, end: RunEnd) -> Option
     let session = stated.session;
     let of_test = &session.tests[test];
     let marks = of_test.marks?;
-    let seen_mm = marks.seen_mm?[usize::from(end == RunEnd::Last)];
+    let seen_mm = marks.seen_mm?[usize::from(end == RunEnd::End)];
     let from = beyond(session, &stated.tests[test].motion, of_test, end, &[1.0]);
     let to = marked(&session.machine, of_test, from.get(..session.machine.axes.len())?, marks.move_mm)?;
     let geometry = Geometry::nominal(model.chain);

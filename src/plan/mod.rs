@@ -34,7 +34,7 @@ pub use places::drive::{Drive, Swing};
 pub use places::following::FOLLOWED;
 pub use places::free_range::free_parts;
 pub use places::run_in::{
-    CutRunIn, GRID_DEG, OFF_LIMIT, RUN_IN, RunEnd, bare_session, beyond_path, cut_run_ins, rows_with_run_in,
+    CutRunIn, GRID_DEG, OFF_LIMIT, RUN_IN, bare_session, beyond_path, cut_run_ins, rows_with_run_in,
 };
 pub use places::solver::{Pull, Solved, Stance, Unreachable};
 pub use reach::approach::{Approach, Parking};

@@ -10,8 +10,8 @@ const DEFAULT_OVERSHOOT: f64 = 4.0;
 /// Which end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEnd {
-    First,
-    Last,
+    Start,
+    End,
 }
 
 /// Positions outside one end of the rows, one after the other, at these shares of the overshoot; none for static poses.
@@ -24,8 +24,8 @@ pub fn beyond(session: &Session, motion: &Motion, test: &Test, end: RunEnd, shar
         return Vec::new();
     }
     let row = |from_end: usize| match end {
-        RunEnd::First => motion.row(from_end),
-        RunEnd::Last => motion.row(motion.rows() - 1 - from_end),
+        RunEnd::Start => motion.row(from_end),
+        RunEnd::End => motion.row(motion.rows() - 1 - from_end),
     };
     let axes = &session.machine.axes;
     let longest = (motion.rows() - 1) / 2;

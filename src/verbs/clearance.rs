@@ -7,9 +7,9 @@ use fiveaxis::chain::Chain;
 use fiveaxis::collision::{CONE_MARGIN_RAD, Instrument, Scene, Scratch, least_cone_rad, sweep_clearance};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::Machine;
-use fiveaxis::plan::{CutRunIn, RunEnd, cut_run_ins, rows_with_run_in};
+use fiveaxis::plan::{CutRunIn, cut_run_ins, rows_with_run_in};
 use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
-use fiveaxis::session::{Motion, Test};
+use fiveaxis::session::{Motion, RunEnd, Test};
 use serde_json::{Map, Value, json};
 
 use super::output::{print_json, settle};

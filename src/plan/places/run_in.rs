@@ -2,7 +2,7 @@
 
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
-use crate::session::{Follow, Motion, Path, Session, Spread, Test};
+use crate::session::{Follow, Motion, Path, RunEnd, Session, Spread, Test};
 
 /// Run-in and run-out when a test states none, deg or mm.
 pub const RUN_IN: f64 = 4.0;
@@ -54,13 +54,6 @@ pub struct CutRunIn {
     pub wanted: f64,
     /// The limit at which it does, mm or rad.
     pub limit: f64,
-}
-
-/// An end of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RunEnd {
-    Start,
-    End,
 }
 
 /// What ranges cut from the run-in and run-out of a test.

@@ -11,8 +11,8 @@ use crate::diagnose::model::shapes::name;
 use crate::diagnose::model::whitened::LastShape;
 use crate::diagnose::selection::selected::Candidate;
 use crate::effects::CandidateFamily;
-use crate::effects::{Profile, Signature, is_a};
-use crate::machine::{Effect, ParameterValue};
+use crate::effects::{Profile, Signature, is_a, wave_numbers};
+use crate::machine::Effect;
 use crate::statistics::BlockEvidence;
 
 /// The stage at which a family is judged: all rows for fast ones.
@@ -121,7 +121,7 @@ fn loudest(model: &LinearModel, family: &CandidateFamily, matched: &[Vec<f64>]) 
             positions.zip(gain.iter().zip(&matched[test])).map(|(q, (g, m))| (q, g * m, g * g)).collect::<Vec<_>>()
         })
         .collect();
-    let frequencies: Vec<f64> = family.grid.iter().map(|effect| angular_frequency(effect).unwrap_or(0.0)).collect();
+    let frequencies: Vec<f64> = family.grid.iter().map(|effect| wave_numbers(effect).next().unwrap_or(0.0)).collect();
     let mut order: Vec<(usize, f64)> = powers(&rows, &frequencies).into_iter().enumerate().collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     order.into_iter().take(SPECTRAL_CELLS).map(|(index, _)| index).collect()
@@ -189,13 +189,4 @@ fn power_and_turn(groups: &mut [Phasors]) -> f64 {
     }
     let [c, s, cc, ss] = [c, s, cc, ss].map(|lanes| lanes.iter().sum::<f64>());
     c * c / cc.max(f64::MIN_POSITIVE) + s * s / ss.max(f64::MIN_POSITIVE)
-}
-
-/// Phase per mm or rad of the first order or period of an effect.
-fn angular_frequency(effect: &Effect) -> Option<f64> {
-    match (effect.parameter("orders"), effect.parameter("periods")) {
-        (Some(ParameterValue::List(orders)), _) => orders.first().copied(),
-        (_, Some(ParameterValue::List(periods))) => periods.first().map(|period| std::f64::consts::TAU / period),
-        _ => None,
-    }
 }
