@@ -50,7 +50,7 @@ use self::preflight::doubts::strained;
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
-use self::preflight::small_misfit::preflight;
+use self::preflight::small_misfit::Preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::joint_fit::mean_square;
 use self::selection::search::{floors, nothing, search_cleanly};
@@ -85,7 +85,8 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let mut fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     fine.thresholds = thresholds;
     let stated_mm = examination.fit.as_ref().map_or(0.0, |fit| fit.rms_mm);
-    let diagnosis = diagnosed(fine, options, (&setups, stated_mm), fit, true)?;
+    let preflight = Preflight::of(session);
+    let diagnosis = diagnosed(fine, options, (&setups, &preflight, stated_mm), fit, true)?;
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
     // where nothing was found, nothing else explains what a ball or bar makes up for
@@ -101,11 +102,11 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
 fn diagnosed(
     fine: LinearModel,
     options: &Options,
-    (setups, stated_mm): (&Setups, f64),
+    (setups, preflight, stated_mm): (&Setups, &Preflight, f64),
     fit: Fit,
     may_hide: bool,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let beside = (setups, stated_mm, fit, may_hide);
+    let beside = (setups, preflight, stated_mm, fit, may_hide);
     at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, beside))?
 }
 
@@ -123,7 +124,7 @@ fn searched(
     resolutions: &Resolutions,
     families: &[CandidateFamily],
     options: &Options,
-    (setups, stated_mm, fit, may_hide): (&Setups, f64, Fit, bool),
+    (setups, preflight, stated_mm, fit, may_hide): (&Setups, &Preflight, f64, Fit, bool),
 ) -> Result<Diagnosis, DiagnoseError> {
     let Resolutions { fine, coarse, .. } = *resolutions;
     let (problem, session, values) = (fine.problem, fine.context.session(), fit.values());
@@ -137,7 +138,7 @@ fn searched(
     let measures = [1e3 * fit.rms_mm.max(stated_mm), noise_um, left_out, strain];
     // the mistakes known here are those of lengths between balls
     let is_of_lengths = !session.has_parts();
-    let mistake = if is_of_lengths { preflight(session, measures) } else { None };
+    let mistake = if is_of_lengths { preflight.mistake(measures) } else { None };
     let (certain, contested) = match mistake {
         None if !is_of_lengths => (None, None),
         Some(mistake) if !mistake.may_be_physics() => (Some(mistake.fault), None),
@@ -152,7 +153,8 @@ fn searched(
     let mut search = match search {
         Ok(search) => search,
         Err(cleaner) => {
-            return diagnosed(fine.with_rows(cleaner.kept_rows()), options, (setups, stated_mm), *cleaner, false);
+            let beside = (setups, preflight, stated_mm);
+            return diagnosed(fine.with_rows(cleaner.kept_rows()), options, beside, *cleaner, false);
         }
     };
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);

@@ -10,7 +10,7 @@ use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
 use super::readings::processed::READING_PROCESSED;
 use super::readings::scaled::{READING_SIGN, READING_ZERO, held_otherwise};
-use super::small_misfit::preflight;
+use super::small_misfit::Preflight;
 use crate::chain::Chain;
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
@@ -239,7 +239,8 @@ fn mistaken_unless_sound(
     let strain = strain(&problem, &values, 1.0);
     let left_out = examination.left_out_share;
     // what gains little is for a diagnosis to find
-    let found = preflight(session, [1e3 * fit.rms_mm, noise_um, left_out, strain]).filter(|mistake| mistake.is_plain);
+    let found = Preflight::of(session).mistake([1e3 * fit.rms_mm, noise_um, left_out, strain]);
+    let found = found.filter(|mistake| mistake.is_plain);
     let found = match found {
         Some(mistake) => {
             held_against_physics(session, options, Thresholds::default(), mistake)?.against(1.0).unwrap_or(None)

@@ -8,6 +8,7 @@ use crate::diagnose::cause::MOST_RIVALS;
 use crate::statistics::{median, noise_of_rows, rms};
 
 use rayon::prelude::*;
+use std::cell::OnceCell;
 
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
@@ -69,22 +70,61 @@ impl Mistake {
     }
 }
 
-/// The mistake that best explains a session, if one does.
-///
-/// It is looked for by the residual and the noise floor, µm, the share of readings left out as gross, and the largest offset of a
-/// ball or bar in the fit, in units of its spread.
-pub(crate) fn preflight(
-    session: &Session,
-    [residual_um, noise_um, left_out_share, strain]: [f64; 4],
-) -> Option<Mistake> {
-    let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
-    if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
-        return None;
+/// The mistakes of a session, looked for once however often it is asked.
+pub(crate) struct Preflight<'s> {
+    session: &'s Session,
+    suspected: OnceCell<Option<Suspected>>,
+}
+
+/// The likeliest mistake of a session, whatever its noise.
+struct Suspected {
+    best: Suspicion,
+    rivals: Vec<Rival>,
+    /// Misfit as recorded and undone, µm.
+    before_um: f64,
+    after_um: f64,
+    /// Log odds before any reading.
+    log_odds: f64,
+}
+
+impl<'s> Preflight<'s> {
+    pub(crate) fn of(session: &'s Session) -> Preflight<'s> {
+        Preflight { session, suspected: OnceCell::new() }
     }
+
+    /// The mistake that best explains the session, if one does.
+    ///
+    /// It is looked for by the residual and the noise floor, µm, the share of readings left out as gross, and the largest offset of a
+    /// ball or bar in the fit, in units of its spread.
+    pub(crate) fn mistake(&self, [residual_um, noise_um, left_out_share, strain]: [f64; 4]) -> Option<Mistake> {
+        let session = self.session;
+        let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
+        if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
+            return None;
+        }
+        let Suspected { best, rivals, before_um, after_um, log_odds } =
+            self.suspected.get_or_init(|| suspected(session)).as_ref()?;
+        let (before, after) = (*before_um, *after_um);
+        let is_near_noise = after < NEAR_NOISE * noise_um;
+        let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
+        (before > WORTH_A_SEARCH * after).then(|| {
+            let is_found_place = best.effect == BALL_PLACE && best.is_found;
+            let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
+            // what is left beside noise may be another mistake, or belong to one that is not known
+            let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
+            let fault = DataFault { rivals: rivals.clone(), ..best.clone().fault(before, after) };
+            let fault = fault.shared_evenly().or_effect(whole, None);
+            Mistake { fault, undone, log_odds: *log_odds, is_plain, is_found_place, has_figures }
+        })
+    }
+}
+
+/// The mistake that leaves least of a session, with those that leave as little.
+fn suspected(session: &Session) -> Option<Suspected> {
     let thinned = few_rows(session);
     let as_it_is = refit(&thinned, None)?;
     let as_it_is = refit(&thinned, Some(&as_it_is.values))?;
-    let before = as_it_is.misfit_um;
+    let before_um = as_it_is.misfit_um;
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
     let mut suspicions = suspicions(&thinned, session, &as_it_is);
     let worst = worst_tests(&as_it_is.residual_mm);
@@ -108,34 +148,25 @@ pub(crate) fn preflight(
     let (best, others) = likeliest(judged)?;
     let best = finer((&thinned, session), misfit_um, best);
     let best = widened(&thinned, misfit_um, best);
-    let (after, best) = toggled((&thinned, session), misfit_um, best);
-    let (after, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after).unwrap_or((after, best));
-    let alike: Vec<Judged> = others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after).collect();
+    let (after_um, best) = toggled((&thinned, session), misfit_um, best);
+    let (after_um, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after_um).unwrap_or((after_um, best));
+    let alike: Vec<Judged> = others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after_um).collect();
     // which of them was made nothing tells: together they are as likely as all of them
     let log_alike = (1.0 + alike.len() as f64).ln();
     let rivals = rivals(&best, alike.into_iter());
-    let is_near_noise = after < NEAR_NOISE * noise_um;
-    let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
-    (before > WORTH_A_SEARCH * after).then(|| {
-        let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
-        let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
-        let is_found_place = best.effect == BALL_PLACE && best.is_found;
+    let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
+    let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
+    let figure = match best.effect {
         // a zero may lie anywhere in the stroke
-        let figure = match best.effect {
-            READING_ZERO => {
-                refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
-            }
-            // counted where it is held against physics
-            _ if is_found_place => 0.0,
-            _ => best.log_cost(),
-        };
-        let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
-        let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
-        // what is left beside noise may be another mistake, or belong to one that is not known
-        let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
-        let fault = DataFault { rivals, ..best.fault(before, after) }.shared_evenly().or_effect(whole, None);
-        Mistake { fault, undone, log_odds, is_plain, is_found_place, has_figures }
-    })
+        READING_ZERO => {
+            refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
+        }
+        // counted where it is held against physics
+        BALL_PLACE if best.is_found => 0.0,
+        _ => best.log_cost(),
+    };
+    let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
+    Some(Suspected { best, rivals, before_um, after_um, log_odds })
 }
 
 /// Noise of readings from row to row, µm: of the middle recording.
@@ -202,7 +233,7 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
     unit_of_lengths(session)
-        .or_else(|| preflight(session, [f64::INFINITY, 0.0, 1.0, f64::INFINITY]).map(|mistake| mistake.fault))
+        .or_else(|| Preflight::of(session).mistake([f64::INFINITY, 0.0, 1.0, f64::INFINITY]).map(|mistake| mistake.fault))
 }
 
 /// Units in which lengths may have been written, with their size in mm.

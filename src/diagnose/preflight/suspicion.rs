@@ -6,6 +6,7 @@ use crate::session::Session;
 use std::collections::{HashMap, HashSet};
 
 /// A way in which the files may be wrong.
+#[derive(Clone)]
 pub(crate) struct Suspicion {
     pub(crate) effect: &'static str,
     pub(crate) place: String,

@@ -35,10 +35,10 @@ pub(super) fn rounded(session: &Session) -> Option<DataFault> {
 fn rounded_lengths(session: &Session) -> Option<DataFault> {
     let of_bars = session.tests.iter().filter(|test| test.bar_length_mm.is_some());
     let recordings: Vec<&Recording> = of_bars.filter_map(|test| test.recording.as_ref()).collect();
-    // a gauge that stuck has no digits to lose
+    // a gauge that stuck has no digits to lose, nor has a machine without errors
     let changes = |recording: &&Recording| {
         let mut read = recording.length_mm.iter().filter(|length| length.is_finite());
-        read.next().is_some_and(|first| read.any(|length| length != first))
+        read.next().is_some_and(|first| read.any(|length| (length - first).abs() > ON_STEP))
     };
     if !recordings.iter().any(changes) {
         return None;
