@@ -3,6 +3,7 @@
 use crate::recorded;
 use crate::shared_data;
 use fiveaxis::chain::Composition;
+use fiveaxis::diagnose::examine;
 use fiveaxis::identify::{Fit, Options, Quantity, identify};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, LinearAxes, Outlet, ParameterValue, Place};
@@ -192,4 +193,14 @@ fn a_real_arm_with_gross_outliers_is_fitted() {
     assert!((1..=30).contains(&json.left_out), "{}", json.left_out);
     let kept = fit.tests.iter().flat_map(|test| test.residual_mm.iter().zip(&test.kept).filter(|(_, kept)| **kept));
     assert!(kept.map(|(residual, _)| residual.abs()).fold(0.0, f64::max) < 6.0);
+}
+
+#[test]
+fn a_machine_without_errors_is_no_mistake_in_the_files() {
+    // all lengths are the bar's: they lie on any grid
+    let session = without_errors(&planned_thesis_session(120));
+    let session = recorded(&session, &simulate(&session, Composition::Exact).unwrap());
+    let examination = examine(&session, &Options::default()).unwrap();
+    assert_eq!((&examination.fault, &examination.unjudged), (&None, &None));
+    assert!(examination.fit.unwrap().estimates.iter().take(8).all(|one| one.determined && one.value.abs() < 1e-9));
 }

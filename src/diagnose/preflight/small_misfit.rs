@@ -232,8 +232,9 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
 
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
-    unit_of_lengths(session)
-        .or_else(|| Preflight::of(session).mistake([f64::INFINITY, 0.0, 1.0, f64::INFINITY]).map(|mistake| mistake.fault))
+    unit_of_lengths(session).or_else(|| {
+        Preflight::of(session).mistake([f64::INFINITY, 0.0, 1.0, f64::INFINITY]).map(|mistake| mistake.fault)
+    })
 }
 
 /// Units in which lengths may have been written, with their size in mm.
