@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::data_fault::{DataFault, SURE_OF_FAULT};
 use super::mistakes::{ANGLE_REVERSED, suspicions};
+use super::nearer::finer_place;
 use super::places::axis_lines::other_lines;
 use super::places::ball_places::{End, move_ball, placement};
 use super::places::exchanged;
@@ -15,7 +16,7 @@ use super::places::misplaced::{BALL_PLACE, BAR, misplaced, nearby};
 use super::places::restated::other_directions;
 use super::places::standing::{STANDING_AXIS, standing_elsewhere};
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
-use super::small_misfit::{finer_place, toggled};
+use super::small_misfit::toggled;
 use super::suspicion::{OFTEN, Suspicion};
 use crate::diagnose::model::decimate::few_rows;
 use crate::identify::{FreePrior, Quantity};

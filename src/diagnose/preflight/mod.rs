@@ -8,6 +8,7 @@ pub(crate) mod examine;
 pub(crate) mod gross_misfit;
 pub(crate) mod mistake_or_effect;
 pub(crate) mod mistakes;
+pub(crate) mod nearer;
 pub(crate) mod places;
 pub(crate) mod quick_fit;
 pub(crate) mod readings;

@@ -13,18 +13,18 @@ use std::cell::OnceCell;
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
 use super::doubts::exceeds;
-use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words, shifted, suspicions, worst_tests};
+use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words, suspicions, worst_tests};
+use super::nearer::{bring_nearer, first_position};
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
 use super::places::foreign::FOREIGN;
 use super::places::misplaced::{BALL_PLACE, nearby};
 use super::places::restated::restated;
-use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off, stood_at};
+use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off};
 use super::quick_fit::{MOST_STRAIN, refit};
 use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
-use super::suspicion::{Suspicion, Tried};
+use super::suspicion::{Judged, Suspicion, Tried};
 use crate::diagnose::model::decimate::few_rows;
-use crate::machine::AxisKind;
 use crate::session::{Path, Session, Test};
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
@@ -142,11 +142,10 @@ fn suspected(session: &Session) -> Option<Suspected> {
             is_one.then_some((suspicion.diminished * refit.misfit_um, suspicion))
         })
         .collect();
-    bring_nearer(&thinned, misfit_um, &mut judged);
+    bring_nearer((&thinned, session), misfit_um, &mut judged);
     let foreign = judged.extract_if(.., |(_, one)| one.effect == FOREIGN).min_by(|a, b| a.0.total_cmp(&b.0));
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (best, others) = likeliest(judged)?;
-    let best = finer((&thinned, session), misfit_um, best);
     let best = widened(&thinned, misfit_um, best);
     let (after_um, best) = toggled((&thinned, session), misfit_um, best);
     let (after_um, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after_um).unwrap_or((after_um, best));
@@ -192,9 +191,6 @@ const FOREIGN_GAIN: f64 = 1.5;
 
 /// Misfits by different rows and weights that differ by less, as a ratio, say the same.
 const AS_NEAR: f64 = 1.1;
-
-/// A mistake with the misfit that undoing it leaves, µm.
-type Judged = (f64, Suspicion);
 
 /// Residuals that differ by less, as a share, say the same.
 const ALIKE: f64 = 0.02;
@@ -267,101 +263,6 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
     })
 }
 
-/// Shifts beside the best one of the grid, as factors.
-const FINER: [f64; 8] = [0.9, 0.93, 0.96, 0.985, 1.015, 1.04, 1.07, 1.1];
-
-/// A time shift brought nearer to its true size than the grid; other mistakes have no size.
-fn finer(
-    (thinned, session): (&Session, &Session),
-    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
-    (misfit, suspicion): (f64, Suspicion),
-) -> (f64, Suspicion) {
-    let Some(shift_ms) = suspicion.shift_ms else { return (misfit, suspicion) };
-    let struck: Vec<usize> = (0..session.tests.len())
-        .filter(|&test| suspicion.tests.is_empty() || suspicion.tests.contains(&session.tests[test].name))
-        .collect();
-    let near: Vec<(f64, Suspicion)> = FINER
-        .par_iter()
-        .filter_map(|factor| {
-            let nearer = shifted((thinned, session), &struck, factor * shift_ms / 1e3);
-            misfit_um(&nearer.undone).map(|misfit| (misfit, nearer))
-        })
-        .collect();
-    near.into_iter().fold((misfit, suspicion), |best, next| if next.0 < best.0 { next } else { best })
-}
-
-/// Steps about the grid at which an axis is thought to have stood or to be off, deg: together more than half a step of the
-/// grid. And mm for slides.
-const FINER_DEG: [f64; 11] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008];
-const FINER_MM: [f64; 11] = [3.0, 1.5, 0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.012, 0.006, 0.003];
-
-/// Axes that stood elsewhere or whose columns are off, brought nearer to where they were, each the best of its grid.
-const BROUGHT_NEARER: usize = 8;
-
-/// Brings the best few mistakes that have a size nearer to it than the grid: others find theirs in the fit.
-fn bring_nearer(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync + Copy, judged: &mut [Judged]) {
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut seen: Vec<(&'static str, Vec<String>, Vec<String>)> = Vec::new();
-    let mut places = Vec::new();
-    for (place, (_, one)) in judged.iter().enumerate() {
-        let key = (one.effect, one.components.clone(), one.tests.clone());
-        if [STANDING_AXIS, COLUMN_SHIFTED].contains(&one.effect)
-            && !seen.contains(&key)
-            && places.len() < BROUGHT_NEARER
-        {
-            seen.push(key);
-            places.push(place);
-        }
-    }
-    for place in places {
-        let (misfit, suspicion) = &judged[place];
-        if let Some(nearer) = finer_place(thinned, misfit_um, (*misfit, suspicion)) {
-            judged[place] = nearer;
-        }
-    }
-}
-
-/// An axis brought nearer to where it stood, or to what its column is off by, than the grid; `None` where nothing lowers the misfit,
-/// and for other mistakes, which have no such size.
-pub(crate) fn finer_place(
-    thinned: &Session,
-    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
-    (misfit, suspicion): (f64, &Suspicion),
-) -> Option<Judged> {
-    let tests: Vec<usize> =
-        (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
-    let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
-    let (Some(axis), Some(&first), STANDING_AXIS | COLUMN_SHIFTED) = (axis, tests.first(), suspicion.effect) else {
-        return None;
-    };
-    let stands = suspicion.effect == STANDING_AXIS;
-    let at = |session: &Session| match stands {
-        true => session.tests[first].positions[axis].unwrap_or(0.0),
-        false => first_position(session, first, axis).unwrap_or(0.0),
-    };
-    let moved = |shift: f64| match stands {
-        true => stood_at(thinned, axis, &tests, shift),
-        false => column_off(thinned, axis, &tests, shift),
-    };
-    let steps = match thinned.machine.axes[axis].kind {
-        AxisKind::Rotary => FINER_DEG.map(f64::to_radians),
-        AxisKind::Linear => FINER_MM,
-    };
-    let mut best = (misfit, at(&suspicion.undone) - at(thinned), None);
-    for step in steps {
-        let beside: Vec<(f64, f64, Option<Suspicion>)> = [-step, step]
-            .into_par_iter()
-            .filter_map(|step| {
-                let shift = best.1 + step;
-                let nearer = moved(shift)?;
-                misfit_um(&nearer.undone).map(|misfit| (misfit, shift, Some(nearer)))
-            })
-            .collect();
-        best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
-    }
-    best.2.map(|nearer| (best.0, nearer))
-}
-
 /// A column that is off in some tests, with the other programs in which it is off by as much: those that leave less so.
 fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync, mut best: Judged) -> Judged {
     let axis = best.1.components.first().and_then(|name| thinned.machine.axis_index(name));
@@ -384,13 +285,6 @@ fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync
         }
     }
     best
-}
-
-/// Where an axis is in the first row of a test's recording.
-fn first_position(session: &Session, test: usize, axis: usize) -> Option<f64> {
-    let recording = session.tests[test].recording.as_ref()?;
-    let column = recording.column_of(axis)?;
-    recording.positions[column].first().copied()
 }
 
 /// Share by which turning one recording more, or one less, must lower the residual.

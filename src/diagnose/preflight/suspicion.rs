@@ -25,6 +25,9 @@ pub(crate) struct Suspicion {
     pub(crate) undone: Session,
 }
 
+/// A mistake with the misfit that undoing it leaves, µm.
+pub(crate) type Judged = (f64, Suspicion);
+
 impl Suspicion {
     /// A mistake in what the session says of some tests, of no special weight.
     pub(crate) fn new(

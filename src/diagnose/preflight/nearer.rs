@@ -1,0 +1,121 @@
+//! Mistakes that have a size brought nearer to it than the grid on which they are tried. Which one was made is for others to judge.
+
+use rayon::prelude::*;
+
+use super::mistakes::{TIME_SHIFT, shifted};
+use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, stood_at};
+use super::suspicion::{Judged, Suspicion};
+use crate::machine::AxisKind;
+use crate::session::Session;
+
+/// Steps about the grid at which an axis is thought to have stood or to be off, deg: together more than half a step of the
+/// grid. And mm for slides.
+const FINER_DEG: [f64; 11] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008];
+const FINER_MM: [f64; 11] = [3.0, 1.5, 0.8, 0.4, 0.2, 0.1, 0.05, 0.025, 0.012, 0.006, 0.003];
+/// The same of a shift in time, as shares of it.
+const FINER_SHARE: [f64; 5] = [0.08, 0.04, 0.02, 0.01, 0.005];
+
+/// Mistakes that have a size brought nearer to it, each the best of its grid.
+const BROUGHT_NEARER: usize = 8;
+
+/// Brings the best few mistakes that have a size nearer to it than the grid: others find theirs in the fit. Shifts in time are made on all
+/// rows.
+pub(crate) fn bring_nearer(
+    (thinned, whole): (&Session, &Session),
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync + Copy,
+    judged: &mut [Judged],
+) {
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut seen: Vec<(&'static str, Vec<String>, Vec<String>)> = Vec::new();
+    let mut places = Vec::new();
+    for (place, (_, one)) in judged.iter().enumerate() {
+        let key = (one.effect, one.components.clone(), one.tests.clone());
+        let has_size = [STANDING_AXIS, COLUMN_SHIFTED, TIME_SHIFT].contains(&one.effect);
+        if has_size && !seen.contains(&key) && places.len() < BROUGHT_NEARER {
+            seen.push(key);
+            places.push(place);
+        }
+    }
+    for place in places {
+        let (misfit, suspicion) = &judged[place];
+        let nearer = match suspicion.shift_ms {
+            Some(shift_ms) => finer_shift((thinned, whole), misfit_um, (*misfit, suspicion), shift_ms / 1e3),
+            None => finer_place(thinned, misfit_um, (*misfit, suspicion)),
+        };
+        if let Some(nearer) = nearer {
+            judged[place] = nearer;
+        }
+    }
+}
+
+/// A shift in time brought nearer to its true size than the grid; `None` where nothing lowers the misfit.
+fn finer_shift(
+    (thinned, whole): (&Session, &Session),
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+    (misfit, suspicion): (f64, &Suspicion),
+    seconds: f64,
+) -> Option<Judged> {
+    let is_struck = |test: &usize| suspicion.tests.is_empty() || suspicion.tests.contains(&whole.tests[*test].name);
+    let struck: Vec<usize> = (0..whole.tests.len()).filter(is_struck).collect();
+    let moved = |seconds: f64| Some(shifted((thinned, whole), &struck, seconds));
+    descended((misfit, seconds), FINER_SHARE.map(|share| share * seconds.abs()), moved, misfit_um)
+}
+
+/// An axis brought nearer to where it stood, or to what its column is off by, than the grid; `None` where nothing lowers the misfit,
+/// and for other mistakes, which have no such size.
+pub(crate) fn finer_place(
+    thinned: &Session,
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+    (misfit, suspicion): (f64, &Suspicion),
+) -> Option<Judged> {
+    let tests: Vec<usize> =
+        (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
+    let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
+    let (Some(axis), Some(&first), STANDING_AXIS | COLUMN_SHIFTED) = (axis, tests.first(), suspicion.effect) else {
+        return None;
+    };
+    let stands = suspicion.effect == STANDING_AXIS;
+    let at = |session: &Session| match stands {
+        true => session.tests[first].positions[axis].unwrap_or(0.0),
+        false => first_position(session, first, axis).unwrap_or(0.0),
+    };
+    let moved = |shift: f64| match stands {
+        true => stood_at(thinned, axis, &tests, shift),
+        false => column_off(thinned, axis, &tests, shift),
+    };
+    let steps = match thinned.machine.axes[axis].kind {
+        AxisKind::Rotary => FINER_DEG.map(f64::to_radians),
+        AxisKind::Linear => FINER_MM,
+    };
+    descended((misfit, at(&suspicion.undone) - at(thinned)), steps, moved, misfit_um)
+}
+
+/// A mistake of the size that leaves least, from a misfit and a size, by steps to either side, each smaller than the last; `None` where
+/// none lowers the misfit.
+fn descended<const N: usize>(
+    (misfit, size): (f64, f64),
+    steps: [f64; N],
+    moved: impl Fn(f64) -> Option<Suspicion> + Sync,
+    misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
+) -> Option<Judged> {
+    let mut best = (misfit, size, None);
+    for step in steps {
+        let beside: Vec<(f64, f64, Option<Suspicion>)> = [-step, step]
+            .into_par_iter()
+            .filter_map(|step| {
+                let size = best.1 + step;
+                let nearer = moved(size)?;
+                misfit_um(&nearer.undone).map(|misfit| (misfit, size, Some(nearer)))
+            })
+            .collect();
+        best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
+    }
+    best.2.map(|nearer| (best.0, nearer))
+}
+
+/// Where an axis is in the first row of a test's recording.
+pub(crate) fn first_position(session: &Session, test: usize, axis: usize) -> Option<f64> {
+    let recording = session.tests[test].recording.as_ref()?;
+    let column = recording.column_of(axis)?;
+    recording.positions[column].first().copied()
+}
