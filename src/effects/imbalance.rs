@@ -20,11 +20,11 @@ pub static IMBALANCE: Kind = Kind {
     name: "imbalance",
     driver: Driver::Speed,
     formula: "E = (w/w1)^2 (a cos q + b sin q), w the speed, w1 one turn a second",
-    size_meaning: "displacement at one turn a second",
+    size_meaning: "displacement at the highest speed of the session",
     cause: "mass off the line of the turning part",
     remedy: "balance the turning part, or keep its speed where the displacement does not matter",
     titles: &[("", "Imbalance of {place} ({moving})")],
-    measures: Some("at one turn a second"),
+    measures: Some("at the highest speed of the session"),
     notable: Notable { length: 1.0, angle: 2.0 },
     shown_by: ShownBy {
         arm: Some(ShowingTest::TwoSpeeds),

@@ -46,7 +46,10 @@ impl Setups {
             let pivot = group(
                 &mut setups.pivots,
                 index,
-                |first| same_ball(&session.tests[first].pivot, &test.pivot),
+                |first| {
+                    let first = &session.tests[first];
+                    same_ball(&first.pivot, &test.pivot) && may_share(first, test, &test.pivot)
+                },
                 || {
                     let spread_mm = test.pivot.spread_mm.unwrap_or(session.spread.pivot_mm);
                     let turn_rad = test.reading.part().and_then(|part| part.instrument_turn_rad);
@@ -69,7 +72,10 @@ impl Setups {
             let spindle = group(
                 &mut setups.spindle_balls,
                 index,
-                |first| same_ball(&session.tests[first].spindle_ball, ball),
+                |first| {
+                    let first = &session.tests[first];
+                    same_ball(&first.spindle_ball, ball) && may_share(first, test, ball)
+                },
                 || {
                     let spread_mm = ball.spread_mm.unwrap_or(session.spread.spindle_ball_mm);
                     let turn_rad = test.reading.part().and_then(|part| part.target_turn_rad);
@@ -102,6 +108,9 @@ fn group(
         return index;
     }
     let (label, spread_mm, zero, turn_rad) = describe();
+    let alike =
+        list.iter().filter(|setup| setup.label == label || setup.label.starts_with(&format!("{label}, no. "))).count();
+    let label = if alike == 0 { label } else { format!("{label}, no. {}", alike + 1) };
     list.push(Setup { label, first_test: test, spread_mm, zero, turn_rad });
     list.len() - 1
 }
@@ -109,6 +118,16 @@ fn group(
 /// One mounting of one ball; indexing the spindle mounts nothing anew.
 fn same_ball(one: &Ball, other: &Ball) -> bool {
     one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
+}
+
+/// Whether tests whose balls have one place may share what stands there: a reflector is no ball in a socket and a gauge no pivot, unless
+/// a tag says so. Points and poses are readings of one tracker.
+fn may_share(one: &Test, other: &Test, ball: &Ball) -> bool {
+    let seen_by = |test: &Test| match test.reading.part().map(|part| part.kind) {
+        Some(Kind::Pose) => Some(Kind::Point),
+        kind => kind,
+    };
+    seen_by(one) == seen_by(other) || ball.setup.is_some()
 }
 
 /// One bar with one zero: a zero set by hand is another than the calibrated one.

@@ -59,8 +59,12 @@ pub(crate) fn unjudged(session: &Session, fit: &Fit) -> Option<String> {
             100.0 * MOST_LEFT_OUT
         ));
     }
-    let cure =
-        "; look after the gauge, its balls and magnets and its connection, and the unit of length_mm, and record again";
+    let cure = match session.has_parts() {
+        true => "; look after instruments, targets and sockets, and the units of the columns, and record again",
+        false => {
+            "; look after the gauge, its balls and magnets and its connection, and the unit of length_mm, and record again"
+        }
+    };
     (!reasons.is_empty()).then(|| reasons.join(", and ") + cure)
 }
 

@@ -1,6 +1,6 @@
 //! A fit looked at before it is believed: contradictions in the files, wrong set-ups, readings that cannot be judged. Physics is for `diagnose`.
 
-use super::contradictions::{contradiction, further_contradiction};
+use super::contradictions::{contradiction, copied_rows, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
 use super::doubts::{left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
 use super::gross_misfit::contest;
@@ -94,12 +94,10 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     let noisy = fit.as_ref().and_then(|fit| unjudged(session, fit));
     let repeats_um = fit.as_ref().and_then(|fit| repeats_um(session, fit));
     // the mistakes known here are those of lengths between balls
-    let mut fault = if session.has_parts() { None } else { contradiction(session) };
-    if session.has_parts() {
-        fault = match (&misfit, &fit) {
-            (None, Some(fit)) => instrument_moved(session, fit),
-            _ => mistaken_columns(session),
-        };
+    let mut fault = if session.has_parts() { copied_rows(session) } else { contradiction(session) };
+    if session.has_parts() && fault.is_none() {
+        fault = misfit.as_ref().and_then(|_| mistaken_columns(session));
+        fault = fault.or_else(|| instrument_moved(session, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         fault = contest(session).or_else(|| further_contradiction(session));

@@ -74,6 +74,8 @@ impl SelectionContext<'_, '_, '_> {
                 if self.replace(joint, trial, self.limits.thresholds.better) {
                     continue;
                 }
+            } else if step.found.chosen.family == old {
+                self.refine_beside(joint, index, &step.found);
             }
             // beside the others the rivals are fewer than when it was taken
             rivals.retain(|(rival, _)| rival.family != old);
@@ -82,6 +84,18 @@ impl SelectionContext<'_, '_, '_> {
         }
         if let (Some(ball), Some(first)) = (round_ball, joint.found.first_mut()) {
             first.rivals.push(ball);
+        }
+    }
+
+    /// Takes the shape that an effect has beside the others where the set stands better with it: each was refined with those found
+    /// before it alone.
+    fn refine_beside(&self, joint: &mut JointFit, index: usize, refined: &SelectedEffect) {
+        let mut found = joint.found.clone();
+        found[index] = refined.clone();
+        let mut trial = JointFit::of(self, found.into_iter(), &joint.noise);
+        if trial.standing(self) > joint.standing(self) {
+            trial.best_left = joint.best_left;
+            *joint = trial;
         }
     }
 

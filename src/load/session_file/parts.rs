@@ -140,6 +140,13 @@ impl TestReader<'_> {
         }
         let is_read: Vec<bool> = measured.iter().map(Option::is_some).collect();
         let measured = Arc::new(measured.into_iter().map(|read| read.unwrap_or_else(Matrix3::identity)).collect());
+        let points =
+            raw.instrument.as_ref().is_some_and(|frame| frame.direction.is_some() || frame.quaternion.is_some());
+        if kind == Kind::Displacement && !points {
+            let place = [Step::Key("tests"), Step::Index(index), Step::Key("instrument")];
+            let says = "a displacement is read along a direction, and none is stated; write direction: [1, 0, 0] or as the gauge lies";
+            return Err(self.document.refuse(&place, says));
+        }
         let part = Part {
             kind,
             of: raw.name.clone(),

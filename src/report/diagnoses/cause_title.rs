@@ -27,6 +27,8 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "axis-direction" => format!("Data fault: {moving} turns about another direction than the machine file says"),
         "axis-order" => format!("Data fault: {moving} are the wrong way round in the machine's code"),
         "files-exchanged" => "Data fault: recordings stand in each other's tests".into(),
+        "instrument-moved" => "Data fault: the instrument was moved".into(),
+        "swapped-columns" => "Data fault: columns are exchanged".into(),
         "same-recording" => "Data fault: one recording stands in several tests".into(),
         "direction" => "Data fault: recordings run against the direction of their tests".into(),
         "arc" => "Data fault: a recording covers another arc than its test".into(),

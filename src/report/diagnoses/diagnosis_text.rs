@@ -71,6 +71,11 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
         (count, open) => format!("{count} findings, the cause of {open} open"),
     };
     let says = match json.verdict {
+        "clean" if fit.noise_um.is_none() => format!(
+            "NO FINDING in what these readings can show; whether the {:.1} µm left are noise they do not tell: compare with that of \
+             the instrument",
+            fit.rms_before_um
+        ),
         "clean" => "NO FINDING in what these tests can show: location errors, balls and bars explain the recordings"
             .to_string(),
         "explained" => format!("EXPLAINED by {count}"),

@@ -18,13 +18,17 @@ use crate::session::Session;
 /// file contradicts its test in other ways too.
 pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
     rounded::rounded(session)
-        .or_else(|| same_rows::copied(session))
-        .or_else(|| same_rows::appended(session))
+        .or_else(|| copied_rows(session))
         .or_else(|| standstill::missing(session))
         .or_else(|| standstill::stuck(session))
         .or_else(|| straight::drawn(session))
         .or_else(|| standstill::standing(session))
         .or_else(|| times::overlapping(session))
+}
+
+/// Readings that stand in the files twice, of any instrument.
+pub(crate) fn copied_rows(session: &Session) -> Option<DataFault> {
+    same_rows::copied(session).or_else(|| same_rows::appended(session))
 }
 
 /// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.

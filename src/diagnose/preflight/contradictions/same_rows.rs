@@ -50,7 +50,8 @@ pub(super) fn copied(session: &Session) -> Option<DataFault> {
     }
     tests.sort_unstable();
     tests.dedup();
-    let names: Vec<String> = tests.iter().map(|&test| session.tests[test].name.clone()).collect();
+    let mut names: Vec<String> = tests.iter().map(|&test| whole_name(&session.tests[test])).collect();
+    names.dedup();
     let file = |test: usize| session.tests[test].recording_file.as_deref();
     let is_one_file = tests.windows(2).all(|pair| file(pair[0]) == file(pair[1]));
     let what = match is_one_file {
@@ -64,19 +65,32 @@ pub(super) fn copied(session: &Session) -> Option<DataFault> {
     (!tests.is_empty()).then(|| DataFault::seen("same-recording", SESSION, names, says))
 }
 
-/// A recording whose second half is its first: a file that was added to itself.
+/// Name of a test as the session has it: of a point, not of its coordinates.
+fn whole_name(test: &Test) -> String {
+    test.reading.part().map_or(&test.name, |part| &part.of).clone()
+}
+
+/// A recording whose second half is its first: a file that was added to itself; or in which every row stands twice.
 pub(super) fn appended(session: &Session) -> Option<DataFault> {
-    let test = session.tests.iter().find(|test| {
+    let (test, how) = session.tests.iter().find_map(|test| {
         let lengths = readings(test);
         let (first, second) = lengths.split_at(lengths.len() / 2);
-        first.len() >= PIECE && first == second && is_read(first)
+        if first.len() >= PIECE && first == second && is_read(first) {
+            return Some((
+                test,
+                "the second half holds the readings of its first half, row by row: the file was added to itself",
+            ));
+        }
+        // of sweeps the reading may stay where a row is added: there a gauge that stuck says it
+        let is_doubled = test.reading.part().is_some() && lengths.len() >= 2 * PIECE && lengths.len().is_multiple_of(2);
+        let once: Vec<f64> = lengths.iter().step_by(2).copied().collect();
+        let stands_twice = is_doubled && lengths.chunks(2).all(|pair| pair[0] == pair[1]) && is_read(&once);
+        stands_twice
+            .then_some((test, "every row stands there twice: so the readings would seem more certain than they are"))
     })?;
-    let says = format!(
-        "the second half of the recording of {} holds the readings of its first half, row by row: the file was added to itself; keep each \
-         row once",
-        test.name
-    );
-    Some(DataFault::seen("doubled-rows", RECORDER, vec![test.name.clone()], says))
+    let name = whole_name(test);
+    let says = format!("recording of {name}: {how}; keep each row once");
+    Some(DataFault::seen("doubled-rows", RECORDER, vec![name], says))
 }
 
 fn readings(test: &Test) -> Vec<f64> {

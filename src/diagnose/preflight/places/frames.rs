@@ -1,14 +1,15 @@
 //! Mistakes in sessions of points and poses: columns, units and senses that no chain explains, an instrument that was moved. Lengths have theirs in `mistakes`.
 
-use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::loaded::left_by_a_load;
 use crate::chain::Chain;
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION};
+use crate::diagnose::cause::MOST_RIVALS;
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, SESSION};
 use crate::identify::{Fit, Options, identify};
 use crate::machine::AxisKind;
 use crate::readings::Kind;
-use crate::session::{Session, sighted_misfit_mm};
+use crate::session::{Session, Setups, sighted_misfit_mm};
 use crate::statistics::rms;
 
 /// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
@@ -28,14 +29,27 @@ pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
         let after = sighted_misfit_mm(&undone, &Chain::of(&undone.machine))?;
         Some((after, effect, components, says))
     });
-    let (after, effect, components, says) = judged.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (before > LEAST_RATIO * after).then(|| DataFault {
+    let mut judged: Vec<(f64, &'static str, Vec<String>, String)> = judged.collect();
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut alike = judged.into_iter();
+    let (after, effect, components, says) = alike.next().filter(|(after, ..)| before > LEAST_RATIO * after)?;
+    let rivals = alike.take_while(|(other, ..)| *other < ALIKE * after).take(MOST_RIVALS);
+    let rivals = rivals.map(|(_, effect, components, says)| {
+        let place = RECORDER.to_string();
+        Rival { effect, place, components, says, probability: 0.0 }
+    });
+    let fault = DataFault {
         components,
         before_um: 1e3 * before,
         after_um: 1e3 * after,
+        rivals: rivals.collect(),
         ..DataFault::seen(effect, RECORDER, Vec::new(), says)
-    })
+    };
+    Some(fault.shared_evenly())
 }
+
+/// Mistakes that leave up to so many times as much are as likely: nothing but nominal dimensions was compared.
+const ALIKE: f64 = 1.5;
 
 /// Every mistake that is known, undone.
 fn undone(session: &Session) -> Vec<Undone> {
@@ -132,18 +146,20 @@ const MOST_LEFT_REFITTED: f64 = 0.5;
 /// Rows on either side at least: twice the numbers of a place.
 const LEAST_ROWS: usize = 12;
 
-/// An instrument that was moved during a test: the residual is a shift and a turn of its frame before a row, and another after.
+/// Residuals below this are rounding, mm.
+const ROUNDING_MM: f64 = 1e-6;
+
+/// An instrument that was moved during a session: the residual is a shift and a turn of its frame before a row, and another after.
 pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault> {
-    let leads = |index: &usize| {
-        let part = session.tests[*index].reading.part();
-        part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
-    };
-    let moved = (0..session.tests.len()).filter(leads).filter_map(|first| {
-        let (row, left) = change(session, fit, first)?;
-        (left < MOST_LEFT).then_some((left, first, row))
+    let moved = visits(session, fit).into_iter().filter_map(|visits| {
+        let (at, left) = change(&visits)?;
+        (left < MOST_LEFT && left < left_by_drift(&visits)).then_some((left, visits, at))
     });
-    let (left, first, row) = moved.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let refitted = identify(&with_second_frame(session, first, row), &Options::default()).ok()?;
+    let (left, visits, at) = moved.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (first, row) = (visits[at].test, visits[at].row);
+    let later: Vec<usize> = visits[at..].iter().map(|visit| visit.test).filter(|&test| test != first).collect();
+    let begins_there = !visits[..at].iter().any(|visit| visit.test == first);
+    let refitted = identify(&with_second_frame(session, (first, row), &later), &Options::default()).ok()?;
     // rows after the move may have been left out as outliers
     let all_mm =
         |fit: &Fit| rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|v| v.is_finite()));
@@ -158,10 +174,15 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     let left = left.min(refitted_left);
     let test = &session.tests[first];
     let of = test.reading.part().map_or(&test.name, |part| &part.of).clone();
+    let (from, cure) = match begins_there {
+        true => (String::from("from its first row on"), "give the instrument there another setup"),
+        false => (format!("from row {} on", row + 1), "give these rows a test of their own with"),
+    };
     let says = format!(
-        "the instrument of test '{of}' stands elsewhere from row {} on: give these rows a test of their own with instrument: {{link: {}, setup: second}}",
-        row + 1,
-        test.pivot.link
+        "the instrument of test '{of}' stands elsewhere {from}: {cure}{} instrument: {{link: {}, setup: second}}{}",
+        if begins_there { "," } else { "" },
+        test.pivot.link,
+        if later.is_empty() { "" } else { ", and the tests after it too" }
     );
     let before_um = 1e3 * all_mm(fit);
     Some(DataFault {
@@ -171,11 +192,63 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     })
 }
 
-/// The session with the instrument of a test mounted anew from a row on.
-fn with_second_frame(session: &Session, first: usize, row: usize) -> Session {
+/// A pose that an instrument saw: first number of its test, row, time as a share of all, point and what is left of it, mm.
+struct Visit {
+    test: usize,
+    row: usize,
+    at: f64,
+    point: Vector3<f64>,
+    left: Vector3<f64>,
+}
+
+/// What each instrument saw, in the order of the session, points from their middle; none of one that saw too little.
+fn visits(session: &Session, fit: &Fit) -> Vec<Vec<Visit>> {
+    let leads = |index: &usize| {
+        let part = session.tests[*index].reading.part();
+        part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
+    };
+    let instrument_of = Setups::of(session).pivot_of;
+    let mut order: Vec<usize> = (0..session.tests.len()).filter(leads).collect();
+    order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
+    let mut by_instrument: Vec<(usize, Vec<Visit>)> = Vec::new();
+    for test in order {
+        let number = |k: usize, row: usize| session.tests[test + k].recording.as_ref().map(|r| r.length_mm[row]);
+        let seen = (0..session.tests[test].rows()).filter_map(|row| {
+            let left = [0, 1, 2].map(|k| fit.tests[test + k].residual_mm[row]);
+            let point = [0, 1, 2].map(|k| number(k, row).unwrap_or(f64::NAN));
+            let (left, point) = (Vector3::from(left), Vector3::from(point));
+            left.iter().all(|value| value.is_finite()).then_some(Visit { test, row, at: 0.0, point, left })
+        });
+        match by_instrument.iter_mut().find(|(instrument, _)| *instrument == instrument_of[test]) {
+            Some((_, visits)) => visits.extend(seen),
+            None => by_instrument.push((instrument_of[test], seen.collect())),
+        }
+    }
+    let visits = by_instrument.into_iter().map(|(_, visits)| visits);
+    let is_much = |visits: &Vec<Visit>| {
+        visits.len() >= 2 * LEAST_ROWS && rms(visits.iter().flat_map(|visit| visit.left.iter().copied())) > ROUNDING_MM
+    };
+    let from_middle = |mut visits: Vec<Visit>| {
+        let count = visits.len() as f64;
+        let middle = visits.iter().map(|visit| visit.point).sum::<Vector3<f64>>() / count;
+        visits.iter_mut().enumerate().for_each(|(k, visit)| {
+            visit.point -= middle;
+            visit.at = k as f64 / count;
+        });
+        visits
+    };
+    visits.filter(is_much).map(from_middle).collect()
+}
+
+/// The session with the instrument mounted anew from a row of a test on, and in later tests.
+fn with_second_frame(session: &Session, (first, row): (usize, usize), later: &[usize]) -> Session {
     let mut split = session.clone();
-    let Some(numbers) = session.tests[first].reading.part().map(|part| part.kind.scalars().len()) else { return split };
-    for index in first..first + numbers {
+    let numbers = |test: usize| session.tests[test].reading.part().map_or(0, |part| part.kind.scalars().len());
+    for &test in later {
+        let of_test = &mut split.tests[test..test + numbers(test)];
+        of_test.iter_mut().for_each(|test| test.pivot.setup = Some("second".into()));
+    }
+    for index in first..first + numbers(first) {
         let mut second = session.tests[index].clone();
         second.name.push_str(" from there");
         second.pivot.setup = Some("second".into());
@@ -188,37 +261,59 @@ fn with_second_frame(session: &Session, first: usize, row: usize) -> Session {
     split
 }
 
-/// The row from which another place of the instrument explains most, and the share of squares that is left then.
-fn change(session: &Session, fit: &Fit, first: usize) -> Option<(usize, f64)> {
-    let rows = session.tests[first].rows();
+/// The visit from which another place of the instrument explains most, and the share of squares that is left then.
+fn change(visits: &[Visit]) -> Option<(usize, f64)> {
     let mut total = Sums::default();
-    let all: Vec<(usize, Vector3<f64>, Vector3<f64>)> = (0..rows)
-        .filter_map(|row| {
-            let number = |k: usize| session.tests[first + k].recording.as_ref().map_or(f64::NAN, |r| r.length_mm[row]);
-            let left = |k: usize| fit.tests[first + k].residual_mm[row];
-            left(0)
-                .is_finite()
-                .then(|| (row, Vector3::new(number(0), number(1), number(2)), Vector3::new(left(0), left(1), left(2))))
-        })
-        .collect();
-    if all.len() < 2 * LEAST_ROWS {
-        return None;
-    }
-    let middle = all.iter().map(|(_, point, _)| point).sum::<Vector3<f64>>() / all.len() as f64;
-    all.iter().for_each(|(_, point, left)| total.add(&(point - middle), left));
+    visits.iter().for_each(|visit| total.add(&visit.point, &visit.left));
     let mut before = Sums::default();
     let mut best: Option<(usize, f64)> = None;
-    for (count, (row, point, left)) in all.iter().enumerate() {
-        if (LEAST_ROWS..=all.len() - LEAST_ROWS).contains(&count) {
+    for (count, visit) in visits.iter().enumerate() {
+        if (LEAST_ROWS..=visits.len() - LEAST_ROWS).contains(&count) {
             let after = total.less(&before);
             let share = 1.0 - (before.explained() + after.explained()) / total.squares.max(f64::MIN_POSITIVE);
             if best.is_none_or(|(_, least)| share < least) {
-                best = Some((*row, share));
+                best = Some((count, share));
             }
         }
-        before.add(&(point - middle), left);
+        before.add(&visit.point, &visit.left);
     }
     best
+}
+
+/// Shares of the session in which a place settles.
+const SETTLES_IN: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
+
+/// Share of squares that is left by a frame that drifts, as much of it as it wants, evenly or settling: growth and creep look like that, and
+/// a move does not.
+fn left_by_drift(visits: &[Visit]) -> f64 {
+    let squares: f64 = visits.iter().map(|visit| visit.left.norm_squared()).sum();
+    let shapes = std::iter::once(None).chain(SETTLES_IN.map(Some));
+    let left = shapes.map(|settles| {
+        let (mut matrix, mut right) = (SMatrix::<f64, 12, 12>::zeros(), SVector::<f64, 12>::zeros());
+        for visit in visits {
+            let grown = settles.map_or(visit.at, |settles| 1.0 - (-visit.at / settles).exp());
+            let still = frame_columns(&visit.point);
+            let mut columns = SMatrix::<f64, 3, 12>::zeros();
+            columns.fixed_view_mut::<3, 6>(0, 0).copy_from(&still);
+            columns.fixed_view_mut::<3, 6>(0, 6).copy_from(&(still * grown));
+            matrix += columns.transpose() * columns;
+            right += columns.transpose() * visit.left;
+        }
+        let held = matrix + SMatrix::<f64, 12, 12>::identity() * HELD;
+        1.0 - held.cholesky().map_or(0.0, |factor| factor.solve(&right).dot(&right)) / squares
+    });
+    left.fold(1.0, f64::min)
+}
+
+/// What holds directions that the points do not tell.
+const HELD: f64 = 1e-9;
+
+/// A shift and a small turn of a frame at a point.
+fn frame_columns(point: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+    let mut columns = SMatrix::<f64, 3, 6>::zeros();
+    columns.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+    columns.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-point.cross_matrix() / LEVER));
+    columns
 }
 
 /// Normal equations of a shift and a small turn: `left = t + w × point`.
@@ -234,9 +329,7 @@ const LEVER: f64 = 1e3;
 
 impl Sums {
     fn add(&mut self, point: &Vector3<f64>, left: &Vector3<f64>) {
-        let mut columns = SMatrix::<f64, 3, 6>::zeros();
-        columns.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
-        columns.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-point.cross_matrix() / LEVER));
+        let columns = frame_columns(point);
         self.matrix += columns.transpose() * columns;
         self.right += columns.transpose() * left;
         self.squares += left.norm_squared();
@@ -252,7 +345,7 @@ impl Sums {
 
     /// Squares that shift and turn take.
     fn explained(&self) -> f64 {
-        let held = self.matrix + Matrix6::identity() * 1e-9;
+        let held = self.matrix + Matrix6::identity() * HELD;
         held.cholesky().map_or(0.0, |factor| factor.solve(&self.right).dot(&self.right))
     }
 }

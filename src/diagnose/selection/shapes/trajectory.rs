@@ -70,6 +70,8 @@ pub(crate) struct Trajectories {
 /// A term of an order over a whole turn.
 struct OrderTerm {
     is_cosine: bool,
+    /// It turns once.
+    is_first: bool,
     /// It turns once across or about the axis: that is the axis's own location and the placement of balls. Along the axis
     /// nothing else does.
     is_taken_up: bool,
@@ -254,12 +256,17 @@ impl Trajectories {
         heights.fold(0.0, f64::max)
     }
 
-    /// Amplitude of a cyclic error at its first period: of the wave that the first period and those which the travel does not tell from it make, root mean
-    /// square over the travel. Periods that a travel hardly tells apart share it between them at will.
+    /// Amplitude of the largest wave of a cyclic error.
     pub(crate) fn cyclic(&self, lead: &Candidate, amplitudes: &[f64]) -> f64 {
         let numbers: Vec<f64> = wave_numbers(&lead.effect).collect();
-        let (Some(&first), Some((from, to))) = (numbers.first(), self.travel) else { return 0.0 };
-        let near: Vec<f64> = numbers.iter().copied().map(|number| number - first).collect();
+        numbers.iter().map(|first| self.wave(*first, &numbers, lead, amplitudes)).fold(0.0, f64::max)
+    }
+
+    /// Amplitude of the wave that a period and those which the travel does not tell from it make, root mean square over the travel.
+    /// Periods that a travel hardly tells apart share it between them at will.
+    fn wave(&self, first: f64, numbers: &[f64], lead: &Candidate, amplitudes: &[f64]) -> f64 {
+        let Some((from, to)) = self.travel else { return 0.0 };
+        let near: Vec<f64> = numbers.iter().map(|number| number - first).collect();
         let is_near = |k: usize| near[k].abs() * (to - from) < ONE_WAVE;
         let square_at = |parts: &Parts, q: f64| {
             let waves = parts.iter().filter(|(k, _)| is_near(lead.terms[*k].function / 2));
@@ -297,6 +304,10 @@ impl Trajectories {
     /// Largest of a component over the turn from its mean, without what placement takes up; half its range over an arc.
     fn error_motion(&self, parts: &Parts, amplitudes: &[f64]) -> f64 {
         let Some(orders) = &self.orders else { return 0.5 * range(low_and_high(&course(parts, amplitudes))) };
+        // where the readings told first orders alone, placement has not taken them up
+        if orders.iter().all(|order| order.is_first) {
+            return 0.5 * range(low_and_high(&course(parts, amplitudes)));
+        }
         let left: Vec<f64> =
             amplitudes.iter().zip(orders).map(|(size, order)| if order.is_taken_up { 0.0 } else { *size }).collect();
         let (low, high) = low_and_high(&course(parts, &left));
@@ -311,9 +322,13 @@ fn orders_of_a_turn(model: &LinearModel, lead: &Candidate) -> Option<Vec<OrderTe
     let axis = lead.effect.place.axis().filter(|_| has_first_order(lead))?;
     model.context.travelled(axis).filter(|(from, to)| to - from > WHOLE_TURN)?;
     let axial = axial(model.context.machine(), axis);
-    let order = |term: &Term| OrderTerm {
-        is_cosine: term.function.is_multiple_of(2),
-        is_taken_up: term.outlet != axial && is_once_per_turn(&lead.effect, term),
+    let order = |term: &Term| {
+        let is_first = is_once_per_turn(&lead.effect, term);
+        OrderTerm {
+            is_cosine: term.function.is_multiple_of(2),
+            is_first,
+            is_taken_up: is_first && term.outlet != axial,
+        }
     };
     Some(lead.terms.iter().map(order).collect())
 }
