@@ -3,12 +3,12 @@
 use crate::recorded;
 use crate::shared_data;
 use fiveaxis::chain::Composition;
-use fiveaxis::diagnose::examine;
+use fiveaxis::diagnose::{Verdict, diagnose, examine};
 use fiveaxis::identify::{Fit, Options, Quantity, identify};
 use fiveaxis::load::load_session;
 use fiveaxis::machine::{Component, Effect, LinearAxes, Outlet, ParameterValue, Place};
-use fiveaxis::session::Session;
-use fiveaxis::simulate::{Instrument, SetupErrors, simulate, simulate_with};
+use fiveaxis::session::{Clock, Session};
+use fiveaxis::simulate::{Instrument, SetupErrors, Trace, simulate, simulate_with};
 use fiveaxis::units::{ARCSEC_PER_RAD, UM_PER_MM};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -203,4 +203,63 @@ fn a_machine_without_errors_is_no_mistake_in_the_files() {
     let examination = examine(&session, &Options::default()).unwrap();
     assert_eq!((&examination.fault, &examination.unjudged), (&None, &None));
     assert!(examination.fit.unwrap().estimates.iter().take(8).all(|one| one.determined && one.value.abs() < 1e-9));
+}
+
+/// Chapter 5's tests on a machine that errs, mounted with errors, read by a gauge, after a change of the lengths.
+fn read_after(change: impl Fn(&mut [Trace])) -> Session {
+    let session = planned_thesis_session(120);
+    let truth = with_drawn_errors(&session, 5);
+    let mut traces = simulate_with(&truth, Composition::Exact, &SetupErrors::drawn(&truth, 5)).unwrap();
+    change(&mut traces);
+    let traces = Instrument::default().read(&truth, traces, 5).unwrap();
+    recorded(&without_errors(&session), &traces)
+}
+
+/// The session with the lengths of its recordings alone.
+fn without_positions(mut session: Session) -> Session {
+    for recording in session.tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
+        recording.clock = Clock::Absent;
+        recording.axes.clear();
+        recording.positions.clear();
+    }
+    session
+}
+
+#[test]
+fn a_set_up_in_which_nothing_changes_is_doubted() {
+    let stood = |traces: &mut [Trace]| {
+        for trace in &mut traces[..2] {
+            let mean = trace.length_mm.iter().sum::<f64>() / trace.length_mm.len() as f64;
+            trace.length_mm.fill(mean);
+        }
+    };
+    for (change, is_quiet) in [(&stood as &dyn Fn(&mut [Trace]), true), (&|_: &mut [Trace]| {}, false)] {
+        let session = read_after(change);
+        let examination = examine(&session, &Options::default()).unwrap();
+        let says = |warning: &String| warning.contains("hardly change with the position");
+        assert_eq!(examination.warnings.iter().any(says), is_quiet, "{:?}", examination.warnings);
+        assert_eq!(examination.fit.unwrap().estimates.iter().any(|one| one.determined), !is_quiet);
+        let diagnosis = diagnose(&session, &Options::default()).unwrap();
+        assert_eq!(diagnosis.verdict, if is_quiet { Verdict::CannotBeJudged } else { Verdict::Clean });
+    }
+}
+
+#[test]
+fn lengths_alone_are_held_against_their_noise_and_their_other_run() {
+    let sound = without_positions(read_after(|_| {}));
+    let examination = examine(&sound, &Options::default()).unwrap();
+    assert!(examination.repeats_um.is_some_and(|noise_um| (0.05..0.5).contains(&noise_um)), "{examination:?}");
+    assert!(examination.fault.is_none() && examination.fit.unwrap().estimates.iter().any(|one| one.determined));
+    let mut uncut = sound.clone();
+    let lengths = &mut uncut.tests[1].recording.as_mut().unwrap().length_mm;
+    let last = *lengths.last().unwrap();
+    lengths.extend([last + 1e-4, last, last + 2e-4, last - 1e-4, last]);
+    let fault = examine(&uncut, &Options::default()).unwrap().fault.expect("a run that lasts longer");
+    assert_eq!(fault.effect, "arc");
+    assert!(fault.says.contains("cut both to the arc"), "{}", fault.says);
+    let mut slipped = sound;
+    let lengths = &mut slipped.tests[2].recording.as_mut().unwrap().length_mm;
+    lengths.iter_mut().enumerate().for_each(|(row, length)| *length += 0.02 * (0.1 * row as f64).sin());
+    let examination = examine(&slipped, &Options::default()).unwrap();
+    assert!(examination.fit.unwrap().estimates.iter().all(|one| !one.determined), "{:?}", examination.warnings);
 }

@@ -141,6 +141,19 @@ impl Recording {
         (length_mm - self.column.origin_mm(bar_mm)) / self.column.unit_mm()
     }
 
+    /// Whether rows follow each other along a path; static poses have no neighbours.
+    pub fn is_run(&self) -> bool {
+        !matches!(self.clock, Clock::Pose(_))
+    }
+
+    /// Times in seconds as the file of a recording without positions has them, where it does and they rise.
+    pub fn written_time_s(&self) -> Option<Vec<f64>> {
+        let column = self.leading_header.split(',').position(|name| name == "time_s")?;
+        let of_row = |text: &String| text.split(',').nth(column)?.parse::<f64>().ok().filter(|time| time.is_finite());
+        let time: Vec<f64> = self.leading_texts.iter().map(of_row).collect::<Option<_>>()?;
+        time.windows(2).all(|pair| pair[0] <= pair[1]).then_some(time)
+    }
+
     /// Times in seconds, when the recording has them.
     pub fn time_s(&self) -> Option<&[f64]> {
         match &self.clock {

@@ -2,7 +2,7 @@
 
 use super::quick_fit::{LEAST_SPREAD_MM, MOST_STRAIN};
 use crate::identify::{Estimate, Fit, FreePrior, Quantity, Unknown};
-use crate::session::Session;
+use crate::session::{Recording, Session};
 use crate::statistics::{median, noise_of_rows};
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
@@ -28,8 +28,8 @@ const MOST_RESIDUAL: f64 = 0.1;
 /// Noise of readings from row to row, µm, whatever the model: of the middle one of the sweeps. `None` for static poses, which
 /// have no neighbours.
 pub(crate) fn repeats_um(session: &Session, fit: &Fit) -> Option<f64> {
-    let timed = session.tests.iter().map(|test| test.recording.as_ref().is_some_and(|r| r.time_s().is_some()));
-    let sweeps = fit.tests.iter().zip(timed).filter(|(_, timed)| *timed);
+    let runs = session.tests.iter().map(|test| test.recording.as_ref().is_some_and(Recording::is_run));
+    let sweeps = fit.tests.iter().zip(runs).filter(|(_, is_run)| *is_run);
     median(sweeps.map(|(test, _)| 1e3 * noise_of_rows(&test.residual_mm)))
 }
 

@@ -171,9 +171,8 @@ fn suspected(session: &Session) -> Option<Suspected> {
 /// Noise of readings from row to row, µm: of the middle recording.
 fn rows_repeat_to_um(session: &Session) -> f64 {
     let recordings = session.tests.iter().filter_map(|test| test.recording.as_ref());
-    let noise_mm = recordings
-        .filter(|recording| recording.time_s().is_some())
-        .map(|recording| noise_of_rows(&recording.length_mm));
+    let noise_mm =
+        recordings.filter(|recording| recording.is_run()).map(|recording| noise_of_rows(&recording.length_mm));
     median(noise_mm).map_or(f64::INFINITY, |noise_mm| 1e3 * noise_mm)
 }
 

@@ -3,7 +3,7 @@
 use super::test_reader::TestReader;
 use crate::load::checked_text::document::Step;
 use crate::load::checked_text::message::LoadError;
-use crate::session::{Clock, Marks, Motion, Recording, Session, Spread, Test};
+use crate::session::{Clock, Marks, Motion, Session, Spread, Test};
 use crate::statistics::median;
 
 /// Most that a recording may last longer or shorter than its arc: overrides and controls that slow down are within it.
@@ -36,7 +36,7 @@ impl TestReader<'_> {
             )
         };
         let Some(due_s) = self.arc_s(test).filter(|due_s| *due_s > 0.0) else { return Ok(()) };
-        let times = times(recording);
+        let times = recording.written_time_s();
         let lasts_s = times.as_ref().and_then(|time| Some(time.last()? - time.first()?));
         if let Some(lasts_s) = lasts_s.filter(|lasts_s| (lasts_s / due_s - 1.0).abs() > DURATION_OFF) {
             return Err(refuse(format!(
@@ -73,14 +73,6 @@ impl TestReader<'_> {
         let motion = Motion::of(&session, self.chain, &planned).ok()?;
         motion.time_s?.last().copied()
     }
-}
-
-/// Times of a recording without positions, where its file has them and they rise.
-fn times(recording: &Recording) -> Option<Vec<f64>> {
-    let column = recording.leading_header.split(',').position(|name| name == "time_s")?;
-    let of_row = |text: &String| text.split(',').nth(column)?.parse::<f64>().ok().filter(|time| time.is_finite());
-    let time: Vec<f64> = recording.leading_texts.iter().map(of_row).collect::<Option<_>>()?;
-    time.windows(2).all(|pair| pair[0] <= pair[1]).then_some(time)
 }
 
 /// True where readings leave a level by a mark's move, stay, and come back to it.

@@ -2,7 +2,7 @@
 
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::machine::AxisKind;
-use crate::session::{Path, Recording, Session, Test};
+use crate::session::{Clock, Path, Recording, Session, Test};
 
 /// How far the ends of a recorded arc may lie from the stated ones: a share of the arc, and mm or degrees.
 const END_SHARE: f64 = 0.02;
@@ -15,6 +15,38 @@ const CUT_SHORT: f64 = 0.8;
 pub(super) fn other_arc(session: &Session) -> Option<DataFault> {
     let against = session.tests.iter().find_map(|test| against_sweep(session, test));
     against.or_else(|| beside_sweep(session)).or_else(|| cut_short(session))
+}
+
+/// By how much two runs of one arc may differ in time, as a share: controls keep their feed better than that, and an override slows both.
+const OTHER_TIME: f64 = 0.02;
+
+/// A recording without positions that lasts otherwise than another run of its arc: its rows are taken as even on the arc, and are not.
+pub(super) fn uncut(session: &Session) -> Option<DataFault> {
+    let lasts = |test: &Test| -> Option<f64> {
+        let recording = test.recording.as_ref().filter(|recording| recording.clock == Clock::Absent)?;
+        // without times rows count: one program is recorded at one rate
+        let time_s = recording.written_time_s().and_then(|time| Some(time.last()? - time.first()?));
+        time_s.or_else(|| Some(recording.len().checked_sub(1)? as f64))
+    };
+    let arc = |test: &Test| match test.path {
+        Some(Path::Sweep { axis, from, to, follow, .. }) => Some((axis, from.min(to), from.max(to), follow)),
+        _ => None,
+    };
+    let is_other_run = |one: &Test, other: &Test| one.is_repeat_of(other) && arc(one) == arc(other);
+    let runs: Vec<(&Test, f64)> =
+        session.tests.iter().filter_map(|test| arc(test).and(Some((test, lasts(test)?)))).collect();
+    let off = runs.iter().enumerate().flat_map(|(k, &(one, first))| {
+        let others = runs[k + 1..].iter().filter(move |(other, _)| is_other_run(one, other));
+        others.map(move |&(other, second)| ((first / second).ln().abs(), (one, first), (other, second)))
+    });
+    let (off, (one, first), (other, second)) = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let unit = if one.recording.as_ref()?.written_time_s().is_some() { "s" } else { "rows" };
+    let says = format!(
+        "{} lasts {first:.1} {unit} and {} {second:.1} {unit} for one arc at one feed: one of them holds rows from before or after the arc, or \
+         lacks some; nothing says where the axis stood, so cut both to the arc, or give the captures to fiveaxis import",
+        one.name, other.name
+    );
+    (off > OTHER_TIME).then(|| DataFault::seen("arc", RECORDER, vec![one.name.clone(), other.name.clone()], says))
 }
 
 /// Whether a recording has both ends where the sweep of its test states them, as recordings have that were made by its program.

@@ -10,6 +10,7 @@ mod straight;
 mod times;
 
 pub(crate) use arcs::agrees_with_sweep;
+pub(crate) use same_rows::is_read;
 
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::session::Session;
@@ -19,6 +20,7 @@ use crate::session::Session;
 pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
     rounded::rounded(session)
         .or_else(|| copied_rows(session))
+        .or_else(|| arcs::uncut(session))
         .or_else(|| standstill::missing(session))
         .or_else(|| standstill::stuck(session))
         .or_else(|| straight::drawn(session))
