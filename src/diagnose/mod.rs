@@ -50,7 +50,6 @@ use self::preflight::doubts::strained;
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
-use self::preflight::quiet_setups::quiet_setups;
 use self::preflight::small_misfit::Preflight;
 use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::joint_fit::mean_square;
@@ -88,13 +87,11 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let stated_mm = examination.fit.as_ref().map_or(0.0, |fit| fit.rms_mm);
     let preflight = Preflight::of(session);
     let diagnosis = diagnosed(fine, options, (&setups, &preflight, stated_mm), fit, true)?;
-    let quiet = if diagnosis.is_sound() { quiet_setups(session) } else { None };
-    let (reason, warning) = if diagnosis.verdict == Verdict::Clean { (quiet, None) } else { (None, quiet) };
-    let warnings = [examination.warnings, diagnosis.warnings, warning.into_iter().collect()].concat();
+    let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
     // where nothing was found, nothing else explains what a ball or bar makes up for
     let strained = examination.fit.as_ref().filter(|_| diagnosis.verdict == Verdict::Clean).and_then(strained);
-    Ok(match strained.or(reason) {
+    Ok(match strained {
         Some(reason) => diagnosis.not_to_be_judged(reason),
         None => diagnosis,
     })

@@ -8,7 +8,6 @@ use super::mistake_or_effect::held_against_physics;
 use super::places::frames::{instrument_moved, mistaken_columns};
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
-use super::quiet_setups::quiet_setups;
 use super::readings::processed::READING_PROCESSED;
 use super::readings::scaled::{READING_SIGN, READING_ZERO, held_otherwise};
 use super::small_misfit::Preflight;
@@ -71,10 +70,6 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
     let sound = examination.fit.as_ref().filter(|_| examination.is_sound());
     let doubts: Vec<String> =
         sound.iter().flat_map(|fit| left_over(session, fit).into_iter().chain(strained(fit))).collect();
-    let doubts = match examination.is_sound() {
-        true => doubts.into_iter().chain(quiet_setups(session)).collect(),
-        false => doubts,
-    };
     if !doubts.is_empty() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
         examination.warnings.extend(doubts);

@@ -15,7 +15,7 @@ use super::places::exchanged;
 use super::places::misplaced::{BALL_PLACE, BAR, misplaced, nearby};
 use super::places::restated::other_directions;
 use super::places::standing::{STANDING_AXIS, standing_elsewhere};
-use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit, robust_rms_mm};
+use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
 use super::small_misfit::toggled;
 use super::suspicion::{OFTEN, Suspicion};
 use crate::diagnose::model::decimate::few_rows;
@@ -34,9 +34,6 @@ const MOST_LEFT: f64 = 0.1;
 
 /// Independent figures of a test: the offset of its trace, and one turn of it by sine and cosine.
 const FIGURES_OF_A_TEST: f64 = 3.0;
-
-/// Undoing a mistake leaves at most so many times what the session leaves as it is, whatever the fit had to take for that.
-const MORE_THAN_AS_IT_IS: f64 = 3.0;
 
 /// Misfits below the resolution of a gauge say the same, µm.
 const SAME_BELOW_UM: f64 = 0.1;
@@ -86,10 +83,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let most_left_um = 1e3 * MOST_LEFT * FreePrior::of(&session.machine).length_mm;
     // what a fit takes up by balls far from their places is no larger residual, but no smaller mistake
     let is_released = as_it_is.strain > MOST_STRAIN && strain < MOST_STRAIN && after <= before;
-    // what the fit as it is explains better was not made
-    let explained_um = 1e3 * robust_rms_mm(&as_it_is.residual_mm);
-    let explains = after < MORE_THAN_AS_IT_IS * explained_um.max(SAME_BELOW_UM);
-    if !((before > LEAST_RATIO * after || is_released) && after < most_left_um && explains) {
+    if !((before > LEAST_RATIO * after || is_released) && after < most_left_um) {
         return None;
     }
     let share = |weight: f64| SURE_OF_FAULT * weight / all;

@@ -11,7 +11,6 @@ pub(crate) mod mistakes;
 pub(crate) mod nearer;
 pub(crate) mod places;
 pub(crate) mod quick_fit;
-pub(crate) mod quiet_setups;
 pub(crate) mod readings;
 pub(crate) mod small_misfit;
 pub(crate) mod suspicion;

@@ -20,6 +20,9 @@ pub(super) fn other_arc(session: &Session) -> Option<DataFault> {
 /// By how much two runs of one arc may differ in time, as a share: controls keep their feed better than that, and an override slows both.
 const OTHER_TIME: f64 = 0.02;
 
+/// How near the ends of one arc are stated in both directions, mm or degrees.
+const SAME_END: f64 = 0.01;
+
 /// A recording without positions that lasts otherwise than another run of its arc: its rows are taken as even on the arc, and are not.
 pub(super) fn uncut(session: &Session) -> Option<DataFault> {
     let lasts = |test: &Test| -> Option<f64> {
@@ -32,7 +35,13 @@ pub(super) fn uncut(session: &Session) -> Option<DataFault> {
         Some(Path::Sweep { axis, from, to, follow, .. }) => Some((axis, from.min(to), from.max(to), follow)),
         _ => None,
     };
-    let is_other_run = |one: &Test, other: &Test| one.is_repeat_of(other) && arc(one) == arc(other);
+    let is_one_arc = |one: &Test, other: &Test| match (arc(one), arc(other)) {
+        (Some((axis, from, to, follow)), Some((other, first, last, another))) => {
+            (axis, follow) == (other, another) && (from - first).abs().max((to - last).abs()) < SAME_END
+        }
+        _ => false,
+    };
+    let is_other_run = |one: &Test, other: &Test| one.is_repeat_of(other) && is_one_arc(one, other);
     let runs: Vec<(&Test, f64)> =
         session.tests.iter().filter_map(|test| arc(test).and(Some((test, lasts(test)?)))).collect();
     let off = runs.iter().enumerate().flat_map(|(k, &(one, first))| {

@@ -10,7 +10,6 @@ mod straight;
 mod times;
 
 pub(crate) use arcs::agrees_with_sweep;
-pub(crate) use same_rows::is_read;
 
 use crate::diagnose::preflight::data_fault::DataFault;
 use crate::session::Session;

@@ -114,7 +114,7 @@ fn hash_of(piece: &[f64]) -> Option<u64> {
 }
 
 /// Whether lengths carry noise.
-pub(crate) fn is_read(lengths: &[f64]) -> bool {
+pub(super) fn is_read(lengths: &[f64]) -> bool {
     noise_of_rows(lengths) > COMPUTED_MM
 }
 
