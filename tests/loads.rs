@@ -130,6 +130,19 @@ fn rotor(folder: &Path, turns_per_s: f64) -> Session {
     load_session(&file).unwrap()
 }
 
+#[test]
+fn a_displacement_needs_its_direction() {
+    let folder = tempfile::tempdir().unwrap();
+    rotor(folder.path(), 1.0);
+    let file = folder.path().join("session.yaml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let (before, after) = text.split_once(", direction: [").unwrap();
+    let (_, after) = after.split_once(']').unwrap();
+    std::fs::write(&file, format!("{before}{after}")).unwrap();
+    let message = load_session(&file).expect_err("no direction").to_string();
+    assert!(message.contains("read along a direction, and none is stated"), "{message}");
+}
+
 fn shape(session: &Session, effect: &Effect) -> Vec<Vec<Vec<f64>>> {
     let chain = Chain::of(&session.machine);
     let context = Context::of(session, &chain).unwrap();

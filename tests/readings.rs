@@ -407,4 +407,50 @@ fn mistakes_in_columns_and_a_moved_instrument_are_named() {
         }
     };
     says(&shifted, "stands elsewhere from row");
+    // what grows, evenly or ever slower, was not moved
+    for grown in [|share: f64| share, |share: f64| 1.0 - (-4.0 * share).exp()] {
+        let drifting = |row: usize, fields: &mut Vec<String>| {
+            if row > 0 {
+                fields[7] = (fields[7].parse::<f64>().unwrap() + 0.2 * grown(row as f64 / 160.0)).to_string();
+            }
+        };
+        let said = said_of(drifting);
+        assert!(!said.contains("stands elsewhere"), "said was {}", &said[..said.len().min(3000)]);
+    }
+}
+
+#[test]
+fn an_instrument_that_moved_between_tests_is_named_and_doubled_rows_are() {
+    let folder = simulated(&CASES[1], "point", 60);
+    let (rows, text) = (folder.path().join("rows.csv"), folder.path().join("session.yaml"));
+    let (recorded, session) = (std::fs::read_to_string(&rows).unwrap(), std::fs::read_to_string(&text).unwrap());
+    let (head, test) = session.split_once("tests:\n").unwrap();
+    let (header, body) = recorded.split_once('\n').unwrap();
+    let lines: Vec<&str> = body.lines().collect();
+    let later: Vec<String> = lines[30..]
+        .iter()
+        .map(|line| {
+            let mut fields: Vec<String> = line.split(',').map(String::from).collect();
+            let x = header.split(',').position(|name| name == "x_mm").unwrap();
+            fields[x] = (fields[x].parse::<f64>().unwrap() + 0.5).to_string();
+            fields.join(",")
+        })
+        .collect();
+    std::fs::write(&rows, format!("{header}\n{}\n", lines[..30].join("\n"))).unwrap();
+    std::fs::write(folder.path().join("later.csv"), format!("{header}\n{}\n", later.join("\n"))).unwrap();
+    let name = test.split("name: ").nth(1).unwrap().split([',', '\n']).next().unwrap().to_string();
+    let second = test.replace(&format!("name: {name}"), "name: later").replace("rows.csv", "later.csv");
+    std::fs::write(&text, format!("{head}tests:\n{test}\n{second}")).unwrap();
+    let said = |verb: &str| {
+        let done = fiveaxis(&[verb, text.to_str().unwrap(), "--json"]);
+        (done.status.code(), String::from_utf8_lossy(&done.stdout).into_owned())
+    };
+    let (code, moved) = said("identify");
+    assert_eq!(code, Some(3), "{moved}");
+    assert!(moved.contains("the instrument of test 'later' stands elsewhere from its first row on"), "{moved}");
+    std::fs::write(&text, &session).unwrap();
+    let twice: Vec<String> = lines.iter().flat_map(|line| [line.to_string(), line.to_string()]).collect();
+    std::fs::write(&rows, format!("{header}\n{}\n", twice.join("\n"))).unwrap();
+    let (_, doubled) = said("identify");
+    assert!(doubled.contains("every row stands there twice") || doubled.contains("pose"), "{doubled}");
 }
