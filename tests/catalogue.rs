@@ -95,3 +95,45 @@ fn the_table_of_numbers_that_decide_is_made_from_the_library() {
     let wanted = format!("| number | value | without the rule | meaning |\n|---|---|---|---|\n{rows}");
     held("docs/diagnosis.md", "<!-- thresholds made from the library -->\n", "<!-- end -->", &wanted);
 }
+
+/// Names of mistakes in files that have a title, as they stand in the source.
+fn titled_mistakes() -> Vec<String> {
+    let source = std::fs::read_to_string(root("src/report/diagnoses/cause_title.rs")).expect("the titles of causes");
+    let titles = source.split_once("match effect {").expect("titles of mistakes").1;
+    let name = |line: &str| line.trim().strip_prefix('"')?.split_once("\" =>").map(|(name, _)| name.to_string());
+    titles.lines().filter_map(name).take_while(|name| name != "pivot").collect()
+}
+
+#[test]
+fn every_mistake_in_files_has_a_title_a_row_and_a_place_in_the_schema() {
+    let titled = titled_mistakes();
+    assert!(titled.len() > 30, "{titled:?}");
+    let docs = std::fs::read_to_string(root("docs/diagnosis.md")).expect("a document");
+    let schema = std::fs::read_to_string(root("schemas/diagnose.json")).expect("a schema");
+    for name in &titled {
+        assert!(docs.contains(&format!("`{name}`")), "docs/diagnosis.md has no row with `{name}`");
+        assert!(schema.contains(&format!("\"{name}\"")), "schemas/diagnose.json does not know {name}");
+    }
+    let mut folders = vec![root("src/diagnose/preflight")];
+    let mut named = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder of the source").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let source = std::fs::read_to_string(&path).expect("a source file");
+            for call in ["DataFault::seen(\"", "Suspicion::new(\"", "effect: \"", ": &str = \""] {
+                for (name, _) in source.split(call).skip(1).filter_map(|rest| rest.split_once('"')) {
+                    let is_name = name.contains('-') && name.chars().all(|c| c == '-' || c.is_ascii_lowercase());
+                    if is_name && name != "spindle-ball" {
+                        named += 1;
+                        assert!(titled.iter().any(|title| title == name), "{}: {name} has no title", path.display());
+                    }
+                }
+            }
+        }
+    }
+    assert!(named > 20, "{named}");
+}

@@ -6,11 +6,13 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use fiveaxis::chain::{Chain, Composition, Geometry};
-use fiveaxis::control::{Control, Parameter, What, backlash, held, held_where, left_over, numbers, tables};
+use fiveaxis::control::{
+    Control, Number, Parameter, What, backlash, held, held_where, left_over, numbers, parameters, tables,
+};
 use fiveaxis::identify::{Options, axis_lines, identify};
 use fiveaxis::inverse::Tool;
 use fiveaxis::load::{load_machine_and_bodies, load_session};
-use fiveaxis::machine::{AxisKind, ComponentError, ComponentForm, Effect, Outlet, Place, Size};
+use fiveaxis::machine::{AxisKind, ComponentError, ComponentForm, Effect, Machine, Outlet, Place, Size};
 use fiveaxis::report::control::{ControlReport, control_text};
 use fiveaxis::volume::poses;
 use nalgebra::Vector3;
@@ -49,6 +51,162 @@ fn parameters_have_the_signs_of_the_page_on_controls() {
         let list = value["parameters"].as_array().expect("parameters");
         let found = list.iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{name} in {list:?}"));
         assert!((found["add_um"].as_f64().expect("change") - expected).abs() < 0.3, "{name}: {found}");
+    }
+}
+
+/// Points of a machine with all axes at zero: its lines from the bed outward, table first, and the spindle; by how much each is off, mm.
+struct Off {
+    file: &'static str,
+    table: Vec<(&'static str, Vector3<f64>)>,
+    head: Vec<(&'static str, Vector3<f64>)>,
+    /// Of the spindle, beside the last line of the head.
+    spindle: Vector3<f64>,
+}
+
+impl Off {
+    /// What a fit would say of each line, and where it stands.
+    fn numbers(&self, machine: &Machine) -> Vec<Number> {
+        let index = |name: &str| machine.axis_index(name).expect("an axis");
+        let mut list = Vec::new();
+        let mut add = |axis: usize, what: What, change: Vector3<f64>| {
+            list.extend((0..3).map(|component| Number {
+                axis,
+                what,
+                component,
+                change: change[component],
+                sigma: 1e-3,
+                determined: true,
+            }));
+        };
+        for (branch, first) in [(&self.table, What::TableCentre), (&self.head, What::ZeroShift)] {
+            for (k, (name, own)) in branch.iter().enumerate() {
+                let what = if k == 0 { first } else { What::Vector { from: index(branch[k - 1].0) } };
+                add(index(name), what, *own);
+            }
+        }
+        if let Some((name, _)) = self.head.last() {
+            add(index(name), What::Pivot, self.spindle);
+        }
+        list
+    }
+
+    /// How far a point stands off, from the bed outward.
+    fn line(branch: &[(&'static str, Vector3<f64>)], count: usize) -> Vector3<f64> {
+        branch[..count].iter().map(|(_, own)| own).sum()
+    }
+}
+
+/// Vectors by their ends, as the makers' manuals name them: Sinumerik Operate commissioning manual 03/2013, page 502, and 12/2017, page 572
+/// (T, P and M); Fanuc A-79348E, pages 80 to 84.
+#[test]
+fn vectors_of_the_makers_run_between_the_points_that_their_manuals_name() {
+    let [one, two, three] =
+        [(0.011, -0.023, 0.037), (0.041, 0.053, -0.067), (-0.071, 0.083, 0.097)].map(|(x, y, z)| Vector3::new(x, y, z));
+    let cases = [
+        Off { file: "head-head-ca-overhead-gantry", table: vec![], head: vec![("C", one), ("A", two)], spindle: three },
+        Off { file: "hermle-c600u", table: vec![("A", one), ("C", two)], head: vec![], spindle: Vector3::zeros() },
+        Off { file: "table-1-1-table-head-ca", table: vec![("C", one)], head: vec![("A", two)], spindle: three },
+    ];
+    for case in cases {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("machines/{}.yaml", case.file));
+        let (machine, _) = load_machine_and_bodies(&path).expect("machine");
+        let numbers = case.numbers(&machine);
+        let (table, head) = (&case.table, &case.head);
+        let spindle = Off::line(head, head.len()) + case.spindle;
+        let bed = Vector3::zeros();
+        let mut due: Vec<(Control, String, usize, Vector3<f64>)> = Vec::new();
+        let mut expect = |control, name: &str, first, vector| due.push((control, name.to_string(), first, vector));
+        let sinumerik = Control::Sinumerik;
+        match (table.len(), head.len()) {
+            (0, 2) => {
+                let (i3, i2) = (Off::line(head, 2) - spindle, Off::line(head, 1) - Off::line(head, 2));
+                expect(sinumerik, "$TC_CARR", 15, i3);
+                expect(sinumerik, "$TC_CARR", 4, i2);
+                expect(sinumerik, "$TC_CARR", 1, -(i2 + i3));
+                expect(sinumerik, "MD24500 $MC_TRAFO5_PART_OFFSET_1", 0, -(i2 + i3));
+                expect(sinumerik, "MD24560 $MC_TRAFO5_JOINT_OFFSET_1", 0, i2);
+                expect(sinumerik, "MD24550 $MC_TRAFO5_BASE_TOOL_1", 0, i3);
+                expect(Control::Fanuc, "No. ", 19709, i3);
+                expect(Control::Fanuc, "No. ", 19712, i2);
+            }
+            (2, 0) => {
+                let (i2, i3) = (Off::line(table, 1) - bed, Off::line(table, 2) - Off::line(table, 1));
+                expect(sinumerik, "$TC_CARR", 4, i2);
+                expect(sinumerik, "$TC_CARR", 15, i3);
+                expect(sinumerik, "$TC_CARR", 18, -(i2 + i3));
+                expect(sinumerik, "MD24550 $MC_TRAFO5_BASE_TOOL_1", 0, i2);
+                expect(sinumerik, "MD24560 $MC_TRAFO5_JOINT_OFFSET_1", 0, i3);
+                expect(sinumerik, "MD24500 $MC_TRAFO5_PART_OFFSET_1", 0, -(i2 + i3));
+                expect(Control::Fanuc, "No. ", 19700, i2);
+                expect(Control::Fanuc, "No. ", 19703, i3);
+            }
+            _ => {
+                let (i2, i3) = (Off::line(head, 1) - spindle, Off::line(table, 1) - bed);
+                expect(sinumerik, "$TC_CARR", 4, i2);
+                expect(sinumerik, "$TC_CARR", 1, -i2);
+                expect(sinumerik, "$TC_CARR", 15, i3);
+                expect(sinumerik, "$TC_CARR", 18, -i3);
+                expect(sinumerik, "MD24550 $MC_TRAFO5_BASE_TOOL_1", 0, i2);
+                expect(sinumerik, "MD24560 $MC_TRAFO5_JOINT_OFFSET_1", 0, -i2);
+                expect(sinumerik, "MD24558 $MC_TRAFO5_JOINT_OFFSET_PART_1", 0, i3);
+                expect(sinumerik, "MD24500 $MC_TRAFO5_PART_OFFSET_1", 0, -i3);
+                expect(Control::Fanuc, "No. ", 19709, i2);
+                expect(Control::Fanuc, "No. ", 19700, i3);
+            }
+        }
+        for control in [Control::Sinumerik, Control::Fanuc] {
+            let given = parameters(control, &machine, &numbers, None);
+            let of_control = || due.iter().filter(|(own, ..)| *own == control);
+            assert_eq!(given.len(), 3 * of_control().count(), "{}: {given:?}", case.file);
+            for (_, name, first, vector) in of_control() {
+                for k in 0..3 {
+                    let name = match name.starts_with("MD") {
+                        true => format!("{name}[{k}]"),
+                        false => format!("{name}{}", first + k),
+                    };
+                    let one = given.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("{name}: {given:?}"));
+                    assert!(
+                        (one.change - vector[k]).abs() < 1e-12,
+                        "{}: {name} {} for {}",
+                        case.file,
+                        one.change,
+                        vector[k]
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn slides_that_count_against_the_tool_turn_the_signs_of_parameters() {
+    let folder = tempfile::tempdir().expect("folder");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let drawn = std::fs::read_to_string(root.join("machines/table-table-ca-moving-table-x.yaml")).expect("machine");
+    assert!(drawn.contains("directions: iso841"));
+    std::fs::write(folder.path().join("m.yaml"), drawn.replace("directions: iso841", "directions: carried"))
+        .expect("written");
+    let session = "machine: m.yaml\ntests:\n  - {name: c, bar_length: 100, pivot: {link: C, at: [100, 0, 0]}, spindle_ball: {link: t, at: [0, 0, 0]}, positions: {X: 0, Y: 0, Z: 0, A: 0}, recording: c.csv}\n";
+    std::fs::write(folder.path().join("session.yaml"), session).expect("written");
+    let rows: String = (0..90).map(|k| format!("{k},{},100.00{}\n", 4 * k, k % 7)).collect();
+    std::fs::write(folder.path().join("c.csv"), format!("time_s,C_deg,length_mm\n{rows}")).expect("written");
+    let file = folder.path().join("session.yaml");
+    let (code, value) = run(&["control", file.to_str().expect("text"), "--control", "linuxcnc"]);
+    assert_eq!(code, Some(2), "{value}");
+    assert!(value["error"].to_string().contains("a positive command of X moves the tool the other way"), "{value}");
+    // others take the parts along it with the opposite sign
+    let [carried, iso] = ["carried", "iso841"].map(|directions| {
+        let yaml = drawn.replace("directions: iso841", &format!("directions: {directions}"));
+        let file = folder.path().join(format!("{directions}.yaml"));
+        std::fs::write(&file, yaml).expect("written");
+        load_machine_and_bodies(&file).expect("machine").0
+    });
+    let axis = carried.axis_index("A").expect("A");
+    let number =
+        |component| Number { axis, what: What::TableCentre, component, change: 0.02, sigma: 1e-3, determined: true };
+    for (component, sign) in [(0, -1.0), (1, 1.0)] {
+        let given = |machine: &Machine| parameters(Control::Fanuc, machine, &[number(component)], None)[0].change;
+        assert_eq!(given(&carried), sign * given(&iso));
     }
 }
 
@@ -249,13 +407,14 @@ fn a_control_that_holds_all_places_leaves_nothing_of_them() {
             machine.axes[axis].location_errors[..3].copy_from_slice(across.as_slice());
         }
         let poses = poses(&machine, tool, None, 300).expect("poses");
-        let [now, after] =
-            [&nominal, &held(&machine)].map(|known| left_over(&machine, known, tool, &poses).position_mm.largest);
+        let [now, after] = [&nominal, &held(&machine)]
+            .map(|known| left_over(&machine, known, (tool, tool), &poses).position_mm.largest);
         assert!(now > 5e-3 && after < 1e-9, "{}: {now} mm, then {after}", file.display());
         // a part that is not entered stays
         let carried = *rotary.last().expect("a rotary axis");
-        let partly =
-            left_over(&machine, &held_where(&machine, &|axis, _| axis != carried), tool, &poses).position_mm.largest;
+        let partly = left_over(&machine, &held_where(&machine, &|axis, _| axis != carried), (tool, tool), &poses)
+            .position_mm
+            .largest;
         assert!(partly > 1e-3, "{}: {partly}", file.display());
         seen += 1;
     }

@@ -181,7 +181,8 @@ fn example(machine: &Machine, place: Place, parameter: &Parameter) -> Option<Par
 /// An effect of a kind at a place with every parameter stated and every size set.
 fn full(machine: &Machine, kind: &Kind, place: Place) -> Effect {
     let mut effect = Effect::new(kind.name, place);
-    for parameter in kind.parameters {
+    // a pose stands in place of a time
+    for parameter in kind.parameters.iter().filter(|parameter| parameter.name != "pose") {
         if let Some(value) = example(machine, place, parameter) {
             effect.set(parameter.name, value);
         }

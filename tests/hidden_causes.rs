@@ -36,7 +36,8 @@ fn diagnosed(scratch: &Path, name: &str, effects: &str) -> Value {
     fs::write(&machine, format!("{without}{effects}")).unwrap();
     let run = own.join("run");
     let text = |path: &PathBuf| path.to_str().unwrap().to_string();
-    fiveaxis(&["simulate", &text(&own.join("session.yaml")), "--out", &text(&run), "--instrument", "default"]);
+    let (session, out) = (text(&own.join("session.yaml")), text(&run));
+    fiveaxis(&["simulate", &session, "--out", &out, "--instrument", "default", "--draw-setups"]);
     // whoever reads the recordings does not know of the effect
     for entry in fs::read_dir(&run).unwrap() {
         let file = entry.unwrap().path();

@@ -542,7 +542,7 @@ fn shipped_captures_are_placed_and_tell_the_errors_that_made_them() {
     }
     let senses = fiveaxis::identify::turned_senses(&imported, &fit).unwrap();
     for sense in &senses {
-        let name = &imported.machine.axes[sense.axis].name;
+        let name = sense.named(&imported.machine);
         assert!(sense.is_told() && !sense.looks_wrong(), "{name}: {sense:?}");
     }
     let machine = format!("{SHIPPED}/truth/machine.yaml");

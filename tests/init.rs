@@ -112,7 +112,24 @@ fn what_a_sheet_cannot_say_is_refused_and_writes_nothing() {
         (vec!["--code", "[wXbYZCBt]"], "--pivot-to-nose is missing"),
         (vec!["--code", "[wCAXbYt]", "--tilt-above-table", "0"], "X, Y, Z and two of A, B, C"),
         (vec!["--code", "[wQAXbYt]"], "no axis"),
-        (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--range", "B=-1..1"], "has no axis 'B'"),
+        (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--range", "B=-20..20"], "has no axis 'B'"),
+        (
+            vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--range", "A=-1.92..1.92"],
+            "is 3.840 deg wide; a rotary axis turns by 10 deg at least",
+        ),
+        (
+            vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--range", "A=-90..90", "--range", "A=-20..90"],
+            "'A' stands twice",
+        ),
+        (
+            vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--pivot-to-nose", "200"],
+            "the head of [wCAXbYZt] has no axis that tilts",
+        ),
+        (
+            vec!["--code", "[wXbYZCBt]", "--pivot-to-nose", "-220"],
+            "the tilting axis of the head is -220 mm above the nose",
+        ),
+        (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--name", "a\u{1b}b"], "a control character"),
         (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--range", "A=30..-120"], "runs backwards"),
         (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "nan"], "tilting axis above the table"),
     ] {

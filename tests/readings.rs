@@ -325,6 +325,11 @@ fn wrong_keys_are_refused() {
 
 /// What `identify` says of a session whose rows were changed.
 fn said_of(change: impl Fn(usize, &mut Vec<String>)) -> String {
+    said_with_target("J6", change)
+}
+
+/// The same with the target stated on some link.
+fn said_with_target(link: &str, change: impl Fn(usize, &mut Vec<String>)) -> String {
     let folder = simulated(&CASES[0], "pose", 160);
     let file = folder.path().join("rows.csv");
     let text = std::fs::read_to_string(&file).unwrap();
@@ -341,13 +346,51 @@ fn said_of(change: impl Fn(usize, &mut Vec<String>)) -> String {
         .lines()
         .map(|line| match line.trim_start().split(':').next() {
             Some("instrument") => "    instrument: {link: b}".to_string(),
-            Some("target") => "    target: {link: J6}".to_string(),
+            Some("target") => format!("    target: {{link: {link}}}"),
             _ => line.to_string(),
         })
         .collect();
     std::fs::write(&session, open.join("\n")).unwrap();
     let done = fiveaxis(&["identify", session.to_str().unwrap(), "--json"]);
     String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr)
+}
+
+#[test]
+fn rotations_in_another_form_are_named() {
+    let says = |change: &dyn Fn(&mut [String]), due: &str| {
+        let said = said_of(|row, fields| {
+            if row > 0 {
+                change(&mut fields[10..14])
+            }
+        });
+        assert!(said.contains(due), "due is '{due}', said was {}", &said[..said.len().min(3000)]);
+    };
+    says(&|quaternion| quaternion.rotate_left(1), "quaternions have their real part last");
+    says(
+        &|quaternion| scaled(&mut quaternion[1..], -1.0),
+        "rotations are those of the instrument in the target's axes",
+    );
+}
+
+#[test]
+fn other_links_one_axis_in_radians_and_readings_beside_other_poses_are_named() {
+    let said = said_with_target("J5", |_, _| {});
+    assert!(said.contains("the target on J5 stands on J6"), "{}", &said[..said.len().min(3000)]);
+    let said = said_of(|row, fields| {
+        if row > 0 {
+            scaled(&mut fields[2..3], std::f64::consts::PI / 180.0)
+        }
+    });
+    assert!(said.contains("J2 is in radians"), "{}", &said[..said.len().min(3000)]);
+    let before = std::cell::RefCell::new(Vec::new());
+    let said = said_of(|row, fields| {
+        if row > 0 {
+            let own = fields[1..7].to_vec();
+            let last = before.replace(own.clone());
+            fields.splice(1..7, if last.is_empty() { own } else { last });
+        }
+    });
+    assert!(said.contains("readings stand one row earlier"), "{}", &said[..said.len().min(3000)]);
 }
 
 /// Fields of a row times a factor.
@@ -447,7 +490,7 @@ fn an_instrument_that_moved_between_tests_is_named_and_doubled_rows_are() {
     };
     let (code, moved) = said("identify");
     assert_eq!(code, Some(3), "{moved}");
-    assert!(moved.contains("the instrument of test 'later' stands elsewhere from its first row on"), "{moved}");
+    assert!(moved.contains("the instrument of test 'later' stands elsewhere than before"), "{moved}");
     std::fs::write(&text, &session).unwrap();
     let twice: Vec<String> = lines.iter().flat_map(|line| [line.to_string(), line.to_string()]).collect();
     std::fs::write(&rows, format!("{header}\n{}\n", twice.join("\n"))).unwrap();

@@ -212,7 +212,7 @@ fn chapter5() -> Session {
 }
 
 fn sense_of<'a>(session: &Session, senses: &'a [TurnedSense], name: &str) -> &'a TurnedSense {
-    senses.iter().find(|sense| session.machine.axes[sense.axis].name == name).unwrap()
+    senses.iter().find(|sense| sense.named(&session.machine) == name).unwrap()
 }
 
 #[test]
@@ -239,6 +239,51 @@ fn chapter_5_cannot_tell_the_sense_of_its_axes() {
     let test = a.test.as_ref().unwrap();
     let bar_mm = session.tests[test.test].bar_length_mm.unwrap();
     assert!((test.stated_mm - bar_mm).abs() < 1e-6 && (test.turned_mm - bar_mm).abs() > 5.0, "{test:?}");
+}
+
+#[test]
+fn a_design_that_is_its_own_mirror_image_leaves_senses_open_together() {
+    // C carries B on a fork; all balls lie in the plane y = 0, which the mirror across y leaves where it is
+    let folder = tempfile::tempdir().unwrap();
+    let machine = "name: fork\ncode: \"[wbXYZCBt]\"\ndirections: iso841\naxes:\n  X: {range: [-500, 500]}\n  Y: {range: [-500, 500]}\n  \
+                   Z: {range: [-300, 300]}\n  C: {origin: [0, 0, 0]}\n  B: {origin: [0, 0, 300]}\n";
+    std::fs::write(folder.path().join("machine.yaml"), machine).unwrap();
+    let mut text = String::from("machine: machine.yaml\ntests:\n");
+    for (name, axis, follow, from, to) in [
+        ("c-radial", "C", "radial", -170, 170),
+        ("c-tangential", "C", "tangential", -170, 170),
+        ("b-radial", "B", "radial", -80, 80),
+        ("b-axial", "B", "axial", -80, 80),
+    ] {
+        let stands = if axis == "C" { "{B: 0}" } else { "{C: 0}" };
+        text += &format!(
+            "  - {{name: {name}, bar_length: 100, pivot: {{link: b, at: [150, 0, -100]}}, spindle_ball: {{link: t, at: [0, 0, -60]}}, positions: {stands}, feed: 500, sweep: {{axis: {axis}, from: {from}, to: {to}, step: 1, follow: {follow}}}}}\n"
+        );
+    }
+    std::fs::write(folder.path().join("session.yaml"), text).unwrap();
+    let planned = load_session(&folder.path().join("session.yaml")).unwrap();
+    let mut real = planned.clone();
+    let axis = |name: &str| planned.machine.axis_index(name).unwrap();
+    real.machine.axes[axis("C")].location_errors[3] = 1e-4;
+    real.machine.axes[axis("B")].location_errors[0] = 0.03;
+    real.machine.axes[axis("B")].location_errors[5] = 8e-5;
+    let traces = simulate(&real, Composition::Exact).unwrap();
+    let recorded = crate::recorded::recorded(&planned, &traces);
+    let fit = identify(&recorded, &Options::default()).unwrap();
+    let senses = turned_senses(&recorded, &fit).unwrap();
+    for alone in ["Y", "C"] {
+        assert!(sense_of(&recorded, &senses, alone).is_told(), "{alone}");
+    }
+    let together = sense_of(&recorded, &senses, "Y and C");
+    assert!(!together.is_told() && !together.looks_wrong() && !together.moved.is_empty(), "{together:?}");
+    // a look at the axes tells them: both are named
+    let look = together.how_to_tell(&recorded);
+    assert!(look.contains("move each of Y and C a little in +"), "{look}");
+    // with both turned the whole fit is as good, and errors have other signs
+    let mut mirrored = recorded.clone();
+    together.axes.iter().for_each(|&axis| mirrored.machine.axes[axis].reversed ^= true);
+    let other = identify(&mirrored, &Options::default()).unwrap();
+    assert!(other.rms_mm < 1.1 * fit.rms_mm + 1e-6, "{} {}", other.rms_mm, fit.rms_mm);
 }
 
 #[test]

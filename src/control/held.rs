@@ -56,11 +56,11 @@ fn shift_of(held: &Machine, actual: &Machine, axis: usize) -> Vector3<f64> {
 }
 
 /// Errors that stay over poses when the control holds `held` in place of the nominal machine: tips relative to those with
-/// all axes at zero, for a zero shift is taken with the workpiece's zero. A head's last axis carries the tool along with its
-/// line: the vector from the line to the tool stays.
-pub fn left_over(actual: &Machine, held: &Machine, tool: Tool, poses: &[Vec<f64>]) -> Figures {
+/// all axes at zero, for a zero shift is taken with the workpiece's zero. The tool is given as it is and as the control has it. A head's
+/// last axis carries the tool along with its line: the vector from the line to the tool stays.
+pub fn left_over(actual: &Machine, held: &Machine, (real_tool, tool): (Tool, Tool), poses: &[Vec<f64>]) -> Figures {
     let chains = [Chain::of(actual), Chain::of(held)];
-    let real = Kinematics::actual(actual, &chains[0], tool);
+    let real = Kinematics::actual(actual, &chains[0], real_tool);
     let is_turning = |axis: &usize| actual.axes[*axis].kind == AxisKind::Rotary;
     let last = chains[0].branch(Branch::Tool).iter().copied().rfind(is_turning);
     let carried = last.map_or_else(Vector3::zeros, |axis| shift_of(held, actual, axis));
@@ -82,10 +82,10 @@ pub fn left_over(actual: &Machine, held: &Machine, tool: Tool, poses: &[Vec<f64>
 }
 
 /// The cause that makes most of what stays beside a held machine: without it least would stay. In words.
-pub fn what_stays(actual: &Machine, held: &Machine, tool: Tool, poses: &[Vec<f64>]) -> String {
+pub fn what_stays(actual: &Machine, held: &Machine, tools: (Tool, Tool), poses: &[Vec<f64>]) -> String {
     let mut least = (f64::INFINITY, "the error of the directions of the axes".to_string());
     let mut ask = |without: Machine, name: String| {
-        let left = left_over(&without, held, tool, poses).position_mm.p95;
+        let left = left_over(&without, held, tools, poses).position_mm.p95;
         if left < least.0 {
             least = (left, name);
         }

@@ -9,6 +9,7 @@
 
 use nalgebra::Vector3;
 
+use super::counting::counting_against;
 use crate::chain::Branch;
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
@@ -40,6 +41,13 @@ pub fn module_of(held: &Machine) -> Result<Module, String> {
     };
     let zero = |name: &str| held.axis_index(name).and_then(|axis| held.machine_zero[axis]).unwrap_or(0.0);
     let shift = Vector3::new(zero("X"), zero("Y"), zero("Z"));
+    if let Some(&slide) = counting_against(held).first() {
+        return Err(format!(
+            "LinuxCNC's modules count a slide along the tool's way over the workpiece; by the machine file a positive command of {} moves the \
+             tool the other way: state 'directions: iso841' and record or convert the positions so, or correct 'reversed'",
+            held.axes[slide].name
+        ));
+    }
     let signs = |wanted: &[(usize, f64)]| wanted.iter().all(|&(axis, sign)| held.motion_sign(axis) == sign);
     match (table.as_slice(), head.as_slice()) {
         (&[tilt, turn], []) if is_named(turn, "C", Vector3::z()) => {

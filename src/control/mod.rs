@@ -5,6 +5,7 @@
 //! the volume is the erring machine against that one.
 
 mod backlash;
+mod counting;
 mod held;
 mod linuxcnc;
 mod numbers;
@@ -12,8 +13,9 @@ mod parameters;
 mod tables;
 
 pub use backlash::{Backlash, backlash};
+pub use counting::counting_against;
 pub use held::{held, held_where, left_over, what_stays};
 pub use linuxcnc::{Module, module_of};
 pub use numbers::{Number, What, numbers};
-pub use parameters::{Control, Parameter, parameters};
+pub use parameters::{Control, Parameter, is_entered, parameters};
 pub use tables::{CompensationTable, LINUXCNC_ROWS, tables};

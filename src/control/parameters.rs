@@ -1,11 +1,12 @@
 //! Parameters of the makers' controls for the numbers of a fit.
 //!
-//! Parameter numbers are those of the makers' manuals (SINUMERIK Operate commissioning manual 12/2017, swivelling, and
-//! function manual five-axis transformation; FANUC Series 30i-A parameters, tool centre point control).
+//! Parameter numbers and the ends of vectors are those of the makers' manuals (SINUMERIK Operate commissioning manual 12/2017, swivelling, and
+//! function manual five-axis transformation; FANUC Series 30i-A, tool centre point control for 5-axis machining, A-79348E).
 
+use super::counting::sign_of_coordinate;
 use super::linuxcnc::Module;
 use super::numbers::{Number, What};
-use crate::machine::Machine;
+use crate::machine::{AxisKind, Machine};
 
 /// A control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,83 +84,181 @@ fn summed(list: Vec<Parameter>) -> Vec<Parameter> {
 
 /// Parameters of one number; none where the control does not hold it.
 fn named(control: Control, machine: &Machine, number: &Number) -> Vec<Parameter> {
-    let axis = &machine.axes[number.axis].name;
-    let k = number.component;
-    let along = COORDINATES[k];
-    let is_table = number.axis < machine.code.workpiece_side.len();
-    let of = |name: String, meaning: String, sign: f64| Parameter {
+    match control {
+        Control::Heidenhain => heidenhain(machine, number),
+        Control::Sinumerik => sinumerik(machine, number),
+        Control::Fanuc => fanuc(machine, number),
+        Control::LinuxCnc => Vec::new(),
+    }
+}
+
+/// A change of a number as a parameter holds it, with its sign there, in the coordinates that the control reads.
+fn of(machine: &Machine, number: &Number, (name, meaning): (String, String), sign: f64) -> Parameter {
+    Parameter {
         name,
         meaning,
-        change: sign * number.change,
+        change: sign * sign_of_coordinate(machine, number.component) * number.change,
         sigma: number.sigma,
         value: None,
         is_angle: number.what == What::Direction,
-    };
-    let carrier = |from: usize| machine.axes[from].name.as_str();
-    match (control, number.what) {
-        (Control::Heidenhain, What::TableCentre) => {
-            vec![of(format!("kinematics description: place of {axis}, {along}"), format!("centre of {axis}"), 1.0)]
-        }
-        (Control::Heidenhain, What::Vector { from }) => vec![of(
-            format!("kinematics description: shift from {} to {axis}, {along}", carrier(from)),
-            format!("vector from {} to {axis}", carrier(from)),
-            1.0,
-        )],
-        (Control::Heidenhain, What::Pivot) => vec![of(
-            format!("kinematics description: shift from {axis} to the spindle, {along}"),
-            format!("vector from {axis} to the spindle ball"),
-            1.0,
-        )],
-        (Control::Sinumerik, What::TableCentre) => vec![
-            of(format!("$TC_CARR{}", 4 + k), format!("I2, centre of {axis}, {along}"), 1.0),
-            of(format!("$TC_CARR{}", 18 + k), format!("I4, which closes the chain, {along}"), -1.0),
-            of(
-                format!("MD24500 $MC_TRAFO5_PART_OFFSET_1[{k}]"),
-                format!("centre of {axis}, {along} (transformation in place of CYCLE800)"),
-                1.0,
-            ),
-        ],
-        (Control::Sinumerik, What::Vector { from }) if is_table => vec![
-            of(format!("$TC_CARR{}", 15 + k), format!("I3, vector from {} to {axis}, {along}", carrier(from)), 1.0),
-            of(format!("$TC_CARR{}", 18 + k), format!("I4, which closes the chain, {along}"), -1.0),
-            of(
-                format!("MD24558 $MC_TRAFO5_JOINT_OFFSET_PART_1[{k}]"),
-                format!("vector from {} to {axis}, {along} (transformation)", carrier(from)),
-                1.0,
-            ),
-        ],
-        (Control::Sinumerik, What::Vector { from }) => vec![
-            of(format!("$TC_CARR{}", 4 + k), format!("I2, vector from {axis} to {}, {along}", carrier(from)), -1.0),
-            of(format!("$TC_CARR{}", 1 + k), format!("I1, which closes the chain, {along}"), 1.0),
-            of(
-                format!("MD24560 $MC_TRAFO5_JOINT_OFFSET_1[{k}]"),
-                format!("vector from {} to {axis}, {along} (transformation)", carrier(from)),
-                1.0,
-            ),
-        ],
-        (Control::Sinumerik, What::Pivot) => vec![
-            of(format!("$TC_CARR{}", 15 + k), format!("I3, vector from the spindle to {axis}, {along}"), -1.0),
-            of(format!("$TC_CARR{}", 1 + k), format!("I1, which closes the chain, {along}"), 1.0),
-            of(
-                format!("MD24550 $MC_TRAFO5_BASE_TOOL_1[{k}]"),
-                format!("vector from {axis} to the spindle, {along} (transformation)"),
-                1.0,
-            ),
-        ],
-        (Control::Fanuc, What::TableCentre) => {
-            vec![of(format!("No. {}", 19700 + k), format!("table centre of {axis}, {along}"), 1.0)]
-        }
-        (Control::Fanuc, What::Vector { from }) if is_table => {
-            vec![of(format!("No. {}", 19703 + k), format!("vector from {} to {axis}, {along}", carrier(from)), 1.0)]
-        }
-        (Control::Fanuc, What::Vector { from }) => {
-            vec![of(format!("No. {}", 19712 + k), format!("vector between {} and {axis}, {along}", carrier(from)), 1.0)]
-        }
-        (Control::Fanuc, What::Pivot) => {
-            vec![of(format!("No. {}", 19709 + k), format!("vector between {axis} and the spindle, {along}"), 1.0)]
-        }
-        _ => Vec::new(),
     }
+}
+
+/// Shifts from one system to the next, from the bed outward on either side.
+fn heidenhain(machine: &Machine, number: &Number) -> Vec<Parameter> {
+    let (axis, along) = (&machine.axes[number.axis].name, COORDINATES[number.component]);
+    let (name, meaning) = match number.what {
+        What::TableCentre => (format!("place of {axis}, {along}"), format!("centre of {axis}")),
+        What::Vector { from } => {
+            let from = &machine.axes[from].name;
+            (format!("shift from {from} to {axis}, {along}"), format!("vector from {from} to {axis}"))
+        }
+        What::Pivot => {
+            (format!("shift from {axis} to the spindle, {along}"), format!("vector from {axis} to the spindle ball"))
+        }
+        What::ZeroShift | What::Direction => return Vec::new(),
+    };
+    vec![of(machine, number, (format!("kinematics description: {name}"), meaning), 1.0)]
+}
+
+/// What turns, as `$TC_CARR23` tells it.
+#[derive(Clone, Copy, PartialEq)]
+enum Swivels {
+    /// T: the tool alone.
+    Tool,
+    /// P: the workpiece alone.
+    Part,
+    /// M: one axis on either side.
+    Mixed,
+}
+
+/// The vectors of a swivel data record, as CYCLE800 and the five-axis transformation hold them: `$TC_CARR` of the first part and
+/// machine data.
+#[derive(Clone, Copy)]
+enum Vector {
+    I1,
+    I2,
+    I3,
+    I4,
+}
+
+impl Vector {
+    /// Name with the number of its first part.
+    fn carrier(self) -> (&'static str, usize) {
+        match self {
+            Vector::I1 => ("I1", 1),
+            Vector::I2 => ("I2", 4),
+            Vector::I3 => ("I3", 15),
+            Vector::I4 => ("I4", 18),
+        }
+    }
+
+    /// Machine data of the transformation with the same vector (commissioning manual 12/2017, page 572; there the table between two axes of
+    /// a table has the number 24558 beside the name of 24560, which the function manual gives it).
+    fn machine_data(self, swivels: Swivels) -> Option<&'static str> {
+        match (self, swivels) {
+            (Vector::I1, Swivels::Tool) | (Vector::I4, Swivels::Part | Swivels::Mixed) => {
+                Some("MD24500 $MC_TRAFO5_PART_OFFSET_1")
+            }
+            (Vector::I3, Swivels::Tool) | (Vector::I2, Swivels::Part | Swivels::Mixed) => {
+                Some("MD24550 $MC_TRAFO5_BASE_TOOL_1")
+            }
+            (Vector::I3, Swivels::Mixed) => Some("MD24558 $MC_TRAFO5_JOINT_OFFSET_PART_1"),
+            (Vector::I2, Swivels::Tool) | (Vector::I3, Swivels::Part) | (Vector::I1, Swivels::Mixed) => {
+                Some("MD24560 $MC_TRAFO5_JOINT_OFFSET_1")
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Vectors of `CYCLE800` and of the transformation (commissioning manual 12/2017, swivelling). A head's run from the tool to the machine:
+/// I3 from the spindle to the second axis, I2 from there to the first; with a table beside it I2 from the spindle to the axis. A table's run
+/// from the machine outward: I2 to the first axis, I3 to the second; beside a head I3 to the axis. I1 and I4 close the chains.
+fn sinumerik(machine: &Machine, number: &Number) -> Vec<Parameter> {
+    let axis = &machine.axes[number.axis].name;
+    let is_table = |axis: usize| axis < machine.code.workpiece_side.len();
+    let turning = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let (table, head): (Vec<usize>, Vec<usize>) = turning.partition(|&axis| is_table(axis));
+    let swivels = match (table.is_empty(), head.is_empty()) {
+        (false, false) => Swivels::Mixed,
+        (true, _) => Swivels::Tool,
+        (false, true) => Swivels::Part,
+    };
+    let (vector, says, sign) = match (number.what, swivels) {
+        (What::TableCentre, Swivels::Mixed) => (Vector::I3, format!("centre of {axis}"), 1.0),
+        (What::TableCentre, _) => (Vector::I2, format!("centre of {axis}"), 1.0),
+        (What::Vector { from }, _) if is_table(number.axis) => {
+            (Vector::I3, format!("vector from {} to {axis}", machine.axes[from].name), 1.0)
+        }
+        (What::Vector { from }, _) => (Vector::I2, format!("vector from {axis} to {}", machine.axes[from].name), -1.0),
+        (What::Pivot, Swivels::Mixed) => (Vector::I2, format!("vector from the spindle to {axis}"), -1.0),
+        (What::Pivot, _) => (Vector::I3, format!("vector from the spindle to {axis}"), -1.0),
+        (What::ZeroShift | What::Direction, _) => return Vec::new(),
+    };
+    let closing = if is_table(number.axis) { Vector::I4 } else { Vector::I1 };
+    let (k, along) = (number.component, COORDINATES[number.component]);
+    let both = [(vector, says, sign), (closing, "which closes the chain".to_string(), -sign)];
+    let entries = |(vector, says, sign): &(Vector, String, f64)| {
+        let (name, first) = vector.carrier();
+        let carrier = (format!("$TC_CARR{}", first + k), format!("{name}, {says}, {along}"));
+        let carrier = of(machine, number, carrier, *sign);
+        let data = vector.machine_data(swivels).map(|data| {
+            let says = format!("{says}, {along} (transformation in place of CYCLE800)");
+            of(machine, number, (format!("{data}[{k}]"), says), *sign)
+        });
+        std::iter::once(carrier).chain(data).collect::<Vec<Parameter>>()
+    };
+    both.iter().flat_map(entries).collect()
+}
+
+/// Vectors of tool centre point control (Series 30i-A, A-79348E pages 80 to 84): a table's run from the machine outward, a head's from the
+/// tool axis to the (second) axis, and from the second axis to the first.
+fn fanuc(machine: &Machine, number: &Number) -> Vec<Parameter> {
+    let (axis, k, along) = (&machine.axes[number.axis].name, number.component, COORDINATES[number.component]);
+    let is_table = number.axis < machine.code.workpiece_side.len();
+    let (first, says, sign) = match number.what {
+        What::TableCentre => (19700, format!("table centre of {axis}"), 1.0),
+        What::Vector { from } if is_table => (19703, format!("vector from {} to {axis}", machine.axes[from].name), 1.0),
+        What::Vector { from } => (19712, format!("vector from {axis} to {}", machine.axes[from].name), -1.0),
+        What::Pivot => (19709, format!("vector from the tool axis to {axis}"), -1.0),
+        What::ZeroShift | What::Direction => return Vec::new(),
+    };
+    vec![of(machine, number, (format!("No. {}", first + k), format!("{says}, {along}")), sign)]
+}
+
+/// Whether a control takes a number: what is determined of it then changes one of its parameters.
+pub fn is_entered(
+    control: Control,
+    machine: &Machine,
+    numbers: &[Number],
+    number: &Number,
+    module: Option<&Module>,
+) -> bool {
+    match module {
+        _ if !number.determined => false,
+        Some(module) => module.pins.iter().any(|(pin, _)| {
+            let of = made_of(pin, numbers).unwrap_or_default();
+            of.contains(&number) && of.iter().all(|number| number.determined)
+        }),
+        None => !named(control, machine, number).is_empty(),
+    }
+}
+
+/// Which numbers a pin of a LinuxCNC module is made of; `None` of one that holds none.
+fn made_of<'n>(pin: &str, numbers: &'n [Number]) -> Option<Vec<&'n Number>> {
+    let shifts = |component: usize| numbers.iter().filter(move |number| number.component == component);
+    let is_place = |number: &&Number| matches!(number.what, What::TableCentre | What::Vector { .. });
+    let is_vector = |number: &&Number| matches!(number.what, What::Vector { .. });
+    Some(match pin {
+        "x-rot-point" => shifts(0).filter(is_place).collect(),
+        "y-rot-point" => shifts(1).filter(is_place).collect(),
+        "x-offset" => shifts(0).filter(is_vector).collect(),
+        "y-offset" => shifts(1).filter(is_vector).collect(),
+        "z-rot-point" => shifts(2).filter(|number| number.what == What::TableCentre).collect(),
+        "pivot-length" => shifts(2).filter(|number| number.what == What::Pivot).collect(),
+        _ => return None,
+    })
 }
 
 /// Pins of a LinuxCNC module; a pin stays when a number that it needs is not determined.
@@ -167,18 +266,8 @@ fn named(control: Control, machine: &Machine, number: &Number) -> Vec<Parameter>
 /// Places have values in machine coordinates only: without the machine file's `machine_zero` their changes alone are told.
 fn pins(machine: &Machine, numbers: &[Number], fitted: &Module, nominal: &Module) -> Vec<Parameter> {
     let is_stated = |slide: &str| machine.axis_index(slide).is_some_and(|axis| machine.machine_zero[axis].is_some());
-    let shifts = |component: usize| numbers.iter().filter(move |number| number.component == component);
     let list = fitted.pins.iter().zip(&nominal.pins).filter_map(|((pin, value), (_, before))| {
-        // which numbers a pin is made of
-        let of: Vec<&Number> = match *pin {
-            "x-rot-point" => shifts(0).filter(|number| number.what != What::Direction).collect(),
-            "y-rot-point" => shifts(1).filter(|number| number.what != What::Direction).collect(),
-            "x-offset" => shifts(0).filter(|number| matches!(number.what, What::Vector { .. })).collect(),
-            "y-offset" => shifts(1).filter(|number| matches!(number.what, What::Vector { .. })).collect(),
-            "z-rot-point" => shifts(2).filter(|number| number.what == What::TableCentre).collect(),
-            "pivot-length" => shifts(2).filter(|number| number.what == What::Pivot).collect(),
-            _ => return None,
-        };
+        let of = made_of(pin, numbers)?;
         if of.is_empty() || of.iter().any(|number| !number.determined) {
             return None;
         }

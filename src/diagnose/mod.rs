@@ -51,6 +51,7 @@ use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
 use self::preflight::small_misfit::Preflight;
+use self::preflight::unchanging::unchanging;
 use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::joint_fit::mean_square;
 use self::selection::search::{floors, nothing, search_cleanly};
@@ -90,8 +91,9 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
     // where nothing was found, nothing else explains what a ball or bar makes up for
-    let strained = examination.fit.as_ref().filter(|_| diagnosis.verdict == Verdict::Clean).and_then(strained);
-    Ok(match strained {
+    let sound = examination.fit.as_ref().filter(|_| diagnosis.verdict == Verdict::Clean);
+    let doubt = sound.and_then(|fit| strained(fit).or_else(|| unchanging(session)));
+    Ok(match doubt {
         Some(reason) => diagnosis.not_to_be_judged(reason),
         None => diagnosis,
     })
@@ -138,12 +140,12 @@ fn searched(
     let measures = [1e3 * fit.rms_mm.max(stated_mm), noise_um, left_out, strain];
     // the mistakes known here are those of lengths between balls
     let is_of_lengths = !session.has_parts();
-    let mistake = if is_of_lengths { preflight.mistake(measures) } else { None };
-    let (certain, contested) = match mistake {
-        None if !is_of_lengths => (None, None),
-        Some(mistake) if !mistake.may_be_physics() => (Some(mistake.fault), None),
-        Some(mistake) if mistake.is_plain => (None, Some(mistake)),
-        other => (further_contradiction(session), other),
+    let mut contested = if is_of_lengths { preflight.mistakes(measures) } else { Vec::new() };
+    let certain = match contested.first() {
+        None if !is_of_lengths => None,
+        Some(mistake) if !mistake.may_be_physics() => Some(mistake.fault.clone()),
+        Some(mistake) if mistake.is_plain => None,
+        _ => further_contradiction(session),
     };
     let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
     let search = match certain {
@@ -158,14 +160,14 @@ fn searched(
         }
     };
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
-    let contested = contested.filter(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
-    let (fault, doubt) = match contested {
-        Some(mistake) => {
+    contested.retain(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
+    let (fault, doubt) = match contested.is_empty() {
+        false => {
             let share = search.found.first().map_or(1.0, |first| Standing::of(fine, families, first).probability);
-            let held = held_against_physics(session, options, fine.thresholds, mistake)?;
+            let held = held_against_physics(session, options, fine.thresholds, contested)?;
             told_of(held, share, session)
         }
-        None => (certain, None),
+        true => (certain, None),
     };
     let fault = fault.or_else(|| shift_of_one_test(&search));
     if fault.is_some() {

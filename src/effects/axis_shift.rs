@@ -3,13 +3,13 @@
 //!
 //! `E = s [1 − c (1 − e^(−(t − t0)/τ))]` from t0 on, zero before: the share c goes back with τ.
 
-use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
+use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, with_number};
 use super::contract::{
     DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, of_any_axis, plain_measure, single_function,
+    of_any_axis, plain_measure, single_function,
 };
 use super::{Context, EffectError, Profile};
-use crate::machine::{Effect, Outlet, ParameterValue, Place};
+use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 
 /// Shift of an axis.
 pub static AXIS_SHIFT: Kind = Kind {
@@ -29,21 +29,28 @@ pub static AXIS_SHIFT: Kind = Kind {
     needs_runs: true,
     signature: Signature::Jump,
     candidates: shifts,
-    candidates_of_poses: none,
+    candidates_of_poses: shifts_of_joints,
     documented: Documented {
         place: "any axis",
         components: "all",
         functions: "`1 − c (1 − e^(−(t−t0)/τ))` from t0 on",
-        parameters: "`time` t0, `return_share` c, `return_time` τ (s)",
+        parameters: "`time` t0, `return_share` c, `return_time` τ (s); for poses without times `pose`, the number of the first one after it",
         unit: "um, arcsec",
     },
     parameters: &[
         Parameter::number(
             "time",
             ParameterUnit::Plain,
-            DefaultValue::Required,
+            DefaultValue::Absent,
             (-1e9, 1e9),
             "session time of the shift, s",
+        ),
+        Parameter::number(
+            "pose",
+            ParameterUnit::Plain,
+            DefaultValue::Absent,
+            (-1e9, 1e9),
+            "instead of time, for recordings without times: number of the pose from which on it stands elsewhere",
         ),
         Parameter::number(
             "return_share",
@@ -60,14 +67,25 @@ pub static AXIS_SHIFT: Kind = Kind {
             "time constant with which it goes back, s",
         ),
     ],
-    check: no_check,
+    check: one_moment,
     outlets: of_any_axis,
     measure: plain_measure,
     functions: single_function,
     profiles,
 };
 
+fn one_moment(_: &Machine, effect: &Effect) -> Result<(), String> {
+    match (effect.number("time"), effect.number("pose")) {
+        (Some(_), None) | (None, Some(_)) => Ok(()),
+        (None, None) => Err("it needs 'time', or 'pose' for recordings without times".into()),
+        (Some(_), Some(_)) => Err("'time' and 'pose' do not go together".into()),
+    }
+}
+
 fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectError> {
+    if let Some(first) = effect.number("pose") {
+        return Ok(vec![context.profile(|test, row| f64::from(u8::from(context.pose_number(test, row) >= first)))]);
+    }
     let number = |name| AXIS_SHIFT.number(context, effect, name);
     let (time, share, back_s) = (number("time"), number("return_share"), number("return_time"));
     Ok(vec![context.profile_in(
@@ -128,4 +146,30 @@ fn shifts(seen: &Observations) -> Vec<CandidateFamily> {
         return Vec::new();
     }
     (0..machine.axes.len()).map(of_axis).collect()
+}
+
+/// Places among the poses at which a shift is tried: one in forty is found nearly whole by its neighbours.
+const PLACES: usize = 40;
+
+/// Joints that stand elsewhere from a pose on.
+fn shifts_of_joints(seen: &Observations) -> Vec<CandidateFamily> {
+    let context = seen.context;
+    let poses = (0..context.tests()).flat_map(|test| (0..context.motion(test).rows()).map(move |row| (test, row)));
+    let numbers = poses.map(|(test, row)| context.pose_number(test, row));
+    let (first, last) = numbers.fold((f64::MAX, f64::MIN), |(first, last), at| (first.min(at), last.max(at)));
+    let step = (last - first) / PLACES as f64;
+    // between two numbers of poses
+    let from = |place: usize| (first + step * place as f64).round() - 0.5;
+    let grid: Vec<f64> = (1..PLACES).map(from).filter(|from| (first..last).contains(from)).collect();
+    let of_axis = |axis: usize| {
+        let at = |from: &f64| with_number(AXIS_SHIFT.name, Place::Axis(axis), "pose", *from);
+        let own = vec![Outlet::own(seen.machine(), axis)];
+        CandidateFamily::new(AXIS_SHIFT.name, Place::Axis(axis), own, PLAUSIBLE_OF_ARMS)
+            .over(grid.iter().map(at).collect())
+            .refine(vec![Refined::number("pose", (first, last), 0.5 * step)])
+            .rare(RARE)
+            .ranked(1)
+    };
+    let axes = 0..seen.machine().axes.len();
+    axes.filter(|&axis| context.travelled(axis).is_some()).map(of_axis).collect()
 }

@@ -3,6 +3,7 @@
 use super::candidates::{CandidateFamily, Observations};
 use super::context::{Context, Profile};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
+use crate::session::{Session, Test};
 use crate::units::Measure;
 
 /// What drives an effect.
@@ -181,15 +182,45 @@ pub struct ShownBy {
 }
 
 impl ShownBy {
-    /// The test at a place, in words.
-    pub fn words(&self, machine: &Machine, place: Place) -> String {
+    /// The test at a place, in words; where a session has it already, what it lacks.
+    pub fn words(&self, session: &Session, place: Place) -> String {
+        let machine = &session.machine;
         // an arm has no linear axes that could follow
         let is_arm = machine.axes.iter().all(|axis| axis.kind == AxisKind::Rotary);
         let axis = place.axis().map(|axis| &machine.axes[axis]);
         let at_arm = self.arm.filter(|_| is_arm && axis.is_some());
         let at_rotary = self.rotary.filter(|_| axis.is_some_and(|axis| axis.kind == AxisKind::Rotary));
-        at_arm.or(at_rotary).unwrap_or(self.other).words(axis.map(|axis| axis.name.as_str()))
+        let test = at_arm.or(at_rotary).unwrap_or(self.other);
+        match (test, place.axis()) {
+            (ShowingTest::RepeatAtEnd, _) if ends_as_it_began(session) => {
+                "the first test again between the others, nothing remounted".into()
+            }
+            (ShowingTest::Circles, Some(index)) if has_circles_at_two_feeds(session, index) => format!(
+                "planar circles with {} about a pivot elsewhere: at another height, and on another side of the table",
+                machine.axes[index].name
+            ),
+            _ => test.words(axis.map(|axis| axis.name.as_str())),
+        }
     }
+}
+
+/// Whether the last test repeats the first.
+fn ends_as_it_began(session: &Session) -> bool {
+    let began = |test: &&Test| test.started_at_s;
+    let first = session.tests.iter().min_by(|a, b| began(a).total_cmp(&began(b)));
+    let last = session.tests.iter().max_by(|a, b| began(a).total_cmp(&began(b)));
+    first.zip(last).is_some_and(|(first, last)| first.name != last.name && last.is_repeat_of(first))
+}
+
+/// Whether a slide moves in circles both ways and at two feeds.
+fn has_circles_at_two_feeds(session: &Session, slide: usize) -> bool {
+    let is_linear = |axis: &usize| session.machine.axes[*axis].kind == AxisKind::Linear;
+    let is_circle = |test: &&Test| {
+        let moving = test.recording.as_ref().map_or(&[][..], |recording| &recording.axes);
+        moving.len() == 2 && moving.iter().all(is_linear) && moving.contains(&slide)
+    };
+    let feeds: Vec<Option<f64>> = session.tests.iter().filter(is_circle).map(|test| test.feed_mm_per_min).collect();
+    feeds.len() > 2 && feeds.iter().any(|feed| *feed != feeds[0])
 }
 
 impl ShowingTest {

@@ -35,11 +35,11 @@ const ASIDE: [f64; 2] = [20.0, 50.0];
 /// Least difference of the two lengths in a short test, mm: the stroke of a ball bar, so that it does not go on at all.
 const CLEAR_MM: f64 = 1.0;
 
-/// What the recordings say of the sense of one axis.
+/// What the recordings say of the sense of one axis, or of several together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnedSense {
-    /// Axis index.
-    pub axis: usize,
+    /// Axis indices: one, or those whose senses turn where the machine is mirrored.
+    pub axes: Vec<usize>,
     /// χ² with the sense turned minus χ² as stated.
     pub worse_by: f64,
     /// Part of it that the marks of programs make, as captures show them.
@@ -66,16 +66,24 @@ impl TurnedSense {
         self.worse_by <= -TOLD
     }
 
+    /// The axes by name: `A`, `Y and C`.
+    pub fn named(&self, machine: &Machine) -> String {
+        let names: Vec<&str> = self.axes.iter().map(|&axis| machine.axes[axis].name.as_str()).collect();
+        match names.split_last() {
+            Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+            _ => names.concat(),
+        }
+    }
+
     /// The short test that tells the sense: a look at the axis, and a place where the bar would not go on.
     pub fn how_to_tell(&self, session: &Session) -> String {
         let machine = &session.machine;
         let zero = vec![0.0; machine.axes.len()];
         let tool = Bodies::default().tool_direction(machine);
-        let look = format!(
-            "move {} a little in + and see: {}",
-            machine.axes[self.axis].name,
-            sense_in_words(machine, self.axis, &zero, tool.as_ref())
-        );
+        let goes: Vec<String> =
+            self.axes.iter().map(|&axis| sense_in_words(machine, axis, &zero, tool.as_ref())).collect();
+        let each = if self.axes.len() > 1 { "each of " } else { "" };
+        let look = format!("move {each}{} a little in + and see: {}", self.named(machine), goes.join("; "));
         match &self.test {
             None => look,
             Some(test) => format!(
@@ -112,13 +120,21 @@ pub struct SenseTest {
     pub turned_mm: f64,
 }
 
+impl SenseTest {
+    /// By how much the two lengths differ, mm.
+    fn apart_mm(&self) -> f64 {
+        (self.turned_mm - self.stated_mm).abs()
+    }
+}
+
 /// A fitted model: its χ² and the values of the unknowns.
 struct Fitted {
     cost: f64,
     values: Vec<f64>,
 }
 
-/// Every axis that moves in the recordings or stands off zero there.
+/// Every axis that moves in the recordings or stands off zero there, and those together that turn in a mirror, where the recordings do not tell
+/// them: a design that is its own mirror image tells each sense alone, but not all of them.
 pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, FitError> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
@@ -131,10 +147,13 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
         let tests = stated.tests.iter().zip(&session.tests).filter(|(_, test)| test.recording.is_some());
         tests.into_iter().any(|(test, _)| test.motion.leaves_zero(axis))
     };
+    let used: Vec<usize> = (0..session.machine.axes.len()).filter(|&axis| is_used(axis)).collect();
+    let alone = used.iter().map(|&axis| vec![axis]);
+    let together = (0..3).map(|plane| mirrored(&session.machine, &used, plane)).filter(|axes| axes.len() > 1);
     let mut list = Vec::new();
-    for axis in (0..session.machine.axes.len()).filter(|&axis| is_used(axis)) {
+    for axes in alone.chain(together) {
         let mut other = session.clone();
-        other.machine.axes[axis].reversed = !other.machine.axes[axis].reversed;
+        axes.iter().for_each(|&axis| other.machine.axes[axis].reversed ^= true);
         let other_chain = Chain::of(&other.machine);
         let problem = Problem::new(&other, &other_chain, &setups, fit.unknowns.clone())?;
         let start: Vec<f64> = fit.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
@@ -142,15 +161,33 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
         let by_readings = turned.as_ref().map_or(HOPELESS, |turned| turned.cost - as_stated.cost);
         let by_marks = worse_by_marks([&stated, &problem]);
         let worse_by = (by_readings + by_marks).min(HOPELESS);
-        let mut sense = TurnedSense { axis, worse_by, by_marks, moved: Vec::new(), test: None };
+        let mut sense = TurnedSense { axes, worse_by, by_marks, moved: Vec::new(), test: None };
+        // of several together only what the recordings leave open is news
+        if sense.axes.len() > 1 && worse_by >= TOLD {
+            continue;
+        }
         if let Some(turned) = turned.filter(|_| worse_by < TOLD) {
             sense.moved = moved(fit, &turned.values);
-            sense.test = short_test(&stated, &problem, axis, [&as_stated.values, &turned.values]);
+            let values = [&as_stated.values[..], &turned.values];
+            let tests = sense.axes.iter().filter_map(|&axis| short_test(&stated, &problem, axis, values));
+            sense.test = tests.max_by(|one, other| one.apart_mm().total_cmp(&other.apart_mm()));
         }
         list.push(sense);
     }
     Ok(list)
 }
+
+/// Axes whose senses turn where the machine is seen in a mirror across a coordinate: slides along it, and axes that turn about the others.
+fn mirrored(machine: &Machine, used: &[usize], across: usize) -> Vec<usize> {
+    let turns = |&axis: &usize| {
+        let is_along = machine.axes[axis].direction[across].abs() > ALONG;
+        is_along == (machine.axes[axis].kind == AxisKind::Linear)
+    };
+    used.iter().copied().filter(turns).collect()
+}
+
+/// Part of a direction along a coordinate from which it is that coordinate's.
+const ALONG: f64 = 0.9;
 
 /// Gauss–Newton from a start; `None` where χ² cannot come below the limit.
 fn refit(problem: &Problem, start: &[f64], (noise, kept): (&[NoiseModel], &[Vec<bool>]), limit: f64) -> Option<Fitted> {
@@ -221,8 +258,7 @@ fn short_test(stated: &Problem, turned: &Problem, axis: usize, values: [&[f64]; 
                 for moved in on_the_bar(&at, slide, bar_mm, |q| between(0, q)) {
                     let [stated_mm, turned_mm] = [0, 1].map(|model| between(model, &moved).norm());
                     let apart = (turned_mm - stated_mm).abs();
-                    let is_better =
-                        best.as_ref().is_none_or(|best| apart > (best.turned_mm - best.stated_mm).abs() + 1e-6);
+                    let is_better = best.as_ref().is_none_or(|best| apart > best.apart_mm() + 1e-6);
                     if inside(slide, moved[slide]) && apart > CLEAR_MM && is_better {
                         best = Some(SenseTest { test: index, positions: moved, stated_mm, turned_mm });
                     }

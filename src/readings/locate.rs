@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::rotation::{nearest_rotation, rotation};
+use super::rotation::{nearest_rotation, rotation, rotation_vector};
 use crate::statistics::median;
 
 /// One reading with where the nominal chain puts the target's link.
@@ -35,6 +35,8 @@ pub struct Located {
     pub target_axes: Matrix3<f64>,
     /// Median distance between reading and nominal chain, mm.
     pub misfit_mm: f64,
+    /// The same of the rotations that were read, rad; `None` where none was.
+    pub turn_misfit_rad: Option<f64>,
 }
 
 /// Distances of the places from which the search for the target starts beside its stated one, mm: near R's origin, and as far out as the end of
@@ -112,14 +114,16 @@ fn refined(sightings: &[Sighting], start: Vector3<f64>, is_known: bool) -> Locat
     }
     let misfit =
         median(sightings.iter().map(|s| (s.rotation * target + s.translation_mm - axes * s.point_mm - origin).norm()));
-    let turned = sightings.iter().filter_map(|s| Some(s.rotation.transpose() * axes * s.turned?));
-    let sum = turned.fold(Matrix3::zeros(), |sum, own| sum + own);
+    let turned = || sightings.iter().filter_map(|s| Some(s.rotation.transpose() * axes * s.turned?));
+    let sum = turned().fold(Matrix3::zeros(), |sum, own| sum + own);
+    let target_axes = if sum == Matrix3::zeros() { Matrix3::identity() } else { nearest_rotation(&sum) };
     Located {
         instrument_axes: axes,
         instrument_mm: origin,
         target_mm: target,
-        target_axes: if sum == Matrix3::zeros() { Matrix3::identity() } else { nearest_rotation(&sum) },
+        target_axes,
         misfit_mm: misfit.unwrap_or(f64::INFINITY),
+        turn_misfit_rad: median(turned().map(|own| rotation_vector(&(target_axes.transpose() * own)).norm())),
     }
 }
 

@@ -30,7 +30,12 @@ pub struct HistoryReport {
     /// Days since the first session, by session.
     pub days: Vec<f64>,
     pub errors: Vec<ErrorHistory>,
+    /// Sessions that give no point, with why.
+    pub left_out: Vec<String>,
 }
+
+/// Points from which a course is told.
+const LEAST_POINTS: usize = 4;
 
 /// Days of a month for rates.
 const MONTH: f64 = 30.0;
@@ -42,7 +47,7 @@ fn course(error: &ErrorHistory, report: &HistoryReport) -> String {
         at.map_or_else(String::new, |k| report.sessions[k].0.clone())
     };
     match error.trend.course {
-        Course::Steady if error.points.len() < 4 => "too few sessions to tell".into(),
+        Course::Steady if error.points.len() < LEAST_POINTS => "too few sessions to tell".into(),
         Course::Steady => "steady".into(),
         Course::Drift { per_day, sigma } => {
             format!("drifts by {:+.2} ± {:.2} {} a month", per_day * MONTH, sigma * MONTH, error.unit)
@@ -144,10 +149,19 @@ pub fn history_page(report: &HistoryReport) -> String {
         Card {
             label: "Clearest",
             figure: largest.map_or("none".into(), |error| escape(&error.name)),
-            note: largest.map_or("all values within their scatter".into(), |error| escape(&course(error, report))),
+            note: match largest {
+                Some(error) => escape(&course(error, report)),
+                None if report.errors.iter().all(|error| error.points.len() < LEAST_POINTS) => {
+                    "too few sessions to tell".into()
+                }
+                None => "all values within their scatter".into(),
+            },
         },
     ];
     cards(&mut page, &head);
+    for says in &report.left_out {
+        let _ = writeln!(page, "<p class=\"warning\">{}</p>", escape(says));
+    }
     page.push_str("<h2>Each error over time</h2><div class=\"tests\">\n");
     for error in &report.errors {
         let _ = writeln!(

@@ -64,24 +64,35 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
     match session.tests.iter().find(|test| is_open(&test.pivot) || is_open(&test.spindle_ball)) {
         None => Ok(()),
         Some(test) => {
-            let of = test.reading.part().map_or(&test.name, |part| &part.of).clone();
+            let of = test.stated_name().to_string();
             let what = if is_open(&test.pivot) { "the instrument" } else { "the target" };
             Err((of, format!("no reading tells where {what} stands; add its place, e.g. at: [100, 0, 0]")))
         }
     }
 }
 
-/// How far the readings of points and poses lie from the nominal chain with instruments and targets where they fit best: the largest
-/// median over instruments, mm; `None` where none is read by such a one.
-pub fn sighted_misfit_mm(session: &Session, chain: &Chain) -> Option<f64> {
+/// How far readings of points and poses lie from the nominal chain with instruments and targets where they fit best: the largest of
+/// the medians over instruments.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SightedMisfit {
+    pub point_mm: f64,
+    /// Of rotations, rad; `None` where none was read.
+    pub turn_rad: Option<f64>,
+}
+
+/// The misfit of points and poses by the nominal chain; `None` where none is read.
+pub fn sighted_misfit(session: &Session, chain: &Chain) -> Option<SightedMisfit> {
     let is_sighted = |index: &usize| {
         let part = session.tests[*index].reading.part();
         part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
     };
     let firsts = (0..session.tests.len()).filter(is_sighted);
-    let of =
-        |first: usize| locate(&sightings(session, chain, first), Vector3::zeros(), false).map(|found| found.misfit_mm);
-    firsts.filter_map(of).max_by(f64::total_cmp)
+    let located = firsts.filter_map(|first| locate(&sightings(session, chain, first), Vector3::zeros(), false));
+    let of = located.map(|found| SightedMisfit { point_mm: found.misfit_mm, turn_rad: found.turn_misfit_rad });
+    of.reduce(|one, other| SightedMisfit {
+        point_mm: one.point_mm.max(other.point_mm),
+        turn_rad: one.turn_rad.into_iter().chain(other.turn_rad).reduce(f64::max),
+    })
 }
 
 /// What was found goes to every test with this instrument or this target.
@@ -156,7 +167,7 @@ fn refuse_second_sockets(
         let others = scatters_mm.iter().enumerate().filter(|(other, _)| *other != own).map(|(_, scatter)| *scatter);
         if let Some(message) = second_socket(places, median(others).unwrap_or(0.0)) {
             let test = &session.tests[index];
-            return Err((test.reading.part().map_or(&test.name, |part| &part.of).clone(), message));
+            return Err((test.stated_name().to_string(), message));
         }
     }
     Ok(())

@@ -17,7 +17,7 @@ mod test_motion;
 pub(crate) use ball::FREE_ZERO_MM;
 pub use ball::{Ball, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
-pub use instruments::{locate_instruments, sighted_misfit_mm};
+pub use instruments::{SightedMisfit, locate_instruments, sighted_misfit};
 pub use mark_move::marked;
 pub use marks::Marks;
 pub use motion::Motion;

@@ -48,7 +48,7 @@ impl Setups {
                 index,
                 |first| {
                     let first = &session.tests[first];
-                    same_ball(&first.pivot, &test.pivot) && may_share(first, test, &test.pivot)
+                    share_ball((first, &first.pivot), (test, &test.pivot))
                 },
                 || {
                     let spread_mm = test.pivot.spread_mm.unwrap_or(session.spread.pivot_mm);
@@ -58,11 +58,9 @@ impl Setups {
             );
             setups.pivot_of.push(pivot);
             if test.reading.is_gap() {
-                let first = setups
-                    .pivots
-                    .iter()
-                    .position(|setup| same_ball(&session.tests[setup.first_test].pivot, &test.spindle_ball));
-                setups.second_pivot_of.push(first);
+                let is_second = |first: &Test| share_ball((first, &first.pivot), (test, &test.spindle_ball));
+                let second = setups.pivots.iter().position(|setup| is_second(&session.tests[setup.first_test]));
+                setups.second_pivot_of.push(second);
                 setups.spindle_ball_of.push(usize::MAX);
                 setups.bar_of.push(None);
                 continue;
@@ -74,7 +72,7 @@ impl Setups {
                 index,
                 |first| {
                     let first = &session.tests[first];
-                    same_ball(&first.spindle_ball, ball) && may_share(first, test, ball)
+                    share_ball((first, &first.spindle_ball), (test, ball))
                 },
                 || {
                     let spread_mm = ball.spread_mm.unwrap_or(session.spread.spindle_ball_mm);
@@ -115,19 +113,16 @@ fn group(
     list.len() - 1
 }
 
-/// One mounting of one ball; indexing the spindle mounts nothing anew.
-fn same_ball(one: &Ball, other: &Ball) -> bool {
-    one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM
-}
-
-/// Whether tests whose balls have one place may share what stands there: a reflector is no ball in a socket and a gauge no pivot, unless
-/// a tag says so. Points and poses are readings of one tracker.
-fn may_share(one: &Test, other: &Test, ball: &Ball) -> bool {
+/// Whether a ball of one test and a ball of another are one mounting of one ball; indexing the spindle mounts nothing anew. Balls with one
+/// place are not one where different instruments see them: a reflector is no ball in a socket and a gauge no pivot, unless a tag says so.
+fn share_ball((one_test, one): (&Test, &Ball), (other_test, other): (&Test, &Ball)) -> bool {
+    // points and poses are readings of one tracker
     let seen_by = |test: &Test| match test.reading.part().map(|part| part.kind) {
         Some(Kind::Pose) => Some(Kind::Point),
         kind => kind,
     };
-    seen_by(one) == seen_by(other) || ball.setup.is_some()
+    let is_one_place = one.link == other.link && one.setup == other.setup && (one.at - other.at).norm() < SAME_PLACE_MM;
+    is_one_place && (other.setup.is_some() || seen_by(one_test) == seen_by(other_test))
 }
 
 /// One bar with one zero: a zero set by hand is another than the calibrated one.

@@ -54,6 +54,11 @@ impl Test {
         Some((self.started_at_s + times.first()?, self.started_at_s + times.last()?))
     }
 
+    /// Name as the session file has it: of a point or a pose, not of one of its numbers.
+    pub fn stated_name(&self) -> &str {
+        self.reading.part().map_or(&self.name, |part| &part.of)
+    }
+
     /// Whether it has the balls, bar, feed and standing axes of another one.
     pub fn is_repeat_of(&self, other: &Test) -> bool {
         self.pivot == other.pivot

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use fiveaxis::bodies::Bodies;
 use fiveaxis::control::{
-    Control, Number, Parameter, What, backlash, held, held_where, left_over, module_of, numbers, parameters, tables,
-    what_stays,
+    Control, Number, Parameter, What, backlash, counting_against, held, held_where, is_entered, left_over, module_of,
+    numbers, parameters, tables, what_stays,
 };
 use fiveaxis::diagnose::examine;
 use fiveaxis::disturbances::{into_component_errors_within, positions_seen};
@@ -19,8 +19,10 @@ use fiveaxis::report::control::{
     ControlReport, backlash_file, control_json, control_text, parameters_csv, parameters_hal,
 };
 use fiveaxis::report::found::{ends_of_tables, open_causes};
+use fiveaxis::session::Session;
 use fiveaxis::units::UM_PER_MM;
 use fiveaxis::volume::{Figures, poses, spread};
+use nalgebra::Vector3;
 
 use super::Refusal;
 use super::inverse::tool_of;
@@ -127,22 +129,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     into_component_errors_within(&mut fitted, &seen);
     let mut found = session.machine.clone();
     let taken = into_component_errors_within(&mut found, &seen);
-    let is_open = |number: &Number, axis: usize, component: usize| {
-        let is_place = !matches!(number.what, What::Direction | What::Pivot);
-        is_place && !number.determined && (number.axis, number.component) == (axis, component)
-    };
-    let kept = held_where(&fitted, &|axis, component| !numbers.iter().any(|one| is_open(one, axis, component)));
-    let volume = volume(&arguments.session, &fitted, &kept, fit, &session.machine_file);
+    let module = modules.as_ref().map(|(fitted, _)| fitted);
+    let enters = |number: &Number| is_entered(control, &session.machine, &numbers, number, module);
+    let volume = volume(&arguments.session, &session, &fitted, fit, (&numbers, &enters));
     let stays = |effect: &Effect| found.effects.contains(effect) && !is_a(&effect.kind, Signature::Reversal);
     let entered: Vec<Effect> = session.machine.effects.iter().filter(|one| !stays(one)).cloned().collect();
     let mut notes = open_causes(&session.machine, &entered);
     notes.extend(ends_of_tables(&session.machine, &taken.ends));
-    let worse = volume.as_ref().and_then(|volume| volume.worse(&fitted, &kept));
+    notes.extend(as_read(control, &session.machine));
+    let worse = volume.as_ref().and_then(|volume| volume.worse(&fitted));
     notes.extend(worse.clone());
     let report = ControlReport {
         machine: &session.machine,
         control,
-        module: modules.as_ref().map(|(fitted, _)| fitted),
+        module,
         numbers: &numbers,
         parameters: &parameters,
         present: &present,
@@ -204,23 +204,50 @@ fn without_errors(machine: &Machine) -> Machine {
     clean
 }
 
-/// Figures of the volume as the machine is, as it is left, and how far its drawn likes stand from it; `None` where travels or the spindle are not stated.
-fn volume(session: &Path, fitted: &Machine, known: &Machine, fit: &Fit, machine_file: &str) -> Option<Volume> {
-    let folder = session.parent().map(PathBuf::from).unwrap_or_default();
-    let bodies =
-        load_machine_and_bodies(&folder.join(machine_file)).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);
-    let tool = tool_of(fitted, &bodies, None).ok()?;
+/// Figures of the volume as the machine is, as it is left with what the control takes, and how far its drawn likes stand from it; `None` where
+/// travels or the spindle are not stated.
+fn volume(
+    file: &Path,
+    session: &Session,
+    fitted: &Machine,
+    fit: &Fit,
+    (numbers, enters): (&[Number], &dyn Fn(&Number) -> bool),
+) -> Option<Volume> {
+    let machine_file = file.parent().map(PathBuf::from).unwrap_or_default().join(&session.machine_file);
+    let bodies = load_machine_and_bodies(&machine_file).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);
+    let mut tool = tool_of(fitted, &bodies, None).ok()?;
+    // the tip is where the spindle ball is
+    if let Some(ball) =
+        session.tests.first().map(|test| &test.spindle_ball).filter(|_| session.machine.carried.is_empty())
+    {
+        tool.tip_mm = ball.at;
+    }
     let poses = poses(fitted, tool, None, POSES).ok()?;
+    let pivot = |is_told: &dyn Fn(&Number) -> bool| {
+        let told = numbers.iter().filter(|number| number.what == What::Pivot && is_told(number));
+        told.fold(tool.tip_mm, |tip, number| tip + Vector3::ith(number.component, number.change))
+    };
+    let real = Tool { tip_mm: pivot(&|_| true), ..tool };
+    let entered = Tool { tip_mm: pivot(enters), ..tool };
+    // a zero shift is taken with the workpiece's zero
+    let is_left_out = |number: &Number, axis: usize, component: usize| {
+        let is_vector = matches!(number.what, What::TableCentre | What::Vector { .. });
+        is_vector && (number.axis, number.component) == (axis, component) && !enters(number)
+    };
+    let kept = held_where(fitted, &|axis, component| !numbers.iter().any(|one| is_left_out(one, axis, component)));
     let nominal = without_errors(fitted);
     let unsure = spread(fitted, fit, tool, &poses).left;
-    let figures = [left_over(fitted, &nominal, tool, &poses), left_over(fitted, known, tool, &poses), unsure];
-    Some(Volume { figures, tool, poses })
+    let tools = (real, entered);
+    let figures = [left_over(fitted, &nominal, (real, tool), &poses), left_over(fitted, &kept, tools, &poses), unsure];
+    Some(Volume { figures, kept, tools, poses })
 }
 
 /// What stays over the travel, and where it was looked at.
 struct Volume {
     figures: [Figures; 3],
-    tool: Tool,
+    /// The machine and the tool as the control has them with its parameters, the tool as it is first.
+    kept: Machine,
+    tools: (Tool, Tool),
     poses: Vec<Vec<f64>>,
 }
 
@@ -229,15 +256,29 @@ const SAME_FIGURE: f64 = 0.01;
 
 impl Volume {
     /// What to tell when the parameters make the volume worse: by how much, what stays, what to do.
-    fn worse(&self, fitted: &Machine, known: &Machine) -> Option<String> {
+    fn worse(&self, fitted: &Machine) -> Option<String> {
         let [now, after] = [0, 1].map(|k| self.figures[k].position_mm.p95 * UM_PER_MM);
         (after > (1.0 + SAME_FIGURE) * now).then(|| {
-            let stays = what_stays(fitted, known, self.tool, &self.poses);
+            let stays = what_stays(fitted, &self.kept, self.tools, &self.poses);
             format!(
                 "these parameters make the volume worse: {now:.1} µm of the tool tip now, {after:.1} µm with them (95 % of poses). {stays} stays, which the present values partly cancel by chance. Take that out first, by its table or with 'compensate', or record the tests that show its cause; enter these parameters with it, not alone"
             )
         })
     }
+}
+
+/// What to know of parameters along slides that count against the tool's way.
+fn as_read(control: Control, machine: &Machine) -> Option<String> {
+    let against: Vec<&str> = counting_against(machine).iter().map(|&axis| machine.axes[axis].name.as_str()).collect();
+    let is_said = !against.is_empty() && control != Control::LinuxCnc;
+    is_said.then(|| {
+        format!(
+            "by the machine file a positive command of {} moves the tool in the negative sense over the workpiece: parameters along it are \
+             given as the control reads it, with the opposite sign of what 'identify' says. Most controls count it the other way (ISO 841): look \
+             which way it goes before anything is entered",
+            against.join(" and ")
+        )
+    })
 }
 
 /// Parameters and tables as files.

@@ -50,22 +50,29 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let first_day = files[0].1;
     let mut inputs = Vec::new();
     let mut fits: Vec<(String, PathBuf, f64, Fitted)> = Vec::new();
+    let mut left_out: Vec<String> = Vec::new();
     for (date, day, file) in files {
         let working = Working::on(format!("fitting {}", file.display()));
         let fitted = fitted(&file, &mut inputs)?;
         drop(working);
         match fitted {
             Some(fitted) => fits.push((date, file, (day - first_day) as f64, fitted)),
-            None => eprintln!(
-                "fiveaxis: {} is left out: its recordings are not to be believed, see 'diagnose'",
-                file.display()
-            ),
+            None => left_out
+                .push(format!("{} is left out: its recordings are not to be believed, see 'diagnose'", file.display())),
         }
     }
-    let Some((_, file, _, first)) = fits.first() else {
-        return Err(format!("{}: no session could be fitted", arguments.folder.display()).into());
+    if let Some((_, file, _, first)) = fits.first() {
+        refuse_two_machines((file, first), fits.iter().map(|(_, file, _, fitted)| (file, fitted)))?;
+    }
+    let (fits, open): (Vec<_>, Vec<_>) = fits.into_iter().partition(|(.., fitted)| !fitted.errors.is_empty());
+    let of_none = |(_, file, ..): &(String, PathBuf, f64, Fitted)| {
+        format!("{} is left out: nothing is determined by it, see 'identify' and 'diagnose'", file.display())
     };
-    refuse_two_machines((file, first), fits.iter().map(|(_, file, _, fitted)| (file, fitted)))?;
+    left_out.extend(open.iter().map(of_none));
+    left_out.iter().for_each(|says| eprintln!("fiveaxis: {says}"));
+    let Some((.., first)) = fits.first() else {
+        return Err(format!("{}: no session determines anything", arguments.folder.display()).into());
+    };
     let mut names: Vec<(String, &'static str)> = Vec::new();
     for (name, unit, ..) in fits.iter().flat_map(|(_, _, _, fitted)| &fitted.errors) {
         if names.iter().all(|(other, _)| other != name) {
@@ -87,6 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         errors: errors.collect(),
         sessions: fits.iter().map(|(date, file, ..)| (date.clone(), file.display().to_string())).collect(),
         days: fits.iter().map(|(_, _, day, _)| *day).collect(),
+        left_out,
     };
     if let Some(folder) = &arguments.out {
         let mut output = OutputFolder::default();

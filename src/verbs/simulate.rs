@@ -108,6 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
     let mut output = OutputFolder::default();
     for (index, (test, trace)) in session.tests.iter().zip(&traces).enumerate() {
+        check_times(test, trace)?;
         if let Some(part) = test.reading.part() {
             if part.leads() {
                 let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", part.of));
@@ -121,7 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         let name = test.recording_file.clone().unwrap_or_else(|| format!("{}.csv", test.name));
         let column = column_of(arguments.readings, test)?;
         let text = recording_csv(&session.machine, test, &trace.motion, &trace.length_mm, column);
-        check_readable(&arguments.out.join(&name), &text, &session, test, trace)?;
+        check_readable(&arguments.out.join(&name), &text, &session, test)?;
         output.add(name, text);
     }
     let sets = vec![(arguments.out.clone(), output)];
@@ -134,18 +135,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     }
 }
 
-/// Refuses a recording that no verb would read, before anything is written.
-fn check_readable(file: &Path, text: &str, session: &Session, test: &Test, trace: &Trace) -> Result<(), Refusal> {
+/// Refuses times that no verb would read, before anything is written.
+fn check_times(test: &Test, trace: &Trace) -> Result<(), Refusal> {
     let time_s = trace.motion.time_s.as_deref().filter(|_| test.recording.is_none());
-    if let Some(row) = time_s.and_then(|time| time.windows(2).position(|pair| pair[1] <= pair[0])) {
-        return Err(format!(
-            "test '{}': neither a ball nor a slide moves from row {} to row {}, so that the feed gives no time between them; place a ball off the axis that turns. Nothing is written",
-            test.name,
-            row + 1,
-            row + 2
-        )
-        .into());
-    }
+    let Some(row) = time_s.and_then(|time| time.windows(2).position(|pair| pair[1] <= pair[0])) else { return Ok(()) };
+    let ball = if test.reading.part().is_some() { "target" } else { "ball" };
+    Err(format!(
+        "test '{}': neither a {ball} nor a slide moves from row {} to row {}, so that the feed gives no time between them; place a \
+         {ball} off the axis that turns, or give a recording with the positions. Nothing is written",
+        test.stated_name(),
+        row + 1,
+        row + 2
+    )
+    .into())
+}
+
+/// Refuses a recording that no verb would read, before anything is written.
+fn check_readable(file: &Path, text: &str, session: &Session, test: &Test) -> Result<(), Refusal> {
     recording_from_csv(file, text, &session.machine, test.bar_length_mm).map(|_| ()).map_err(|why| {
         format!("test '{}' would give a recording that is refused, so nothing is written: {why}", test.name).into()
     })

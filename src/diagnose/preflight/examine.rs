@@ -5,12 +5,14 @@ use super::data_fault::{DataFault, RECORDER};
 use super::doubts::{left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
-use super::places::frames::{instrument_moved, mistaken_columns};
+use super::places::frames::instrument_moved;
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
+use super::readings::columns::mistaken_columns;
 use super::readings::processed::READING_PROCESSED;
 use super::readings::scaled::{READING_SIGN, READING_ZERO, held_otherwise};
 use super::small_misfit::Preflight;
+use super::unchanging::unchanging;
 use crate::chain::Chain;
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
@@ -31,6 +33,8 @@ pub struct Examination {
     /// Why the readings cannot be judged, where no mistake says it.
     pub unjudged: Option<String>,
     pub warnings: Vec<String>,
+    /// The fit stands, but something beside it is so far from what the files say that nothing is claimed; the warnings say what.
+    pub is_doubtful: bool,
     /// Noise from row to row, µm; `None` for static poses.
     pub repeats_um: Option<f64>,
     /// Share of readings left out as gross outliers.
@@ -45,6 +49,7 @@ impl Examination {
             fault: Some(fault),
             unjudged: None,
             warnings: Vec::new(),
+            is_doubtful: false,
             repeats_um: None,
             left_out_share: 0.0,
         }
@@ -68,11 +73,14 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
         examination.fault = mistaken_unless_sound(session, options, &examination)?;
     }
     let sound = examination.fit.as_ref().filter(|_| examination.is_sound());
-    let doubts: Vec<String> =
-        sound.iter().flat_map(|fit| left_over(session, fit).into_iter().chain(strained(fit))).collect();
+    let doubts: Vec<String> = sound
+        .iter()
+        .flat_map(|fit| left_over(session, fit).into_iter().chain(strained(fit)).chain(unchanging(session)))
+        .collect();
     if !doubts.is_empty() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
         examination.warnings.extend(doubts);
+        examination.is_doubtful = true;
     }
     if !examination.is_sound() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
@@ -118,6 +126,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
         fault,
         unjudged,
         warnings,
+        is_doubtful: false,
         repeats_um,
         left_out_share: fit.as_ref().map_or(0.0, left_out_share),
         fit,
@@ -237,13 +246,8 @@ fn mistaken_unless_sound(
     let strain = strain(&problem, &values, 1.0);
     let left_out = examination.left_out_share;
     // what gains little is for a diagnosis to find
-    let found = Preflight::of(session).mistake([1e3 * fit.rms_mm, noise_um, left_out, strain]);
-    let found = found.filter(|mistake| mistake.is_plain);
-    let found = match found {
-        Some(mistake) => {
-            held_against_physics(session, options, Thresholds::default(), mistake)?.against(1.0).unwrap_or(None)
-        }
-        None => None,
-    };
+    let mut found = Preflight::of(session).mistakes([1e3 * fit.rms_mm, noise_um, left_out, strain]);
+    found.retain(|mistake| mistake.is_plain);
+    let found = held_against_physics(session, options, Thresholds::default(), found)?.against(1.0).unwrap_or(None);
     Ok(found.or_else(|| further_contradiction(session)))
 }

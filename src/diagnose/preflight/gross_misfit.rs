@@ -44,12 +44,8 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let as_it_is = refit(&thinned, None)?;
     let before = as_it_is.misfit_um;
     let mut list = misplaced(&thinned);
-    // what a fit says of a ball is finer than what the nominal lengths do
-    let beside = nearby(&thinned);
-    list.retain(|one| one.weight >= OFTEN || !beside.iter().any(|other| one.puts_a_ball_as(other)));
-    list.extend(
-        beside.into_iter().filter(|one| !list.iter().any(|other| one.puts_a_ball_as(other))).collect::<Vec<_>>(),
-    );
+    // a fit says where a ball is finer than nominal lengths do, unless it does not find there
+    list.extend(nearby(&thinned));
     list.extend(standing_elsewhere(&thinned));
     list.extend(other_lines(&thinned, &as_it_is));
     list.extend(other_directions(&thinned));
@@ -69,6 +65,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
         place <= MOST_REFITTED || suspicion.effect == ANGLE_REVERSED
     });
     let mut judged: Vec<Judged> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
+    keep_each_place_once(&mut judged);
     turn_round(&mut judged, &thinned, session);
     bring_nearer(&mut judged, &thinned);
     let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
@@ -95,6 +92,19 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
         .map(|(probability, other)| other.rival(probability))
         .collect();
     Some(DataFault { probability: share(weight), rivals, ..best.fault(before, after) })
+}
+
+/// Of mistakes that put one ball nearly alike, the one that leaves least; of those that leave nearly as little, one that a person makes at once.
+fn keep_each_place_once(judged: &mut Vec<Judged>) {
+    let rank = |one: &Judged| if one.suspicion.weight >= OFTEN { one.left_um / NEARER } else { one.left_um };
+    judged.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let mut kept: Vec<Judged> = Vec::new();
+    for one in judged.drain(..) {
+        if !kept.iter().any(|other| other.suspicion.puts_a_ball_as(&one.suspicion)) {
+            kept.push(one);
+        }
+    }
+    *judged = kept;
 }
 
 /// Axes that stood elsewhere are brought nearer to where they did than the nominal machine tells: so many that leave least, where

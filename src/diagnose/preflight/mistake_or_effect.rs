@@ -29,23 +29,22 @@ use nalgebra::{Cholesky, DMatrix};
 /// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
 const LEFT_OUT: f64 = -4.4;
 
-/// What a mistake held against physics came to.
+/// What mistakes held against physics came to.
 pub(crate) struct Held {
-    /// The mistake; `None` where nothing speaks for it.
+    /// The likeliest mistake, the others as its rivals; `None` where nothing speaks for any.
     fault: Option<DataFault>,
-    /// Its probability, physics being the rest.
+    /// Probability of all mistakes together, physics being the rest.
     probability: f64,
     /// The first effect that physics would be.
     cause: Option<Cause>,
 }
 
 impl Held {
-    fn sure(fault: Option<DataFault>) -> Held {
-        let probability = if fault.is_some() { 1.0 } else { 0.0 };
-        Held { fault, probability, cause: None }
+    fn nothing() -> Held {
+        Held { fault: None, probability: 0.0, cause: None }
     }
 
-    /// Whether the mistake is likelier than all physics.
+    /// Whether a mistake is likelier than all physics.
     pub(crate) fn is_likelier_than_physics(&self) -> bool {
         self.probability >= 0.5
     }
@@ -75,37 +74,71 @@ impl Doubt {
     }
 }
 
-/// A mistake held against physics.
+/// Mistakes held against physics and each other.
 pub(crate) fn held_against_physics(
     session: &Session,
     options: &Options,
     thresholds: Thresholds,
-    mistake: Mistake,
+    mistakes: Vec<Mistake>,
 ) -> Result<Held, FitError> {
+    let mut weighed = Vec::new();
+    let mut cause = None;
+    for mistake in mistakes {
+        if let Some((log_odds, fault, other)) = weighed_against_physics(session, options, thresholds, mistake)? {
+            cause = cause.or(other);
+            weighed.push((log_odds, fault));
+        }
+    }
+    weighed.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let Some(most) = weighed.first().map(|(log_odds, _)| *log_odds) else { return Ok(Held::nothing()) };
+    if most == f64::INFINITY {
+        let fault = weighed.into_iter().next().map(|(_, fault)| fault);
+        return Ok(Held { fault, probability: 1.0, cause: None });
+    }
+    // of all mistakes together, and what each is among them
+    let all = most + weighed.iter().map(|(log_odds, _)| (log_odds - most).exp()).sum::<f64>().ln();
+    let shares: Vec<f64> = weighed.iter().map(|(log_odds, _)| (log_odds - all).exp()).collect();
+    let mut faults = weighed.into_iter().zip(&shares).map(|((_, fault), share)| fault.or_effect(*share, None));
+    let fault = faults.next().map(|mut fault| {
+        fault.rivals.extend(faults.map(DataFault::into_rival).filter(|rival| rival.probability > LEAST_PROBABILITY));
+        fault
+    });
+    Ok(Held { fault, probability: probability_of(all), cause })
+}
+
+/// Log odds of a mistake against physics, the mistake, and the first effect that physics would be; `None` where nothing speaks for it.
+type Weighed = Option<(f64, DataFault, Option<Cause>)>;
+
+fn weighed_against_physics(
+    session: &Session,
+    options: &Options,
+    thresholds: Thresholds,
+    mistake: Mistake,
+) -> Result<Weighed, FitError> {
+    let sure = |fault: DataFault| Ok(Some((f64::INFINITY, fault, None)));
     if !mistake.may_be_physics() {
-        return Ok(Held::sure(Some(mistake.fault)));
+        return sure(mistake.fault);
     }
     let Mistake { fault, undone, log_odds, is_found_place, .. } = mistake;
     let recorded = read_in_both(&few_rows(session), &undone);
     if rows(&recorded) != rows(&undone) {
-        return Ok(Held::sure(Some(fault)));
+        return sure(fault);
     }
     // what has no fit is no explanation
     let put = if is_found_place { fault.tests.first().map(String::as_str) } else { None };
     let put = put.and_then(|test| Some((End::named(&fault.place)?, test)));
-    let Some(corrected) = explained(&undone, options, thresholds, &[], put)? else { return Ok(Held::sure(None)) };
+    let Some(corrected) = explained(&undone, options, thresholds, &[], put)? else { return Ok(None) };
     // one search may find what another passes over: what both may be said of is no gain of the mistake
     let is_same_machine = session.machine.axes == undone.machine.axes;
     let elsewhere = if is_same_machine { &corrected.found[..] } else { &[] };
     let recorded = explained(&recorded, options, thresholds, elsewhere, None)?;
-    let Some(recorded) = recorded else { return Ok(Held::sure(Some(fault))) };
+    let Some(recorded) = recorded else { return sure(fault) };
     let gained = corrected.standing - recorded.standing;
     // as of a first effect: noise that wanders looks like much
     if recorded.cause.is_none() && gained < thresholds.accept {
-        return Ok(Held::sure(None));
+        return Ok(None);
     }
-    let probability = probability_of(gained + log_odds);
-    Ok(Held { fault: Some(fault), probability, cause: recorded.cause })
+    Ok(Some((gained + log_odds, fault, recorded.cause)))
 }
 
 /// The session with the readings that another one has as well.

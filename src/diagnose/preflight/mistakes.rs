@@ -1,6 +1,6 @@
 //! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
 
-use super::data_fault::RECORDER;
+use super::data_fault::{RECORDER, SESSION};
 use super::dwells::without_dwells;
 use super::places::axis_order::{in_exchange, other_orders};
 use super::places::exchanged;
@@ -18,7 +18,7 @@ use super::readings::taken_off::taken_off;
 use super::readings::unsigned::unsigned;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
-use crate::machine::AxisKind;
+use crate::machine::{AxisKind, Directions};
 use crate::session::{Clock, Recording, Session, Setups};
 use crate::statistics::rms;
 
@@ -33,6 +33,7 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
         })
         .collect();
     list.extend(busy.iter().flat_map(|&axis| of_an_axis((session, whole), axis)));
+    list.extend(senses_together(session));
     for (index, &a) in busy.iter().enumerate() {
         for &b in &busy[index + 1..] {
             if machine.axes[a].kind == machine.axes[b].kind {
@@ -59,10 +60,10 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     // of one recording alone a shift in time says as much
     list.extend(columns_off(session, &distinct([&programs, &of_one_way])));
     let of_bars = of_bars(session);
-    list.extend(scaled(session, &distinct([&programs, &alike, &of_bars])));
+    list.extend(scaled(session, &distinct([&programs, &alone, &alike, &of_bars])));
     // a gauge taken down between the directions has another zero in one of them
     list.extend(zeroed(session, &distinct([&programs, &alone, &alike])));
-    list.extend(distinct([&alone, &programs]).iter().filter_map(|tests| foreign(session, tests)));
+    list.extend(distinct([&alone, &programs]).iter().flat_map(|tests| foreign(session, tests)));
     list.extend(stood_still(session, &distinct([&alone, &programs])));
     list.extend(own_zeros(session, whole));
     if let Some(linearised) = Linearised::of(session, as_it_is) {
@@ -138,6 +139,39 @@ fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspic
             list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
                 told.push(suspicion.tests.clone());
             }));
+        }
+    }
+    list
+}
+
+/// The axes that carry the workpiece, or all axes, with the other sense: the convention that the machine file states, or does not.
+fn senses_together(session: &Session) -> Vec<Suspicion> {
+    let machine = &session.machine;
+    let names = |axes: &[usize]| -> Vec<String> { axes.iter().map(|&axis| machine.axes[axis].name.clone()).collect() };
+    let turned = |axes: &[usize]| {
+        let mut undone = session.clone();
+        axes.iter().for_each(|&axis| undone.machine.axes[axis].reversed ^= true);
+        undone
+    };
+    let table: Vec<usize> = (0..machine.code.workpiece_side.len()).collect();
+    let every: Vec<usize> = (0..machine.axes.len()).collect();
+    let stated = match machine.directions {
+        Some(Directions::Iso841) => Directions::Carried,
+        Some(Directions::Carried) | None => Directions::Iso841,
+    };
+    let of_table = format!(
+        "{} go the other way, all that carry the workpiece: state 'directions: {stated}' in the machine file, if {}",
+        names(&table).join(", "),
+        stated.meaning()
+    );
+    let of_all = "all axes go the other way: turn the signs of their columns, or set 'reversed: true' for each in the machine file";
+    let mut list = Vec::new();
+    for (axes, says) in [(&table, of_table), (&every, of_all.to_string())] {
+        // one axis alone stands on the list already
+        if axes.len() > 1 && (axes == &table || table.len() < every.len()) {
+            let mut found = Suspicion::new("axis-sign", SESSION, Vec::new(), says, turned(axes));
+            (found.components, found.weight) = (names(axes), OFTEN);
+            list.push(found);
         }
     }
     list

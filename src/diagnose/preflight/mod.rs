@@ -14,3 +14,4 @@ pub(crate) mod quick_fit;
 pub(crate) mod readings;
 pub(crate) mod small_misfit;
 pub(crate) mod suspicion;
+pub(crate) mod unchanging;

@@ -73,10 +73,10 @@ impl Mistake {
 /// The mistakes of a session, looked for once however often it is asked.
 pub(crate) struct Preflight<'s> {
     session: &'s Session,
-    suspected: OnceCell<Option<Suspected>>,
+    suspected: OnceCell<Vec<Suspected>>,
 }
 
-/// The likeliest mistake of a session, whatever its noise.
+/// A mistake that is likely in a session, whatever its noise.
 struct Suspected {
     best: Suspicion,
     rivals: Vec<Rival>,
@@ -92,18 +92,26 @@ impl<'s> Preflight<'s> {
         Preflight { session, suspected: OnceCell::new() }
     }
 
-    /// The mistake that best explains the session, if one does.
+    /// The mistakes that explain the session, if any does: the one that leaves least, and a file that does not belong to it where that
+    /// leaves no more.
     ///
-    /// It is looked for by the residual and the noise floor, µm, the share of readings left out as gross, and the largest offset of a
+    /// They are looked for by the residual and the noise floor, µm, the share of readings left out as gross, and the largest offset of a
     /// ball or bar in the fit, in units of its spread.
-    pub(crate) fn mistake(&self, [residual_um, noise_um, left_out_share, strain]: [f64; 4]) -> Option<Mistake> {
+    pub(crate) fn mistakes(&self, [residual_um, noise_um, left_out_share, strain]: [f64; 4]) -> Vec<Mistake> {
         let session = self.session;
         let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
         if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
-            return None;
+            return Vec::new();
         }
-        let Suspected { best, rivals, before_um, after_um, log_odds } =
-            self.suspected.get_or_init(|| suspected(session)).as_ref()?;
+        let suspected = self.suspected.get_or_init(|| suspected(session)).iter();
+        suspected.filter_map(|suspected| suspected.mistake(noise_um)).collect()
+    }
+}
+
+impl Suspected {
+    /// As a mistake, where undoing it gains enough.
+    fn mistake(&self, noise_um: f64) -> Option<Mistake> {
+        let Suspected { best, rivals, before_um, after_um, log_odds } = self;
         let (before, after) = (*before_um, *after_um);
         let is_near_noise = after < NEAR_NOISE * noise_um;
         let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
@@ -119,12 +127,11 @@ impl<'s> Preflight<'s> {
     }
 }
 
-/// The mistake that leaves least of a session, with those that leave as little.
-fn suspected(session: &Session) -> Option<Suspected> {
+/// The mistake that leaves least of a session, with those that leave as little, and a file of another session beside it.
+fn suspected(session: &Session) -> Vec<Suspected> {
     let thinned = few_rows(session);
-    let as_it_is = refit(&thinned, None)?;
-    let as_it_is = refit(&thinned, Some(&as_it_is.values))?;
-    let before_um = as_it_is.misfit_um;
+    let as_it_is = refit(&thinned, None).and_then(|first| refit(&thinned, Some(&first.values)));
+    let Some(as_it_is) = as_it_is else { return Vec::new() };
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
     let mut suspicions = suspicions(&thinned, session, &as_it_is);
     let worst = worst_tests(&as_it_is.residual_mm);
@@ -143,29 +150,36 @@ fn suspected(session: &Session) -> Option<Suspected> {
         })
         .collect();
     bring_nearer((&thinned, session), misfit_um, &mut judged);
-    let foreign = judged.extract_if(.., |(_, one)| one.effect == FOREIGN).min_by(|a, b| a.0.total_cmp(&b.0));
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (best, others) = likeliest(judged)?;
+    let foreign = likeliest(judged.extract_if(.., |(_, one)| one.effect == FOREIGN).collect()).map(|(best, _)| best);
+    let Some((best, others)) = likeliest(judged) else { return Vec::new() };
     let best = widened(&thinned, misfit_um, best);
     let (after_um, best) = toggled((&thinned, session), misfit_um, best);
-    let (after_um, best) = foreign.filter(|(left, _)| FOREIGN_GAIN * left < after_um).unwrap_or((after_um, best));
-    let alike: Vec<Judged> = others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after_um).collect();
-    // which of them was made nothing tells: together they are as likely as all of them
-    let log_alike = (1.0 + alike.len() as f64).ln();
-    let rivals = rivals(&best, alike.into_iter());
-    let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
-    let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
-    let figure = match best.effect {
-        // a zero may lie anywhere in the stroke
-        READING_ZERO => {
-            refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
-        }
-        // counted where it is held against physics
-        BALL_PLACE if best.is_found => 0.0,
-        _ => best.log_cost(),
+    let with_odds = |(after_um, best): Judged, alike: Vec<Judged>| {
+        // which of them was made nothing tells: together they are as likely as all of them
+        let log_alike = (1.0 + alike.len() as f64).ln();
+        let rivals = rivals(&best, alike.into_iter());
+        let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
+        let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
+        let figure = match best.effect {
+            // a zero may lie anywhere in the stroke
+            READING_ZERO => {
+                refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
+            }
+            // counted where it is held against physics
+            BALL_PLACE if best.is_found => 0.0,
+            _ => best.log_cost(),
+        };
+        let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
+        Suspected { best, rivals, before_um: as_it_is.misfit_um, after_um, log_odds }
     };
-    let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
-    Some(Suspected { best, rivals, before_um, after_um, log_odds })
+    let alike: Vec<Judged> = others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after_um).collect();
+    let foreign = foreign.filter(|(left, _)| *left < AS_NEAR * after_um).map(|foreign| with_odds(foreign, Vec::new()));
+    let best = with_odds((after_um, best), alike);
+    match foreign {
+        Some(foreign) if FOREIGN_GAIN * foreign.after_um < after_um => vec![foreign],
+        foreign => std::iter::once(best).chain(foreign).collect(),
+    }
 }
 
 /// Noise of readings from row to row, µm: of the middle recording.
@@ -228,7 +242,8 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
     unit_of_lengths(session).or_else(|| {
-        Preflight::of(session).mistake([f64::INFINITY, 0.0, 1.0, f64::INFINITY]).map(|mistake| mistake.fault)
+        let mistakes = Preflight::of(session).mistakes([f64::INFINITY, 0.0, 1.0, f64::INFINITY]);
+        mistakes.into_iter().next().map(|mistake| mistake.fault)
     })
 }
 

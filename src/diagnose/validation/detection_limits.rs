@@ -108,11 +108,16 @@ pub(super) fn unseen_of<'f>(
             let measure = own.first().map(|term| term.measure);
             let is_angle = measure == Some(crate::units::Measure::Angle);
             let notable = notable(kind, is_angle);
+            let mut cause = cause_of(machine, effect, std::slice::from_ref(outlet));
+            // of several bars each has a length
+            if let Some(ParameterValue::Number(length)) = effect.parameter("bar") {
+                cause.components = vec![format!("bar {length}")];
+            }
             let unseen = Unseen {
-                cause: cause_of(machine, effect, std::slice::from_ref(outlet)),
+                cause,
                 smallest: smallest.filter(|value| *value < 1e5),
                 unit: measure.map_or("um", unit),
-                test: kind.shown_by.words(machine, family.place),
+                test: kind.shown_by.words(model.context.session(), family.place),
             };
             let form = Some(HiddenForm { effect: effect.clone(), terms: own, family, notable });
             let matters = smallest.is_none_or(|smallest| smallest > notable);
@@ -124,7 +129,7 @@ pub(super) fn unseen_of<'f>(
     }
     unseen_slips(model, families, information, &mut list);
     unseen_of_any_form(model, families, information, &mut list);
-    unmoved(machine, families, &mut list);
+    unmoved(model.context.session(), families, &mut list);
     list
 }
 
@@ -132,13 +137,13 @@ pub(super) fn unseen_of<'f>(
 pub fn unseen_senses(session: &Session, fit: &Fit) -> Result<Vec<Unseen>, FitError> {
     let untold = turned_senses(session, fit)?.into_iter().filter(|sense| !sense.is_told());
     let blind = untold.map(|sense| {
-        let name = session.machine.axes[sense.axis].name.clone();
+        let name = sense.named(&session.machine);
         Unseen {
             cause: Cause {
                 effect: AXIS_SENSE.into(),
                 driver: Driver::Constant,
-                place: name.clone(),
-                components: vec![name],
+                components: sense.axes.iter().map(|&axis| session.machine.axes[axis].name.clone()).collect(),
+                place: name,
             },
             smallest: None,
             unit: "",
@@ -220,7 +225,7 @@ fn unseen_slips<'f>(
                     cause: cause_of(machine, effect, &[term.outlet]),
                     smallest: smallest.filter(|value| *value < 1e5),
                     unit: "um",
-                    test: kind.shown_by.words(machine, effect.place),
+                    test: kind.shown_by.words(model.context.session(), effect.place),
                 };
                 let form = Some(HiddenForm { effect: effect.clone(), terms: vec![term], family, notable });
                 list.push(Hidden { unseen, form, matters: true });
@@ -276,13 +281,15 @@ fn unseen_of_any_form(
             cause: cause_of(machine, effect, &outlets),
             smallest,
             unit: unit(measure),
-            test: (if is_own { CYCLIC_ERROR.shown_by } else { UNKNOWN.shown_by }).words(machine, effect.place),
+            test: (if is_own { CYCLIC_ERROR.shown_by } else { UNKNOWN.shown_by })
+                .words(model.context.session(), effect.place),
         })
     }));
 }
 
 /// Causes of axes that never moved, for which there is no family at all.
-fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Hidden>) {
+fn unmoved(session: &Session, families: &[CandidateFamily], list: &mut Vec<Hidden>) {
+    let machine = &session.machine;
     for axis in 0..machine.axes.len() {
         let place = Place::Axis(axis);
         for kind in KINDS.iter().filter(|kind| kind.unmoved.contains(&machine.axes[axis].kind)) {
@@ -296,7 +303,7 @@ fn unmoved(machine: &Machine, families: &[CandidateFamily], list: &mut Vec<Hidde
                 cause: cause_of(machine, &effect, &outlets),
                 smallest: None,
                 unit: unit((kind.measure)(machine, outlet, "")),
-                test: kind.shown_by.words(machine, place),
+                test: kind.shown_by.words(session, place),
             }));
         }
     }

@@ -10,7 +10,8 @@ use crate::statistics::rms;
 /// Part of the readings that one cause makes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShareOfReadings {
-    /// One source, or several whose traces have the same form in all readings: only what they do together is known.
+    /// One source, or several of which the readings tell only what they do together: traces of the same form, or places and location errors
+    /// that stand for each other.
     pub sources: Vec<Source>,
     /// Root mean square over the readings that take part, µm.
     pub rms_um: f64,
@@ -40,6 +41,8 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
     let location =
         |axis: usize, component: Component| ErrorName::location(component, &machine.axes[axis].name).to_string();
     let mut parts: Vec<(Source, Vec<Vec<f64>>)> = Vec::new();
+    let covariance = told.regression.covariance();
+    let mut untold: Vec<Source> = Vec::new();
     for (k, unknown) in model.problem.unknowns.iter().enumerate() {
         let source = match unknown.quantity {
             Quantity::Location { axis, component } => Source::Location(location(axis, component)),
@@ -50,6 +53,9 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
         };
         // in units of the prior: where the fit stands, and what the findings have changed
         let amplitude = model.beyond[k] + unknown.prior_mean / unknown.prior_sigma + told.regression.nuisance(k);
+        if source != Source::Other && covariance[(k, k)] > TOLD && !untold.contains(&source) {
+            untold.push(source.clone());
+        }
         let index = part_of(&mut parts, source, model);
         for (sum, columns) in parts[index].1.iter_mut().zip(model.nuisance.iter()) {
             sum.iter_mut().zip(columns.column(k).iter()).for_each(|(sum, column)| *sum += column * amplitude);
@@ -66,7 +72,27 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
         }
     }
     parts.push((Source::Rest, told.left_mm.clone()));
-    ranked(model, together(parts))
+    ranked(model, together(as_one(parts, &untold)))
+}
+
+/// Share of its prior variance that is left of a place or a location error which the readings tell by itself: half its spread.
+const TOLD: f64 = 0.25;
+
+/// Places and location errors that the readings tell together alone, as one part: how a fit divides it among them is for the priors to say.
+fn as_one(parts: Vec<(Source, Vec<Vec<f64>>)>, untold: &[Source]) -> Vec<Part> {
+    let (open, told): (Vec<_>, Vec<_>) = parts.into_iter().partition(|(source, _)| untold.contains(source));
+    let mut open = open.into_iter();
+    let mut list: Vec<Part> = Vec::new();
+    if let Some((source, rows)) = open.next() {
+        let mut all = (vec![source], rows);
+        for (source, rows) in open {
+            all.0.push(source);
+            all.1.iter_mut().flatten().zip(rows.iter().flatten()).for_each(|(sum, row)| *sum += row);
+        }
+        list.push(all);
+    }
+    list.extend(told.into_iter().map(|(source, rows)| (vec![source], rows)));
+    list
 }
 
 /// A source with the part of the readings that it makes, by test.
@@ -76,26 +102,26 @@ type Part = (Vec<Source>, Vec<Vec<f64>>);
 const SAME_FORM: f64 = 0.999;
 
 /// Parts of the same form as one.
-fn together(parts: Vec<(Source, Vec<Vec<f64>>)>) -> Vec<Part> {
+fn together(parts: Vec<Part>) -> Vec<Part> {
     let dot = |one: &[Vec<f64>], other: &[Vec<f64>]| -> f64 {
         one.iter().flatten().zip(other.iter().flatten()).map(|(a, b)| a * b).sum()
     };
     let mut list: Vec<Part> = Vec::new();
-    for (source, rows) in parts {
+    for (own_sources, rows) in parts {
         let own = dot(&rows, &rows);
         let same = list.iter_mut().find(|(sources, known)| {
             let (across, theirs) = (dot(&rows, known), dot(known, known));
             !sources.contains(&Source::Rest)
-                && source != Source::Rest
+                && !own_sources.contains(&Source::Rest)
                 && across * across > SAME_FORM * own * theirs
                 && own * theirs > 0.0
         });
         match same {
             Some((sources, known)) => {
-                sources.push(source);
+                sources.extend(own_sources);
                 known.iter_mut().flatten().zip(rows.iter().flatten()).for_each(|(sum, row)| *sum += row);
             }
-            None => list.push((vec![source], rows)),
+            None => list.push((own_sources, rows)),
         }
     }
     list

@@ -5,14 +5,15 @@
 //!
 //! | figure | what it is here |
 //! |---|---|
-//! | circular deviation G | radial width of one path about its own least-squares centre; one value for each direction |
-//! | bi-directional circular deviation G(b) | radial width of both paths together about their common least-squares centre |
+//! | circular deviation G | radial width of one path about its own least-squares centre, over a shorter arc than a turn the least width of all centres; one value for each direction |
+//! | bi-directional circular deviation G(b) | the same of both paths together |
 //! | radial deviation F | largest and smallest radius of a path minus the nominal radius; about the least-squares centre for a full turn, about the centre as set up for a shorter arc (where a fitted centre would hide deviations) |
 //! | circular hysteresis H | largest difference of the two paths' radii at the same angle |
 //! | mean bi-directional radial deviation D | radius of the least-squares circle of both paths minus the nominal radius |
 //!
 //! The standard's G is the least distance of two concentric circles that hold the path between them; like the usual
-//! instruments, and as it permits, the width about the least-squares circle is given, which is never smaller.
+//! instruments, and as it permits, the width about the least-squares circle is given for a full turn, which is never smaller. On an arc
+//! each direction's own least-squares centre may lie elsewhere, and G could exceed G(b): there the least distance itself is given.
 //!
 //! The parts that a path is made of come from one least-squares fit of the deviation over both directions:
 //!
@@ -26,6 +27,7 @@
 
 mod deviations;
 mod parts;
+mod zone;
 
 use serde::Serialize;
 
@@ -39,6 +41,7 @@ use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 use deviations::circle_runs;
 use parts::{Parts, centred, fit_parts};
+use zone::least_width_mm;
 
 /// Figures of one circle, run in one or in both directions; lengths in µm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -166,7 +169,7 @@ fn figures(session: &Session, runs: &[CircleRun]) -> Option<CircleFigures> {
         full_turn: first.full_turn(),
         ccw: one(Direction::Ccw),
         cw: one(Direction::Cw),
-        bidirectional_circular_deviation_um: both.as_ref().map(|both| both.width_mm() * UM_PER_MM),
+        bidirectional_circular_deviation_um: both.as_ref().map(|_| width_mm(runs) * UM_PER_MM),
         circular_hysteresis_um: hysteresis_mm(runs).map(|hysteresis| hysteresis * UM_PER_MM),
         mean_bidirectional_radial_deviation_um: both
             .as_ref()
@@ -182,6 +185,11 @@ fn figures(session: &Session, runs: &[CircleRun]) -> Option<CircleFigures> {
     })
 }
 
+/// Radial width of paths, mm.
+fn width_mm(runs: &[CircleRun]) -> f64 {
+    if runs.iter().all(CircleRun::full_turn) { centred(runs).width_mm() } else { least_width_mm(runs) }
+}
+
 fn direction_figures(session: &Session, run: &CircleRun) -> DirectionFigures {
     let about_centre = centred(std::slice::from_ref(run));
     let radial: Vec<f64> = match run.full_turn() {
@@ -192,7 +200,7 @@ fn direction_figures(session: &Session, run: &CircleRun) -> DirectionFigures {
     let furthest = |pick: fn(f64, f64) -> f64| radial.iter().copied().reduce(pick).filter(|_| tells_radius);
     DirectionFigures {
         test: session.tests[run.test].name.clone(),
-        circular_deviation_um: about_centre.width_mm() * UM_PER_MM,
+        circular_deviation_um: width_mm(std::slice::from_ref(run)) * UM_PER_MM,
         radial_deviation_max_um: furthest(f64::max).map(|deviation| deviation * UM_PER_MM),
         radial_deviation_min_um: furthest(f64::min).map(|deviation| deviation * UM_PER_MM),
     }

@@ -28,6 +28,7 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
         "axis-order" => format!("Data fault: {moving} are the wrong way round in the machine's code"),
         "files-exchanged" => "Data fault: recordings stand in each other's tests".into(),
         "instrument-moved" => "Data fault: the instrument was moved".into(),
+        "rotation-form" => "Data fault: rotations are in another form than stated".into(),
         "swapped-columns" => "Data fault: columns are exchanged".into(),
         "same-recording" => "Data fault: one recording stands in several tests".into(),
         "direction" => "Data fault: recordings run against the direction of their tests".into(),
@@ -48,5 +49,10 @@ pub fn what(effect: &str, place: &str, components: &[String]) -> String {
 
 /// A ball as the subject of a sentence.
 fn standing(place: &str) -> &'static str {
-    if place == "pivot" { "a pivot stands" } else { "the spindle ball stands" }
+    match place {
+        "pivot" => "a pivot stands",
+        "instrument" => "an instrument stands",
+        "target" => "a target stands",
+        _ => "the spindle ball stands",
+    }
 }

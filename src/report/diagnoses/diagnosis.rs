@@ -261,6 +261,9 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
     }
 }
 
+/// Sources of one share that are named.
+const SOURCES_NAMED: usize = 3;
+
 /// A share by name; findings by what they are.
 fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
     let named = |source: &Source| match source {
@@ -275,7 +278,13 @@ fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
     };
     let all: Vec<(String, &'static str)> = share.sources.iter().map(named).collect();
     let kind = all.iter().find(|(_, kind)| *kind == "finding").or(all.first()).map_or("other", |(_, kind)| kind);
-    let name = all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(" with ");
+    let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+    let name = match names.len() {
+        0..=SOURCES_NAMED => names.join(" with "),
+        count => {
+            format!("{} and {} more, told together alone", names[..SOURCES_NAMED].join(", "), count - SOURCES_NAMED)
+        }
+    };
     ShareJson { name, kind, rms_um: share.rms_um, share: share.share }
 }
 

@@ -52,10 +52,16 @@ pub fn diagnosis_page(
     for (index, finding) in json.findings.iter().enumerate() {
         section(&mut page, session, diagnosis, index, finding, plots);
     }
-    shares(&mut page, json);
+    // beside a mistake in the files nothing else is to be believed
+    let is_believed = json.verdict != "data fault";
+    if is_believed {
+        shares(&mut page, json);
+    }
     circles_section(&mut page, circles);
-    blind(&mut page, session, json);
-    errors(&mut page, diagnosis, json);
+    if is_believed {
+        blind(&mut page, session, json);
+        errors(&mut page, diagnosis, json);
+    }
     tests(&mut page, diagnosis, plots);
     method(&mut page);
     let _ = write!(
@@ -190,7 +196,7 @@ fn shares(page: &mut String, json: &DiagnosisJson) {
     }
     page.push_str(
         "<section>\n<h2>What the readings are made of</h2>\n<p class=\"small\">Root mean square of what each cause adds to the readings. \
-         Parts may cancel each other: the bars rank them. What stands in one line has the same form in all readings.</p>\n<div class=\"wide\"><table class=\"shares\">\n",
+         Parts may cancel each other: the bars rank them. What stands in one line the readings do not tell apart.</p>\n<div class=\"wide\"><table class=\"shares\">\n",
     );
     for share in json.shares.iter().take(MOST_SHARES) {
         let class = if share.kind == "finding" { "prior" } else { "data" };

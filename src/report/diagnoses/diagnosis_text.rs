@@ -72,8 +72,8 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
     };
     let says = match json.verdict {
         "clean" if fit.noise_um.is_none() => format!(
-            "NO FINDING in what these readings can show; whether the {:.1} µm left are noise they do not tell: compare with that of \
-             the instrument",
+            "NO FINDING in what these readings can show, where no pose has readings to spare: compare the {:.1} µm left with the \
+             noise of the instrument",
             fit.rms_before_um
         ),
         "clean" => "NO FINDING in what these tests can show: location errors, balls and bars explain the recordings"
@@ -101,7 +101,7 @@ pub fn verdict_words(json: &DiagnosisJson) -> String {
     };
     let noise = match fit.noise_um {
         Some(noise_um) => format!("; noise floor {noise_um:.2}"),
-        None if ["data fault", "cannot be judged"].contains(&json.verdict) => String::new(),
+        None if ["clean", "data fault", "cannot be judged"].contains(&json.verdict) => String::new(),
         None => "; noise not known: no pose has readings to spare".to_string(),
     };
     format!("{says}. {residual}{held_out}{noise}{}.{}", outlier_words(json), left_words(json))
@@ -141,7 +141,7 @@ fn left_words(json: &DiagnosisJson) -> String {
 
 /// What the tests cannot show, by the cure.
 fn blind(text: &mut String, session: &Session, json: &DiagnosisJson) {
-    if json.blind_to.is_empty() {
+    if json.blind_to.is_empty() || json.verdict == "data fault" {
         return;
     }
     let count = json.blind_to.len();

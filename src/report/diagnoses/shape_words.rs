@@ -224,6 +224,7 @@ impl Shape<'_> {
     fn jump_words(&self) -> Vec<String> {
         let mut words = Vec::new();
         words.extend(self.number("time").map(|time| format!("at {} of the session", time_words(time))));
+        words.extend(self.number("pose").map(|first| format!("from pose {:.0} on", first.ceil())));
         if let (Some(share), Some(time)) = (self.number("creep_share"), self.number("creep_time"))
             && share > 0.02
         {

@@ -6,6 +6,7 @@ use super::diagnosis::{BlindJson, DiagnosisJson};
 use super::finding_words::{digits, unit, what};
 use crate::chain::sense_in_words;
 use crate::diagnose::AXIS_SENSE;
+use crate::effects::{Driver, kind};
 use crate::session::Session;
 
 /// Causes that one thing to do would show.
@@ -27,11 +28,12 @@ pub fn cures<'j>(session: &Session, json: &'j DiagnosisJson) -> Vec<Cure<'j>> {
         json.blind_to.iter().enumerate().partition(|(_, blind)| blind.effect == AXIS_SENSE);
     if !senses.is_empty() {
         let zero = vec![0.0; session.machine.axes.len()];
-        let look = |blind: &BlindJson| match session.machine.axis_index(&blind.place) {
-            Some(axis) => sense_in_words(&session.machine, axis, &zero, None),
-            None => blind.place.clone(),
+        let machine = &session.machine;
+        let is_open = |axis: &usize| {
+            senses.iter().any(|(_, blind)| blind.components.iter().any(|name| *name == machine.axes[*axis].name))
         };
-        let looks: Vec<String> = senses.iter().map(|(_, blind)| look(blind)).collect();
+        let open = (0..machine.axes.len()).filter(is_open);
+        let looks: Vec<String> = open.map(|axis| sense_in_words(machine, axis, &zero, None)).collect();
         list.push(Cure {
             says: format!("move each a little in + and look: {}", looks.join("; ")),
             minutes: None,
@@ -91,7 +93,10 @@ pub fn blind_words(blind: &BlindJson) -> String {
     }
     match blind.smallest_visible.value {
         Some(value) => {
-            format!("{name}, below {} {}", digits(value, Some(0.1 * value)), unit(blind.smallest_visible.unit))
+            // what happens once is listed by its least visible moment
+            let is_event = kind(&blind.effect).is_some_and(|kind| kind.driver == Driver::Event);
+            let when = if is_event { " at the moment that shows it least" } else { "" };
+            format!("{name}, below {} {}{when}", digits(value, Some(0.1 * value)), unit(blind.smallest_visible.unit))
         }
         None => format!("{name}, of any size"),
     }

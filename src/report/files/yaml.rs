@@ -223,7 +223,7 @@ fn sockets_yaml(out: &mut String, session: &Session, test: &Test) {
 
 fn test_yaml(out: &mut String, machine: &Machine, test: &Test) {
     let part = test.reading.part();
-    let _ = writeln!(out, "  - name: {}", text(part.map_or(&test.name, |part| &part.of)));
+    let _ = writeln!(out, "  - name: {}", text(test.stated_name()));
     let mut line = |key: &str, value: Option<String>| {
         if let Some(value) = value {
             let _ = writeln!(out, "    {key}: {value}");

@@ -109,6 +109,7 @@ impl FitJson {
         self.verdict = match (&examination.fault, &examination.unjudged) {
             (Some(_), _) => "data fault",
             (None, Some(_)) => "cannot be judged",
+            (None, None) if examination.is_doubtful => "doubtful",
             (None, None) => "fits",
         };
         self.reason = examination.says().map(str::to_string);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::fit::{FitJson, LocationErrorJson};
-use super::fit_text::{by_remedy, setup_rows, unit, verdict};
+use super::fit_text::{by_remedy, reasons, setup_rows, unit, verdict};
 use crate::identify::Fit;
 use crate::methods::CircleFigures;
 use crate::report::pictures::cards::{Card, cards};
@@ -16,6 +16,7 @@ use crate::report::wording::sense_words::as_marks_show;
 pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
     let (name, machine) = (&json.session, (json.machine.as_str(), json.code.as_str()));
     let mut page = session_head("Ball-bar identification", name, name, machine, "");
+    doubts(&mut page, json);
     figures(&mut page, json);
     errors(&mut page, json, fit);
     open_directions(&mut page, fit);
@@ -34,6 +35,17 @@ pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
     page
 }
 
+/// What stands against the fit, before any figure of it.
+fn doubts(page: &mut String, json: &FitJson) {
+    for (k, reason) in reasons(json).iter().enumerate() {
+        let or = if k > 0 { "or " } else { "" };
+        let _ = writeln!(page, "<p class=\"warning\">{or}{}</p>", escape(reason));
+    }
+    for warning in &json.warnings {
+        let _ = writeln!(page, "<p class=\"warning\">{}</p>", escape(warning));
+    }
+}
+
 fn figures(page: &mut String, json: &FitJson) {
     let determined = json.location_errors.values().filter(|error| error.determined).count();
     let left_out = match json.left_out {
@@ -50,7 +62,12 @@ fn figures(page: &mut String, json: &FitJson) {
             label: "residual", figure: format!("{:.2} µm", json.rms_um), note: "rms, measured − model".to_string()
         },
         Card {
-            label: "noise", figure: format!("{:.2} µm", json.noise_um), note: "of one reading, fitted".to_string()
+            label: "noise",
+            figure: format!("{:.2} µm", json.noise_um),
+            note: match json.repeats_um {
+                Some(repeats_um) => format!("of one reading, fitted; rows repeat to {repeats_um:.2} µm"),
+                None => "of one reading, fitted".to_string(),
+            },
         },
         Card {
             label: "readings",

@@ -54,16 +54,11 @@ pub fn fit_text(json: &FitJson, fit: &Fit) -> String {
 
 /// Why nothing is determined, and which mistakes the recordings cannot tell apart.
 fn misfit(text: &mut String, json: &FitJson) {
-    let Some(reason) = &json.reason else { return };
-    let lead = match json.verdict {
-        "data fault" => "DATA FAULT, so nothing is determined: ",
-        _ => "THE FIT IS NOT TO BE BELIEVED, so nothing is determined: ",
-    };
-    let sure =
-        json.mistake.as_ref().map_or(String::new(), |mistake| format!(" ({:.0} %)", 100.0 * mistake.probability));
-    text.push_str(&wrapped(&format!("{lead}{reason}{sure}"), "", "  "));
-    for rival in json.mistake.iter().flat_map(|mistake| &mistake.cannot_tell_from) {
-        text.push_str(&wrapped(&format!("{} ({:.0} %)", rival.says, 100.0 * rival.probability), "  or ", "     "));
+    let reasons = reasons(json);
+    let Some((first, others)) = reasons.split_first() else { return };
+    text.push_str(&wrapped(first, "", "  "));
+    for other in others {
+        text.push_str(&wrapped(other, "  or ", "     "));
     }
     if let Some(repeats_um) = json.repeats_um {
         let says =
@@ -73,10 +68,25 @@ fn misfit(text: &mut String, json: &FitJson) {
     text.push('\n');
 }
 
+/// Why the fit is not to be believed, then which other mistakes say as much; none of a fit that is.
+pub(crate) fn reasons(json: &FitJson) -> Vec<String> {
+    let Some(reason) = &json.reason else { return Vec::new() };
+    let lead = match json.verdict {
+        "data fault" => "DATA FAULT, so nothing is determined: ",
+        _ => "THE FIT IS NOT TO BE BELIEVED, so nothing is determined: ",
+    };
+    let sure =
+        json.mistake.as_ref().map_or(String::new(), |mistake| format!(" ({:.0} %)", 100.0 * mistake.probability));
+    let rivals = json.mistake.iter().flat_map(|mistake| &mistake.cannot_tell_from);
+    let rivals = rivals.map(|rival| format!("{} ({:.0} %)", rival.says, 100.0 * rival.probability));
+    std::iter::once(format!("{lead}{reason}{sure}")).chain(rivals).collect()
+}
+
 /// Verdict on one error.
 pub(crate) fn verdict(json: &FitJson, error: &LocationErrorJson) -> &'static str {
     match (error.determined, error.relative_to_spindle_ball) {
         _ if json.verdict == "data fault" => "NOT determined: a mistake in the files",
+        _ if json.verdict == "doubtful" => "NOT determined: see the warnings",
         _ if json.verdict != "fits" => "NOT determined: the model does not fit the recordings",
         (true, true) => "determined, relative to the spindle ball",
         (true, false) => "determined",

@@ -6,7 +6,7 @@ use super::number::shown;
 use crate::identify::{Fit, TurnedSense};
 use crate::session::Session;
 
-/// One axis that the tests move, or that stands off zero in them.
+/// One axis that the tests move, or that stands off zero in them; or several that are not told together.
 #[derive(Debug, Clone, Serialize)]
 pub struct SenseJson {
     pub axis: String,
@@ -55,7 +55,7 @@ pub fn senses_json(session: &Session, fit: &Fit, senses: &[TurnedSense]) -> Vec<
             })
             .collect();
         SenseJson {
-            axis: machine.axes[sense.axis].name.clone(),
+            axis: sense.named(machine),
             told: sense.is_told(),
             looks_wrong: sense.looks_wrong(),
             worse_by: (sense.worse_by * 10.0).round() / 10.0 + 0.0,
@@ -77,11 +77,15 @@ pub fn as_marks_show(senses: &[SenseJson]) -> Option<String> {
 
 /// What an operator should know of a sense that the recordings do not tell.
 fn says(session: &Session, fit: &Fit, sense: &TurnedSense) -> String {
-    let name = &session.machine.axes[sense.axis].name;
-    let mut words = match (sense.is_told(), sense.looks_wrong()) {
-        (true, false) => return String::new(),
-        (_, true) => format!("{name} seems to go the other way: with its sense turned the recordings fit better"),
-        _ => format!("these tests cannot tell {name}'s sense: with {name} reversed they fit as well"),
+    let name = sense.named(&session.machine);
+    let mut words = match (sense.is_told(), sense.looks_wrong(), sense.axes.len()) {
+        (true, false, _) => return String::new(),
+        (_, true, 1) => format!("{name} seems to go the other way: with its sense turned the recordings fit better"),
+        (_, true, _) => format!("{name} seem to go the other way: with their senses turned the recordings fit better"),
+        (.., 1) => format!("these tests cannot tell {name}'s sense: with {name} reversed they fit as well"),
+        _ => {
+            format!("these tests cannot tell the senses of {name} together: with all of them reversed they fit as well")
+        }
     };
     let instead: Vec<String> = sense
         .moved

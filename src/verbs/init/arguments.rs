@@ -42,10 +42,10 @@ pub struct Arguments {
     #[arg(long, allow_negative_numbers = true)]
     pub(super) tilt_above_table: Option<f64>,
     /// From the spindle nose up to the axis about which the head tilts, mm
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub(super) pivot_to_nose: Option<f64>,
     /// Diameter of the spindle housing, mm
-    #[arg(long, default_value_t = 140.0)]
+    #[arg(long, default_value_t = 140.0, allow_negative_numbers = true)]
     pub(super) housing: f64,
     /// An angle plate beside the table, for the tilting axis of a head
     #[arg(long)]
@@ -65,7 +65,7 @@ pub struct Arguments {
     /// URDF: the link that carries the spindle ball, its z along the spindle (default: found by name)
     #[arg(long, requires = "urdf")]
     pub(super) tool_link: Option<String>,
-    /// Replace a file of that name
+    /// Replace a file of that name that fiveaxis did not write, or that was edited
     #[arg(long)]
     pub(super) force: bool,
     /// Print JSON
@@ -144,11 +144,23 @@ pub(super) fn named_range(text: &str) -> Result<(String, (f64, f64)), Refusal> {
     Ok((name.to_string(), range_of(name, ends)?))
 }
 
+/// Width of a rotary axis's range at least, deg: a turn in radians is narrower.
+const LEAST_RANGE_DEG: f64 = 10.0;
+
 /// `FROM..TO` of a rotary axis, deg.
 pub(super) fn range_of(name: &str, ends: &str) -> Result<(f64, f64), Refusal> {
     let (from, to) = range(ends, "--range")?;
     if from < -3600.0 || to > 3600.0 || from > 0.0 || to < 0.0 {
         return Err(format!("--range: {name}={from}..{to} deg; a range holds 0 and lies within -3600..3600").into());
+    }
+    if to - from < LEAST_RANGE_DEG {
+        return Err(format!(
+            "--range: {name}={from}..{to} is {:.3} deg wide; a rotary axis turns by {LEAST_RANGE_DEG} deg at least, and ranges are in degrees (were these radians, they would be {:.0}..{:.0})",
+            to - from,
+            from.to_degrees(),
+            to.to_degrees()
+        )
+        .into());
     }
     Ok((from, to))
 }

@@ -58,6 +58,7 @@ pub(super) fn sizes(arguments: &Arguments) -> Result<Sizes, Refusal> {
     };
     let mut ranges = given.ranges;
     refuse_foreign(&ranges, &code)?;
+    refuse_pointless(&code, [given.tilt, given.pivot])?;
     if asks {
         ask_ranges(&code, &mut ranges)?;
     }
@@ -68,6 +69,11 @@ pub(super) fn sizes(arguments: &Arguments) -> Result<Sizes, Refusal> {
         None if asks => ask("Name of the machine", Some(&usual), |text| Ok(text.to_string()))?,
         name => name.clone().unwrap_or(usual),
     };
+    if name.chars().any(char::is_control) {
+        return Err(
+            "--name holds a control character; write the name of the machine in letters, digits and signs".into()
+        );
+    }
     Ok(Sizes {
         name,
         nose_to_table,
@@ -163,7 +169,24 @@ fn range_text((from, to): (f64, f64)) -> String {
     format!("{from}..{to}")
 }
 
+/// Heights of tilting axes that the machine does not have.
+fn refuse_pointless(code: &StructuralCode, [tilt, pivot]: [Option<f64>; 2]) -> Result<(), Refusal> {
+    let stated = [(TILT.option, tilt, &code.workpiece_side, "table"), (PIVOT.option, pivot, &code.tool_side, "head")];
+    match stated.iter().find(|(_, height, side, _)| height.is_some() && !tilts(side)) {
+        None => Ok(()),
+        Some((option, .., side)) => Err(format!(
+            "{option}: the {side} of {code} has no axis that tilts (A or B); leave the option out, or correct the code"
+        )
+        .into()),
+    }
+}
+
 fn refuse_foreign(ranges: &[(String, (f64, f64))], code: &StructuralCode) -> Result<(), Refusal> {
+    let is_twice =
+        |(k, (name, _)): &(usize, &(String, (f64, f64)))| ranges[..*k].iter().any(|(other, _)| other == name);
+    if let Some((_, (name, _))) = ranges.iter().enumerate().find(is_twice) {
+        return Err(format!("--range: '{name}' stands twice; keep one range").into());
+    }
     let is_turning = |name: &str| is_rotary(name) && code.axis_names().any(|axis| axis == name);
     match ranges.iter().find(|(name, _)| !is_turning(name)) {
         None => Ok(()),

@@ -25,11 +25,13 @@ const SAME_END: f64 = 0.01;
 
 /// A recording without positions that lasts otherwise than another run of its arc: its rows are taken as even on the arc, and are not.
 pub(super) fn uncut(session: &Session) -> Option<DataFault> {
-    let lasts = |test: &Test| -> Option<f64> {
+    let lasts = |test: &Test| -> Option<(f64, &'static str)> {
         let recording = test.recording.as_ref().filter(|recording| recording.clock == Clock::Absent)?;
-        // without times rows count: one program is recorded at one rate
-        let time_s = recording.written_time_s().and_then(|time| Some(time.last()? - time.first()?));
-        time_s.or_else(|| Some(recording.len().checked_sub(1)? as f64))
+        match recording.written_time_s() {
+            Some(time_s) => Some((time_s.last()? - time_s.first()?, "s")),
+            // without times rows count: one program is recorded at one rate
+            None => Some((recording.len().checked_sub(1)? as f64, "rows")),
+        }
     };
     let arc = |test: &Test| match test.path {
         Some(Path::Sweep { axis, from, to, follow, .. }) => Some((axis, from.min(to), from.max(to), follow)),
@@ -42,14 +44,13 @@ pub(super) fn uncut(session: &Session) -> Option<DataFault> {
         _ => false,
     };
     let is_other_run = |one: &Test, other: &Test| one.is_repeat_of(other) && is_one_arc(one, other);
-    let runs: Vec<(&Test, f64)> =
+    let runs: Vec<(&Test, (f64, &str))> =
         session.tests.iter().filter_map(|test| arc(test).and(Some((test, lasts(test)?)))).collect();
-    let off = runs.iter().enumerate().flat_map(|(k, &(one, first))| {
-        let others = runs[k + 1..].iter().filter(move |(other, _)| is_other_run(one, other));
-        others.map(move |&(other, second)| ((first / second).ln().abs(), (one, first), (other, second)))
+    let off = runs.iter().enumerate().flat_map(|(k, &(one, (first, unit)))| {
+        let others = runs[k + 1..].iter().filter(move |(other, last)| last.1 == unit && is_other_run(one, other));
+        others.map(move |&(other, (second, _))| ((first / second).ln().abs(), (one, first), (other, second), unit))
     });
-    let (off, (one, first), (other, second)) = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let unit = if one.recording.as_ref()?.written_time_s().is_some() { "s" } else { "rows" };
+    let (off, (one, first), (other, second), unit) = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let says = format!(
         "{} lasts {first:.1} {unit} and {} {second:.1} {unit} for one arc at one feed: one of them holds rows from before or after the arc, or \
          lacks some; nothing says where the axis stood, so cut both to the arc, or give the captures to fiveaxis import",

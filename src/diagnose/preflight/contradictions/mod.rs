@@ -10,8 +10,10 @@ mod straight;
 mod times;
 
 pub(crate) use arcs::agrees_with_sweep;
+pub(crate) use same_rows::is_read;
 
 use crate::diagnose::preflight::data_fault::DataFault;
+use crate::diagnose::preflight::readings::taken_off::lacking;
 use crate::session::Session;
 
 /// What no other mistake can look like; lost digits and copies come first, for readings without digits agree by chance, and a copied
@@ -25,6 +27,7 @@ pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
         .or_else(|| straight::drawn(session))
         .or_else(|| standstill::standing(session))
         .or_else(|| times::overlapping(session))
+        .or_else(|| lacking(session))
 }
 
 /// Readings that stand in the files twice, of any instrument.

@@ -50,7 +50,7 @@ pub(super) fn copied(session: &Session) -> Option<DataFault> {
     }
     tests.sort_unstable();
     tests.dedup();
-    let mut names: Vec<String> = tests.iter().map(|&test| whole_name(&session.tests[test])).collect();
+    let mut names: Vec<String> = tests.iter().map(|&test| session.tests[test].stated_name().to_string()).collect();
     names.dedup();
     let file = |test: usize| session.tests[test].recording_file.as_deref();
     let is_one_file = tests.windows(2).all(|pair| file(pair[0]) == file(pair[1]));
@@ -63,11 +63,6 @@ pub(super) fn copied(session: &Session) -> Option<DataFault> {
         listed(&names)
     );
     (!tests.is_empty()).then(|| DataFault::seen("same-recording", SESSION, names, says))
-}
-
-/// Name of a test as the session has it: of a point, not of its coordinates.
-fn whole_name(test: &Test) -> String {
-    test.reading.part().map_or(&test.name, |part| &part.of).clone()
 }
 
 /// A recording whose second half is its first: a file that was added to itself; or in which every row stands twice.
@@ -88,7 +83,7 @@ pub(super) fn appended(session: &Session) -> Option<DataFault> {
         stands_twice
             .then_some((test, "every row stands there twice: so the readings would seem more certain than they are"))
     })?;
-    let name = whole_name(test);
+    let name = test.stated_name().to_string();
     let says = format!("recording of {name}: {how}; keep each row once");
     Some(DataFault::seen("doubled-rows", RECORDER, vec![name], says))
 }
@@ -114,7 +109,7 @@ fn hash_of(piece: &[f64]) -> Option<u64> {
 }
 
 /// Whether lengths carry noise.
-pub(super) fn is_read(lengths: &[f64]) -> bool {
+pub(crate) fn is_read(lengths: &[f64]) -> bool {
     noise_of_rows(lengths) > COMPUTED_MM
 }
 

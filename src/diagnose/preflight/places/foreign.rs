@@ -8,25 +8,21 @@ use crate::session::Session;
 
 pub(crate) const FOREIGN: &str = "foreign-file";
 
-/// Spread of the balls of a test that does not belong to the others, mm: cups are set to some tenths.
+/// Spread of the balls of a test that does not belong to the others, mm, where they were set up anew: cups are set to some tenths.
 const FOREIGN_MM: f64 = 0.5;
 
 /// One test, or one with its repeats, with balls of its own, between others from the same pivot: two jumps of a ball, there and
-/// exactly back, would be the only physics.
-pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Option<Suspicion> {
-    let pivot = &session.tests[*tests.first()?].pivot;
+/// exactly back, would be the only physics. The balls lie as near to their places as others of the session, or anywhere that a cup is put.
+pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
+    let Some(&first) = tests.first() else { return Vec::new() };
+    let pivot = &session.tests[first].pivot;
     let of_pivot = (0..session.tests.len()).filter(|test| session.tests[*test].pivot == *pivot);
     let others: Vec<usize> = of_pivot.filter(|test| !tests.contains(test)).collect();
     let began = |test: usize| session.tests[test].started_at_s;
     let is_between = others.iter().any(|&other| tests.iter().all(|&test| began(other) < began(test)))
         && others.iter().any(|&other| tests.iter().all(|&test| began(other) > began(test)));
-    let mut undone = session.clone();
-    for &test in tests {
-        for end in [End::Pivot, End::Spindle] {
-            let ball = end.of_mut(&mut undone.tests[test]);
-            ball.setup = Some("not of the others".into());
-            ball.spread_mm = Some(FOREIGN_MM);
-        }
+    if !is_between {
+        return Vec::new();
     }
     let names = names(session, tests);
     let (belong, one) = if tests.len() > 1 { ("do not belong", "files") } else { ("does not belong", "a file") };
@@ -35,5 +31,17 @@ pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Option<Suspicion> {
          state 'setup: second' of the balls",
         names.join(", ")
     );
-    is_between.then(|| Suspicion::new(FOREIGN, SESSION, names, says, undone))
+    let with_balls = |spread_mm: Option<f64>| {
+        let mut undone = session.clone();
+        for &test in tests {
+            for end in [End::Pivot, End::Spindle] {
+                let ball = end.of_mut(&mut undone.tests[test]);
+                ball.setup = Some("not of the others".into());
+                ball.spread_mm = spread_mm.or(ball.spread_mm);
+            }
+        }
+        let found = Suspicion::new(FOREIGN, SESSION, names.clone(), says.clone(), undone);
+        Suspicion { is_found: spread_mm.is_some(), ..found }
+    };
+    [None, Some(FOREIGN_MM)].map(with_balls).to_vec()
 }

@@ -1,143 +1,13 @@
-//! Mistakes in sessions of points and poses: columns, units and senses that no chain explains, an instrument that was moved. Lengths have theirs in `mistakes`.
+//! An instrument that was moved while points and poses were read. Mistakes in their columns stand in `readings::columns`.
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::loaded::left_by_a_load;
-use crate::chain::Chain;
-use crate::diagnose::cause::MOST_RIVALS;
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, SESSION};
+use crate::diagnose::preflight::data_fault::{DataFault, SESSION};
 use crate::identify::{Fit, Options, identify};
-use crate::machine::AxisKind;
 use crate::readings::Kind;
-use crate::session::{Session, Setups, sighted_misfit_mm};
+use crate::session::{Session, Setups};
 use crate::statistics::rms;
-
-/// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
-/// wrong sense by the size of the machine.
-const LEAST_RATIO: f64 = 5.0;
-/// Readings this near to the nominal chain hold no mistake of this kind, mm.
-const NEAR_NOMINAL_MM: f64 = 15.0;
-
-/// The session with one mistake undone, and what it was.
-type Undone = (&'static str, Vec<String>, String, Session);
-
-/// A mistake in columns or senses that makes the readings fit the nominal chain once it is undone.
-pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
-    let chain = Chain::of(&session.machine);
-    let before = sighted_misfit_mm(session, &chain).filter(|misfit| *misfit > NEAR_NOMINAL_MM)?;
-    let judged = undone(session).into_iter().filter_map(|(effect, components, says, undone)| {
-        let after = sighted_misfit_mm(&undone, &Chain::of(&undone.machine))?;
-        Some((after, effect, components, says))
-    });
-    let mut judged: Vec<(f64, &'static str, Vec<String>, String)> = judged.collect();
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut alike = judged.into_iter();
-    let (after, effect, components, says) = alike.next().filter(|(after, ..)| before > LEAST_RATIO * after)?;
-    let rivals = alike.take_while(|(other, ..)| *other < ALIKE * after).take(MOST_RIVALS);
-    let rivals = rivals.map(|(_, effect, components, says)| {
-        let place = RECORDER.to_string();
-        Rival { effect, place, components, says, probability: 0.0 }
-    });
-    let fault = DataFault {
-        components,
-        before_um: 1e3 * before,
-        after_um: 1e3 * after,
-        rivals: rivals.collect(),
-        ..DataFault::seen(effect, RECORDER, Vec::new(), says)
-    };
-    Some(fault.shared_evenly())
-}
-
-/// Mistakes that leave up to so many times as much are as likely: nothing but nominal dimensions was compared.
-const ALIKE: f64 = 1.5;
-
-/// Every mistake that is known, undone.
-fn undone(session: &Session) -> Vec<Undone> {
-    let mut list = Vec::new();
-    let names = session.machine.axis_names();
-    for (axis, name) in names.iter().enumerate() {
-        let mut other = session.clone();
-        other.machine.axes[axis].reversed ^= true;
-        let says = format!(
-            "{name} counts the other way: add 'reversed: true' to it in the machine file, or take it away there"
-        );
-        list.push(("axis-sign", vec![name.to_string()], says, other));
-    }
-    for (one, other) in pairs(names.len()) {
-        if session.machine.axes[one].kind == session.machine.axes[other].kind {
-            let says = format!("the columns of {} and {} are exchanged: correct the header", names[one], names[other]);
-            let changed = with_positions(session, |axis, value| {
-                (
-                    if axis == one {
-                        other
-                    } else if axis == other {
-                        one
-                    } else {
-                        axis
-                    },
-                    value,
-                )
-            });
-            list.push(("swapped-columns", vec![names[one].to_string(), names[other].to_string()], says, changed));
-        }
-    }
-    let rotary = |axis: usize| session.machine.axes[axis].kind == AxisKind::Rotary;
-    let turned = with_positions(session, |axis, value| (axis, if rotary(axis) { value.to_degrees() } else { value }));
-    list.push((
-        "unit",
-        vec!["positions".into()],
-        "positions of rotary axes are in radians: convert them to degrees".into(),
-        turned,
-    ));
-    for (unit, factor) in [("metres", 1e3), ("inches", 25.4)] {
-        let says = format!("coordinates are in {unit}: convert the columns to mm");
-        list.push(("unit", vec!["coordinates".into()], says, with_coordinates(session, |point| point * factor)));
-    }
-    // with the instrument's axes unknown every exchange of two columns looks like every other, and like a mirrored axis
-    let says = "two of the columns x, y and z of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header";
-    let swapped = with_coordinates(session, |point| Vector3::new(point.y, point.x, point.z));
-    list.push(("swapped-columns", vec!["coordinates".into()], says.into(), swapped));
-    list
-}
-
-fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..count).flat_map(move |one| (one + 1..count).map(move |other| (one, other)))
-}
-
-/// Positions changed: axis of a column and value to axis and value.
-fn with_positions(session: &Session, change: impl Fn(usize, f64) -> (usize, f64)) -> Session {
-    let mut changed = session.clone();
-    for recording in changed.tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
-        for (axis, column) in recording.axes.iter_mut().zip(&mut recording.positions) {
-            let of = *axis;
-            column.iter_mut().for_each(|value| *value = change(of, *value).1);
-            *axis = change(of, 0.0).0;
-        }
-    }
-    changed
-}
-
-/// Coordinates changed, row by row.
-fn with_coordinates(session: &Session, change: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Session {
-    let mut changed = session.clone();
-    let leads = |index: &usize| {
-        let part = session.tests[*index].reading.part();
-        part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
-    };
-    for first in (0..session.tests.len()).filter(leads) {
-        let rows = session.tests[first].rows();
-        for row in 0..rows {
-            let read = |k: usize| session.tests[first + k].recording.as_ref().map_or(f64::NAN, |r| r.length_mm[row]);
-            let point = change(Vector3::new(read(0), read(1), read(2)));
-            for k in 0..3 {
-                if let Some(recording) = &mut changed.tests[first + k].recording {
-                    recording.length_mm[row] = point[k];
-                }
-            }
-        }
-    }
-    changed
-}
 
 /// Share of the residual's squares that is left at most when the instrument stands elsewhere from some row on: with the errors as
 /// fitted, and with all fitted once more.
@@ -173,17 +43,18 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     }
     let left = left.min(refitted_left);
     let test = &session.tests[first];
-    let of = test.reading.part().map_or(&test.name, |part| &part.of).clone();
-    let (from, cure) = match begins_there {
-        true => (String::from("from its first row on"), "give the instrument there another setup"),
-        false => (format!("from row {} on", row + 1), "give these rows a test of their own with"),
+    let of = test.stated_name().to_string();
+    let second = format!("instrument: {{link: {}, setup: second}}", test.pivot.link);
+    let mut says = match begins_there {
+        true => format!("the instrument of test '{of}' stands elsewhere than before: give that test {second}"),
+        false => format!(
+            "the instrument of test '{of}' stands elsewhere from row {} on: give these rows a test of their own with {second}",
+            row + 1
+        ),
     };
-    let says = format!(
-        "the instrument of test '{of}' stands elsewhere {from}: {cure}{} instrument: {{link: {}, setup: second}}{}",
-        if begins_there { "," } else { "" },
-        test.pivot.link,
-        if later.is_empty() { "" } else { ", and the tests after it too" }
-    );
+    if !later.is_empty() {
+        says.push_str("; the tests after it have the same second setup");
+    }
     let before_um = 1e3 * all_mm(fit);
     Some(DataFault {
         before_um,

@@ -7,7 +7,7 @@
 use super::figures::{Figure, Linearised, with_figures};
 use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
 use crate::chain::Chain;
-use crate::diagnose::preflight::data_fault::{RECORDER, listed};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::machine::AxisKind;
@@ -110,6 +110,44 @@ pub(crate) fn taken_off((thinned, session): (&Session, &Session), linearised: &L
         }
     }
     list.into_iter().map(|(_, found)| found).collect()
+}
+
+/// Log odds from which recordings themselves show that something was taken off: as of a first effect.
+const SHOWN: f64 = 15.0;
+
+/// Shares of the recordings that may lack it.
+const SHARES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+
+/// Centres or trends that so many recordings lack, to the last digit, that noise does not leave them so: seen without any fit, for balls and
+/// location errors explain a machine without centres as well as any other.
+pub(crate) fn lacking(session: &Session) -> Option<DataFault> {
+    let chain = Chain::of(&session.machine);
+    let read: Vec<Option<Read>> = session.tests.iter().map(|test| Read::of(session, &chain, test, None)).collect();
+    let of = |what: TakenOff| {
+        let log_of =
+            |read: &Option<Read>| read.as_ref().and_then(|read| read.agreement(what)).unwrap_or(f64::NEG_INFINITY);
+        let logs: Vec<f64> = read.iter().map(log_of).collect();
+        // by noise alone the mean of exp(log) is one, and so is that of each of these products
+        let of_share = |share: f64| -> f64 {
+            let larger = |log: f64| log.max(0.0);
+            let of = |log: &f64| {
+                larger(*log) + ((1.0 - share) * (-larger(*log)).exp() + share * (log - larger(*log)).exp()).ln()
+            };
+            logs.iter().map(of).sum()
+        };
+        let shown = SHARES.map(of_share).into_iter().fold(f64::NEG_INFINITY, f64::max) - (SHARES.len() as f64).ln();
+        (shown, what, logs)
+    };
+    let all = [TakenOff::CentreAndMean, TakenOff::Centre, TakenOff::TrendAndMean, TakenOff::Trend].map(of);
+    let (shown, what, logs) = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let struck: Vec<usize> = (0..logs.len()).filter(|&test| logs[test] > 0.0).collect();
+    (shown > SHOWN).then(|| {
+        let names = names(session, &struck);
+        let says = format!("{} the readings of {}: export them as they were read", what.words(), listed(&names));
+        let mut fault = DataFault::seen(READING_PROCESSED, RECORDER, names, says);
+        fault.components = vec!["length".into()];
+        fault
+    })
 }
 
 /// Standard deviations from which something was seen to be taken off.

@@ -303,11 +303,9 @@ impl Trajectories {
 
     /// Largest of a component over the turn from its mean, without what placement takes up; half its range over an arc.
     fn error_motion(&self, parts: &Parts, amplitudes: &[f64]) -> f64 {
-        let Some(orders) = &self.orders else { return 0.5 * range(low_and_high(&course(parts, amplitudes))) };
         // where the readings told first orders alone, placement has not taken them up
-        if orders.iter().all(|order| order.is_first) {
-            return 0.5 * range(low_and_high(&course(parts, amplitudes)));
-        }
+        let told = self.orders.as_ref().filter(|orders| !orders.iter().all(|order| order.is_first));
+        let Some(orders) = told else { return 0.5 * range(low_and_high(&course(parts, amplitudes))) };
         let left: Vec<f64> =
             amplitudes.iter().zip(orders).map(|(size, order)| if order.is_taken_up { 0.0 } else { *size }).collect();
         let (low, high) = low_and_high(&course(parts, &left));
