@@ -541,7 +541,8 @@ fn shipped_captures_are_placed_and_tell_the_errors_that_made_them() {
         assert!(seen_mm.iter().all(|seen| (seen - marks.move_mm).abs() < 0.01), "{}: {seen_mm:?}", test.name);
     }
     let senses = fiveaxis::identify::turned_senses(&imported, &fit).unwrap();
-    for sense in &senses {
+    // each alone; a mirror image of the machine, C and X turned together, fits as well
+    for sense in senses.iter().filter(|sense| sense.axes.len() == 1) {
         let name = sense.named(&imported.machine);
         assert!(sense.is_told() && !sense.looks_wrong(), "{name}: {sense:?}");
     }

@@ -249,15 +249,14 @@ fn a_design_that_is_its_own_mirror_image_leaves_senses_open_together() {
                    Z: {range: [-300, 300]}\n  C: {origin: [0, 0, 0]}\n  B: {origin: [0, 0, 300]}\n";
     std::fs::write(folder.path().join("machine.yaml"), machine).unwrap();
     let mut text = String::from("machine: machine.yaml\ntests:\n");
-    for (name, axis, follow, from, to) in [
-        ("c-radial", "C", "radial", -170, 170),
-        ("c-tangential", "C", "tangential", -170, 170),
-        ("b-radial", "B", "radial", -80, 80),
-        ("b-axial", "B", "axial", -80, 80),
+    for (name, follow, c, from, to) in [
+        ("axial", "axial", 0, -37, 37),
+        ("tangential", "tangential", 0, -50, 14),
+        ("tangential-aside", "tangential", 90, -50, 14),
+        ("axial-aside", "axial", 90, -37, 37),
     ] {
-        let stands = if axis == "C" { "{B: 0}" } else { "{C: 0}" };
         text += &format!(
-            "  - {{name: {name}, bar_length: 100, pivot: {{link: b, at: [150, 0, -100]}}, spindle_ball: {{link: t, at: [0, 0, -60]}}, positions: {stands}, feed: 500, sweep: {{axis: {axis}, from: {from}, to: {to}, step: 1, follow: {follow}}}}}\n"
+            "  - {{name: {name}, bar_length: 100, pivot: {{link: b, at: [0, 0, -15]}}, spindle_ball: {{link: t, at: [0, 0, -100]}}, positions: {{C: {c}}}, feed: 500, sweep: {{axis: B, from: {from}, to: {to}, step: 1, follow: {follow}}}}}\n"
         );
     }
     std::fs::write(folder.path().join("session.yaml"), text).unwrap();

@@ -178,10 +178,12 @@ impl<'f, 'a> Fitted<'f, 'a> {
         if vibrating.len() > 1 && is_a(&cause.effect, Signature::Oscillation) && !is_sure {
             size = vibration_size::size_together(model, &vibrating, &self.search.noise_after, size);
         }
-        // a spike whose servo is no simple one is the sum of several
-        let spikes: Vec<(&Candidate, usize)> = self.of_kind(group, Signature::Spike).collect();
-        if spikes.len() > 1 && is_a(&cause.effect, Signature::Spike) {
-            size = size::size_together(model, &spikes, cause, self.regression, &self.covariance, size);
+        // a spike whose servo is no simple one, and growth with several time constants, are the sum of several
+        for summed in [Signature::Spike, Signature::Growth] {
+            let parts: Vec<(&Candidate, usize)> = self.of_kind(group, summed).collect();
+            if parts.len() > 1 && is_a(&cause.effect, summed) {
+                size = size::size_together(model, &parts, cause, self.regression, &self.covariance, size);
+            }
         }
         size
     }

@@ -298,6 +298,13 @@ fn blind_json(blind: &Unseen) -> BlindJson {
     }
 }
 
+/// What may be the cause instead, in the order of probability.
+fn likeliest_first(rivals: impl Iterator<Item = RivalJson>) -> Vec<RivalJson> {
+    let mut list: Vec<RivalJson> = rivals.collect();
+    list.sort_by(|one, other| other.probability.total_cmp(&one.probability));
+    list
+}
+
 /// A mistake in the files as the only finding.
 fn fault_json(fault: &DataFault) -> FindingJson {
     let rival = |rival: &Rival| RivalJson {
@@ -320,7 +327,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         cross_validated: None,
         placebo: None,
         other_setups: None,
-        cannot_tell_from: causes.chain(fault.rivals.iter().map(rival)).take(MOST_RIVALS).collect(),
+        cannot_tell_from: likeliest_first(causes.chain(fault.rivals.iter().map(rival)).take(MOST_RIVALS)),
         next_test: None,
     }
 }
@@ -359,7 +366,9 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
         cross_validated: cross_validated(diagnosis, index, finding),
         placebo: diagnosis.placebos.get(index).copied().flatten().map(placebo_json),
         other_setups: diagnosis.transfers.get(index).copied().flatten().map(other_setups_json),
-        cannot_tell_from: finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)).collect(),
+        cannot_tell_from: likeliest_first(
+            finding.rivals.iter().map(|(cause, probability)| rival_json(cause, *probability)),
+        ),
         next_test: finding
             .next_test
             .as_ref()

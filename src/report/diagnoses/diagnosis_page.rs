@@ -36,17 +36,22 @@ pub fn diagnosis_page(
 ) -> String {
     let (title, code) = (format!("Diagnosis of {}", session.name), session.machine.code.to_string());
     let machine = (session.machine.name.as_str(), code.as_str());
-    let mut page = session_head("Ball-bar diagnosis", &title, &session.name, machine, OWN_STYLE);
+    let kind = if session.has_parts() { "Diagnosis" } else { "Ball-bar diagnosis" };
+    let mut page = session_head(kind, &title, &session.name, machine, OWN_STYLE);
     let _ = writeln!(page, "<p class=\"verdict {}\">{}</p>", identifier(json.verdict), escape(&verdict_words(json)));
     answers(&mut page, session, json);
     for warning in &json.warnings {
         let _ = writeln!(page, "<p class=\"warning\">{}</p>", escape(warning));
     }
     figures(&mut page, json);
+    let between = match session.has_parts() {
+        true => "with what stands on it",
+        false => "the bar stands between the pivot and the ball in the spindle",
+    };
     let _ = write!(
         page,
-        "<section>\n<h2>Where on the machine</h2>\n<figure class=\"map-figure\">\n{}<figcaption>Chain from workpiece to tool; the bar stands between \
-         the pivot and the ball in the spindle. Numbers are those of the findings.</figcaption>\n</figure>\n</section>\n",
+        "<section>\n<h2>Where on the machine</h2>\n<figure class=\"map-figure\">\n{}<figcaption>Chain from workpiece to tool; {between}. Numbers are those \
+         of the findings.</figcaption>\n</figure>\n</section>\n",
         chain_map(session, &json.findings)
     );
     for (index, finding) in json.findings.iter().enumerate() {
@@ -66,7 +71,7 @@ pub fn diagnosis_page(
     method(&mut page);
     let _ = write!(
         page,
-        "<footer>fiveaxis {} · every number of the findings stands in <code>fiveaxis diagnose --json</code></footer>\n</main>\n</body>\n</html>\n",
+        "<footer>fiveaxis {} · causes, sizes, probabilities and location errors stand in <code>fiveaxis diagnose --json</code>, circles in <code>fiveaxis identify --json</code></footer>\n</main>\n</body>\n</html>\n",
         env!("CARGO_PKG_VERSION")
     );
     page

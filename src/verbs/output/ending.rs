@@ -84,8 +84,16 @@ pub fn is_told(refusal: &Refusal) -> bool {
 }
 
 /// Beginnings of lists of what is allowed, as messages write them.
-const ALLOWED: [&str; 7] =
-    ["(allowed: ", "(groups: ", "(links: ", "its axes are ", "allowed are ", "allowed is ", "[possible values: "];
+const ALLOWED: [&str; 8] = [
+    "(allowed: ",
+    "(groups: ",
+    "(links: ",
+    "its axes are ",
+    "allowed are ",
+    "allowed is ",
+    "[possible values: ",
+    "is not between ",
+];
 
 /// A refusal as an object: kind, exit code, message with its parts, file and place; null where there is none.
 pub fn refusal_json(refusal: &Refusal, warnings: Vec<String>) -> Value {
@@ -100,7 +108,14 @@ pub fn refusal_json(refusal: &Refusal, warnings: Vec<String>) -> Value {
 /// A wrong command line as an object.
 pub fn usage_json(message: &str) -> Value {
     let message = message.trim().trim_start_matches("error: ");
-    error_json(WRONG_INPUT, message, Place::file(None), Vec::new())
+    let mut json = error_json(WRONG_INPUT, message, Place::file(None), Vec::new());
+    // the first paragraph says what was found, a tip or the usage what to do
+    let paragraph = |begins: &str| message.lines().map(str::trim).find(|line| line.starts_with(begins));
+    let found = message.lines().take_while(|line| !line.trim().is_empty()).map(str::trim).collect::<Vec<_>>().join(" ");
+    let cure = paragraph("tip:").or_else(|| paragraph("Usage:"));
+    json["error"]["found"] = json!(found);
+    json["error"]["cure"] = json!(cure);
+    json
 }
 
 /// Where the mistake is.

@@ -11,17 +11,12 @@ pub(crate) const FOREIGN: &str = "foreign-file";
 /// Spread of the balls of a test that does not belong to the others, mm, where they were set up anew: cups are set to some tenths.
 const FOREIGN_MM: f64 = 0.5;
 
-/// One test, or one with its repeats, with balls of its own, between others from the same pivot: two jumps of a ball, there and
-/// exactly back, would be the only physics. The balls lie as near to their places as others of the session, or anywhere that a cup is put.
+/// One test, or one with its repeats, with balls of its own, beside others from the same pivot: between them two jumps of a ball, there and
+/// exactly back, would be the only physics, first or last one jump. The balls lie as near to their places as others of the session, or anywhere that a cup is put.
 pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
     let Some(&first) = tests.first() else { return Vec::new() };
     let pivot = &session.tests[first].pivot;
-    let of_pivot = (0..session.tests.len()).filter(|test| session.tests[*test].pivot == *pivot);
-    let others: Vec<usize> = of_pivot.filter(|test| !tests.contains(test)).collect();
-    let began = |test: usize| session.tests[test].started_at_s;
-    let is_between = others.iter().any(|&other| tests.iter().all(|&test| began(other) < began(test)))
-        && others.iter().any(|&other| tests.iter().all(|&test| began(other) > began(test)));
-    if !is_between {
+    if !(0..session.tests.len()).any(|test| session.tests[test].pivot == *pivot && !tests.contains(&test)) {
         return Vec::new();
     }
     let names = names(session, tests);

@@ -119,7 +119,9 @@ impl Suspicion {
             let of = if one.place == End::Pivot.place() { End::Pivot } else { End::Spindle };
             one.undone.tests.iter().map(|test| of.of(test).at).collect()
         };
-        is_alike && places(self).iter().zip(places(other)).all(|(one, other)| (one - other).norm() < NEAR_MM)
+        self.effect == BALL_PLACE
+            && is_alike
+            && places(self).iter().zip(places(other)).all(|(one, other)| (one - other).norm() < NEAR_MM)
     }
 }
 
