@@ -78,6 +78,7 @@ mod thesis_methods;
 mod thesis_mismatch;
 mod thesis_sessions;
 mod travel;
+mod unchanging;
 mod urdf;
 mod urdf_collision;
 mod volume;

@@ -373,6 +373,37 @@ fn rotations_in_another_form_are_named() {
 }
 
 #[test]
+fn a_gauge_with_the_other_sign_or_unit_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine =
+        "name: trunnion\ncode: \"[wCAbYXZt]\"\naxes:\n  A: {origin: [0, 20, -30]}\n  C: {origin: [10, 0, 0]ERRORS}\n";
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("machine.yaml", &machine.replace("ERRORS", ""));
+    write("truth.yaml", &machine.replace("ERRORS", ", errors: {EX0C: 20 um, EY0C: -30 um}"));
+    let session = "machine: truth.yaml\ntests:\n  - name: dial\n    readings: displacement\n    recording: rows.csv\n    \
+                   instrument: {link: Z, at: [160, 0, 0], direction: [0, 1, 0]}\n    target: {link: C, at: [150, 0, 0]}\n    \
+                   positions: {X: 0, Y: 0, Z: 0, A: 0}\n";
+    write("truth-session.yaml", session);
+    write("session.yaml", &session.replace("truth.yaml", "machine.yaml"));
+    // C turns by 0.6 deg: the ball moves by 1.5 mm along y
+    let rows: String = (0..60).map(|k| format!("{k},{:.3},0\n", -0.3 + 0.01 * f64::from(k))).collect();
+    write("rows.csv", &format!("pose,C_deg,displacement_mm\n{rows}"));
+    let truth = load_session(&folder.path().join("truth-session.yaml")).unwrap();
+    let read: Vec<f64> = simulate(&truth, Composition::Exact).unwrap()[0].length_mm.clone();
+    let said = |factor: f64| {
+        let noise = |k: usize| 5e-4 * ((k * 7) % 5) as f64;
+        let row = |k: usize| format!("{k},{:.3},{:.7}\n", -0.3 + 0.01 * k as f64, factor * (read[k] + noise(k)));
+        write("rows.csv", &format!("pose,C_deg,displacement_mm\n{}", (0..60).map(row).collect::<String>()));
+        let file = folder.path().join("session.yaml");
+        let done = fiveaxis(&["identify", file.to_str().unwrap(), "--json"]);
+        String::from_utf8_lossy(&done.stdout).into_owned()
+    };
+    assert!(!said(1.0).contains("data fault"));
+    assert!(said(-1.0).contains("the displacement of dial has the other sign"));
+    assert!(said(1e-3).contains("the displacement of dial is in metres"));
+}
+
+#[test]
 fn other_links_one_axis_in_radians_and_readings_beside_other_poses_are_named() {
     let said = said_with_target("J5", |_, _| {});
     assert!(said.contains("the target on J5 stands on J6"), "{}", &said[..said.len().min(3000)]);

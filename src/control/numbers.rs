@@ -48,7 +48,12 @@ pub fn numbers(session: &Session, fit: &Fit, lines: &[AxisLine]) -> Vec<Number> 
             (None, false) => (What::TableCentre, line.shift_mm, line.shift_sigma_mm, line.shift_determined),
             (None, true) => (What::ZeroShift, line.shift_mm, line.shift_sigma_mm, line.shift_determined),
         };
-        for component in (0..3).filter(|&k| along != Some(k)) {
+        // a head's vector along its carrier's line turns with nothing: a zero shift of the slides
+        let carrier_along = match what {
+            What::Vector { from } if line.is_head => machine.axes[from].coordinate_direction(),
+            _ => None,
+        };
+        for component in (0..3).filter(|&k| along != Some(k) && carrier_along != Some(k)) {
             list.push(Number {
                 axis: line.axis,
                 what,

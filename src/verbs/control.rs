@@ -14,7 +14,7 @@ use fiveaxis::effects::{Signature, is_a};
 use fiveaxis::identify::{Fit, Options, axis_lines, fitted_session};
 use fiveaxis::inverse::Tool;
 use fiveaxis::load::{LoadError, load_machine_and_bodies, load_session, read_limited};
-use fiveaxis::machine::{Effect, Machine};
+use fiveaxis::machine::{AxisKind, Effect, Machine};
 use fiveaxis::report::control::{
     ControlReport, backlash_file, control_json, control_text, parameters_csv, parameters_hal,
 };
@@ -103,7 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let Some(fit) = &examination.fit else { return Err(Ending::without_fit(&examination)) };
     if !examination.is_sound() {
         let says = examination.says().unwrap_or_default();
-        return Err(Ending::data_fault(format!("no parameters are given, for the fit is not to be believed: {says}")));
+        let rivals = examination.fault.iter().flat_map(|fault| &fault.rivals);
+        let or: String = rivals.map(|rival| format!("; or {}", rival.says)).collect();
+        return Err(Ending::data_fault(format!(
+            "no parameters are given, for the fit is not to be believed: {says}{or}"
+        )));
     }
     let control = arguments.control.of();
     let lines = axis_lines(&session, fit);
@@ -120,7 +124,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         Some(file) => {
             let all: Vec<Number> = numbers.iter().map(|number| Number { determined: true, ..number.clone() }).collect();
             let modules = modules.as_ref().map(|(fitted, nominal)| (fitted, nominal));
-            present(file, &fiveaxis::control::parameters(control, &session.machine, &all, modules))?
+            let list = present(file, &fiveaxis::control::parameters(control, &session.machine, &all, modules))?;
+            refuse_other_units(file, &list, &session)?;
+            list
         }
         None => Vec::new(),
     };
@@ -137,6 +143,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut notes = open_causes(&session.machine, &entered);
     notes.extend(ends_of_tables(&session.machine, &taken.ends));
     notes.extend(as_read(control, &session.machine));
+    if examination.is_doubtful {
+        notes.extend(examination.warnings.iter().cloned());
+    }
     let worse = volume.as_ref().and_then(|volume| volume.worse(&fitted));
     notes.extend(worse.clone());
     let report = ControlReport {
@@ -301,6 +310,29 @@ fn files(report: &ControlReport) -> OutputFolder {
         }
     }
     output
+}
+
+/// A pivot length is wrong by a unit from so many times its nominal length on: metres and µm are a thousand times off, inches 25 times.
+const OTHER_UNIT: f64 = 20.0;
+
+/// Refuses a present pivot length in another unit than mm: how far the ball is from the head's last axis is known.
+fn refuse_other_units(file: &Path, present: &[(String, f64)], session: &Session) -> Result<(), Refusal> {
+    let Some((name, value)) = present.iter().find(|(name, _)| name.ends_with("pivot-length")) else { return Ok(()) };
+    let machine = &session.machine;
+    let head = machine.code.workpiece_side.len()..machine.axes.len();
+    let last = head.rev().find(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let Some((axis, test)) = last.zip(session.tests.first()) else { return Ok(()) };
+    let nominal_mm = (machine.axes[axis].origin.z - test.spindle_ball.at.z).abs();
+    let ratio = value.abs() / nominal_mm;
+    match (1.0 / OTHER_UNIT..OTHER_UNIT).contains(&ratio) || nominal_mm < 1.0 {
+        true => Ok(()),
+        false => Err(format!(
+            "{}: {name} = {value} is far from the {nominal_mm} mm between axis {} and the spindle ball; values are in mm, convert it",
+            file.display(),
+            machine.axes[axis].name
+        )
+        .into()),
+    }
 }
 
 /// `name = value`, mm; of parameters that the control has for this machine, each once.

@@ -8,7 +8,7 @@ use super::mistake_or_effect::held_against_physics;
 use super::places::frames::instrument_moved;
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
-use super::readings::columns::mistaken_columns;
+use super::readings::columns::{mistaken_columns, mistaken_gauge};
 use super::readings::processed::READING_PROCESSED;
 use super::readings::scaled::{READING_SIGN, READING_ZERO, held_otherwise};
 use super::small_misfit::Preflight;
@@ -104,7 +104,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     // the mistakes known here are those of lengths between balls
     let mut fault = if session.has_parts() { copied_rows(session) } else { contradiction(session) };
     if session.has_parts() && fault.is_none() {
-        fault = misfit.as_ref().and_then(|_| mistaken_columns(session));
+        fault = misfit.as_ref().and_then(|_| mistaken_columns(session)).or_else(|| mistaken_gauge(session));
         fault = fault.or_else(|| instrument_moved(session, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {

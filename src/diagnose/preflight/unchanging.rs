@@ -43,8 +43,16 @@ pub(crate) fn unchanging(session: &Session) -> Option<String> {
             Some((test, chance, due_mm))
         })
         .collect();
+    // all runs of a set-up show what changes in it: the one that shows most counts
+    let is_of_one = |one: usize, other: usize| thinned.tests[one].is_repeat_of(&thinned.tests[other]);
+    let of_set_up = |test: usize| {
+        let runs = judged.iter().filter(move |(other, ..)| is_of_one(*other, test));
+        runs.map(|(_, chance, _)| *chance).fold(0.0, f64::max)
+    };
+    let set_ups = (0..judged.len()).filter(|&k| !judged[..k].iter().any(|(other, ..)| is_of_one(*other, judged[k].0)));
+    let set_ups = set_ups.count() as f64;
     let struck: Vec<&(usize, f64, f64)> =
-        judged.iter().filter(|(_, chance, _)| chance * (judged.len() as f64) < BY_CHANCE).collect();
+        judged.iter().filter(|(test, ..)| of_set_up(*test) * set_ups < BY_CHANCE).collect();
     let due_um = 1e3 * struck.iter().map(|(.., due_mm)| *due_mm).reduce(f64::min)?;
     let names: Vec<String> = struck.iter().map(|(test, ..)| session.tests[*test].name.clone()).collect();
     Some(format!(

@@ -94,6 +94,9 @@ pub enum DiagnoseError {
     Effect(#[from] EffectError),
 }
 
+/// Probability below which the cause of a finding is open.
+const EVEN: f64 = 0.5;
+
 impl Diagnosis {
     /// Diagnosis of a session whose recordings cannot be true as they stand: the mistake in them, where one is known
     /// that undoes it. Nothing is fitted.
@@ -154,6 +157,9 @@ impl Diagnosis {
             if verdict == Verdict::Explained && strained.is_some() { Verdict::PartlyExplained } else { verdict };
         let carries: Vec<bool> = transfers.iter().map(|one| one.as_ref().is_none_or(LeftOutSetup::is_right)).collect();
         temper(&fine.thresholds, &mut findings, verdict, !is_static, proof.as_ref(), &carries, search.other.as_ref());
+        // a cause that stays open may be none of those known: what it moves is not determined
+        let is_open = findings.iter().any(|finding| finding.probability < EVEN);
+        location_errors.iter_mut().for_each(|moved| moved.determined &= !(is_open && moved.is_moved()));
         Diagnosis {
             verdict,
             findings,

@@ -31,6 +31,16 @@ pub struct Moved {
     pub hangs_on: Vec<HangsOn>,
 }
 
+/// Standard deviations by which a location error has moved.
+const MOVED: f64 = 2.0;
+
+impl Moved {
+    /// Whether the findings move it by more than its uncertainty.
+    pub(crate) fn is_moved(&self) -> bool {
+        (self.after - self.before).abs() > MOVED * self.seen_sigma
+    }
+}
+
 /// An unseen cause that moves a location error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HangsOn {

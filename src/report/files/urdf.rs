@@ -18,6 +18,12 @@ pub fn machine_urdf(machine: &Machine) -> String {
     let chain = Chain::of(machine);
     let geometry = Geometry::new(&chain, &machine.location_errors(), Composition::Exact);
     let mut out = String::from("<?xml version=\"1.0\"?>\n");
+    if machine.location_errors().iter().flatten().any(|error| *error != 0.0) {
+        out.push_str(
+            "<!-- errors stand in origins and axes: balls of a session with this file are stated in R with all axes at zero where the \
+             errors have put their links -->\n",
+        );
+    }
     for lost in not_held(machine) {
         let _ = writeln!(out, "<!-- not held here: {} -->", escape(&lost).replace("--", "- -"));
     }

@@ -40,6 +40,9 @@ struct Drawn<'s> {
     fit: &'s TestFit,
 }
 
+/// A bar lies in the plane of its circle where its length is the radius, within what a calibrated length differs from a nominal one, mm.
+const LEVEL_MM: f64 = 0.2;
+
 impl Drawn<'_> {
     /// Angle of the picture by row: the bar's direction where it turns, else the position of the axis that turns.
     fn angle_rad(&self) -> Option<&[f64]> {
@@ -57,8 +60,12 @@ impl Drawn<'_> {
     fn deviations_um(&self) -> (f64, Vec<f64>, Vec<f64>, Vec<f64>) {
         let lengths = self.test.recording.as_ref().map_or(&[][..], |recording| &recording.length_mm);
         let finite: Vec<f64> = lengths.iter().copied().filter(|length| length.is_finite()).collect();
-        // an absolute gauge has no nominal length; its mean stands for it
-        let nominal_mm = self.test.bar_length_mm.unwrap_or(finite.iter().sum::<f64>() / finite.len().max(1) as f64);
+        // a circle has the radius that was commanded, as its figures count; an absolute gauge has no nominal length: its mean stands for it
+        let bar_mm = self.test.bar_length_mm;
+        let is_level = |radius: &f64| bar_mm.is_none_or(|bar| (bar - radius).abs() < LEVEL_MM);
+        let commanded_mm = self.swept.as_ref().and_then(|swept| swept.radius_mm).filter(is_level);
+        let usual_mm = || finite.iter().sum::<f64>() / finite.len().max(1) as f64;
+        let nominal_mm = commanded_mm.or(bar_mm).unwrap_or_else(usual_mm);
         let (mut read, mut left_out, mut model) = (Vec::new(), Vec::new(), Vec::new());
         for (row, length) in lengths.iter().enumerate() {
             let is_taken = self.fit.kept.get(row).copied().unwrap_or(false);
@@ -191,6 +198,8 @@ pub(crate) struct Swept {
     pub(crate) angle_rad: Option<Vec<f64>>,
     /// Axes whose positions a planar circle is drawn over, to the right and up.
     plane: Option<[String; 2]>,
+    /// Mean radius of the commanded circle, mm.
+    radius_mm: Option<f64>,
 }
 
 impl Swept {
@@ -222,7 +231,13 @@ pub(crate) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<S
     if let Some(axis) = farthest(AxisKind::Rotary) {
         let angle: Vec<f64> = motion.axis(axis).collect();
         let value = angle.iter().map(|angle| angle.to_degrees()).collect();
-        return Some(Swept { label: format!("{}, °", axes[axis].name), value, angle_rad: Some(angle), plane: None });
+        return Some(Swept {
+            label: format!("{}, °", axes[axis].name),
+            value,
+            angle_rad: Some(angle),
+            plane: None,
+            radius_mm: None,
+        });
     }
     let linear: Vec<usize> = motion.moving.iter().copied().filter(|&axis| travel(axis) > 0.0).collect();
     if let [first, second] = linear[..] {
@@ -234,10 +249,14 @@ pub(crate) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<S
         let angle: Vec<f64> = (0..motion.rows())
             .map(|row| (motion.row(row)[second] - pivot.1).atan2(motion.row(row)[first] - pivot.0))
             .collect();
+        let radii = (0..motion.rows())
+            .map(|row| (motion.row(row)[second] - pivot.1).hypot(motion.row(row)[first] - pivot.0))
+            .sum::<f64>();
+        let radius_mm = Some(radii / motion.rows().max(1) as f64);
         let value = unwrapped_deg(&angle);
         let label = format!("angle in {}{}, °", axes[first].name, axes[second].name);
         let plane = Some([first, second].map(|axis| axes[axis].name.clone()));
-        return Some(Swept { label, value, angle_rad: Some(angle), plane });
+        return Some(Swept { label, value, angle_rad: Some(angle), plane, radius_mm });
     }
     let axis = farthest(AxisKind::Linear)?;
     Some(Swept {
@@ -245,6 +264,7 @@ pub(crate) fn swept(session: &Session, test: &Test, motion: &Motion) -> Option<S
         value: motion.axis(axis).collect(),
         angle_rad: None,
         plane: None,
+        radius_mm: None,
     })
 }
 
@@ -267,10 +287,11 @@ fn circle_centre(motion: &Motion, first: usize, second: usize) -> (f64, f64) {
     if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) }
 }
 
+/// Angles that run on over a whole turn; their middle lies between 0 and 360°, so that both directions have the same ones.
 fn unwrapped_deg(angle_rad: &[f64]) -> Vec<f64> {
     let mut turns = 0.0;
     let mut last: Option<f64> = None;
-    angle_rad
+    let mut degrees: Vec<f64> = angle_rad
         .iter()
         .map(|angle| {
             let degrees = angle.to_degrees();
@@ -280,7 +301,12 @@ fn unwrapped_deg(angle_rad: &[f64]) -> Vec<f64> {
             last = Some(degrees);
             degrees + turns
         })
-        .collect()
+        .collect();
+    if let (Some(first), Some(last)) = (degrees.first(), degrees.last()) {
+        let whole = 360.0 * (0.5 * (first + last) / 360.0).floor();
+        degrees.iter_mut().for_each(|angle| *angle -= whole);
+    }
+    degrees
 }
 
 #[cfg(test)]
@@ -291,5 +317,9 @@ mod tests {
     fn angles_run_on_over_the_half_turn() {
         let degrees = unwrapped_deg(&[3.0, 3.1, -3.1, -3.0]);
         assert!(degrees.windows(2).all(|pair| pair[1] > pair[0]), "{degrees:?}");
+        // there and back over the same arc
+        let back = unwrapped_deg(&[-3.0, -3.1, 3.1, 3.0]);
+        let turned: Vec<f64> = back.into_iter().rev().collect();
+        assert!(degrees.iter().zip(&turned).all(|(one, other)| (one - other).abs() < 1e-9), "{degrees:?} {turned:?}");
     }
 }

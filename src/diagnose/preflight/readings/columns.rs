@@ -48,7 +48,11 @@ type Measure = fn(&Session) -> Option<f64>;
 pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
     best(session, points_mm, NEAR_NOMINAL_MM, 1e3, mistakes_of_points)
         .or_else(|| best(session, turns_rad, NEAR_NOMINAL_RAD, 1e3 * crate::readings::LEVER_MM, mistakes_of_rotations))
-        .or_else(|| best(session, gauges_mm, GAUGE_NEAR_NOMINAL_MM, 1e3, mistakes_of_gauges))
+}
+
+/// A gauge read with the other sign or in another unit. A fit turns the gauge round and leaves nothing of it: the stated direction tells.
+pub(crate) fn mistaken_gauge(session: &Session) -> Option<DataFault> {
+    best(session, gauges_mm, GAUGE_NEAR_NOMINAL_MM, 1e3, mistakes_of_gauges)
 }
 
 /// The mistake that leaves least by a measure, with those that leave as little.
