@@ -32,12 +32,10 @@ fn nothing_is_claimed(session: &Session, what: &str) {
     let examination = examine(session, &Options::default()).unwrap();
     assert_eq!(examination.fit.as_ref().map_or(0, determined), 0, "{what}: {examination:?}");
     let diagnosis = diagnose(session, &Options::default()).unwrap();
-    let is_claimed = matches!(diagnosis.verdict, Verdict::Clean | Verdict::Explained);
-    assert!(
-        !is_claimed && diagnosis.location_errors.iter().all(|moved| !moved.determined),
-        "{what}: {:?}",
-        diagnosis.verdict
-    );
+    // physics that fits all the same stays open, or is told beside the doubt
+    let is_doubted = diagnosis.warnings.iter().any(|warning| warning.starts_with("nothing but noise changes"));
+    let is_claimed = diagnosis.findings.iter().any(|finding| finding.probability > 0.5) && !is_doubted;
+    assert!(diagnosis.verdict != Verdict::Clean && !is_claimed, "{what}: {:?}", diagnosis.verdict);
 }
 
 #[test]

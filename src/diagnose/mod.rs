@@ -88,19 +88,16 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let stated_mm = examination.fit.as_ref().map_or(0.0, |fit| fit.rms_mm);
     let preflight = Preflight::of(session);
     let diagnosis = diagnosed(fine, options, (&setups, &preflight, stated_mm), fit, true)?;
-    // where too little changes neither a sound machine nor physics says anything
-    if diagnosis.verdict != Verdict::DataFault
-        && let Some(reason) = unchanging(session)
-    {
-        return Ok(Diagnosis::of_examination(Examination { unjudged: Some(reason), ..examination }));
-    }
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
-    // where nothing was found, nothing else explains what a ball or bar makes up for
-    let sound = examination.fit.as_ref().filter(|_| diagnosis.verdict == Verdict::Clean);
-    Ok(match sound.and_then(strained) {
-        Some(reason) => diagnosis.not_to_be_judged(reason),
-        None => diagnosis,
+    let unchanging = if diagnosis.verdict == Verdict::DataFault { None } else { unchanging(session) };
+    // where nothing was found, nothing else explains what a ball or bar makes up for, or that too little changes
+    let is_clean = diagnosis.verdict == Verdict::Clean;
+    let sound = examination.fit.as_ref().filter(|_| is_clean);
+    Ok(match (sound.and_then(strained).or_else(|| unchanging.clone().filter(|_| is_clean)), unchanging) {
+        (Some(reason), _) => diagnosis.not_to_be_judged(reason),
+        (None, Some(warning)) => diagnosis.with_nothing_determined(warning),
+        (None, None) => diagnosis,
     })
 }
 

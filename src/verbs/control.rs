@@ -213,6 +213,9 @@ fn without_errors(machine: &Machine) -> Machine {
     clean
 }
 
+/// Whether the control takes a number.
+type Enters<'e> = dyn Fn(&Number) -> bool + 'e;
+
 /// Figures of the volume as the machine is, as it is left with what the control takes, and how far its drawn likes stand from it; `None` where
 /// travels or the spindle are not stated.
 fn volume(
@@ -220,7 +223,7 @@ fn volume(
     session: &Session,
     fitted: &Machine,
     fit: &Fit,
-    (numbers, enters): (&[Number], &dyn Fn(&Number) -> bool),
+    (numbers, enters): (&[Number], &Enters),
 ) -> Option<Volume> {
     let machine_file = file.parent().map(PathBuf::from).unwrap_or_default().join(&session.machine_file);
     let bodies = load_machine_and_bodies(&machine_file).map_or_else(|_| Bodies::default(), |(_, bodies)| bodies);

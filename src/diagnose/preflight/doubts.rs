@@ -202,6 +202,9 @@ const WARNED_LEFT_OUT: f64 = 0.01;
 /// micrometres and arcseconds are usual.
 const WARNED_LOCATION: f64 = 0.3;
 
+/// Standard deviations from which a location error is that large, and not perhaps.
+const FAR_BY_SIGMAS: f64 = 3.0;
+
 /// What a user should look at although the fit stands.
 pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
     let setups = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, _)| unknown.quantity.is_setup());
@@ -223,7 +226,7 @@ pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
         let off = estimate.value - unknown.prior_mean;
         let is_far = matches!(unknown.quantity, Quantity::Location { .. })
             && off.abs() > WARNED_LOCATION * unknown.prior_sigma
-            && off.abs() > estimate.sigma;
+            && off.abs() > FAR_BY_SIGMAS * estimate.sigma;
         let measure = unknown.measure;
         is_far.then(|| {
             format!(

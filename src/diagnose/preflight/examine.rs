@@ -108,7 +108,11 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
         fault = fault.or_else(|| instrument_moved(session, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
-        fault = contest(session).or_else(|| further_contradiction(session));
+        let gross = contest(session).map(|fault| match repeats_um {
+            Some(noise_um) => fault.less_what_it_leaves(noise_um),
+            None => fault,
+        });
+        fault = gross.or_else(|| further_contradiction(session));
     }
     let mut warnings: Vec<String> = fit.iter().flat_map(warnings).collect();
     if fault.is_none() && misfit.is_none() && noisy.is_none() {
@@ -178,7 +182,9 @@ fn sense_of_readings(session: &Session) -> Sense {
             READING_PROCESSED => now.1 + now.2 - then.1 - then.2,
             _ => now.2 - then.2,
         };
-        let is_back = is_sign || then.2 < BACK_AGAIN * bars(&other.session) as f64;
+        // with the sign turned back bars have their lengths as well: else a bar is another than stated
+        let back = if is_sign { BACK_OF_SIGN } else { BACK_AGAIN };
+        let is_back = then.2 < back * bars(&other.session) as f64;
         (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
@@ -219,6 +225,9 @@ fn stood_instead(
 
 /// Mean squared offset of the bars, in their spreads, with which they are where they were stated to be: two spreads each.
 const BACK_AGAIN: f64 = 4.0;
+
+/// The same where only a sign is in question, which no other place of a bar looks like: three spreads each.
+const BACK_OF_SIGN: f64 = 9.0;
 
 /// Number of bars with a length and a zero of their own.
 fn bars(session: &Session) -> usize {

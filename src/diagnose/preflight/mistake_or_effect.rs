@@ -29,6 +29,9 @@ use nalgebra::{Cholesky, DMatrix};
 /// is, and then it lies anywhere within a millimetre (−5.3 + 0.9).
 const LEFT_OUT: f64 = -4.4;
 
+/// Probability of all mistakes together from which one is the verdict.
+const LEAST_OF_VERDICT: f64 = 1.0 / 3.0;
+
 /// What mistakes held against physics came to.
 pub(crate) struct Held {
     /// The likeliest mistake, the others as its rivals; `None` where nothing speaks for any.
@@ -53,7 +56,8 @@ impl Held {
     /// to doubt.
     pub(crate) fn against(self, share: f64) -> Result<Option<DataFault>, Doubt> {
         let Held { fault: Some(fault), probability, cause } = self else { return Ok(None) };
-        if probability >= (1.0 - probability) * share {
+        // a verdict that is wrong more often than two times in three is none
+        if probability >= (1.0 - probability) * share && probability >= LEAST_OF_VERDICT {
             return Ok(Some(fault.or_effect(probability, cause.map(|cause| (cause, share)))));
         }
         let is_worth_a_word = probability >= LEAST_PROBABILITY && cause.is_some();

@@ -118,10 +118,8 @@ impl Suspected {
         (before > WORTH_A_SEARCH * after).then(|| {
             let is_found_place = best.effect == BALL_PLACE && best.is_found;
             let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
-            // what is left beside noise may be another mistake, or belong to one that is not known
-            let whole = if noise_um > 0.0 { (NEAR_NOISE * noise_um / after).min(1.0).sqrt() } else { 1.0 };
             let fault = DataFault { rivals: rivals.clone(), ..best.clone().fault(before, after) };
-            let fault = fault.shared_evenly().or_effect(whole, None);
+            let fault = fault.shared_evenly().less_what_it_leaves(noise_um);
             Mistake { fault, undone, log_odds: *log_odds, is_plain, is_found_place, has_figures }
         })
     }
@@ -347,12 +345,20 @@ pub(crate) fn toggled(
 const OF_PHYSICS_UM: f64 = 30.0;
 
 impl DataFault {
+    /// The same, less sure the more it leaves beside noise, µm: what is left may be another mistake, or belong to one that is not known.
+    pub(crate) fn less_what_it_leaves(self, noise_um: f64) -> DataFault {
+        let is_known = noise_um > 0.0 && self.after_um.is_finite();
+        let whole = if is_known { (NEAR_NOISE * noise_um / self.after_um).min(1.0).sqrt() } else { 1.0 };
+        self.or_effect(whole, None)
+    }
+
     /// Whether an effect says of some tests what this mistake does: a clock that is late in them, a ball that slipped where a zero
     /// moved or an axis stood elsewhere, or balls of a program that stand elsewhere, as lost motion or growth looks in the tests that alone
     /// show it.
     fn looks_like_an_effect(&self) -> bool {
         let is_of_some = [TIME_SHIFT, READING_ZERO].contains(&self.effect) && !self.tests.is_empty();
-        let may_be_a_slip = self.effect == STANDING_AXIS && self.before_um < OF_PHYSICS_UM;
+        let is_of_a_place = [STANDING_AXIS, COLUMN_SHIFTED].contains(&self.effect);
+        let may_be_a_slip = is_of_a_place && self.before_um < OF_PHYSICS_UM;
         is_of_some || may_be_a_slip || self.effect == FOREIGN
     }
 

@@ -14,6 +14,7 @@ use crate::diagnose::model::decimate::few_rows;
 use crate::identify::{Options, Problem, Quantity};
 use crate::machine::AxisKind;
 use crate::session::{Session, Setups};
+use crate::statistics::median;
 use crate::units::ARCSEC_PER_RAD;
 
 /// Location errors of a machine in order, mm and rad: 10 µm and 10 arcsec.
@@ -43,11 +44,11 @@ pub(crate) fn unchanging(session: &Session) -> Option<String> {
             Some((test, chance, due_mm))
         })
         .collect();
-    // all runs of a set-up show what changes in it: the one that shows most counts
+    // all runs of a set-up show what changes in it: the middle one counts
     let is_of_one = |one: usize, other: usize| thinned.tests[one].is_repeat_of(&thinned.tests[other]);
     let of_set_up = |test: usize| {
         let runs = judged.iter().filter(move |(other, ..)| is_of_one(*other, test));
-        runs.map(|(_, chance, _)| *chance).fold(0.0, f64::max)
+        median(runs.map(|(_, chance, _)| *chance)).unwrap_or(1.0)
     };
     let set_ups = (0..judged.len()).filter(|&k| !judged[..k].iter().any(|(other, ..)| is_of_one(*other, judged[k].0)));
     let set_ups = set_ups.count() as f64;

@@ -191,6 +191,13 @@ impl Diagnosis {
         }
     }
 
+    /// The same with a warning that stands against all location errors.
+    pub(crate) fn with_nothing_determined(mut self, warning: String) -> Diagnosis {
+        self.location_errors.iter_mut().for_each(|moved| moved.determined = false);
+        self.warnings.push(warning);
+        self
+    }
+
     /// The same of readings that cannot be judged, for this reason: it claims nothing.
     pub(crate) fn not_to_be_judged(mut self, reason: String) -> Diagnosis {
         self.location_errors.iter_mut().for_each(|moved| moved.determined = false);

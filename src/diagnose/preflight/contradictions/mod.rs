@@ -2,6 +2,7 @@
 
 mod arcs;
 mod directions;
+mod ends;
 mod quiet;
 mod rounded;
 mod same_rows;
@@ -19,7 +20,8 @@ use crate::session::Session;
 /// What no other mistake can look like; lost digits and copies come first, for readings without digits agree by chance, and a copied
 /// file contradicts its test in other ways too.
 pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
-    rounded::rounded(session)
+    ends::exchanged(session)
+        .or_else(|| rounded::rounded(session))
         .or_else(|| copied_rows(session))
         .or_else(|| arcs::uncut(session))
         .or_else(|| standstill::missing(session))

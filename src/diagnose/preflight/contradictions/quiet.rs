@@ -32,19 +32,26 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let own_mm = median(struck.iter().map(|(_, mm)| *mm))?;
     let ratio = usual_mm / own_mm;
     let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / INCH));
-    let (effect, what) = match is_inch {
-        true => ("unit", "their deviations are in inches, or were divided by 25.4; convert them to mm"),
-        false => (READING_PROCESSED, "they were divided, averaged or computed; export them as the gauge took them"),
+    let of = |effect, what: &str| {
+        let says = format!(
+            "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",
+            listed(&names),
+            1e3 * own_mm,
+            1e3 * usual_mm
+        );
+        let mut fault = DataFault::seen(effect, RECORDER, names.clone(), says);
+        fault.components = vec!["length".into()];
+        fault
     };
-    let says = format!(
-        "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",
-        listed(&names),
-        1e3 * own_mm,
-        1e3 * usual_mm
-    );
-    let mut fault = DataFault::seen(effect, RECORDER, names, says);
-    fault.components = vec!["length".into()];
-    Some(fault)
+    let processed =
+        of(READING_PROCESSED, "they were divided, averaged or computed; export them as the gauge took them");
+    if !is_inch {
+        return Some(processed);
+    }
+    // a mean over 25 rows scatters as little
+    let mut inches = of("unit", "their deviations are in inches, or were divided by 25.4; convert them to mm");
+    inches.rivals = vec![processed.into_rival()];
+    Some(inches.shared_evenly())
 }
 
 /// Scatter of deviations that were read but divided since, mm: computed ones scatter by their last digit, and gauges by more.

@@ -216,10 +216,16 @@ fn units_of_positions(session: &Session) -> Vec<Undone> {
     units.into_iter().flat_map(of_unit).collect()
 }
 
+/// Where a test states the link of one of its ends.
+type LinkOf = fn(&mut Test) -> &mut String;
+
+/// A rotation as it would be, read in another form.
+type Reread = fn(&Matrix3<f64>) -> Matrix3<f64>;
+
 /// Instruments and targets on another link than stated.
 fn other_links(session: &Session) -> Vec<Undone> {
     let chain = Chain::of(&session.machine);
-    let ends: [(&'static str, fn(&mut Test) -> &mut String); 2] =
+    let ends: [(&'static str, LinkOf); 2] =
         [("target", |test| &mut test.spindle_ball.link), ("instrument", |test| &mut test.pivot.link)];
     let mut list = Vec::new();
     for (end, link_of) in ends {
@@ -302,7 +308,7 @@ fn moved_against_readings(recording: &mut Recording, off: i64) {
 fn mistakes_of_rotations(session: &Session) -> Vec<Undone> {
     let columns = session.tests.iter().filter_map(|test| test.reading.part()).find(|part| part.kind == Kind::Pose);
     let has = |name: &str| columns.is_some_and(|part| part.columns.iter().any(|column| column == name));
-    let mut ways: Vec<(&'static str, &'static str, fn(&Matrix3<f64>) -> Matrix3<f64>)> = vec![(
+    let mut ways: Vec<(&'static str, &'static str, Reread)> = vec![(
         "rotation-form",
         "rotations are those of the instrument in the target's axes: invert them (turn the signs of qx, qy and qz, or transpose the matrix)",
         Matrix3::transpose,
@@ -433,7 +439,7 @@ fn with_coordinates(session: &Session, change: impl Fn(Vector3<f64>) -> Vector3<
 }
 
 /// Rotations changed, row by row.
-fn with_rotations(session: &Session, change: fn(&Matrix3<f64>) -> Matrix3<f64>) -> Session {
+fn with_rotations(session: &Session, change: Reread) -> Session {
     let mut changed = session.clone();
     for part in changed.tests.iter_mut().filter_map(|test| test.reading.part_mut()) {
         part.measured = Arc::new(part.measured.iter().map(change).collect());

@@ -76,9 +76,9 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
         let names = names(session, tests);
         let share = readings(session, tests) as f64 / readings(session, &every(session)).max(1) as f64;
         let says = format!(
-            "the deviations from the bar's length in {} are about {factor:.2} times what they should be: export them again, without \
-             a factor",
-            listed(&names)
+            "the deviations from the bar's length in {} are about {} times what they should be: export them again, without a factor",
+            listed(&names),
+            if factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") }
         );
         let undone = with_figures(session, &figure, &sizes)?;
         let found = Suspicion::new("unit", RECORDER, names, says, undone);
