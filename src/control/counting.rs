@@ -4,11 +4,9 @@ use crate::machine::{AxisKind, Machine};
 
 /// Slides whose positive command moves the tool in the negative sense over the workpiece, by index.
 pub fn counting_against(machine: &Machine) -> Vec<usize> {
-    let table = machine.code.workpiece_side.len();
     let way = |axis: usize| {
         let along = machine.axes[axis].direction;
-        let side = if axis < table { -1.0 } else { 1.0 };
-        side * machine.motion_sign(axis) * along[along.iamax()].signum()
+        machine.tool_sign(axis) * along[along.iamax()].signum()
     };
     let slides = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Linear);
     slides.filter(|&axis| way(axis) < 0.0).collect()

@@ -135,21 +135,21 @@ enum Swivels {
 /// The vectors of a swivel data record, as CYCLE800 and the five-axis transformation hold them: `$TC_CARR` of the first part and
 /// machine data.
 #[derive(Clone, Copy)]
-enum Vector {
+enum SwivelVector {
     I1,
     I2,
     I3,
     I4,
 }
 
-impl Vector {
+impl SwivelVector {
     /// Name with the number of its first part.
     fn carrier(self) -> (&'static str, usize) {
         match self {
-            Vector::I1 => ("I1", 1),
-            Vector::I2 => ("I2", 4),
-            Vector::I3 => ("I3", 15),
-            Vector::I4 => ("I4", 18),
+            SwivelVector::I1 => ("I1", 1),
+            SwivelVector::I2 => ("I2", 4),
+            SwivelVector::I3 => ("I3", 15),
+            SwivelVector::I4 => ("I4", 18),
         }
     }
 
@@ -157,16 +157,16 @@ impl Vector {
     /// a table has the number 24558 beside the name of 24560, which the function manual gives it).
     fn machine_data(self, swivels: Swivels) -> Option<&'static str> {
         match (self, swivels) {
-            (Vector::I1, Swivels::Tool) | (Vector::I4, Swivels::Part | Swivels::Mixed) => {
+            (SwivelVector::I1, Swivels::Tool) | (SwivelVector::I4, Swivels::Part | Swivels::Mixed) => {
                 Some("MD24500 $MC_TRAFO5_PART_OFFSET_1")
             }
-            (Vector::I3, Swivels::Tool) | (Vector::I2, Swivels::Part | Swivels::Mixed) => {
+            (SwivelVector::I3, Swivels::Tool) | (SwivelVector::I2, Swivels::Part | Swivels::Mixed) => {
                 Some("MD24550 $MC_TRAFO5_BASE_TOOL_1")
             }
-            (Vector::I3, Swivels::Mixed) => Some("MD24558 $MC_TRAFO5_JOINT_OFFSET_PART_1"),
-            (Vector::I2, Swivels::Tool) | (Vector::I3, Swivels::Part) | (Vector::I1, Swivels::Mixed) => {
-                Some("MD24560 $MC_TRAFO5_JOINT_OFFSET_1")
-            }
+            (SwivelVector::I3, Swivels::Mixed) => Some("MD24558 $MC_TRAFO5_JOINT_OFFSET_PART_1"),
+            (SwivelVector::I2, Swivels::Tool)
+            | (SwivelVector::I3, Swivels::Part)
+            | (SwivelVector::I1, Swivels::Mixed) => Some("MD24560 $MC_TRAFO5_JOINT_OFFSET_1"),
             _ => None,
         }
     }
@@ -177,29 +177,30 @@ impl Vector {
 /// from the machine outward: I2 to the first axis, I3 to the second; beside a head I3 to the axis. I1 and I4 close the chains.
 fn sinumerik(machine: &Machine, number: &Number) -> Vec<Parameter> {
     let axis = &machine.axes[number.axis].name;
-    let is_table = |axis: usize| axis < machine.code.workpiece_side.len();
     let turning = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
-    let (table, head): (Vec<usize>, Vec<usize>) = turning.partition(|&axis| is_table(axis));
+    let (table, head): (Vec<usize>, Vec<usize>) = turning.partition(|&axis| machine.carries_workpiece(axis));
     let swivels = match (table.is_empty(), head.is_empty()) {
         (false, false) => Swivels::Mixed,
         (true, _) => Swivels::Tool,
         (false, true) => Swivels::Part,
     };
     let (vector, says, sign) = match (number.what, swivels) {
-        (What::TableCentre, Swivels::Mixed) => (Vector::I3, format!("centre of {axis}"), 1.0),
-        (What::TableCentre, _) => (Vector::I2, format!("centre of {axis}"), 1.0),
-        (What::Vector { from }, _) if is_table(number.axis) => {
-            (Vector::I3, format!("vector from {} to {axis}", machine.axes[from].name), 1.0)
+        (What::TableCentre, Swivels::Mixed) => (SwivelVector::I3, format!("centre of {axis}"), 1.0),
+        (What::TableCentre, _) => (SwivelVector::I2, format!("centre of {axis}"), 1.0),
+        (What::Vector { from }, _) if machine.carries_workpiece(number.axis) => {
+            (SwivelVector::I3, format!("vector from {} to {axis}", machine.axes[from].name), 1.0)
         }
-        (What::Vector { from }, _) => (Vector::I2, format!("vector from {axis} to {}", machine.axes[from].name), -1.0),
-        (What::Pivot, Swivels::Mixed) => (Vector::I2, format!("vector from the spindle to {axis}"), -1.0),
-        (What::Pivot, _) => (Vector::I3, format!("vector from the spindle to {axis}"), -1.0),
+        (What::Vector { from }, _) => {
+            (SwivelVector::I2, format!("vector from {axis} to {}", machine.axes[from].name), -1.0)
+        }
+        (What::Pivot, Swivels::Mixed) => (SwivelVector::I2, format!("vector from the spindle to {axis}"), -1.0),
+        (What::Pivot, _) => (SwivelVector::I3, format!("vector from the spindle to {axis}"), -1.0),
         (What::ZeroShift | What::Direction, _) => return Vec::new(),
     };
-    let closing = if is_table(number.axis) { Vector::I4 } else { Vector::I1 };
+    let closing = if machine.carries_workpiece(number.axis) { SwivelVector::I4 } else { SwivelVector::I1 };
     let (k, along) = (number.component, COORDINATES[number.component]);
     let both = [(vector, says, sign), (closing, "which closes the chain".to_string(), -sign)];
-    let entries = |(vector, says, sign): &(Vector, String, f64)| {
+    let entries = |(vector, says, sign): &(SwivelVector, String, f64)| {
         let (name, first) = vector.carrier();
         let carrier = (format!("$TC_CARR{}", first + k), format!("{name}, {says}, {along}"));
         let carrier = of(machine, number, carrier, *sign);
@@ -216,7 +217,7 @@ fn sinumerik(machine: &Machine, number: &Number) -> Vec<Parameter> {
 /// tool axis to the (second) axis, and from the second axis to the first.
 fn fanuc(machine: &Machine, number: &Number) -> Vec<Parameter> {
     let (axis, k, along) = (&machine.axes[number.axis].name, number.component, COORDINATES[number.component]);
-    let is_table = number.axis < machine.code.workpiece_side.len();
+    let is_table = machine.carries_workpiece(number.axis);
     let (first, says, sign) = match number.what {
         What::TableCentre => (19700, format!("table centre of {axis}"), 1.0),
         What::Vector { from } if is_table => (19703, format!("vector from {} to {axis}", machine.axes[from].name), 1.0),

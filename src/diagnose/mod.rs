@@ -90,14 +90,18 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let diagnosis = diagnosed(fine, options, (&setups, &preflight, stated_mm), fit, true)?;
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
-    let unchanging = if diagnosis.verdict == Verdict::DataFault { None } else { unchanging(session) };
     // where nothing was found, nothing else explains what a ball or bar makes up for, or that too little changes
-    let is_clean = diagnosis.verdict == Verdict::Clean;
-    let sound = examination.fit.as_ref().filter(|_| is_clean);
-    Ok(match (sound.and_then(strained).or_else(|| unchanging.clone().filter(|_| is_clean)), unchanging) {
-        (Some(reason), _) => diagnosis.not_to_be_judged(reason),
-        (None, Some(warning)) => diagnosis.with_nothing_determined(warning),
-        (None, None) => diagnosis,
+    Ok(match (&diagnosis.verdict, examination.fit.as_ref().and_then(strained)) {
+        (Verdict::DataFault, _) => diagnosis,
+        (Verdict::Clean, Some(reason)) => diagnosis.not_to_be_judged(reason),
+        (Verdict::Clean, None) => match unchanging(session) {
+            Some(reason) => diagnosis.not_to_be_judged(reason),
+            None => diagnosis,
+        },
+        _ => match unchanging(session) {
+            Some(warning) => diagnosis.with_nothing_determined(warning),
+            None => diagnosis,
+        },
     })
 }
 

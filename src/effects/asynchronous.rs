@@ -9,9 +9,10 @@ use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, Refined, directions, motion, none, with_number};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 use std::f64::consts::TAU;

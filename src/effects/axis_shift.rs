@@ -5,9 +5,10 @@
 
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, with_number};
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    of_any_axis, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, of_any_axis,
+    plain_measure, single_function,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError, Profile};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 

@@ -7,10 +7,11 @@
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, directions, motion, none, with_number};
 use super::context::{Profile, Travel};
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure, single_function, word,
 };
 use super::memory::{MemoryLaw, Past};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 

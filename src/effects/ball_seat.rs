@@ -8,9 +8,10 @@
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure, single_function,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Machine, Outlet, ParameterValue, Place};
 use nalgebra::Vector3;

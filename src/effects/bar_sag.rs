@@ -8,9 +8,10 @@
 use super::candidates::{CandidateFamily, Observations, none, with_number};
 use super::context::{Profile, SAME_BAR_MM};
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, Place};
 

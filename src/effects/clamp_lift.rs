@@ -9,9 +9,10 @@ use super::candidates::{CandidateFamily, Observations, Refined, directions, moti
 use super::context::Profile;
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, plain_measure,
+    single_function,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, ParameterValue, Place};
 

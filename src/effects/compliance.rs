@@ -6,9 +6,10 @@
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, measure_per_load, no_check, single_function, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, Signature, Unseen, every_component, measure_per_load,
+    no_check, single_function, word,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 

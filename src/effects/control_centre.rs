@@ -10,9 +10,8 @@
 use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, directions, motion, none};
 use super::context::Profile;
-use super::contract::{
-    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
-};
+use super::contract::{Documented, Driver, Kind, Notable, Signature, Unseen, no_check, plain_measure};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Place};
 

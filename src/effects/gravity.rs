@@ -7,11 +7,12 @@
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, some_rows, with_word};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, no_check, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, Signature, Unseen, every_component, no_check,
+    plain_measure, word,
 };
 use super::load_frame::{of_link, rotations};
 use super::moment::{self, ABOUT};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 use nalgebra::{Matrix3, Vector3};

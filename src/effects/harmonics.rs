@@ -7,9 +7,9 @@ use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, Refined, directions, motion, with_list};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    list, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, plain_measure,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, Place};
 use std::f64::consts::TAU;

@@ -33,6 +33,7 @@ mod mount_drift;
 mod named_ball;
 mod repeatability;
 mod reversal_spike;
+mod showing_test;
 mod slide;
 mod slip;
 mod straightness;
@@ -52,14 +53,14 @@ pub use clamp_lift::CLAMP_LIFT;
 pub use compliance::LOAD_COMPLIANCE;
 pub use context::{Context, Profile};
 pub use contract::{
-    Bounds, DefaultValue, Documented, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, ShowingTest,
-    ShownBy, Signature, Unseen,
+    Bounds, DefaultValue, Documented, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen,
 };
 pub use gravity::GRAVITY_SAG;
 pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION, wave_numbers};
 pub use memory::{MemoryLaw, Past};
 pub use named_ball::{NamedBall, name_place};
 pub use reversal_spike::REVERSAL_SPIKE;
+pub use showing_test::{ShowingTest, ShownBy};
 pub use slide::{LINEAR_SCALE, SQUARENESS};
 pub use slip::{BALL_SLIP, PIVOT_SLIP};
 pub use straightness::STRAIGHTNESS;

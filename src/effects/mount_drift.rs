@@ -5,11 +5,9 @@
 
 use super::candidates::{CandidateFamily, Observations, none};
 use super::context::Profile;
-use super::contract::{
-    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
-    single_function,
-};
+use super::contract::{Documented, Driver, Kind, Notable, Signature, Unseen, no_check, plain_measure, single_function};
 use super::named_ball::{self, NamedBall, naming};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, Place};
 use crate::session::Setup;

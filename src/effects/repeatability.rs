@@ -6,9 +6,9 @@
 
 use super::candidates::{CandidateFamily, Observations, directions, motion, none};
 use super::contract::{
-    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, of_any_axis, plain_measure,
-    single_function,
+    Documented, Driver, Kind, Notable, Signature, Unseen, no_check, of_any_axis, plain_measure, single_function,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use crate::machine::{AxisKind, Outlet, Place};
 
 /// Repeatability of positioning.

@@ -11,10 +11,11 @@ use super::candidates::{CandidateFamily, Observations, Refined, none, with_numbe
 use super::context::Profile;
 use super::context::Travel;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure, single_function,
 };
 use super::memory::{MemoryLaw, Past};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 use std::f64::consts::TAU;

@@ -2,9 +2,10 @@
 
 use super::candidates::{CandidateFamily, Observations, directions, none};
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure, single_function,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use crate::machine::{AxisKind, Component, Outlet, Place};
 use crate::units::Measure;
 

@@ -5,10 +5,11 @@
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    no_check, plain_measure, single_function,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    plain_measure, single_function,
 };
 use super::named_ball::{self, NamedBall, SAME_PLACE_MM, naming};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{Effect, Outlet, ParameterValue, Place};
 use crate::session::{Ball, Test};

@@ -7,9 +7,10 @@ use super::backlash::across;
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, motion, none, with_list, with_number};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, no_check,
+    plain_measure, word,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Component, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;

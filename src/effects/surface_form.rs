@@ -9,10 +9,11 @@ use nalgebra::{Matrix3, Vector3};
 use super::candidates::{CandidateFamily, Observations, none, with_list};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, plain_measure,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, no_check,
+    plain_measure,
 };
 use super::load_frame::of_link;
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 use crate::readings::Kind as Readings;

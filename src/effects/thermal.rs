@@ -13,10 +13,11 @@ use super::candidates::{
 use super::channel::warming;
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    list, no_check, of_any_axis, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, no_check,
+    of_any_axis, word,
 };
 use super::friction_heat::{Source, friction_heat};
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::machine::{AxisKind, Effect, Machine, Outlet, ParameterValue, Place};
 use crate::units::Measure;

@@ -1,10 +1,8 @@
 //! Errors proportional to speed or acceleration: lag of an axis, radius loss, late pairing of positions with readings.
 
 use super::candidates::{CandidateFamily, Observations, none};
-use super::contract::{
-    Documented, Driver, Kind, Notable, ShowingTest, ShownBy, Signature, Unseen, no_check, plain_measure,
-    single_function,
-};
+use super::contract::{Documented, Driver, Kind, Notable, Signature, Unseen, no_check, plain_measure, single_function};
+use super::showing_test::{ShowingTest, ShownBy};
 use crate::machine::{AxisKind, Effect, Outlet, Place};
 
 /// An axis that trails its command.

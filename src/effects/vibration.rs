@@ -7,9 +7,10 @@
 use super::candidates::{CandidateFamily, Observations, Refined, none, with_number};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, every_component,
+    plain_measure, word,
 };
+use super::showing_test::{ShowingTest, ShownBy};
 use super::unknown::cubic;
 use super::{Context, EffectError};
 use crate::chain::sines_and_cosines;

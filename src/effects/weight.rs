@@ -10,10 +10,11 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, beside_own, directions, motion, none};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, ShowingTest, ShownBy, Signature, Unseen,
-    every_component, list, measure_per_load, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, every_component,
+    list, measure_per_load, word,
 };
 use super::load_frame::positions;
+use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
 use crate::chain::{Chain, Geometry, LinkId, Pose};
 use crate::machine::{AxisKind, CarriedBranch, Component, Effect, Machine, Outlet, ParameterValue, Place};

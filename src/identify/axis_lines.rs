@@ -159,15 +159,13 @@ fn centre_at(session: &Session, chain: &Chain, line: &AxisLine) -> Vec<CentreRea
     linear
         .into_iter()
         .filter_map(|axis| {
-            let linear = chain.joint(axis);
             let k = machine.axes[axis].coordinate_direction()?;
             // along the line itself there is no centre
             if joint.direction[k].abs() > 0.5 {
                 return None;
             }
-            let carries_spindle = chain.carried_by(axis).branch == Branch::Tool;
             let place = joint.origin[k] + line.shift_mm[k];
-            let along = linear.sign * linear.direction[k] * if carries_spindle { 1.0 } else { -1.0 };
+            let along = machine.tool_sign(axis) * machine.axes[axis].direction[k];
             let zero = machine.machine_zero[axis];
             Some(CentreReading {
                 axis,

@@ -76,10 +76,24 @@ impl Machine {
         self.axes.iter().map(|axis| axis.name.as_str()).collect()
     }
 
+    /// Whether an axis lies between the bed and the workpiece.
+    pub fn carries_workpiece(&self, axis: usize) -> bool {
+        axis < self.code.workpiece_side.len()
+    }
+
+    /// Axes between the workpiece and the bed, as the code has them.
+    pub fn table_axes(&self) -> Vec<usize> {
+        (0..self.code.workpiece_side.len()).collect()
+    }
+
+    /// +1 or −1 by axis index: a positive command moves the tool over the workpiece along the axis's direction, or against it.
+    pub fn tool_sign(&self, axis: usize) -> f64 {
+        if self.carries_workpiece(axis) { -self.motion_sign(axis) } else { self.motion_sign(axis) }
+    }
+
     /// +1 or −1 by axis index: a command q moves the carried part by `sign · q`, right-handed along the axis's direction.
     pub fn motion_sign(&self, axis: usize) -> f64 {
-        let carries_workpiece = axis < self.code.workpiece_side.len();
-        let against = carries_workpiece && self.directions == Some(Directions::Iso841);
+        let against = self.carries_workpiece(axis) && self.directions == Some(Directions::Iso841);
         if against != self.axes[axis].reversed { -1.0 } else { 1.0 }
     }
 

@@ -82,11 +82,7 @@ pub struct SightedMisfit {
 
 /// The misfit of points and poses by the nominal chain; `None` where none is read.
 pub fn sighted_misfit(session: &Session, chain: &Chain) -> Option<SightedMisfit> {
-    let is_sighted = |index: &usize| {
-        let part = session.tests[*index].reading.part();
-        part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
-    };
-    let firsts = (0..session.tests.len()).filter(is_sighted);
+    let firsts = (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting());
     let located = firsts.filter_map(|first| locate(&sightings(session, chain, first), Vector3::zeros(), false));
     let of = located.map(|found| SightedMisfit { point_mm: found.misfit_mm, turn_rad: found.turn_misfit_rad });
     of.reduce(|one, other| SightedMisfit {

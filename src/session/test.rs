@@ -5,7 +5,7 @@ use super::marks::Marks;
 use super::path::Path;
 use super::recording::Recording;
 use crate::machine::Machine;
-use crate::readings::Reading;
+use crate::readings::{Kind, Reading};
 
 /// Way over which an axis that stands in a test came to its place, in the sense that the test states, mm or deg: three times the longest
 /// over which lost motion is taken up.
@@ -57,6 +57,16 @@ impl Test {
     /// Name as the session file has it: of a point or a pose, not of one of its numbers.
     pub fn stated_name(&self) -> &str {
         self.reading.part().map_or(&self.name, |part| &part.of)
+    }
+
+    /// Whether its readings are of a point or a pose.
+    pub fn is_sighted(&self) -> bool {
+        self.reading.part().is_some_and(|part| matches!(part.kind, Kind::Point | Kind::Pose))
+    }
+
+    /// Whether it is the first number of a point or a pose.
+    pub fn is_first_of_sighting(&self) -> bool {
+        self.is_sighted() && self.reading.part().is_some_and(|part| part.leads())
     }
 
     /// Whether it has the balls, bar, feed and standing axes of another one.

@@ -6,8 +6,9 @@
 use crate::diagnose::cause::{LEAST_PROBABILITY, MOST_RIVALS};
 use rayon::prelude::*;
 
+use super::axis_columns::ANGLE_REVERSED;
 use super::data_fault::{DataFault, SURE_OF_FAULT};
-use super::mistakes::{ANGLE_REVERSED, suspicions};
+use super::mistakes::suspicions;
 use super::nearer::finer_place;
 use super::places::axis_lines::other_lines;
 use super::places::ball_places::{End, move_ball, placement};

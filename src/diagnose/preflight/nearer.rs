@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::mistakes::{TIME_SHIFT, shifted};
+use super::late_clock::{TIME_SHIFT, shifted};
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, stood_at};
 use super::suspicion::{Judged, Suspicion};
 use crate::machine::AxisKind;

@@ -10,10 +10,12 @@ use crate::statistics::{median, noise_of_rows, rms};
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
+use super::axis_columns::{ANGLE_REVERSED, from_other_end};
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
 use super::doubts::exceeds;
-use super::mistakes::{ANGLE_REVERSED, TIME_SHIFT, from_other_end, shift_in_words, suspicions, worst_tests};
+use super::late_clock::{TIME_SHIFT, shift_in_words};
+use super::mistakes::{suspicions, worst_tests};
 use super::nearer::{bring_nearer, first_position};
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;

@@ -5,7 +5,6 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 use super::loaded::left_by_a_load;
 use crate::diagnose::preflight::data_fault::{DataFault, SESSION};
 use crate::identify::{Fit, Options, identify};
-use crate::readings::Kind;
 use crate::session::{Session, Setups};
 use crate::statistics::rms;
 
@@ -74,12 +73,9 @@ struct Visit {
 
 /// What each instrument saw, in the order of the session, points from their middle; none of one that saw too little.
 fn visits(session: &Session, fit: &Fit) -> Vec<Vec<Visit>> {
-    let leads = |index: &usize| {
-        let part = session.tests[*index].reading.part();
-        part.is_some_and(|part| part.leads() && matches!(part.kind, Kind::Point | Kind::Pose))
-    };
     let instrument_of = Setups::of(session).pivot_of;
-    let mut order: Vec<usize> = (0..session.tests.len()).filter(leads).collect();
+    let firsts = (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting());
+    let mut order: Vec<usize> = firsts.collect();
     order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
     let mut by_instrument: Vec<(usize, Vec<Visit>)> = Vec::new();
     for test in order {

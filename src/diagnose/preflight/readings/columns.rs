@@ -149,7 +149,7 @@ fn senses(session: &Session) -> Vec<Undone> {
         session: with(&[axis]),
     };
     let mut list: Vec<Undone> = names.iter().enumerate().map(one).collect();
-    let table: Vec<usize> = (0..session.machine.code.workpiece_side.len()).collect();
+    let table = session.machine.table_axes();
     if table.len() > 1 {
         let components: Vec<String> = table.iter().map(|&axis| names[axis].to_string()).collect();
         let says = format!(
@@ -230,7 +230,7 @@ fn other_links(session: &Session) -> Vec<Undone> {
     let mut list = Vec::new();
     for (end, link_of) in ends {
         let mut stated: Vec<String> = Vec::new();
-        for test in session.tests.iter().filter(|test| is_sighted(test)) {
+        for test in session.tests.iter().filter(|test| test.is_sighted()) {
             let link = link_of(&mut test.clone()).clone();
             if !stated.contains(&link) {
                 stated.push(link);
@@ -241,7 +241,7 @@ fn other_links(session: &Session) -> Vec<Undone> {
                 chain.link_names().into_iter().filter(|other| other != link && chain.link(other) != chain.link(link))
             {
                 let mut undone = session.clone();
-                for test in undone.tests.iter_mut().filter(|test| is_sighted(test)) {
+                for test in undone.tests.iter_mut().filter(|test| test.is_sighted()) {
                     let own = link_of(test);
                     if own == link {
                         *own = other.to_string();
@@ -260,16 +260,12 @@ fn other_links(session: &Session) -> Vec<Undone> {
     list
 }
 
-fn is_sighted(test: &Test) -> bool {
-    test.reading.part().is_some_and(|part| matches!(part.kind, Kind::Point | Kind::Pose))
-}
-
 /// Readings beside the positions of earlier or later rows.
 fn rows_off(session: &Session) -> Vec<Undone> {
     let offs = (1..=MOST_ROWS_OFF).flat_map(|rows| [rows, -rows]);
     let of = |off: i64| {
         let mut undone = session.clone();
-        for test in undone.tests.iter_mut().filter(|test| is_sighted(test)) {
+        for test in undone.tests.iter_mut().filter(|test| test.is_sighted()) {
             test.recording.iter_mut().for_each(|recording| moved_against_readings(recording, off));
         }
         let (rows, side) = (off.abs(), if off > 0 { "earlier" } else { "later" });
@@ -304,53 +300,60 @@ fn moved_against_readings(recording: &mut Recording, off: i64) {
     }
 }
 
+/// Ways in which rotations are written by mistake: the column that shows their form (none for any), the fault, what to do, how they are
+/// read anew.
+const ROTATIONS: [(Option<&str>, &str, &str, Reread); 6] = [
+    (
+        None,
+        "rotation-form",
+        "rotations are those of the instrument in the target's axes: invert them (turn the signs of qx, qy and qz, or transpose the matrix)",
+        Matrix3::transpose,
+    ),
+    (
+        Some("qw"),
+        "rotation-form",
+        "quaternions have their real part last: rename the columns to qx, qy, qz, qw",
+        real_part_last,
+    ),
+    (Some("rx_deg"), "unit", "angles of the rotations are in radians: convert them to degrees", |read| {
+        rotation_of_euler_xyz(euler_xyz(read).map(f64::to_degrees))
+    }),
+    (
+        Some("rx_deg"),
+        "rotation-form",
+        "angles of the rotations are about fixed axes, x first (Rz·Ry·Rx): state the quaternion",
+        |read| about_fixed(euler_xyz(read)),
+    ),
+    (
+        Some("rx_deg"),
+        "rotation-form",
+        "angles of the rotations are about z, then y, then x (as A, B, C of a robot): rename them",
+        |read| {
+            let [about_z, about_y, about_x] = euler_xyz(read);
+            about_fixed([about_x, about_y, about_z])
+        },
+    ),
+    (
+        Some("rx_deg"),
+        "rotation-form",
+        "the three numbers of the rotations are a rotation vector: state the quaternion",
+        |read| rotation(&Vector3::from(euler_xyz(read))),
+    ),
+];
+
+fn real_part_last(read: &Matrix3<f64>) -> Matrix3<f64> {
+    let [w, x, y, z] = quaternion(read);
+    rotation_of_quaternion([z, w, x, y])
+}
+
 /// Every way in which rotations may have been written otherwise than the columns say, undone.
 fn mistakes_of_rotations(session: &Session) -> Vec<Undone> {
     let columns = session.tests.iter().filter_map(|test| test.reading.part()).find(|part| part.kind == Kind::Pose);
     let has = |name: &str| columns.is_some_and(|part| part.columns.iter().any(|column| column == name));
-    let mut ways: Vec<(&'static str, &'static str, Reread)> = vec![(
-        "rotation-form",
-        "rotations are those of the instrument in the target's axes: invert them (turn the signs of qx, qy and qz, or transpose the matrix)",
-        Matrix3::transpose,
-    )];
-    if has("qw") {
-        ways.push((
-            "rotation-form",
-            "quaternions have their real part last: rename the columns to qx, qy, qz, qw",
-            |read| {
-                let [w, x, y, z] = quaternion(read);
-                rotation_of_quaternion([z, w, x, y])
-            },
-        ));
-    }
-    if has("rx_deg") {
-        ways.push(("unit", "angles of the rotations are in radians: convert them to degrees", |read| {
-            rotation_of_euler_xyz(euler_xyz(read).map(f64::to_degrees))
-        }));
-        ways.push((
-            "rotation-form",
-            "angles of the rotations are about fixed axes, x first (Rz·Ry·Rx): state the quaternion",
-            |read| {
-                let [x, y, z] = euler_xyz(read);
-                about_z_y_x(z, y, x)
-            },
-        ));
-        ways.push((
-            "rotation-form",
-            "angles of the rotations are about z, then y, then x (as A, B, C of a robot): rename them",
-            |read| {
-                let [first, second, third] = euler_xyz(read);
-                about_z_y_x(first, second, third)
-            },
-        ));
-        ways.push((
-            "rotation-form",
-            "the three numbers of the rotations are a rotation vector: state the quaternion",
-            |read| rotation(&Vector3::from(euler_xyz(read))),
-        ));
-    }
-    ways.into_iter()
-        .map(|(effect, says, way)| Undone {
+    ROTATIONS
+        .into_iter()
+        .filter(|(column, ..)| column.is_none_or(has))
+        .map(|(_, effect, says, way)| Undone {
             effect,
             place: RECORDER,
             components: vec!["rotations".into()],
@@ -360,10 +363,10 @@ fn mistakes_of_rotations(session: &Session) -> Vec<Undone> {
         .collect()
 }
 
-/// `Rz·Ry·Rx`.
-fn about_z_y_x(z: f64, y: f64, x: f64) -> Matrix3<f64> {
-    // the inverse turns back about x first
-    rotation_of_euler_xyz([-x, -y, -z]).transpose()
+/// Turns about fixed axes, x first: Rz·Ry·Rx.
+fn about_fixed([x, y, z]: [f64; 3]) -> Matrix3<f64> {
+    let about = |axis: Vector3<f64>, angle: f64| rotation(&(axis * angle));
+    about(Vector3::z(), z) * about(Vector3::y(), y) * about(Vector3::x(), x)
 }
 
 /// Senses and units of displacements: of one gauge, undone.
@@ -419,11 +422,7 @@ fn with_positions(session: &Session, change: impl Fn(usize, f64) -> (usize, f64)
 /// Coordinates changed, row by row.
 fn with_coordinates(session: &Session, change: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Session {
     let mut changed = session.clone();
-    let leads = |index: &usize| {
-        let test = &session.tests[*index];
-        is_sighted(test) && test.reading.part().is_some_and(|part| part.leads())
-    };
-    for first in (0..session.tests.len()).filter(leads) {
+    for first in (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting()) {
         let rows = session.tests[first].rows();
         for row in 0..rows {
             let read = |k: usize| session.tests[first + k].recording.as_ref().map_or(f64::NAN, |r| r.length_mm[row]);
