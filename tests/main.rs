@@ -49,6 +49,7 @@ mod mistakes;
 mod nc_programs;
 mod noise_fits;
 mod not_returning;
+mod one_run;
 mod output_sets;
 mod peer_scene;
 mod plan_budget;

@@ -5,12 +5,18 @@
 
 use crate::statistics::{noise_of_rows, rms};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::data_fault::{RECORDER, listed};
-use super::suspicion::Suspicion;
+use super::late_clock::between;
+use super::quick_fit::{Refit, refit};
+use super::suspicion::{RARELY, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Follow, Path, Recording, Session, Test};
+
+pub(crate) const DWELL: &str = "dwell";
 
 /// Steps in which the ends of a recording are cut, as a share of its rows, and how many of them at most.
 const STEPS: usize = 40;
@@ -57,7 +63,7 @@ pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspic
         let which = listed(&tests);
         let (effect, says) = match turns_back {
             false => (
-                "dwell",
+                DWELL,
                 format!(
                     "lengths of {which} stand still at the ends while positions go on: a dwell was left in; cut those rows and spread the positions over the others"
                 ),
@@ -70,6 +76,99 @@ pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspic
         list.push(Suspicion::new(effect, RECORDER, tests, says, undone));
     }
     list
+}
+
+/// Shares of a recording that are tried at an end, too many rows and too few; steps of a finer search are halves of the last one.
+const SHARES: [f64; 4] = [-0.08, -0.02, 0.02, 0.08];
+const FINER: usize = 6;
+
+/// Fewer rows too many or too few are not told.
+const LEAST_ROWS: f64 = 2.0;
+
+/// Recordings with rows too many at an end, a dwell or a run-in, or with rows too few, over which the positions of the arc were spread all
+/// the same: as many as leave least.
+pub(crate) fn other_rows(
+    (thinned, session): (&Session, &Session),
+    as_it_is: &Refit,
+    tests: &[usize],
+) -> Vec<Suspicion> {
+    let ends: Vec<(usize, bool)> = tests.iter().flat_map(|&test| [(test, true), (test, false)]).collect();
+    ends.into_par_iter().filter_map(|end| with_other_rows((thinned, session), as_it_is, end)).collect()
+}
+
+fn with_other_rows(
+    (thinned, session): (&Session, &Session),
+    as_it_is: &Refit,
+    (test, is_start): (usize, bool),
+) -> Option<Suspicion> {
+    let recording = session.tests[test].recording.as_ref()?;
+    if recording.time_s().is_none() || recording.len() < ROWS {
+        return None;
+    }
+    let with = |rows: f64| {
+        let mut other = thinned.clone();
+        let mut spread = spread_between(recording, if is_start { [rows, 0.0] } else { [0.0, rows] });
+        keep_few_rows(&mut spread);
+        other.tests[test].recording = Some(spread);
+        other
+    };
+    let left = |rows: f64| Some((refit(&with(rows), Some(&as_it_is.values))?.misfit_um, rows));
+    let less = |one: (f64, f64), other: (f64, f64)| if other.0 < one.0 { other } else { one };
+    let whole = recording.len() as f64;
+    let mut best = SHARES.iter().filter_map(|share| left(share * whole)).fold((as_it_is.misfit_um, 0.0), less);
+    let mut step = 0.5 * best.1.abs();
+    for _ in 0..FINER {
+        best = [best.1 - step, best.1 + step].into_iter().filter_map(left).fold(best, less);
+        step *= 0.5;
+    }
+    let rows = best.1;
+    if rows.abs() < LEAST_ROWS {
+        return None;
+    }
+    let name = &session.tests[test].name;
+    let at = if is_start { "start" } else { "end" };
+    let (effect, says) = match rows > 0.0 {
+        true => (
+            DWELL,
+            format!(
+                "about {rows:.0} rows at the {at} of {name} do not belong to its arc, over which its positions are spread: a dwell or a run-in was \
+                 left in; cut those rows and spread the positions over the others"
+            ),
+        ),
+        false => (
+            "readings-order",
+            format!(
+                "about {:.0} rows are missing at the {at} of {name}, and its positions are spread over those that are there: export it with its \
+                 times or positions",
+                -rows
+            ),
+        ),
+    };
+    let mut found = Suspicion::new(effect, RECORDER, vec![name.clone()], says, with(rows));
+    (found.weight, found.log_figures) = (RARELY, -PARAMETER_COST);
+    Some(found)
+}
+
+/// A recording whose positions belong to its rows but for so many at the start and at the end, which have no reading then; or to so many
+/// more, where they are negative.
+fn spread_between(recording: &Recording, [before, after]: [f64; 2]) -> Recording {
+    let last = (recording.len().max(2) - 1) as f64;
+    let share = |row: usize| (row as f64 - before) / (last - before - after);
+    let rows: Vec<f64> = (0..recording.len()).map(|row| row as f64).collect();
+    let mut spread = recording.clone();
+    for (column, stated) in spread.positions.iter_mut().zip(&recording.positions) {
+        for (row, value) in column.iter_mut().enumerate() {
+            let place = share(row).clamp(0.0, 1.0) * last;
+            let above = (place.floor() as usize + 1).min(rows.len() - 1);
+            *value = between(&rows, stated, above, place);
+        }
+    }
+    for (row, length) in spread.length_mm.iter_mut().enumerate() {
+        if !(0.0..=1.0).contains(&share(row)) {
+            *length = f64::NAN;
+        }
+    }
+    spread
 }
 
 /// Angles by row of a test in which one rotary axis turns at an even rate.

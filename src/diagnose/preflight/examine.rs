@@ -216,7 +216,7 @@ fn stood_instead(
     less: f64,
 ) -> Option<String> {
     let every: Vec<usize> = (0..session.tests.len()).collect();
-    a_little_elsewhere(session, &every).into_iter().find_map(|stood| {
+    a_little_elsewhere(session, &every, &[]).into_iter().find_map(|stood| {
         let then = of(&stood.undone)?;
         let does = now.1 + now.2 - then.1 - then.2 > less - TOLD && then.0 < (1.0 + ALIKE) * now.0;
         does.then_some(stood.says)

@@ -54,7 +54,7 @@ fn shift(recording: &mut Recording, seconds: f64) {
 const THROUGH: usize = 4;
 
 /// Position at a time between rows `above - 1` and `above`, by the polynomial through the nearest rows (Lagrange).
-fn between(time: &[f64], position: &[f64], above: usize, at: f64) -> f64 {
+pub(crate) fn between(time: &[f64], position: &[f64], above: usize, at: f64) -> f64 {
     let first = above.saturating_sub(THROUGH / 2).min(time.len().saturating_sub(THROUGH));
     let rows = first..(first + THROUGH).min(time.len());
     let weight =

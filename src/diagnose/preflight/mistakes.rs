@@ -1,19 +1,20 @@
 //! Sessions with one mistake of the files undone: a sign, two names, a unit, an order, a clock. Which mistake was made is for others to judge.
 
 use super::axis_columns::{columns_of_some, of_an_axis, senses_together, swapped};
-use super::dwells::without_dwells;
+use super::dwells::{other_rows, without_dwells};
 use super::late_clock::shifted;
 use super::places::axis_order::other_orders;
 use super::places::exchanged;
 use super::places::foreign::foreign;
 use super::places::misplaced::on_any_link;
-use super::places::standing::{columns_off, slides_off, stood_still};
+use super::places::standing::{a_little_elsewhere, columns_off, slides_off, stood_still};
 use super::places::sweeps::other_arcs;
 use super::quick_fit::Refit;
 use super::readings::figures::Linearised;
 use super::readings::order::out_of_order;
 use super::readings::processed::own_zeros;
 use super::readings::scaled::{scaled, scaled_by_any, zeroed};
+use super::readings::steps::cut_off;
 use super::readings::taken_off::taken_off;
 use super::readings::unsigned::unsigned;
 use super::suspicion::Suspicion;
@@ -42,14 +43,16 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     let every = [(0..session.tests.len()).collect::<Vec<usize>>()];
     // of tests alone only the worst ones are worth the refits
     let alone: Vec<Vec<usize>> = worst.iter().map(|&test| vec![test]).collect();
-    for tests in &distinct([&every, &of_one_way(session, &every), &alone]) {
+    let programs = worst_programs(session, &worst);
+    let runs = there_and_back(session, &programs, &worst);
+    for tests in &distinct([&every, &of_one_way(session, &every), &alone, &runs]) {
         list.extend(SHIFTS_S.iter().map(|seconds| shifted((session, whole), tests, *seconds)));
     }
     list.extend(alone.iter().flat_map(|test| columns_of_some(session, test)));
     list.extend(without_dwells(session, whole));
+    list.extend(other_rows((session, whole), as_it_is, &worst));
     list.extend(on_any_link(session));
     list.extend(exchanged::with_worst(session, &worst));
-    let programs = worst_programs(session, &worst);
     list.extend(exchanged::programs(session, &programs));
     list.extend(other_arcs(session));
     list.extend(other_orders(session));
@@ -58,15 +61,18 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     // of one recording alone a shift in time says as much
     list.extend(columns_off(session, &distinct([&programs, &of_one_way])));
     let of_bars = of_bars(session);
-    list.extend(scaled(session, &distinct([&programs, &alone, &alike, &of_bars])));
+    list.extend(scaled(session, &distinct([&programs, &runs, &alone, &alike, &of_bars])));
     // a gauge taken down between the directions has another zero in one of them
-    list.extend(zeroed(session, &distinct([&programs, &alone, &alike])));
-    list.extend(distinct([&alone, &programs]).iter().flat_map(|tests| foreign(session, tests)));
-    list.extend(stood_still(session, &distinct([&alone, &programs])));
+    list.extend(zeroed(session, &distinct([&programs, &runs, &alone, &alike])));
+    list.extend(distinct([&alone, &runs, &programs]).iter().flat_map(|tests| foreign(session, tests)));
+    list.extend(stood_still(session, &distinct([&alone, &runs, &programs])));
+    list.extend(a_little_elsewhere(session, &worst, &runs));
     list.extend(own_zeros(session, whole));
+    list.extend(cut_off(session, whole));
     if let Some(linearised) = Linearised::of(session, as_it_is) {
-        list.extend(slides_off(session, &linearised, &distinct([&alone, &programs])));
-        list.extend(scaled_by_any(session, &linearised, &distinct([&alone, &programs, &alike, &of_one_way, &of_bars])));
+        list.extend(slides_off(session, &linearised, &distinct([&alone, &runs, &programs])));
+        let groups = distinct([&alone, &runs, &programs, &alike, &of_one_way, &of_bars]);
+        list.extend(scaled_by_any(session, &linearised, &groups));
         list.extend(out_of_order((session, whole), &linearised, &worst, &programs));
         list.extend(taken_off((session, whole), &linearised));
         list.extend(unsigned((session, whole), &linearised));
@@ -125,6 +131,20 @@ fn of_bars(session: &Session) -> Vec<Vec<usize>> {
     let bars = 0..bar_of.iter().flatten().max().map_or(0, |last| last + 1);
     let with = |bar: usize| (0..bar_of.len()).filter(|&test| bar_of[test] == Some(bar)).collect::<Vec<usize>>();
     bars.map(with).filter(|tests| (2..session.tests.len()).contains(&tests.len())).collect()
+}
+
+/// One run there and back of programs that were repeated, of the tests that fit worst: what a gauge records in one piece.
+fn there_and_back(session: &Session, programs: &[Vec<usize>], worst: &[usize]) -> Vec<Vec<usize>> {
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    for program in programs.iter().filter(|program| program.len() > 2) {
+        let mut ways = of_one_way(session, std::slice::from_ref(program));
+        let start = |test: &usize| session.tests[*test].started_at_s;
+        ways.iter_mut().for_each(|way| way.sort_by(|one, other| start(one).total_cmp(&start(other))));
+        let [rising, falling] = &ways[..] else { continue };
+        let pairs = rising.iter().zip(falling).map(|(&one, &other)| vec![one.min(other), one.max(other)]);
+        runs.extend(pairs.filter(|pair| pair.iter().any(|test| worst.contains(test))));
+    }
+    runs
 }
 
 /// The programs of the tests that fit worst: each with its other directions and repeats.

@@ -22,7 +22,7 @@ use super::places::exchanged::repeats;
 use super::places::foreign::FOREIGN;
 use super::places::misplaced::{BALL_PLACE, nearby};
 use super::places::restated::restated;
-use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, a_little_elsewhere, column_off};
+use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off};
 use super::quick_fit::{MOST_STRAIN, refit};
 use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
 use super::suspicion::{Judged, Suspicion, Tried};
@@ -136,7 +136,6 @@ fn suspected(session: &Session) -> Vec<Suspected> {
     let mut suspicions = suspicions(&thinned, session, &as_it_is);
     let worst = worst_tests(&as_it_is.residual_mm);
     suspicions.extend(restated(&thinned, &worst));
-    suspicions.extend(a_little_elsewhere(&thinned, &worst));
     suspicions.extend(nearby(&thinned));
     suspicions.extend(fitted_lines(&thinned, &as_it_is));
     suspicions.retain(|suspicion| !contradicts_a_sweep(session, suspicion));

@@ -70,7 +70,8 @@ pub struct OtherSetupsJson {
 #[derive(Debug, Clone, Serialize)]
 pub struct SizeJson {
     pub value: Option<f64>,
-    pub unit: &'static str,
+    /// `None` where there is no number.
+    pub unit: Option<&'static str>,
     pub sigma: Option<f64>,
     pub meaning: String,
 }
@@ -264,6 +265,16 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
 /// Sources of one share that are named.
 const SOURCES_NAMED: usize = 3;
 
+/// Several sources of a kind, in words.
+fn plural(kind: &str) -> &'static str {
+    match kind {
+        "location error" => "location errors",
+        "setup" => "places of balls and bars",
+        "finding" => "findings",
+        _ => "other sources",
+    }
+}
+
 /// A share by name; findings by what they are.
 fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
     let named = |source: &Source| match source {
@@ -277,12 +288,21 @@ fn share_json(diagnosis: &Diagnosis, share: &ShareOfReadings) -> ShareJson {
         Source::Rest => ("not explained".to_string(), "rest"),
     };
     let all: Vec<(String, &'static str)> = share.sources.iter().map(named).collect();
-    let kind = all.iter().find(|(_, kind)| *kind == "finding").or(all.first()).map_or("other", |(_, kind)| kind);
+    let mut kinds: Vec<&'static str> = all.iter().map(|(_, kind)| *kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let kind = match kinds[..] {
+        [one] => one,
+        _ if kinds.contains(&"finding") => "finding",
+        _ => "together",
+    };
     let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
     let name = match names.len() {
         0..=SOURCES_NAMED => names.join(" with "),
         count => {
-            format!("{} and {} more, told together alone", names[..SOURCES_NAMED].join(", "), count - SOURCES_NAMED)
+            let (named, more) = (names[..SOURCES_NAMED].join(", "), count - SOURCES_NAMED);
+            let of = kinds.iter().map(|kind| plural(kind)).collect::<Vec<_>>().join(" and ");
+            format!("{of} that the readings do not tell apart: {named} and {more} more")
         }
     };
     ShareJson { name, kind, rms_um: share.rms_um, share: share.share }
@@ -321,7 +341,12 @@ fn fault_json(fault: &DataFault) -> FindingJson {
         driver: "data fault",
         place: fault.place.clone(),
         components: fault.components.clone(),
-        size: SizeJson { value: fault.shift_ms, unit: "ms", sigma: None, meaning: fault.says.clone() },
+        size: SizeJson {
+            value: fault.shift_ms,
+            unit: fault.shift_ms.map(|_| "ms"),
+            sigma: None,
+            meaning: fault.says.clone(),
+        },
         located: WhereJson { tests: fault.tests.clone(), range: None },
         probability: fault.probability,
         cross_validated: None,
@@ -350,7 +375,7 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
         components: finding.cause.components.clone(),
         size: SizeJson {
             value: finite(finding.size.value),
-            unit: finding.size.unit,
+            unit: Some(finding.size.unit),
             sigma: finite(finding.size.sigma),
             meaning: finding.size.meaning.clone(),
         },

@@ -29,11 +29,12 @@ pub fn unit(name: &str) -> &str {
 
 /// `10.2 ± 0.3 arcsec`, or that no size is known.
 pub fn size_words(size: &SizeJson) -> String {
+    let unit = unit(size.unit.unwrap_or_default());
     match (size.value, size.sigma) {
         (Some(value), Some(sigma)) => {
-            format!("{} ± {} {}", digits(value, Some(sigma)), digits(sigma, Some(sigma)), unit(size.unit))
+            format!("{} ± {} {unit}", digits(value, Some(sigma)), digits(sigma, Some(sigma)))
         }
-        (Some(value), None) => format!("{} {}", digits(value, None), unit(size.unit)),
+        (Some(value), None) => format!("{} {unit}", digits(value, None)),
         _ => "size not known".into(),
     }
 }

@@ -11,11 +11,13 @@ use crate::report::pictures::trace_plots::{PassPlots, RoundPlots};
 use crate::report::wording::markup::{escape, session_head};
 use crate::report::wording::number::shown;
 use crate::report::wording::sense_words::as_marks_show;
+use crate::session::Session;
 
 /// The page.
-pub fn fit_page(json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
+pub fn fit_page(session: &Session, json: &FitJson, fit: &Fit, plots: &[PassPlots]) -> String {
     let (name, machine) = (&json.session, (json.machine.as_str(), json.code.as_str()));
-    let mut page = session_head("Ball-bar identification", name, name, machine, "");
+    let kind = if session.has_parts() { "Identification" } else { "Ball-bar identification" };
+    let mut page = session_head(kind, name, name, machine, "");
     doubts(&mut page, json);
     figures(&mut page, json);
     errors(&mut page, json, fit);

@@ -20,7 +20,7 @@ use crate::verbs::output::OutputFolder;
 pub fn fit_report(session: &Session, fit: &Fit, json: &FitJson) -> Result<OutputFolder, Refusal> {
     let plots = pass_plots(session, fit)?;
     let mut output = OutputFolder::default();
-    output.add("report.html", fit_page(json, fit, &plots));
+    output.add("report.html", fit_page(session, json, fit, &plots));
     for plot in &plots {
         let number = |name: &str| session.tests.iter().position(|test| test.name == name).map_or(0, |index| index + 1);
         // the number keeps names apart that differ only in signs a file name cannot have

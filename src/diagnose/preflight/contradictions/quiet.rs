@@ -3,6 +3,7 @@
 use super::same_rows::is_read;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
+use crate::diagnose::preflight::readings::steps::step_of_readings;
 use crate::session::{Session, Test};
 use crate::statistics::{OF_THIRD_DIFFERENCES, median, third_differences};
 use std::ops::Range;
@@ -21,6 +22,10 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let read = session.tests.iter().filter_map(|test| Some((test, scatter_mm(test)?)));
     let scatter: Vec<(&Test, f64)> = read.collect();
     let usual_mm = median(scatter.iter().map(|(_, mm)| *mm))?;
+    // what scatters by less than a digit shows where the readings cross one, and not how they scatter
+    if step_of_readings(session).is_some_and(|step_mm| step_mm > usual_mm) {
+        return None;
+    }
     let is_read = |test: &Test| test.recording.as_ref().is_some_and(|recording| is_read(&recording.length_mm));
     // a machine that shakes in most tests makes them louder than the others, but no gauge reads finer than it resolves
     let is_quiet = |(test, mm): &&(&Test, f64)| QUIETER * mm < usual_mm && !is_read(test);

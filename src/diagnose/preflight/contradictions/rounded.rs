@@ -2,14 +2,9 @@
 
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
+use crate::diagnose::preflight::readings::steps::{ON_STEP, step};
 use crate::session::{Motion, Recording, Session, Test};
 use crate::statistics::{rms, third_differences};
-
-/// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
-const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
-
-/// How near to a multiple of its step a value lies, mm or degrees: a tenth of the last digit that files have.
-const ON_STEP: f64 = 1e-7;
 
 /// Lengths of so large a step are not what a gauge read, mm: gauges read to 0.1 µm, and the noise of a good one is 0.2 µm.
 const COARSE_LENGTH_MM: f64 = 0.01;
@@ -101,17 +96,6 @@ fn coarse<'s>(
     let off = kind.from_file_unit(step) / 12f64.sqrt();
     let moves_um = 1e3 * off * change_per(session, chain, test, axis)?;
     (moves_um > WORTH_UM).then_some(Coarse { test, axis, step, moves_um })
-}
-
-/// The largest step of which all values are multiples.
-fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
-    let is_on = |step: &f64| {
-        values().all(|value| {
-            let steps = value / step;
-            (steps - steps.round()).abs() * step < ON_STEP
-        })
-    };
-    STEPS.into_iter().find(is_on)
 }
 
 /// Whether a column on a grid moves unevenly: third differences of even and of smooth motion are nothing.

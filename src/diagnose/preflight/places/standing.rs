@@ -109,12 +109,19 @@ const BEYOND: f64 = 1e-3;
 const LITTLE_MM: [f64; 4] = [-0.8, -0.1, 0.1, 0.8];
 const LITTLE_DEG: [f64; 2] = [-0.5, 0.5];
 
-/// Axes that stood a little elsewhere in groups of tests, slides also at the other sign: too little for the lengths alone to tell.
-pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
+/// Axes that stood a little elsewhere in groups of tests, among them these `runs`, slides also at the other sign: too little for the lengths
+/// alone to tell.
+pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize], runs: &[Vec<usize>]) -> Vec<Suspicion> {
     let machine = &session.machine;
     let mut list = Vec::new();
     for axis in 0..machine.axes.len() {
-        for tests in groups(session, axis).into_iter().filter(|tests| tests.iter().any(|test| worst.contains(test))) {
+        let stands = |test: &usize| {
+            let moving = session.tests[*test].recording.as_ref().map(|recording| &recording.axes);
+            moving.is_some_and(|moving| !moving.contains(&axis)) && session.tests[*test].positions[axis].is_some()
+        };
+        let of_runs = runs.iter().filter(|run| run.iter().all(stands)).cloned();
+        let groups = groups(session, axis).into_iter().chain(of_runs);
+        for tests in groups.filter(|tests| tests.iter().any(|test| worst.contains(test))) {
             let stated = session.tests[tests[0]].positions[axis].unwrap_or(0.0);
             let shifts: Vec<f64> = match machine.axes[axis].kind {
                 AxisKind::Linear => LITTLE_MM.into_iter().chain((stated != 0.0).then_some(-2.0 * stated)).collect(),

@@ -5,5 +5,6 @@ pub(crate) mod figures;
 pub(crate) mod order;
 pub(crate) mod processed;
 pub(crate) mod scaled;
+pub(crate) mod steps;
 pub(crate) mod taken_off;
 pub(crate) mod unsigned;

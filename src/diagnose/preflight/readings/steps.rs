@@ -1,0 +1,53 @@
+//! Digits with which columns were written: steps of which all values are multiples, and what readings lost that were cut to them.
+
+use super::processed::deviations_mm;
+use crate::diagnose::preflight::data_fault::RECORDER;
+use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::session::{Session, Test};
+
+/// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
+const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
+
+/// How near to a multiple of its step a value lies, mm or degrees: a tenth of the last digit that files have.
+pub(crate) const ON_STEP: f64 = 1e-7;
+
+/// The largest step of which all values are multiples.
+pub(crate) fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
+    let is_on = |step: &f64| {
+        values().all(|value| {
+            let steps = value / step;
+            (steps - steps.round()).abs() * step < ON_STEP
+        })
+    };
+    STEPS.into_iter().find(is_on)
+}
+
+/// The step of which all lengths, or all deviations from the bars' lengths, are multiples, mm.
+pub(crate) fn step_of_readings(session: &Session) -> Option<f64> {
+    let read = |of: fn(&Test) -> Option<Vec<f64>>| -> Vec<f64> {
+        session.tests.iter().filter_map(of).flatten().filter(|value| value.is_finite()).collect()
+    };
+    let lengths = read(|test| Some(test.recording.as_ref()?.length_mm.clone()));
+    let deviations = read(deviations_mm);
+    let steps = [lengths, deviations].into_iter().filter(|read| !read.is_empty());
+    steps.filter_map(|read| step(|| read.iter().copied())).reduce(f64::max)
+}
+
+/// Deviations of all recordings that were cut to whole steps towards zero, and lost half a step on average.
+pub(crate) fn cut_off(session: &Session, whole: &Session) -> Option<Suspicion> {
+    let all: Vec<f64> = whole.tests.iter().filter_map(deviations_mm).flatten().filter(|one| one.is_finite()).collect();
+    let has_both_signs = all.iter().any(|one| *one > 0.0) && all.iter().any(|one| *one < 0.0);
+    let step_mm = step_of_readings(whole).filter(|_| has_both_signs)?;
+    let mut undone = session.clone();
+    for test in &mut undone.tests {
+        let (Some(bar_mm), Some(recording)) = (test.bar_length_mm, &mut test.recording) else { continue };
+        let lost = |deviation: f64| if deviation.abs() < 0.5 * step_mm { 0.0 } else { deviation.signum() };
+        recording.length_mm.iter_mut().for_each(|length| *length += 0.5 * step_mm * lost(*length - bar_mm));
+    }
+    let says = format!(
+        "deviations were cut to whole multiples of {step_mm} mm, towards zero: export them with all their digits"
+    );
+    let mut found = Suspicion::new("values-rounded", RECORDER, Vec::new(), says, undone);
+    found.components = vec!["length".into()];
+    Some(found)
+}
