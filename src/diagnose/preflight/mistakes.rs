@@ -65,7 +65,10 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     // a gauge taken down between the directions has another zero in one of them
     list.extend(zeroed(session, &distinct([&programs, &runs, &alone, &alike])));
     list.extend(distinct([&alone, &runs, &programs]).iter().flat_map(|tests| foreign(session, tests)));
-    list.extend(stood_still(session, &distinct([&alone, &runs, &programs])));
+    // where slides follow, the bar keeps its length whether anything moves or not: of one run among others that tells nothing
+    let turns_alone = |test: &usize| session.tests[*test].recording.as_ref().is_some_and(|read| read.axes.len() == 1);
+    let alone_in_run: Vec<Vec<usize>> = runs.iter().filter(|run| run.iter().all(turns_alone)).cloned().collect();
+    list.extend(stood_still(session, &distinct([&alone, &alone_in_run, &programs])));
     list.extend(a_little_elsewhere(session, &worst, &runs));
     list.extend(own_zeros(session, whole));
     list.extend(cut_off(session, whole));
