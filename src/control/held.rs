@@ -42,12 +42,7 @@ pub fn held_where(actual: &Machine, is_entered: &dyn Fn(usize, usize) -> bool) -
             carrier = Some(index);
         }
     }
-    for axis in &mut held.axes {
-        axis.location_errors = [0.0; 6];
-        axis.component_errors.clear();
-    }
-    held.effects.clear();
-    held
+    held.as_drawn()
 }
 
 /// How far a held line stands from its nominal place, mm.

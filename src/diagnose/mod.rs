@@ -91,17 +91,15 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
     // where nothing was found, nothing else explains what a ball or bar makes up for, or that too little changes
-    Ok(match (&diagnosis.verdict, examination.fit.as_ref().and_then(strained)) {
-        (Verdict::DataFault, _) => diagnosis,
-        (Verdict::Clean, Some(reason)) => diagnosis.not_to_be_judged(reason),
-        (Verdict::Clean, None) => match unchanging(session) {
-            Some(reason) => diagnosis.not_to_be_judged(reason),
-            None => diagnosis,
-        },
-        _ => match unchanging(session) {
-            Some(warning) => diagnosis.with_nothing_determined(warning),
-            None => diagnosis,
-        },
+    let doubt = match diagnosis.verdict {
+        Verdict::DataFault => None,
+        Verdict::Clean => examination.fit.as_ref().and_then(strained).or_else(|| unchanging(session)),
+        _ => unchanging(session),
+    };
+    Ok(match doubt {
+        None => diagnosis,
+        Some(reason) if diagnosis.verdict == Verdict::Clean => diagnosis.not_to_be_judged(reason),
+        Some(warning) => diagnosis.with_nothing_determined(warning),
     })
 }
 

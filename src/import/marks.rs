@@ -6,7 +6,7 @@
 use super::capture::Capture;
 use super::mark_moves::{SecondHalf, ends_of};
 use super::seen_marks::Seen;
-use crate::session::Marks;
+use crate::session::{Marks, times_beside_readings};
 use crate::statistics::median;
 
 /// What a capture shows of marks.
@@ -142,9 +142,9 @@ fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2],
 fn of_form(rows: &[(f64, f64)], marks: &Marks, form: Form) -> Vec<Mark> {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Vec::new() };
     let lasts_s = form.lasts_s();
-    let count = ((last.0 - first.0) / STEP_S) as usize;
     let mut found = Vec::new();
-    for begin_s in (0..count).map(|k| first.0 + STEP_S * k as f64) {
+    let next_s = |time_s: f64| rows.get(rows.partition_point(|row| row.0 < time_s)).map(|row| row.0);
+    for begin_s in times_beside_readings([first.0, last.0], STEP_S, [AROUND_S, lasts_s + AROUND_S], next_s) {
         let from = rows.partition_point(|row| row.0 < begin_s - AROUND_S);
         let to = rows.partition_point(|row| row.0 <= begin_s + lasts_s + AROUND_S);
         // some hundred readings show a form as well as thousands

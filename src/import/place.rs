@@ -231,7 +231,7 @@ fn chosen(
     };
     let asked = match asked {
         // a test that was named needs only be as good as the best
-        Some(asked) if 0.5 * (cost(&found[asked]) - cost(&found[best])) < CLEAR => asked,
+        Some(asked) if asked == best || 0.5 * (cost(&found[asked]) - cost(&found[best])) < CLEAR => asked,
         _ => return Err(ImportError::OtherTest { test: name(&found[best].0) }),
     };
     let (pair, course, candidates) = &found[asked];

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::YAML_BYTES;
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::quantity;
 use crate::load::checked_text::text::read_limited;
 use crate::load::session_file::session::load_session;
@@ -75,7 +75,7 @@ fn reduction(document: &Document, method: &str) -> Result<Reduction, LoadError> 
     let names = Reduction::ALL.map(|(name, _)| name);
     let known = Reduction::ALL.iter().find(|(name, _)| *name == method);
     known.map(|(_, reduction)| *reduction).ok_or_else(|| {
-        let hint = nearest(method, &names).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+        let hint = did_you_mean(method, &names);
         document
             .refuse(&[Step::Key("method")], format!("unknown method '{method}'{hint} (allowed: {})", names.join(", ")))
     })

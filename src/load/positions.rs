@@ -3,7 +3,7 @@
 use crate::machine::Machine;
 
 use super::range::outside_range;
-use crate::load::checked_text::message::nearest;
+use crate::load::checked_text::message::did_you_mean;
 
 /// Why typed positions were refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -26,7 +26,7 @@ pub fn positions_from_text(text: &str, machine: &Machine) -> Result<Vec<f64>, Po
         let (name, value) = (name.trim(), value.trim());
         let names = machine.axis_names();
         let Some(axis) = machine.axis_index(name) else {
-            let hint = nearest(name, &names).map(|near| format!("; did you mean '{near}'?")).unwrap_or_default();
+            let hint = did_you_mean(name, &names);
             return Err(refuse(format!("the machine has no axis '{name}'{hint} (its axes are {})", names.join(" "))));
         };
         let number = value.parse::<f64>().ok().filter(|number| number.is_finite());

@@ -47,6 +47,11 @@ pub fn refuse_axis_name(name: &str) -> Option<String> {
 }
 
 impl StructuralCode {
+    /// Whether the axis at a place of the code lies between the bed and the workpiece.
+    pub fn carries_workpiece(&self, axis: usize) -> bool {
+        axis < self.workpiece_side.len()
+    }
+
     /// Reads `[wCAYbXZt]` (brackets may be left out) or the form for longer names, `[w, b, J1, J2, t]`.
     pub fn parse(text: &str) -> Result<StructuralCode, CodeError> {
         let refuse = |column: usize, reason: String| CodeError { code: printable(text), column, reason };

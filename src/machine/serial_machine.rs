@@ -76,9 +76,20 @@ impl Machine {
         self.axes.iter().map(|axis| axis.name.as_str()).collect()
     }
 
+    /// The machine as drawn: without location errors, component errors and effects.
+    pub fn as_drawn(&self) -> Machine {
+        let mut drawn = self.clone();
+        for axis in &mut drawn.axes {
+            axis.location_errors = [0.0; 6];
+            axis.component_errors.clear();
+        }
+        drawn.effects.clear();
+        drawn
+    }
+
     /// Whether an axis lies between the bed and the workpiece.
     pub fn carries_workpiece(&self, axis: usize) -> bool {
-        axis < self.code.workpiece_side.len()
+        self.code.carries_workpiece(axis)
     }
 
     /// Axes between the workpiece and the bed, as the code has them.

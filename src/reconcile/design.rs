@@ -197,12 +197,7 @@ fn readings(session: &Session) -> Result<Vec<f64>, ReconcileError> {
 
 /// The session on a nominal machine, each test with a few rows of its motion and lengths to fill in.
 fn thinned(session: &Session) -> Result<Session, ReconcileError> {
-    let mut thin = session.clone();
-    thin.machine.effects.clear();
-    thin.machine.axes.iter_mut().for_each(|axis| {
-        axis.location_errors = [0.0; 6];
-        axis.component_errors.clear();
-    });
+    let mut thin = Session { machine: session.machine.as_drawn(), ..session.clone() };
     let chain = Chain::of(&thin.machine);
     for (index, test) in session.tests.iter().enumerate() {
         let motion = Motion::of(&thin, &chain, test)?;

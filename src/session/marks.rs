@@ -27,3 +27,22 @@ impl Marks {
         self.move_mm.abs() / self.feed_mm_per_min * 60.0
     }
 }
+
+/// Times from the first to the last of some readings in even steps, s, where at least one reading lies within `before_s` and `after_s` of them:
+/// however sparse readings are, a search costs no more than they do. `next_s` is the first reading at or after a time.
+pub fn times_beside_readings(
+    [first_s, last_s]: [f64; 2],
+    step_s: f64,
+    [before_s, after_s]: [f64; 2],
+    next_s: impl Fn(f64) -> Option<f64>,
+) -> impl Iterator<Item = f64> {
+    let steps = move |time_s: f64| ((time_s - first_s) / step_s).ceil();
+    let beside = move |step: f64| {
+        let time_s = first_s + step_s * step;
+        let next_s = next_s(time_s - before_s).filter(|_| time_s <= last_s)?;
+        // readings begin behind this step: the first one that they reach
+        Some(if next_s > time_s + after_s { steps(next_s - after_s).max(step + 1.0) } else { step })
+    };
+    let first = beside(0.0);
+    std::iter::successors(first, move |step| beside(step + 1.0)).map(move |step| first_s + step_s * step)
+}

@@ -19,7 +19,7 @@ pub use ball::{Ball, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::{SightedMisfit, locate_instruments, sighted_misfit};
 pub use mark_move::marked;
-pub use marks::Marks;
+pub use marks::{Marks, times_beside_readings};
 pub use motion::Motion;
 pub use path::{CirclePlane, Follow, Path};
 pub use recording::{Clock, LengthColumn, Recording};

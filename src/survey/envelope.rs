@@ -37,8 +37,7 @@ const PLATE_Z_MM: [f64; 2] = [-200.0, 340.0];
 
 /// Machine and bodies of a topology.
 pub fn envelope(code: &StructuralCode) -> (Machine, Bodies) {
-    let on_table = code.workpiece_side.len();
-    let axes: Vec<Axis> = code.axis_names().enumerate().map(|(place, name)| axis(name, place >= on_table)).collect();
+    let axes = code.axis_names().enumerate().map(|(place, name)| axis(name, !code.carries_workpiece(place))).collect();
     let machine = Machine::plain(format!("Survey envelope {code}"), code.clone(), Directions::Iso841, axes);
     (machine, bodies(code))
 }

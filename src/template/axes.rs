@@ -13,8 +13,9 @@ const CAVEATS: [&str; 2] = [
 
 /// The machine without its bodies.
 pub fn machine(sizes: &Sizes, frame: &Frame) -> Machine {
-    let on_table = sizes.code.workpiece_side.len();
-    let axes = sizes.code.axis_names().enumerate().map(|(place, name)| axis(sizes, frame, name, place >= on_table));
+    let code = &sizes.code;
+    let axes =
+        code.axis_names().enumerate().map(|(place, name)| axis(sizes, frame, name, !code.carries_workpiece(place)));
     let plain = Machine::plain(sizes.name.clone(), sizes.code.clone(), sizes.directions, axes.collect());
     let caveats = CAVEATS.map(str::to_string).into_iter().chain(sizes.assumed()).collect();
     Machine { caveats, ..plain }

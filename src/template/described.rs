@@ -87,7 +87,6 @@ pub fn plannable(machine: &Machine, bodies: &Bodies, wishes: &Wishes) -> Result<
 /// Counts axes as ISO 841 does. Every joint keeps its motion; the count q of the description becomes -q where the
 /// direction is turned to the positive one of its letter, and once more where the axis carries the workpiece.
 fn count_by_iso841(machine: &mut Machine) {
-    let on_table = machine.code.workpiece_side.len();
     for (place, axis) in machine.axes.iter_mut().enumerate() {
         let usual = letter_axis(&axis.name).map(|(_, direction)| direction);
         let is_backward = usual.is_some_and(|usual| usual.dot(&axis.direction) < 0.0);
@@ -95,7 +94,7 @@ fn count_by_iso841(machine: &mut Machine) {
         if is_backward {
             axis.direction = axis.direction.map(|part| -part + 0.0);
         }
-        if is_backward != (place < on_table) {
+        if is_backward != machine.code.carries_workpiece(place) {
             axis.range = axis.range.map(|(low, high)| (-high + 0.0, -low + 0.0));
         }
     }

@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let mut fitted = fitted_session(&session, fit).machine;
     let known = held(&fitted);
     let modules = match control {
-        Control::LinuxCnc => Some((module_of(&known)?, module_of(&held(&without_errors(&fitted)))?)),
+        Control::LinuxCnc => Some((module_of(&known)?, module_of(&held(&fitted.as_drawn()))?)),
         _ => None,
     };
     let parameters =
@@ -203,16 +203,6 @@ fn refuse_large(parameters: &[Parameter], arguments: &Arguments) -> Result<(), R
     }
 }
 
-/// The machine as drawn.
-fn without_errors(machine: &Machine) -> Machine {
-    let mut clean = machine.clone();
-    for axis in &mut clean.axes {
-        axis.location_errors = [0.0; 6];
-        axis.component_errors.clear();
-    }
-    clean
-}
-
 /// Whether the control takes a number.
 type Enters<'e> = dyn Fn(&Number) -> bool + 'e;
 
@@ -247,7 +237,7 @@ fn volume(
         is_vector && (number.axis, number.component) == (axis, component) && !enters(number)
     };
     let kept = held_where(fitted, &|axis, component| !numbers.iter().any(|one| is_left_out(one, axis, component)));
-    let nominal = without_errors(fitted);
+    let nominal = fitted.as_drawn();
     let unsure = spread(fitted, fit, tool, &poses).left;
     let tools = (real, entered);
     let figures = [left_over(fitted, &nominal, (real, tool), &poses), left_over(fitted, &kept, tools, &poses), unsure];
@@ -322,8 +312,9 @@ const OTHER_UNIT: f64 = 20.0;
 fn refuse_other_units(file: &Path, present: &[(String, f64)], session: &Session) -> Result<(), Refusal> {
     let Some((name, value)) = present.iter().find(|(name, _)| name.ends_with("pivot-length")) else { return Ok(()) };
     let machine = &session.machine;
-    let head = machine.code.workpiece_side.len()..machine.axes.len();
-    let last = head.rev().find(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
+    let turns_the_tool =
+        |&axis: &usize| !machine.carries_workpiece(axis) && machine.axes[axis].kind == AxisKind::Rotary;
+    let last = (0..machine.axes.len()).rev().find(turns_the_tool);
     let Some((axis, test)) = last.zip(session.tests.first()) else { return Ok(()) };
     let nominal_mm = (machine.axes[axis].origin.z - test.spindle_ball.at.z).abs();
     let ratio = value.abs() / nominal_mm;

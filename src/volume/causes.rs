@@ -22,11 +22,7 @@ pub struct Cause {
 pub fn causes(machine: &Machine, tool: Tool, poses: &[Vec<f64>]) -> Vec<Cause> {
     let mut list = Vec::new();
     let chain = Chain::of(machine);
-    let mut clean = machine.clone();
-    for axis in &mut clean.axes {
-        axis.location_errors = [0.0; 6];
-        axis.component_errors.clear();
-    }
+    let clean = machine.as_drawn();
     for (index, axis) in machine.axes.iter().enumerate() {
         for component in Component::ALL {
             let value = axis.location_errors[component.index()];

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::data_fault::{RECORDER, listed};
 use super::late_clock::between;
+use super::nearer::{Sized, descended};
 use super::quick_fit::{Refit, refit};
 use super::suspicion::{RARELY, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
@@ -78,9 +79,9 @@ pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspic
     list
 }
 
-/// Shares of a recording that are tried at an end, too many rows and too few; steps of a finer search are halves of the last one.
+/// Shares of a recording that are tried at an end, too many rows and too few; steps of a finer search as shares of the best of them.
 const SHARES: [f64; 4] = [-0.08, -0.02, 0.02, 0.08];
-const FINER: usize = 6;
+const FINER: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
 
 /// Fewer rows too many or too few are not told.
 const LEAST_ROWS: f64 = 2.0;
@@ -106,26 +107,26 @@ fn with_other_rows(
         return None;
     }
     let with = |rows: f64| {
-        let mut other = thinned.clone();
+        let mut undone = thinned.clone();
         let mut spread = spread_between(recording, if is_start { [rows, 0.0] } else { [0.0, rows] });
         keep_few_rows(&mut spread);
-        other.tests[test].recording = Some(spread);
-        other
+        undone.tests[test].recording = Some(spread);
+        Some(has_other_rows(&session.tests[test].name, rows, is_start, undone))
     };
-    let left = |rows: f64| Some((refit(&with(rows), Some(&as_it_is.values))?.misfit_um, rows));
-    let less = |one: (f64, f64), other: (f64, f64)| if other.0 < one.0 { other } else { one };
-    let whole = recording.len() as f64;
-    let mut best = SHARES.iter().filter_map(|share| left(share * whole)).fold((as_it_is.misfit_um, 0.0), less);
-    let mut step = 0.5 * best.1.abs();
-    for _ in 0..FINER {
-        best = [best.1 - step, best.1 + step].into_iter().filter_map(left).fold(best, less);
-        step *= 0.5;
-    }
-    let rows = best.1;
-    if rows.abs() < LEAST_ROWS {
-        return None;
-    }
-    let name = &session.tests[test].name;
+    let misfit_um = |undone: &Session| Some(refit(undone, Some(&as_it_is.values))?.misfit_um);
+    let of_share = |share: f64| {
+        let (size, suspicion) = (share * recording.len() as f64, with(share * recording.len() as f64)?);
+        Some(Sized { misfit_um: misfit_um(&suspicion.undone)?, size, suspicion })
+    };
+    let nearest = SHARES.into_iter().filter_map(of_share).filter(|tried| tried.misfit_um < as_it_is.misfit_um);
+    let nearest = nearest.min_by(|one, other| one.misfit_um.total_cmp(&other.misfit_um))?;
+    let steps = FINER.map(|share| share * nearest.size.abs());
+    let found = descended((nearest.misfit_um, nearest.size), steps, with, misfit_um).unwrap_or(nearest);
+    (found.size.abs() >= LEAST_ROWS).then_some(found.suspicion)
+}
+
+/// A recording with so many rows too many at an end, or too few where they are negative, with the session as it would be without.
+fn has_other_rows(name: &str, rows: f64, is_start: bool, undone: Session) -> Suspicion {
     let at = if is_start { "start" } else { "end" };
     let (effect, says) = match rows > 0.0 {
         true => (
@@ -144,9 +145,8 @@ fn with_other_rows(
             ),
         ),
     };
-    let mut found = Suspicion::new(effect, RECORDER, vec![name.clone()], says, with(rows));
-    (found.weight, found.log_figures) = (RARELY, -PARAMETER_COST);
-    Some(found)
+    let found = Suspicion::new(effect, RECORDER, vec![name.to_string()], says, undone);
+    Suspicion { weight: RARELY, log_figures: -PARAMETER_COST, ..found }
 }
 
 /// A recording whose positions belong to its rows but for so many at the start and at the end, which have no reading then; or to so many

@@ -15,5 +15,6 @@ pub(crate) mod places;
 pub(crate) mod quick_fit;
 pub(crate) mod readings;
 pub(crate) mod small_misfit;
+mod struck_together;
 pub(crate) mod suspicion;
 pub(crate) mod unchanging;

@@ -58,7 +58,7 @@ fn finer_shift(
     let is_struck = |test: &usize| suspicion.tests.is_empty() || suspicion.tests.contains(&whole.tests[*test].name);
     let struck: Vec<usize> = (0..whole.tests.len()).filter(is_struck).collect();
     let moved = |seconds: f64| Some(shifted((thinned, whole), &struck, seconds));
-    descended((misfit, seconds), FINER_SHARE.map(|share| share * seconds.abs()), moved, misfit_um)
+    descended((misfit, seconds), FINER_SHARE.map(|share| share * seconds.abs()), moved, misfit_um).map(Judged::from)
 }
 
 /// An axis brought nearer to where it stood, or to what its column is off by, than the grid; `None` where nothing lowers the misfit,
@@ -87,30 +87,44 @@ pub(crate) fn finer_place(
         AxisKind::Rotary => FINER_DEG.map(f64::to_radians),
         AxisKind::Linear => FINER_MM,
     };
-    descended((misfit, at(&suspicion.undone) - at(thinned)), steps, moved, misfit_um)
+    descended((misfit, at(&suspicion.undone) - at(thinned)), steps, moved, misfit_um).map(Judged::from)
 }
 
-/// A mistake of the size that leaves least, from a misfit and a size, by steps to either side, each smaller than the last; `None` where
+/// A mistake that has a size, with the misfit that undoing it leaves, µm.
+pub(super) struct Sized {
+    pub(super) misfit_um: f64,
+    pub(super) size: f64,
+    pub(super) suspicion: Suspicion,
+}
+
+impl From<Sized> for Judged {
+    fn from(sized: Sized) -> Judged {
+        (sized.misfit_um, sized.suspicion)
+    }
+}
+
+/// A mistake of the size that leaves least, from a misfit in µm and a size, by steps to either side, each smaller than the last; `None` where
 /// none lowers the misfit.
-fn descended<const N: usize>(
-    (misfit, size): (f64, f64),
+pub(super) fn descended<const N: usize>(
+    from: (f64, f64),
     steps: [f64; N],
     moved: impl Fn(f64) -> Option<Suspicion> + Sync,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
-) -> Option<Judged> {
-    let mut best = (misfit, size, None);
+) -> Option<Sized> {
+    let mut best: Option<Sized> = None;
     for step in steps {
-        let beside: Vec<(f64, f64, Option<Suspicion>)> = [-step, step]
+        let (least_um, size) = best.as_ref().map_or(from, |best| (best.misfit_um, best.size));
+        let beside: Vec<Sized> = [-step, step]
             .into_par_iter()
             .filter_map(|step| {
-                let size = best.1 + step;
-                let nearer = moved(size)?;
-                misfit_um(&nearer.undone).map(|misfit| (misfit, size, Some(nearer)))
+                let (size, suspicion) = (size + step, moved(size + step)?);
+                Some(Sized { misfit_um: misfit_um(&suspicion.undone)?, size, suspicion })
             })
             .collect();
-        best = beside.into_iter().fold(best, |best, next| if next.0 < best.0 { next } else { best });
+        let less = beside.into_iter().filter(|beside| beside.misfit_um < least_um);
+        best = less.min_by(|one, other| one.misfit_um.total_cmp(&other.misfit_um)).or(best);
     }
-    best.2.map(|nearer| (best.0, nearer))
+    best
 }
 
 /// Where an axis is in the first row of a test's recording.

@@ -1,5 +1,6 @@
 //! What names of columns and elements mean. It reads no numbers.
 
+use super::sampling::time_unit_s;
 use crate::session::LengthColumn;
 
 /// What a name of a column or element means.
@@ -28,7 +29,7 @@ pub(super) fn meaning(name: &str) -> Meaning {
     let words: Vec<&str> = plain.split('_').filter(|word| !word.is_empty()).collect();
     let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
     if has(&TIMES) {
-        return Meaning::Time(if has(&["ms"]) { 1e-3 } else { 1.0 });
+        return Meaning::Time(words.iter().find_map(|word| time_unit_s(word)).unwrap_or(1.0));
     }
     if !has(&READINGS) {
         return Meaning::Other;

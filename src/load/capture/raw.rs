@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::load::checked_text::limits::ROWS;
+use crate::load::checked_text::limits::{CAPTURE_SECONDS, ROWS};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::shortened;
 use crate::load::moment::{Moment, Stated};
@@ -111,6 +111,9 @@ impl Raw {
                 },
             ));
         };
+        if let Some(message) = CAPTURE_SECONDS.exceeded(time_s.last().map_or(0, |last_s| last_s.ceil() as usize)) {
+            return Err(LoadError::file(file, format!("lasts {message}")));
+        }
         let reading_mm = self.readings.iter().map(|value| value * column.unit_mm()).collect();
         // the rows' own stamps are nearer than the preamble
         let began_at = Moment::of_stamp(&self.stamp, self.began).or(self.began.moment());

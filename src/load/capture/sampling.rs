@@ -29,7 +29,7 @@ const RATES: [&str; 5] = ["rate", "frequency", "freq", "frequenz", "hz"];
 const STEPS: [&str; 4] = ["interval", "period", "intervall", "periode"];
 /// Units of rates, Hz, and of times, s.
 const OF_RATES: [(&str, f64); 3] = [("hz", 1.0), ("khz", 1e3), ("1/s", 1.0)];
-const OF_STEPS: [(&str, f64); 9] = [
+const OF_STEPS: [(&str, f64); 14] = [
     ("s", 1.0),
     ("sec", 1.0),
     ("second", 1.0),
@@ -39,7 +39,20 @@ const OF_STEPS: [(&str, f64); 9] = [
     ("us", 1e-6),
     ("µs", 1e-6),
     ("μs", 1e-6),
+    ("usec", 1e-6),
+    ("ns", 1e-9),
+    ("min", 60.0),
+    ("minute", 60.0),
+    ("minutes", 60.0),
 ];
+
+/// Units of time that messages name.
+pub(super) const TIME_UNITS: &str = "s, ms or us";
+
+/// Size of a unit of time, s; `None` for a word that is none.
+pub(super) fn time_unit_s(word: &str) -> Option<f64> {
+    OF_STEPS.iter().find(|(name, _)| *name == word).map(|(_, size_s)| *size_s)
+}
 
 /// What a name says of sampling.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,7 +116,7 @@ impl Sampling {
         match size {
             Some(size) if self.is_step => Ok(1.0 / (value * size)),
             Some(size) => Ok(value * size),
-            None if self.is_step => Err("s, ms or us"),
+            None if self.is_step => Err(TIME_UNITS),
             None => Err("Hz or kHz"),
         }
     }

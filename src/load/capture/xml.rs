@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::names::{Meaning, READINGS, meaning, plain_name};
 use super::raw::{Raw, SHOWN};
-use super::sampling::Sampling;
+use super::sampling::{Sampling, TIME_UNITS, time_unit_s};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::shortened;
 use crate::load::moment::is_of_other;
@@ -117,15 +117,21 @@ pub(super) fn from_xml(file: &Path, text: &str) -> Result<Raw, LoadError> {
 
 /// Readings a second that a leaf states.
 fn rate_hz(file: &Path, leaf: &Leaf<'_>, sampling: Sampling, value: f64) -> Result<f64, LoadError> {
-    let own = attributes(leaf.tag).into_iter().find(|(name, _)| plain_name(name).contains("unit"));
-    let unit = own.map(|(_, unit)| unit);
-    sampling.rate_hz(value, unit).map_err(|allowed| {
-        let (name, unit) = (shortened(leaf.name, SHOWN), shortened(unit.unwrap_or_default(), SHOWN));
-        LoadError::file(
-            file,
-            format!("{name}: unit '{unit}' is not known; allowed are {allowed}; correct it or say --rate"),
-        )
-    })
+    let unit = unit_of(leaf.tag);
+    sampling.rate_hz(value, unit).map_err(|allowed| unknown_unit(file, leaf.name, unit.unwrap_or_default(), allowed))
+}
+
+/// The unit that a tag states as an attribute.
+fn unit_of(tag: &str) -> Option<&str> {
+    attributes(tag).into_iter().find(|(name, _)| plain_name(name).contains("unit")).map(|(_, unit)| unit)
+}
+
+fn unknown_unit(file: &Path, name: &str, unit: &str, allowed: &str) -> LoadError {
+    let (name, unit) = (shortened(name, SHOWN), shortened(unit, SHOWN));
+    LoadError::file(
+        file,
+        format!("{name}: unit '{unit}' is not known; allowed are {allowed}; correct it or say --rate"),
+    )
 }
 
 /// Numbers under one name, with the tag of the first.
@@ -160,8 +166,14 @@ fn with_series(file: &Path, mut raw: Raw, mut series: Vec<Series<'_>>, unit: &st
         _ => None,
     };
     if let Some(time) = series.iter().position(|one| is_time(one.name) && one.numbers.len() == readings.len()) {
-        let Series { name, numbers: times, .. } = series.swap_remove(time);
-        let unit_s = if let Meaning::Time(unit_s) = meaning(name) { unit_s } else { 1.0 };
+        let Series { name, tag, numbers: times } = series.swap_remove(time);
+        let unit_s = match (unit_of(&tag), meaning(name)) {
+            (Some(unit), _) => {
+                time_unit_s(&plain_name(unit)).ok_or_else(|| unknown_unit(file, name, unit, TIME_UNITS))?
+            }
+            (None, Meaning::Time(unit_s)) => unit_s,
+            _ => 1.0,
+        };
         raw.time = Some((times, unit_s));
         raw.rate_hz = None;
     }

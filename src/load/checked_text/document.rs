@@ -10,7 +10,7 @@ use serde::de::{
 };
 
 use super::limits::{DEPTH, TEXT};
-use super::message::{LoadError, nearest};
+use super::message::{LoadError, did_you_mean};
 use super::printable::hidden_in;
 
 /// A parsed YAML file.
@@ -129,7 +129,7 @@ fn readable(message: &str) -> String {
     if let Some(path) = within("unknown field ").or_else(|| within("unknown variant ")) {
         let valid: Vec<&str> = words.iter().skip(3).step_by(2).copied().collect();
         let kind = if before.ends_with("field ") { "key" } else { "word" };
-        let hint = nearest(words[1], &valid).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+        let hint = did_you_mean(words[1], &valid);
         return format!("unknown {kind} '{}'{}{hint} (allowed: {})", words[1], under(path), valid.join(", "));
     }
     if let Some(path) = within("missing field ") {

@@ -102,8 +102,11 @@ pub const COLUMNS: Limit =
 pub const LINE_BYTES: Limit =
     Limit::new(10_000, "bytes of a line", "100 columns of 100 characters", "check the file's line ends");
 
+pub const CAPTURE_SECONDS: Limit =
+    Limit::new(86_400, "seconds of a capture", "a day", "check the unit of its times, or its rate");
+
 /// All limits in the order of the documents.
-pub const ALL: [Limit; 28] = [
+pub const ALL: [Limit; 29] = [
     YAML_BYTES,
     CSV_BYTES,
     MESH_BYTES,
@@ -132,4 +135,5 @@ pub const ALL: [Limit; 28] = [
     SESSION_ROWS,
     COLUMNS,
     LINE_BYTES,
+    CAPTURE_SECONDS,
 ];

@@ -60,6 +60,11 @@ pub fn nearest<'a>(found: &str, valid: &[&'a str]) -> Option<&'a str> {
     valid.iter().filter(near).min_by_key(|name| edit_distance(found, name)).copied()
 }
 
+/// A question that names the valid name nearest to a misspelt one, to stand behind the message; empty where none is near.
+pub fn did_you_mean(found: &str, valid: &[&str]) -> String {
+    nearest(found, valid).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default()
+}
+
 /// Number of insertions, deletions and replacements between two words.
 fn edit_distance(one: &str, other: &str) -> usize {
     let other: Vec<char> = other.chars().collect();

@@ -10,7 +10,7 @@ use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide, frame_alon
 use crate::chain::{Chain, Pose};
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::{HULL_POINTS, MESHES, MOUNTS, SOLIDS, YAML_BYTES};
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::finite;
 use crate::load::checked_text::text::read_limited;
 use crate::load::mesh::{MeshUse, Meshes, machine_size_mm};
@@ -319,8 +319,7 @@ impl Reader<'_> {
                 }
                 (None, _) => {
                     let known: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
-                    let hint =
-                        nearest(name, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+                    let hint = did_you_mean(name, &known);
                     let known = if known.is_empty() { "none".into() } else { known.join(", ") };
                     Err(refuse(format!("no body is called '{name}'{hint} (bodies: {known})")))
                 }
@@ -341,7 +340,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let known = self.chain.link_names();
-        let hint = nearest(name, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+        let hint = did_you_mean(name, &known);
         Err(self.document.refuse(place, format!("no link is called '{name}'{hint} (links: {})", known.join(" "))))
     }
 

@@ -5,7 +5,7 @@ use serde_yaml::{Mapping, Value};
 use crate::effects::{self, DefaultValue, Kind, Parameter, ParameterUnit};
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::{EFFECT_LIST, EFFECTS, TESTS};
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::{finite, quantity};
 use crate::machine::{AxisKind, Effect, ErrorName, Machine, Outlet, ParameterValue, Place, Size};
 use crate::units::shown;
@@ -76,7 +76,8 @@ impl Entry<'_> {
         let name = self.word("effect", effects::ROTARY_BACKLASH.name)?;
         effects::kind(name).ok_or_else(|| {
             let known = effects::kind_names();
-            let message = format!("no effect is called '{name}'{} (allowed: {})", hint(name, &known), known.join(", "));
+            let message =
+                format!("no effect is called '{name}'{} (allowed: {})", did_you_mean(name, &known), known.join(", "));
             self.refuse("effect", message)
         })
     }
@@ -89,7 +90,8 @@ impl Entry<'_> {
         place.filter(|place| places.contains(place)).ok_or_else(|| {
             let known: Vec<&str> = places.iter().map(|place| place.name(self.machine)).collect();
             let allowed = if known.is_empty() { "no place of this machine".into() } else { known.join(" ") };
-            let message = format!("{} cannot sit at '{name}'{} (allowed: {allowed})", kind.name, hint(name, &known));
+            let message =
+                format!("{} cannot sit at '{name}'{} (allowed: {allowed})", kind.name, did_you_mean(name, &known));
             self.refuse("place", message)
         })
     }
@@ -98,8 +100,12 @@ impl Entry<'_> {
         kind.parameters.iter().find(|parameter| parameter.name == key).ok_or_else(|| {
             let known: Vec<&str> =
                 COMMON_KEYS.into_iter().chain(kind.parameters.iter().map(|parameter| parameter.name)).collect();
-            let message =
-                format!("unknown key '{key}' of {}{} (allowed: {})", kind.name, hint(key, &known), known.join(", "));
+            let message = format!(
+                "unknown key '{key}' of {}{} (allowed: {})",
+                kind.name,
+                did_you_mean(key, &known),
+                known.join(", ")
+            );
             self.refuse(key, message)
         })
     }
@@ -111,7 +117,11 @@ impl Entry<'_> {
                 Some(word) if words.is_empty() || words.contains(&word) => Ok(ParameterValue::Word(word.to_string())),
                 Some(word) => Err(self.refuse(
                     name,
-                    format!("{name}: '{word}' is not allowed{} (allowed: {})", hint(word, words), words.join(", ")),
+                    format!(
+                        "{name}: '{word}' is not allowed{} (allowed: {})",
+                        did_you_mean(word, words),
+                        words.join(", ")
+                    ),
                 )),
                 None => Err(self.refuse(name, format!("{name} is a word: {}", parameter.meaning))),
             };
@@ -196,7 +206,7 @@ impl Entry<'_> {
         found.map(|index| outlets[index]).ok_or_else(|| {
             let known: Vec<&str> = names.iter().map(String::as_str).collect();
             let message =
-                format!("no size is called '{key}' here{} (allowed: {})", hint(key, &known), known.join(", "));
+                format!("no size is called '{key}' here{} (allowed: {})", did_you_mean(key, &known), known.join(", "));
             self.document.refuse(&self.size_steps(key), message)
         })
     }
@@ -222,16 +232,15 @@ impl Entry<'_> {
                 [""] => format!("a bare quantity, {key}: 1.5 …"),
                 _ => format!("{key}: {{{}: …}}", known.join(": …, ")),
             };
-            let message =
-                format!("{} has no function for {found}{} (allowed: {allowed})", kind.name, hint(function, &known));
+            let message = format!(
+                "{} has no function for {found}{} (allowed: {allowed})",
+                kind.name,
+                did_you_mean(function, &known)
+            );
             return Err(self.document.refuse(&self.size_steps(key), message));
         }
         let measure = (kind.measure)(self.machine, &outlet, function);
         let value = quantity(self.document, &self.size_steps(key), value, measure)?;
         Ok(Size { outlet, function: function.to_string(), value })
     }
-}
-
-fn hint(found: &str, known: &[&str]) -> String {
-    nearest(found, known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default()
 }

@@ -3,7 +3,7 @@
 use serde_yaml::Value;
 
 use crate::load::checked_text::document::{Document, Step};
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::quantity;
 use crate::machine::{LinearAxes, LinearClass};
 use crate::units::Measure;
@@ -70,6 +70,6 @@ fn class(document: &Document, place: &[Step], name: &str) -> Result<LinearAxes, 
 }
 
 fn unknown(found: &str, valid: &[&str]) -> String {
-    let hint = nearest(found, valid).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+    let hint = did_you_mean(found, valid);
     format!("linear_axes has no '{found}'{hint} (allowed: {})", valid.join(", "))
 }

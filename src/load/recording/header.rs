@@ -183,6 +183,11 @@ fn no_set(wanted: &Wanted, names: &[&str]) -> String {
     )
 }
 
+/// Whether a name is that of a column which says when a row was read or where an axis stood.
+pub fn says_where(name: &str, machine: &Machine) -> bool {
+    column(name, machine, &Wanted::default()).is_ok_and(Column::is_leading)
+}
+
 /// What a header names.
 fn column(name: &str, machine: &Machine, wanted: &Wanted) -> Result<Column, String> {
     match name {

@@ -17,7 +17,7 @@ use crate::machine::Machine;
 use crate::readings::Kind;
 use crate::session::{Clock, LengthColumn, Recording};
 
-pub(super) use self::header::Wanted;
+pub(super) use self::header::{Wanted, says_where};
 
 /// A recording as its file has it, not yet judged for a bar: `length_mm` holds the numbers of its column of readings.
 #[derive(Clone)]

@@ -9,9 +9,9 @@ use super::recordings::Read;
 use super::test_file::{BallFile, FrameFile, TestFile};
 use super::test_reader::TestReader;
 use crate::load::checked_text::document::{Document, Step};
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::{finite, positive_length, quantity};
-use crate::load::recording::Wanted;
+use crate::load::recording::{Wanted, says_where};
 use crate::readings::{Kind, Part, Reading, Scalar, nearest_rotation, rotation_of_euler_xyz, rotation_of_quaternion};
 use crate::session::{Ball, Test};
 use crate::units::Measure;
@@ -28,7 +28,7 @@ pub(crate) fn kind_named(document: &Document, place: &[Step], name: Option<&str>
     let Some(name) = name else { return Ok(Kind::Length) };
     let names = Kind::ALL.map(Kind::name);
     Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
-        let hint = nearest(name, &names).map(|near| format!("; did you mean '{near}'?")).unwrap_or_default();
+        let hint = did_you_mean(name, &names);
         document.refuse(place, format!("unknown readings '{name}'{hint} (allowed: {})", names.join(", ")))
     })
 }
@@ -44,7 +44,7 @@ impl TestReader<'_> {
         let known: Vec<&str> = kind.column_sets().iter().flat_map(|set| set.iter().copied()).collect();
         for usual in raw.columns.keys() {
             if !known.contains(&usual.as_str()) || kind == Kind::Length {
-                let hint = nearest(usual, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+                let hint = did_you_mean(usual, &known);
                 let allowed = if kind == Kind::Length { String::from("none") } else { known.join(", ") };
                 return Err(self.document.refuse(
                     &place("columns"),
@@ -56,7 +56,19 @@ impl TestReader<'_> {
                 ));
             }
         }
-        Ok(Wanted { kind, renamed: raw.columns.clone().into_iter().collect() })
+        let renamed: Vec<(String, String)> = raw.columns.clone().into_iter().collect();
+        for (k, (usual, own)) in renamed.iter().enumerate() {
+            let holds_else = match renamed[..k].iter().find(|(_, other)| other == own) {
+                Some((other, _)) => format!("'{other}' as well"),
+                None if says_where(own, self.machine) => "what says when a row was read, or where an axis stood".into(),
+                None => continue,
+            };
+            return Err(self.document.refuse(
+                &place("columns"),
+                format!("test '{}': column '{own}' of the file cannot hold {usual}, it holds {holds_else}; name the column of each", raw.name),
+            ));
+        }
+        Ok(Wanted { kind, renamed })
     }
 
     /// The pivot or spindle ball of a test, or what stands in its place.
@@ -324,7 +336,7 @@ fn rotations(read: &Read, lists: &[Vec<f64>]) -> Result<Vec<Option<Matrix3<f64>>
                     }
                 }
                 [x, y, z] => Ok(Some(rotation_of_euler_xyz([x, y, z].map(f64::to_radians)))),
-                _ => {
+                [_, _, _, _, _, _, _, _, _] => {
                     let matrix = Matrix3::from_row_slice(&numbers);
                     if matrix.determinant() < 0.0 {
                         return refuse(
@@ -339,6 +351,8 @@ fn rotations(read: &Read, lists: &[Vec<f64>]) -> Result<Vec<Option<Matrix3<f64>>
                         )),
                     }
                 }
+                // no kind has a rotation of other columns
+                _ => Ok(None),
             }
         })
         .collect()

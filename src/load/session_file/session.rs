@@ -12,7 +12,7 @@ use super::test_reader::TestReader;
 use crate::chain::Chain;
 use crate::load::checked_text::document::{Document, Step};
 use crate::load::checked_text::limits::{SESSION_ROWS, SETUPS, TESTS, YAML_BYTES};
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::positive_length;
 use crate::load::checked_text::text::read_limited;
 use crate::load::machine_file::machine::{is_urdf, load_machine_with_links};
@@ -111,7 +111,7 @@ fn spread(document: &Document, raw: &BTreeMap<String, serde_yaml::Value>) -> Res
             "bar_length" => &mut spread.bar_length_mm,
             other => {
                 let valid = ["pivot", "spindle_ball", "bar_length"];
-                let hint = nearest(other, &valid).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+                let hint = did_you_mean(other, &valid);
                 return Err(
                     document.refuse(&place, format!("unknown key '{other}'{hint} (allowed: {})", valid.join(", ")))
                 );

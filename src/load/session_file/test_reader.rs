@@ -6,7 +6,7 @@ use super::recordings::RecordingReader;
 use super::test_file::BallFile;
 use crate::chain::Chain;
 use crate::load::checked_text::document::{Document, Step};
-use crate::load::checked_text::message::{LoadError, nearest};
+use crate::load::checked_text::message::{LoadError, did_you_mean};
 use crate::load::checked_text::quantity::{finite, positive_length};
 use crate::load::range::outside_range;
 use crate::machine::Machine;
@@ -50,7 +50,7 @@ impl TestReader<'_> {
         }
         if self.chain.link(&raw.link).is_none() {
             let known = self.chain.link_names();
-            let hint = nearest(&raw.link, &known).map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+            let hint = did_you_mean(&raw.link, &known);
             return Err(self
                 .document
                 .refuse(&place, format!("no link is called '{}'{hint} (links: {})", raw.link, known.join(" "))));

@@ -3,7 +3,7 @@
 use super::test_reader::TestReader;
 use crate::load::checked_text::document::Step;
 use crate::load::checked_text::message::LoadError;
-use crate::session::{Clock, Marks, Motion, Session, Spread, Test};
+use crate::session::{Clock, Marks, Motion, Session, Spread, Test, times_beside_readings};
 use crate::statistics::median;
 
 /// Most that a recording may last longer or shorter than its arc: overrides and controls that slow down are within it.
@@ -87,8 +87,8 @@ fn shows_a_mark(time_s: &[f64], reading_mm: &[f64], marks: &Marks) -> bool {
         median(values()).filter(|_| is_level)
     };
     let (move_s, is_near) = (marks.move_s(), |mm: f64| (mm / marks.move_mm - 1.0).abs() < HEIGHT_OFF);
-    let steps = ((last - first) / STEP_S) as usize;
-    (0..=steps).map(|k| first + STEP_S * k as f64).any(|out_s| {
+    let next_s = |from_s: f64| time_s.get(time_s.partition_point(|time| *time < from_s)).copied();
+    times_beside_readings([*first, *last], STEP_S, [LEVEL_S, 0.0], next_s).any(|out_s| {
         let back_s = out_s + move_s + marks.hold_s;
         let Some(top) = level(out_s + move_s + NEAR_S, back_s - NEAR_S) else { return false };
         let is_low = |from_s: f64, to_s: f64| level(from_s, to_s).is_some_and(|foot| is_near(top - foot));

@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use crate::load::LoadError;
-use crate::load::checked_text::message::nearest;
+use crate::load::checked_text::message::did_you_mean;
 
 /// Links named by the user; those not named are found by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -105,7 +105,7 @@ fn bed(tree: &Tree, choice: &LinkChoice) -> Result<Vec<usize>, LoadError> {
 
 fn link<'a>(tree: &Tree<'a>, option: &str, name: &str) -> Result<&'a str, LoadError> {
     tree.links.iter().copied().find(|link| *link == name).ok_or_else(|| {
-        let hint = nearest(name, &tree.links).map(|near| format!("; did you mean '{near}'?")).unwrap_or_default();
+        let hint = did_you_mean(name, &tree.links);
         LoadError::file(
             tree.file,
             format!("no link is called '{name}' ({option}){hint} (links: {})", tree.links.join(" ")),

@@ -7,7 +7,7 @@ use urdf_rs::{Joint, JointType, Robot};
 
 use super::places::Element;
 use crate::load::LoadError;
-use crate::load::checked_text::message::nearest;
+use crate::load::checked_text::message::did_you_mean;
 
 /// Links and joints by name, checked to be one tree.
 pub struct Tree<'a> {
@@ -74,11 +74,10 @@ impl<'a> Tree<'a> {
             }
             for (role, link) in [("parent", &joint.parent.link), ("child", &joint.child.link)] {
                 if !links.contains(link.as_str()) {
-                    let hint = nearest(link, &self.links).map(|near| format!("; did you mean '{near}'?"));
+                    let hint = did_you_mean(link, &self.links);
                     return refuse(format!(
-                        "joint '{}' has the {role} '{link}', which is no link of the file{}",
-                        joint.name,
-                        hint.unwrap_or_default()
+                        "joint '{}' has the {role} '{link}', which is no link of the file{hint}",
+                        joint.name
                     ));
                 }
             }

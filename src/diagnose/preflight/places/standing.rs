@@ -5,10 +5,11 @@ use super::misplaced::names;
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION, listed};
 use crate::diagnose::preflight::readings::figures::Linearised;
+use crate::diagnose::preflight::struck_together::StruckTogether;
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
-use crate::session::{Motion, Session};
+use crate::session::{Motion, Session, Test};
 use crate::statistics::least_along;
 
 pub(crate) const STANDING_AXIS: &str = "standing-axis";
@@ -29,12 +30,15 @@ pub(crate) fn standing_elsewhere(session: &Session) -> Vec<Suspicion> {
         .collect()
 }
 
+/// Where an axis stands in a test by the session, mm or rad; `None` where it moves, or where nothing was recorded.
+fn standing(test: &Test, axis: usize) -> Option<f64> {
+    let recording = test.recording.as_ref()?;
+    test.positions[axis].filter(|_| !recording.axes.contains(&axis))
+}
+
 /// Tests in which an axis stands: the repeats of one, and all in which it stands alike.
 pub(crate) fn groups(session: &Session, axis: usize) -> Vec<Vec<usize>> {
-    let standing = |test: usize| {
-        let moves = session.tests[test].recording.as_ref().is_none_or(|recording| recording.axes.contains(&axis));
-        session.tests[test].positions[axis].filter(|_| !moves)
-    };
+    let standing = |test: usize| standing(&session.tests[test], axis);
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for first in 0..session.tests.len() {
         let Some(value) = standing(first) else { continue };
@@ -115,10 +119,7 @@ pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize], runs: &[Vec
     let machine = &session.machine;
     let mut list = Vec::new();
     for axis in 0..machine.axes.len() {
-        let stands = |test: &usize| {
-            let moving = session.tests[*test].recording.as_ref().map(|recording| &recording.axes);
-            moving.is_some_and(|moving| !moving.contains(&axis)) && session.tests[*test].positions[axis].is_some()
-        };
+        let stands = |test: &usize| standing(&session.tests[*test], axis).is_some();
         let of_runs = runs.iter().filter(|run| run.iter().all(stands)).cloned();
         let groups = groups(session, axis).into_iter().chain(of_runs);
         for tests in groups.filter(|tests| tests.iter().any(|test| worst.contains(test))) {
@@ -133,8 +134,11 @@ pub(crate) fn a_little_elsewhere(session: &Session, worst: &[usize], runs: &[Vec
     list
 }
 
-/// Axes that did not move in groups of tests, whose positions are those of the program: a machine lock, a sweep without its start.
-pub(crate) fn stood_still(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion> {
+/// Axes that did not move in what was recorded in one piece, whose positions are those of the program: a machine lock, a sweep without its
+/// start. Where slides follow, the bar keeps its length whether anything moves or not: of one run among others that tells nothing.
+pub(in crate::diagnose::preflight) fn stood_still(session: &Session, groups: &StruckTogether) -> Vec<Suspicion> {
+    let turns_alone = |test: &usize| session.tests[*test].recording.as_ref().is_some_and(|read| read.axes.len() == 1);
+    let is_told = |group: &Vec<usize>| !groups.runs.contains(group) || group.iter().all(turns_alone);
     let of = |tests: &Vec<usize>| {
         let mut undone = session.clone();
         for &test in tests {
@@ -154,7 +158,7 @@ pub(crate) fn stood_still(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspi
             ..Suspicion::new(STANDING_AXIS, RECORDER, names(session, tests), says, undone)
         })
     };
-    groups.iter().filter_map(of).collect()
+    groups.pieces().iter().filter(|group| is_told(group)).filter_map(of).collect()
 }
 
 pub(crate) const COLUMN_SHIFTED: &str = "column-shifted";

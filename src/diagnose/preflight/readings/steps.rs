@@ -3,7 +3,7 @@
 use super::processed::deviations_mm;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::Suspicion;
-use crate::session::{Session, Test};
+use crate::session::Session;
 
 /// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
 const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
@@ -24,13 +24,16 @@ pub(crate) fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f6
 
 /// The step of which all lengths, or all deviations from the bars' lengths, are multiples, mm.
 pub(crate) fn step_of_readings(session: &Session) -> Option<f64> {
-    let read = |of: fn(&Test) -> Option<Vec<f64>>| -> Vec<f64> {
-        session.tests.iter().filter_map(of).flatten().filter(|value| value.is_finite()).collect()
+    let recorded = || session.tests.iter().filter_map(|test| Some((test.bar_length_mm, test.recording.as_ref()?)));
+    let finite = |value: &f64| value.is_finite();
+    let lengths = || recorded().flat_map(|(_, recording)| recording.length_mm.iter().copied()).filter(finite);
+    let deviations = || {
+        let of_bars = recorded().filter_map(|(bar_mm, recording)| Some((bar_mm?, &recording.length_mm)));
+        of_bars.flat_map(|(bar_mm, lengths)| lengths.iter().map(move |length| length - bar_mm)).filter(finite)
     };
-    let lengths = read(|test| Some(test.recording.as_ref()?.length_mm.clone()));
-    let deviations = read(deviations_mm);
-    let steps = [lengths, deviations].into_iter().filter(|read| !read.is_empty());
-    steps.filter_map(|read| step(|| read.iter().copied())).reduce(f64::max)
+    let of_lengths = lengths().next().and_then(|_| step(lengths));
+    let of_deviations = deviations().next().and_then(|_| step(deviations));
+    of_lengths.into_iter().chain(of_deviations).reduce(f64::max)
 }
 
 /// Deviations of all recordings that were cut to whole steps towards zero, and lost half a step on average.
