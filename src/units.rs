@@ -10,6 +10,9 @@ pub const UM_PER_MM: f64 = 1000.0;
 /// Arcseconds in a radian.
 pub const ARCSEC_PER_RAD: f64 = 180.0 * 3600.0 / PI;
 
+/// Millimetres in an inch.
+pub const MM_PER_INCH: f64 = 25.4;
+
 /// What a quantity measures: decides which units are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {

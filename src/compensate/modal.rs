@@ -2,11 +2,10 @@
 
 use super::block::{Block, Word};
 use super::codes::{Meaning, Motion, g_code, refused_m_code};
+use crate::units::MM_PER_INCH;
 
 /// Axis letters in the order of all arrays here.
 pub const LETTERS: [u8; 9] = *b"XYZABCUVW";
-/// Millimetres in an inch.
-const MM_PER_INCH: f64 = 25.4;
 
 /// Meaning of F.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use super::course::{Feeds, Pair};
 use super::error::ImportError;
 use super::marks::{Found, find};
 use crate::session::{Marks, Session};
+use crate::units::MM_PER_INCH;
 
 /// What a capture's numbers may be instead: factor of the readings, of the times, what is said, what is to be done.
 const OTHERS: [(f64, f64, &str, &str); 10] = [
@@ -22,18 +23,18 @@ const OTHERS: [(f64, f64, &str, &str); 10] = [
         "name the readings by their unit, e.g. deviation_um, or say --unit deviation-um",
     ),
     (
-        25.4,
+        MM_PER_INCH,
         1.0,
         "the readings are in inches, or in thousandths of one where they are named µm",
         "multiply the readings by 25.4",
     ),
     (
-        25.4e-3,
+        MM_PER_INCH * 1e-3,
         1.0,
         "the readings are in thousandths of an inch, or in millionths of one where they are named µm",
         "multiply the readings by 0.0254",
     ),
-    (1.0 / 25.4, 1.0, "the readings are 25.4 times too large", "divide the readings by 25.4"),
+    (1.0 / MM_PER_INCH, 1.0, "the readings are 25.4 times too large", "divide the readings by 25.4"),
     (10.0, 1.0, "the readings are ten times too small", "multiply the readings by 10"),
     (0.1, 1.0, "the readings are ten times too large", "divide the readings by 10"),
     (

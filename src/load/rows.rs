@@ -7,6 +7,7 @@ use crate::load::checked_text::message::LoadError;
 use crate::machine::Machine;
 use crate::session::{LengthColumn, Recording};
 use crate::statistics::median;
+use crate::units::MM_PER_INCH;
 
 /// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
 const STROKE_LIMIT_MM: f64 = 5.0;
@@ -15,8 +16,6 @@ const STROKE_LIMIT_MM: f64 = 5.0;
 const ONE_OUTSIDE_IN: usize = 10;
 /// Two balls of usual size touch at about this distance, mm: shorter readings are no distances.
 const SHORTEST_DISTANCE_MM: f64 = 5.0;
-/// Millimetres in an inch.
-const MM_PER_INCH: f64 = 25.4;
 
 /// How far the rows of a recording are believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -60,16 +60,9 @@ pub fn bar_turn(
     let is_circle = !motion.moving.iter().any(|&axis| session.machine.axes[axis].kind == AxisKind::Rotary);
     let sign = if is_circle || ways[1] >= ways[0] { 1.0 } else { -1.0 };
     let planes = [[0, 1], [1, 2], [2, 0]].map(|[right, up]| {
-        let mut angle_rad: Vec<f64> = Vec::with_capacity(rows);
-        let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-        for bar in &bars {
-            let (along, across) = (sign * bar[right], sign * bar[up]);
-            let radius = along.hypot(across);
-            (least, most) = (least.min(radius), most.max(radius));
-            let angle = across.atan2(along);
-            let last = angle_rad.last().copied().unwrap_or(angle);
-            angle_rad.push(last + (angle - last + PI).rem_euclid(TAU) - PI);
-        }
+        let radii = || bars.iter().map(|bar| bar[right].hypot(bar[up]));
+        let (least, most) = (radii().fold(f64::INFINITY, f64::min), radii().fold(0.0, f64::max));
+        let angle_rad = unwrapped(bars.iter().map(|bar| (sign * bar[up]).atan2(sign * bar[right])));
         (BarTurn { plane: [right, up], angle_rad }, most - least <= ROUND * most)
     });
     let turn = |turn: &BarTurn| match (turn.angle_rad.first(), turn.angle_rad.last()) {
@@ -78,6 +71,16 @@ pub fn bar_turn(
     };
     let round = planes.into_iter().filter(|(of, is_round)| *is_round && turn(of) >= LEAST_TURN_RAD);
     Ok(round.map(|(of, _)| of).max_by(|a, b| turn(a).total_cmp(&turn(b))))
+}
+
+/// Angles that run on over the half turn, rad: each within half a turn of the one before.
+pub(super) fn unwrapped(angles: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut last = None;
+    let run_on = |angle: f64| {
+        let before = last.unwrap_or(angle);
+        *last.insert(before + (angle - before + PI).rem_euclid(TAU) - PI)
+    };
+    angles.map(run_on).collect()
 }
 
 /// Tests that are drawn together: both directions of one pass, in the order in which the first of each was run. `turns` has

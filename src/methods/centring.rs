@@ -12,7 +12,7 @@ pub struct Centred {
 }
 
 /// Arcs that lack more than this of a full turn lose their mean with the centre: a short arc cannot tell them apart, rad.
-const FULL_TURN_SLACK_RAD: f64 = 0.1;
+const MEAN_LOST_BEYOND_RAD: f64 = 0.1;
 
 impl Centred {
     /// Least-squares centre of deviations (not finite: left out) over directions, rad; `None` where fewer than four rows or
@@ -30,7 +30,7 @@ impl Centred {
             right += row * deviation;
         }
         let parts = normal.cholesky()?.solve(&right);
-        let is_full = high - low > std::f64::consts::TAU - FULL_TURN_SLACK_RAD;
+        let is_full = high - low > std::f64::consts::TAU - MEAN_LOST_BEYOND_RAD;
         Some(Centred { centre: [parts[1], parts[2]], mean: if is_full { 0.0 } else { parts[0] } })
     }
 

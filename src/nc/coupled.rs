@@ -17,8 +17,6 @@ use crate::session::{Motion, Path, Test, way_mm};
 const ARC_DEG: f64 = 300.0;
 /// An arc that ends no nearer to its start than this, deg, is read with the whole turns that its block states.
 const CLEAR_OF_START_DEG: f64 = 1.0;
-/// Feed when a test states none, mm/min.
-pub(super) const FEED_MM_PER_MIN: f64 = 500.0;
 
 /// The path of one direction with run-in and run-out.
 struct Course {
@@ -33,11 +31,11 @@ struct Course {
 impl Course {
     fn of(machine: &Machine, test: &Test) -> Option<Course> {
         let path = test.path.as_ref()?;
-        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = path;
+        let [from, to] = path.ends();
         let motion = Motion::of(&bare_session(machine), &Chain::of(machine), test).ok()?;
         let [before, after] = beyond_path(machine, test, &motion)?;
         let way = (to - from).signum();
-        Some(Course { from: from - way * before, begin: *from, to: to + way * after, step: step.abs() })
+        Some(Course { from: from - way * before, begin: from, to: to + way * after, step: path.step().abs() })
     }
 }
 
@@ -64,9 +62,7 @@ impl Course {
 
 /// Rows of the path between two of its places in so many equal steps, run from the first to the last.
 fn between(machine: &Machine, test: &Test, from: f64, to: f64, steps: f64) -> Option<Motion> {
-    let mut path = test.path.as_ref()?.between(from, to);
-    let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = &mut path;
-    *step = (to - from).abs() / steps.max(1.0);
+    let path = test.path.as_ref()?.between(from, to).in_steps(steps.max(1.0));
     Motion::of(&bare_session(machine), &Chain::of(machine), &Test { path: Some(path), ..test.clone() }).ok()
 }
 
@@ -161,11 +157,8 @@ const STANDS: f64 = 1e-7;
 
 /// Longest block, deg, whose chord changes the bar by no more than [`CHORD_MM`], and no longer than a step of the session.
 fn longest_deg(geometry: &Geometry, test: &Test, motion: &Motion, step: f64) -> f64 {
-    let Ok((pivot, spindle)) = test.links(geometry.chain()) else { return step };
-    let bar = |q: &[f64]| {
-        (geometry.point(spindle, &test.spindle_ball.at, q, None) - geometry.point(pivot, &test.pivot.at, q, None))
-            .norm()
-    };
+    let Ok(links) = test.links(geometry.chain()) else { return step };
+    let bar = |q: &[f64]| test.bar(geometry, links, q).norm();
     let middle = |row: usize| -> f64 {
         let (from, to) = (motion.row(row - 1), motion.row(row));
         let half: Vec<f64> = from.iter().zip(to).map(|(from, to)| 0.5 * (from + to)).collect();
@@ -297,7 +290,7 @@ fn arcs_with_turn(
 ) -> Vec<Step> {
     let chain = Chain::of(machine);
     let (Ok(links), geometry) = (test.links(&chain), Geometry::nominal(&chain)) else { return Vec::new() };
-    let feed = test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN);
+    let feed = test.feed();
     // the slides' way for that of the ball, from any small turn
     let Some(small) = between(machine, test, course.begin, course.begin + course.step, 1.0) else { return Vec::new() };
     let ball = way_mm(&geometry, test, links, small.row(0), small.row(1));
@@ -343,7 +336,7 @@ pub(super) fn circle(machine: &Machine, test: &Test, coordinates: &Coordinates, 
                 counter_clockwise: course.to > course.from,
                 turns,
                 turn: None,
-                feed_mm_per_min: test.feed_mm_per_min.unwrap_or(FEED_MM_PER_MIN),
+                feed_mm_per_min: test.feed(),
             }
         })
         .collect()

@@ -17,7 +17,7 @@ pub(super) fn run(
 ) -> Vec<Step> {
     match &test.path {
         Some(Path::Sweep { axis, from, to, follow: Follow::None, .. }) => {
-            vec![sweep(machine, planned, *axis, coordinates.offset(*axis), to + (to - from).signum() * run_in(test))]
+            vec![sweep(machine, planned, *axis, coordinates.offset(*axis), to + (to - from).signum() * test.run_in())]
         }
         Some(Path::Sweep { .. }) => coupled::follow(machine, planned, test, coordinates, curves),
         Some(Path::Circle { .. }) => coupled::circle(machine, test, coordinates, curves),
@@ -25,13 +25,9 @@ pub(super) fn run(
     }
 }
 
-fn run_in(test: &Test) -> f64 {
-    test.overshoot.unwrap_or(crate::plan::RUN_IN)
-}
-
 /// One direction of a sweep of one axis: run-in, arc and run-out in one block, so that no corner slows it down.
 fn sweep(machine: &Machine, planned: &PlannedTest, axis: usize, offset: f64, end_deg: f64) -> Step {
-    let feed = planned.test.feed_mm_per_min.unwrap_or(coupled::FEED_MM_PER_MIN);
+    let feed = planned.test.feed();
     let range = machine.axes[axis].range.map(|(low, high)| (low.to_degrees(), high.to_degrees()));
     Step::Feed {
         axis: machine.axes[axis].name.clone(),

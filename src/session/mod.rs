@@ -26,4 +26,4 @@ pub use recording::{Clock, LengthColumn, Recording};
 pub use run_ends::{RunEnd, beyond};
 pub use setups::{Setup, Setups};
 pub use test::{APPROACHED_OVER, Session, Test};
-pub use test_motion::{MotionError, way_mm};
+pub use test_motion::{DEFAULT_RUN_IN, MotionError, way_mm};

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::machine::{AxisKind, Machine};
+
 /// How the linear axes follow a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Follow {
@@ -47,10 +49,42 @@ pub enum Path {
 }
 
 impl Path {
+    /// First and last sample, mm or deg.
+    pub fn ends(&self) -> [f64; 2] {
+        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = self;
+        [*from, *to]
+    }
+
+    /// Way from sample to sample as stated, mm or deg.
+    pub fn step(&self) -> f64 {
+        let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = self;
+        *step
+    }
+
+    /// The same path in so many equal steps.
+    pub fn in_steps(&self, steps: f64) -> Path {
+        let mut path = self.clone();
+        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = &mut path;
+        *step = (*to - *from).abs() / steps;
+        path
+    }
+
+    /// Axes that move on the path.
+    pub fn moving_axes(&self, machine: &Machine) -> Vec<usize> {
+        match self {
+            Path::Circle { plane, .. } => vec![plane.first, plane.second],
+            Path::Sweep { axis, follow: Follow::None, .. } => vec![*axis],
+            Path::Sweep { axis, .. } => {
+                let linear = (0..machine.axes.len()).filter(|&k| machine.axes[k].kind == AxisKind::Linear);
+                linear.chain([*axis]).collect()
+            }
+        }
+    }
+
     /// Steps between the samples.
     fn steps(&self) -> usize {
-        let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = self;
-        ((to - from).abs() / step.abs()).round().max(1.0) as usize
+        let [from, to] = self.ends();
+        ((to - from).abs() / self.step().abs()).round().max(1.0) as usize
     }
 
     /// Way from sample to sample along a circle whose samples lie more than so many degrees apart, mm.
@@ -67,8 +101,7 @@ impl Path {
 
     /// Samples of the path parameter in file units.
     pub fn samples(&self) -> Vec<f64> {
-        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = self;
-        let count = self.steps();
+        let ([from, to], count) = (self.ends(), self.steps());
         (0..=count).map(|k| from + (to - from) * k as f64 / count as f64).collect()
     }
 

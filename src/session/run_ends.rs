@@ -4,9 +4,6 @@ use super::motion::Motion;
 use super::recording::Clock;
 use super::test::{Session, Test};
 
-/// How far outside the arc the axes start when a test does not say, mm or deg.
-const DEFAULT_OVERSHOOT: f64 = 4.0;
-
 /// Which end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEnd {
@@ -18,7 +15,7 @@ pub enum RunEnd {
 ///
 /// A parabola through three rows, the overshoot apart, follows arcs and straight sweeps alike.
 pub fn beyond(session: &Session, motion: &Motion, test: &Test, end: RunEnd, shares: &[f64]) -> Vec<f64> {
-    let overshoot = test.overshoot.unwrap_or(DEFAULT_OVERSHOOT);
+    let overshoot = test.run_in();
     let is_static = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::Pose(_)));
     if is_static || overshoot <= 0.0 || motion.rows() < 3 {
         return Vec::new();

@@ -82,10 +82,7 @@ fn assemble<'a>(
 
 /// A path with as many samples as the recording has rows, uniform in the swept parameter (thesis section 4.2).
 fn resample(session: &Session, chain: &Chain, test: &Test, path: &Path, rows: usize) -> Result<Motion, MotionError> {
-    let mut path = path.clone();
-    let (Path::Sweep { from, to, step, .. } | Path::Circle { from, to, step, .. }) = &mut path;
-    *step = (*to - *from).abs() / (rows.max(2) - 1) as f64;
-    along_path(session, chain, test, &path)
+    along_path(session, chain, test, &path.in_steps((rows.max(2) - 1) as f64))
 }
 
 fn along_path(session: &Session, chain: &Chain, test: &Test, path: &Path) -> Result<Motion, MotionError> {
@@ -247,8 +244,10 @@ fn ball_links(chain: &Chain, test: &Test) -> Result<(LinkId, LinkId), MotionErro
     Ok((link(&test.pivot.link)?, link(&test.spindle_ball.link)?))
 }
 
-/// Feed of the moving ball when the test states none, mm/min.
+/// Feed of the moving ball when a test states none, mm/min.
 const DEFAULT_FEED_MM_PER_MIN: f64 = 500.0;
+/// How far before and behind its arc a test runs when it does not say, mm or deg.
+pub const DEFAULT_RUN_IN: f64 = 4.0;
 
 /// Part of what the linear axes move below which a ball stands still as seen from the other: rounding.
 const STANDS_STILL: f64 = 1e-3;
@@ -283,7 +282,7 @@ pub fn way_mm(geometry: &Geometry, test: &Test, links: (LinkId, LinkId), from: &
 
 /// Times at which the samples are passed at the stated feed.
 fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, Vec<f64>)], rows: usize) -> Vec<f64> {
-    let speed_mm_per_s = test.feed_mm_per_min.unwrap_or(DEFAULT_FEED_MM_PER_MIN) / 60.0;
+    let speed_mm_per_s = test.feed() / 60.0;
     let links = ball_links(chain, test).ok();
     let moving: Vec<usize> = columns.iter().map(|(axis, _)| *axis).collect();
     let (Some(links), Ok(mut q)) = (links, standing(session, test, &moving)) else {
@@ -309,6 +308,16 @@ fn path_times(session: &Session, chain: &Chain, test: &Test, columns: &[(usize, 
 }
 
 impl Test {
+    /// Feed of the moving ball as stated, or as usual, mm/min.
+    pub fn feed(&self) -> f64 {
+        self.feed_mm_per_min.unwrap_or(DEFAULT_FEED_MM_PER_MIN)
+    }
+
+    /// How far before and behind its arc it runs as stated, or as usual, mm or deg.
+    pub fn run_in(&self) -> f64 {
+        self.overshoot.unwrap_or(DEFAULT_RUN_IN)
+    }
+
     /// From the pivot ball to the spindle ball, mm, axes standing at `q`; `links` carry the two.
     pub fn bar(&self, geometry: &Geometry, links: (LinkId, LinkId), q: &[f64]) -> Vector3<f64> {
         geometry.point(links.1, &self.spindle_ball.at, q, None) - geometry.point(links.0, &self.pivot.at, q, None)

@@ -8,6 +8,7 @@ use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::model::decimate::keep_few_rows;
 use crate::machine::{AxisKind, Directions};
 use crate::session::{Recording, Session};
+use crate::units::MM_PER_INCH;
 
 pub(crate) const ANGLE_REVERSED: &str = "angle-reversed";
 
@@ -21,7 +22,7 @@ pub(super) fn of_an_axis((session, whole): (&Session, &Session), axis: usize) ->
     let backwards = format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'");
     let mut list = vec![scaled("axis-sign", -1.0, backwards)];
     list.push(match kind {
-        AxisKind::Linear => scaled("unit", 25.4, format!("{name} is in inches: convert the column to mm")),
+        AxisKind::Linear => scaled("unit", MM_PER_INCH, format!("{name} is in inches: convert the column to mm")),
         AxisKind::Rotary => {
             let says = format!("{name} is in radians: convert the column to degrees");
             scaled("unit", 180.0 / std::f64::consts::PI, says)

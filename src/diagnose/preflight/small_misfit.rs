@@ -28,6 +28,7 @@ use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_
 use super::suspicion::{Judged, Suspicion, Tried};
 use crate::diagnose::model::decimate::few_rows;
 use crate::session::{Path, Session, Test};
+use crate::units::MM_PER_INCH;
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
 const LEAST_RATIO: f64 = 1.6;
@@ -247,7 +248,7 @@ pub fn implausible(session: &Session) -> Option<DataFault> {
 }
 
 /// Units in which lengths may have been written, with their size in mm.
-const LENGTH_UNITS: [(&str, f64); 4] = [("metres", 1e3), ("inches", 25.4), ("centimetres", 10.0), ("µm", 1e-3)];
+const LENGTH_UNITS: [(&str, f64); 4] = [("metres", 1e3), ("inches", MM_PER_INCH), ("centimetres", 10.0), ("µm", 1e-3)];
 
 /// How far the middle of a recording may lie from the bar's length, as a share of it.
 const NEAR_THE_BAR: f64 = 0.05;

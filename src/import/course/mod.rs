@@ -29,8 +29,8 @@ pub struct Pair {
 pub fn pairs(session: &Session) -> Vec<Pair> {
     let is_back = |one: &Test, other: &Test| match (&one.path, &other.path) {
         (Some(there), Some(back)) => {
-            let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = there;
-            there.between(*to, *from) == *back
+            let [from, to] = there.ends();
+            there.between(to, from) == *back
                 && (&one.pivot, &one.spindle_ball, &one.positions)
                     == (&other.pivot, &other.spindle_ball, &other.positions)
         }
@@ -116,13 +116,10 @@ impl Course {
         let Some(path) = test.path.clone() else { return Err(ImportError::NoPath { test: test.name }) };
         let arc = Motion::of(session, &chain, &test)?;
         let [before, after] = beyond_path(machine, &test, &arc).unwrap_or([0.0, 0.0]);
-        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = &path;
+        let [from, to] = path.ends();
         let way = (to - from).signum();
         let ends = [from - way * before, to + way * after];
-        let mut long = path.between(ends[0], ends[1]);
-        let (Path::Sweep { step, .. } | Path::Circle { step, .. }) = &mut long;
-        *step = (ends[1] - ends[0]).abs() / NODES as f64;
-        test.path = Some(long);
+        test.path = Some(path.between(ends[0], ends[1]).in_steps(NODES as f64));
         let alone = Session { tests: vec![test.clone()], ..session.clone() };
         let motion = Motion::of(&alone, &chain, &test)?;
         let time_s = motion.time_s.clone().unwrap_or_default();
@@ -141,7 +138,7 @@ impl Course {
         let lost_motion: Lazily = Box::new(move || LostMotion::of(&alone.machine, &test, &along));
         Ok(Course {
             run_s,
-            arc_s: [at(*from), at(*to)],
+            arc_s: [at(from), at(to)],
             ends,
             unit: match path {
                 Path::Sweep { axis, .. } if machine.axes[axis].kind == AxisKind::Linear => " mm",

@@ -8,9 +8,8 @@ use crate::load::checked_text::limits::TEST_NAME;
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::quantity::{LARGEST, quantity};
 use crate::load::recording::Wanted;
-use crate::machine::AxisKind;
 use crate::readings::{Kind, Reading};
-use crate::session::{Clock, Follow, Path as TestPath, Test, Zero};
+use crate::session::{Clock, Test, Zero};
 use crate::units::{Measure, shown};
 
 /// Smallest bar length, mm, and feed, mm/min.
@@ -186,13 +185,7 @@ impl TestReader<'_> {
     fn every_axis_known(&self, index: usize, test: &Test) -> Result<(), LoadError> {
         let moved: Vec<usize> = match (&test.recording, &test.path) {
             (Some(recording), _) if !matches!(recording.clock, Clock::Absent) => recording.axes.clone(),
-            (_, Some(TestPath::Sweep { axis, follow: Follow::None, .. })) => vec![*axis],
-            (_, Some(TestPath::Sweep { axis, .. })) => {
-                let linear = (0..self.machine.axes.len()).filter(|&k| self.machine.axes[k].kind == AxisKind::Linear);
-                linear.chain([*axis]).collect()
-            }
-            (_, Some(TestPath::Circle { plane, .. })) => vec![plane.first, plane.second],
-            (_, None) => Vec::new(),
+            (_, path) => path.as_ref().map_or(Vec::new(), |path| path.moving_axes(self.machine)),
         };
         for (axis, entry) in self.machine.axes.iter().enumerate() {
             if test.positions[axis].is_none() && !moved.contains(&axis) {

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use crate::chain::{Chain, Geometry};
 use crate::machine::AxisKind;
+use crate::methods::bar_turn::unwrapped;
 use crate::methods::error::MethodError;
 use crate::session::{Motion, Session};
 
@@ -54,14 +55,14 @@ const SHORTEST_ARC_RAD: f64 = FRAC_PI_2;
 /// Nominal radii within a circle may differ by this, mm: positions are printed to 1e-5.
 const ROUND_MM: f64 = 0.05;
 /// An arc that lacks less than this of 360° is a full turn, rad.
-const FULL_TURN_SLACK_RAD: f64 = 2.0 * PI / 180.0;
+const CLOSED_WITHIN_RAD: f64 = 2.0 * PI / 180.0;
 /// Two runs are over the same circle when start, end and radius agree within this, mm and rad.
 const SAME_PATH: f64 = 0.02;
 
 impl CircleRun {
     /// True when the path closes.
     pub fn full_turn(&self) -> bool {
-        self.arc_rad > TAU - FULL_TURN_SLACK_RAD
+        self.arc_rad > TAU - CLOSED_WITHIN_RAD
     }
 
     /// Same plane, radius and arc; the direction may differ.
@@ -120,7 +121,7 @@ fn circle_run(session: &Session, chain: &Chain, test_index: usize) -> Result<Opt
     let links = test.links(chain)?;
     let geometry = Geometry::nominal(chain);
     let unit = |k: usize| Vector3::from_fn(|row, _| if row == k % 3 { 1.0 } else { 0.0 });
-    let (mut angle_rad, mut deviation_mm, mut radii): (Vec<f64>, Vec<f64>, Vec<f64>) = Default::default();
+    let (mut angles, mut deviation_mm, mut radii): (Vec<f64>, Vec<f64>, Vec<f64>) = Default::default();
     for (row, &length) in recording.length_mm.iter().enumerate().filter(|(_, length)| length.is_finite()) {
         let positions = motion.row(row);
         let bar = test.bar(&geometry, links, positions);
@@ -129,12 +130,11 @@ fn circle_run(session: &Session, chain: &Chain, test_index: usize) -> Result<Opt
         if in_plane <= 0.0 {
             return Ok(None);
         }
-        let angle = up.atan2(along);
-        let last = angle_rad.last().copied().unwrap_or(angle);
-        angle_rad.push(last + (angle - last + PI).rem_euclid(TAU) - PI);
+        angles.push(up.atan2(along));
         radii.push(along.hypot(up));
         deviation_mm.push(in_plane.sqrt() - along.hypot(up));
     }
+    let angle_rad = unwrapped(angles.into_iter());
     if angle_rad.len() < FEWEST_READINGS {
         return Ok(None);
     }

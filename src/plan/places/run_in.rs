@@ -2,10 +2,10 @@
 
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
-use crate::session::{Follow, Motion, Path, RunEnd, Session, Spread, Test};
+use crate::session::{DEFAULT_RUN_IN, Follow, Motion, Path, RunEnd, Session, Spread, Test};
 
-/// Run-in and run-out when a test states none, deg or mm.
-pub const RUN_IN: f64 = 4.0;
+/// Run-in and run-out of planned tests, deg or mm.
+pub const RUN_IN: f64 = DEFAULT_RUN_IN;
 /// What plans keep off a software limit, deg or mm: a control stops, or refuses the block, where it comes to stand on it.
 pub const OFF_LIMIT: f64 = 0.1;
 /// Shortest capture arc worth running, deg.
@@ -140,14 +140,14 @@ impl End {
 /// Start and end of a run; `None` for a single row.
 fn ends(machine: &Machine, test: &Test, motion: &Motion, way: &[Vec<f64>]) -> Option<[End; 2]> {
     let ([first, second, ..], [.., before, last]) = (way, way) else { return None };
-    let run_in = test.overshoot.unwrap_or(RUN_IN);
+    let run_in = test.run_in();
     let planned = test.path.as_ref().filter(|_| test.recording.is_none());
     let curve = planned.filter(|path| !matches!(path, Path::Sweep { follow: Follow::None, .. }));
     let end = |beyond: Box<dyn Fn(f64) -> Vec<f64>>| End { run_in: RunIn::of(machine, run_in, &beyond), beyond };
     if let Some(path) = curve {
-        let (Path::Sweep { from, to, .. } | Path::Circle { from, to, .. }) = path;
-        let (way, rows) = ((to - from).signum(), motion.rows());
-        return Some([(*from, -way, 0), (*to, way, rows - 1)].map(|(from, way, row)| {
+        let ([from, to], rows) = (path.ends(), motion.rows());
+        let way = (to - from).signum();
+        return Some([(from, -way, 0), (to, way, rows - 1)].map(|(from, way, row)| {
             let (session, test) = (bare_session(machine), test.clone());
             let (path, here) = (path.clone(), motion.row(row).to_vec());
             let turns = matches!(path, Path::Sweep { .. });

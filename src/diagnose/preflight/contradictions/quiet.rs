@@ -6,15 +6,14 @@ use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::diagnose::preflight::readings::steps::step_of_readings;
 use crate::session::{Session, Test};
 use crate::statistics::{OF_THIRD_DIFFERENCES, median, third_differences};
+use crate::units::MM_PER_INCH;
 use std::ops::Range;
 
 /// How many times less than the middle recording one scatters that was not read like it: noise differs from test to test by a
 /// factor of two (one standard deviation), this is three of them.
 const QUIETER: f64 = 8.0;
 
-/// Millimetres of an inch, and how near to it the ratio of two noises comes, as a factor: noise of some hundred rows is known to a
-/// tenth.
-const INCH: f64 = 25.4;
+/// How near to an inch the ratio of two noises comes, as a factor: noise of some hundred rows is known to a tenth.
 const NEAR: f64 = 1.3;
 
 /// Recordings that scatter too little.
@@ -36,7 +35,7 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let names: Vec<String> = struck.iter().map(|(test, _)| test.name.clone()).collect();
     let own_mm = median(struck.iter().map(|(_, mm)| *mm))?;
     let ratio = usual_mm / own_mm;
-    let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / INCH));
+    let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / MM_PER_INCH));
     let of = |effect, what: &str| {
         let says = format!(
             "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",

@@ -5,6 +5,7 @@ use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, liste
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test, way_mm};
 use crate::statistics::median;
+use crate::units::MM_PER_INCH;
 
 /// How far two tests may overlap, s: beginnings are written down by hand.
 const OVERLAP_S: f64 = 1.0;
@@ -45,7 +46,7 @@ const TIME_UNITS: [(&str, f64); 3] = [("milliseconds", 1e-3), ("minutes", 60.0),
 
 /// Units in which positions may have been written, with the speed that they seem to give over the true one: of rotary axes, of
 /// linear ones.
-const POSITION_UNITS: [(&str, f64); 2] = [("radians", std::f64::consts::PI / 180.0), ("inches", 1.0 / 25.4)];
+const POSITION_UNITS: [(&str, f64); 2] = [("radians", std::f64::consts::PI / 180.0), ("inches", 1.0 / MM_PER_INCH)];
 
 /// How near the speed comes to what a wrong unit gives, as a share.
 const AS_BY_UNIT: f64 = 0.25;

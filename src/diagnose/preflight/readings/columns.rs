@@ -16,6 +16,7 @@ use crate::machine::AxisKind;
 use crate::readings::{Kind, euler_xyz, quaternion, rotation, rotation_of_euler_xyz, rotation_of_quaternion};
 use crate::session::{Recording, Session, Setups, Test, sighted_misfit};
 use crate::statistics::{median, rms};
+use crate::units::MM_PER_INCH;
 
 /// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
 /// wrong sense by the size of the machine.
@@ -114,7 +115,7 @@ fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     let mut list = senses(session);
     list.extend(exchanged(session));
     list.extend(units_of_positions(session));
-    for (unit, factor) in [("metres", 1e3), ("inches", 25.4)] {
+    for (unit, factor) in [("metres", 1e3), ("inches", MM_PER_INCH)] {
         let undone = with_coordinates(session, |point| point * factor);
         list.push(of_coordinates("unit", format!("coordinates are in {unit}: convert the columns to mm"), undone));
     }
@@ -191,7 +192,7 @@ fn units_of_positions(session: &Session) -> Vec<Undone> {
     let units = [
         (AxisKind::Rotary, "rotary", "radians", "degrees", 1f64.to_degrees()),
         (AxisKind::Linear, "linear", "metres", "mm", 1e3),
-        (AxisKind::Linear, "linear", "inches", "mm", 25.4),
+        (AxisKind::Linear, "linear", "inches", "mm", MM_PER_INCH),
     ];
     let of_unit = |(kind, word, unit, due, factor): (AxisKind, &str, &str, &str, f64)| {
         let axes: Vec<usize> = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == kind).collect();
@@ -375,7 +376,7 @@ fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
         (-1.0, "reading-sign", "has the other sign: turn its direction, or the sign of the column"),
         (1e3, "unit", "is in metres: convert the column to mm"),
         (1e-3, "unit", "is in µm: convert the column to mm"),
-        (25.4, "unit", "is in inches: convert the column to mm"),
+        (MM_PER_INCH, "unit", "is in inches: convert the column to mm"),
     ];
     let mut gauges: Vec<&Test> = Vec::new();
     for test in session.tests.iter().filter(|test| is_gauge(test)) {

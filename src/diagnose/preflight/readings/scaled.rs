@@ -13,6 +13,7 @@ use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion}
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::identify::Quantity;
 use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
+use crate::units::MM_PER_INCH;
 
 pub(crate) const READING_SIGN: &str = "reading-sign";
 pub(crate) const READING_ZERO: &str = "reading-zero";
@@ -22,8 +23,8 @@ const FACTORS: [(f64, &str); 5] = [
     (-1.0, "have the wrong sign: turn it"),
     (10.0, "are ten times too large: look at their unit"),
     (0.1, "are a tenth of what they should be: look at their unit"),
-    (25.4, "are 25.4 times too large: they were converted from inches twice, or are in mm where inches are due"),
-    (1.0 / 25.4, "are 25.4 times too small: they are in inches"),
+    (MM_PER_INCH, "are 25.4 times too large: they were converted from inches twice, or are in mm where inches are due"),
+    (1.0 / MM_PER_INCH, "are 25.4 times too small: they are in inches"),
 ];
 
 /// Deviations of all tests, and of some groups of them, with a factor undone.
