@@ -34,6 +34,13 @@ pub(crate) fn odd(size: usize) -> usize {
     if size < 3 { 1 } else { size - (size + 1) % 2 }
 }
 
+/// A session with the few rows of quick fits, and with all that were read: what moves between rows is made of all of them.
+#[derive(Clone, Copy)]
+pub(crate) struct Sampled<'s> {
+    pub(crate) few_rows: &'s Session,
+    pub(crate) all_rows: &'s Session,
+}
+
 /// The session with a few rows of every trace.
 pub fn few_rows(session: &Session) -> Session {
     let mut few = session.clone();

@@ -5,7 +5,7 @@ use super::data_fault::{RECORDER, SESSION};
 use super::places::axis_order::in_exchange;
 use super::places::folded::without_sign;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
-use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::machine::{AxisKind, Directions};
 use crate::session::{Recording, Session};
 use crate::units::MM_PER_INCH;
@@ -13,7 +13,8 @@ use crate::units::MM_PER_INCH;
 pub(crate) const ANGLE_REVERSED: &str = "angle-reversed";
 
 /// Columns of one axis in another sense or unit, in all tests or in some.
-pub(super) fn of_an_axis((session, whole): (&Session, &Session), axis: usize) -> Vec<Suspicion> {
+pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
+    let session = sampled.few_rows;
     let (name, kind) = (session.machine.axes[axis].name.clone(), session.machine.axes[axis].kind);
     let scaled = |effect: &'static str, factor: f64, says: String| {
         let found = Suspicion::new(effect, RECORDER, Vec::new(), says, scale_axis(session, axis, factor));
@@ -31,12 +32,12 @@ pub(super) fn of_an_axis((session, whole): (&Session, &Session), axis: usize) ->
     if kind == AxisKind::Linear {
         return list;
     }
-    list.extend(without_sign((session, whole), axis));
+    list.extend(without_sign(sampled, axis));
     let alternate = [0, 1].map(|from| Struck::Alternate { from });
     for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
         let mut told: Vec<Vec<String>> = Vec::new();
         for among in [Among::Alone, Among::Followed, Among::All] {
-            let suspicion = reversed((session, whole), axis, struck, among);
+            let suspicion = reversed(sampled, axis, struck, among);
             list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
                 told.push(suspicion.tests.clone());
             }));
@@ -175,7 +176,8 @@ pub(crate) fn from_other_end(recording: &Recording, axis: usize) -> Option<Recor
 }
 
 /// Sweeps of an axis, some of them turned round.
-fn reversed((thinned, session): (&Session, &Session), axis: usize, struck: Struck, among: Among) -> Option<Suspicion> {
+fn reversed(sampled: Sampled<'_>, axis: usize, struck: Struck, among: Among) -> Option<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let mut order: Vec<usize> = (0..session.tests.len()).collect();
     order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
     let mut undone = thinned.clone();

@@ -12,7 +12,7 @@ use super::late_clock::between;
 use super::nearer::{Sized, descended};
 use super::quick_fit::{Refit, refit};
 use super::suspicion::{RARELY, Suspicion};
-use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Follow, Path, Recording, Session, Test};
@@ -46,7 +46,8 @@ enum Rows {
 }
 
 /// Recordings with dwells, and those that run there and back, as they are without.
-pub(crate) fn without_dwells(thinned: &Session, session: &Session) -> Vec<Suspicion> {
+pub(crate) fn without_dwells(sampled: Sampled<'_>) -> Vec<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let found: Vec<Option<Rows>> = session.tests.iter().map(|test| belonging(session, test)).collect();
     let mut list = Vec::new();
     for turns_back in [false, true] {
@@ -88,20 +89,13 @@ const LEAST_ROWS: f64 = 2.0;
 
 /// Recordings with rows too many at an end, a dwell or a run-in, or with rows too few, over which the positions of the arc were spread all
 /// the same: as many as leave least.
-pub(crate) fn other_rows(
-    (thinned, session): (&Session, &Session),
-    as_it_is: &Refit,
-    tests: &[usize],
-) -> Vec<Suspicion> {
+pub(crate) fn other_rows(sampled: Sampled<'_>, as_it_is: &Refit, tests: &[usize]) -> Vec<Suspicion> {
     let ends: Vec<(usize, bool)> = tests.iter().flat_map(|&test| [(test, true), (test, false)]).collect();
-    ends.into_par_iter().filter_map(|end| with_other_rows((thinned, session), as_it_is, end)).collect()
+    ends.into_par_iter().filter_map(|end| with_other_rows(sampled, as_it_is, end)).collect()
 }
 
-fn with_other_rows(
-    (thinned, session): (&Session, &Session),
-    as_it_is: &Refit,
-    (test, is_start): (usize, bool),
-) -> Option<Suspicion> {
+fn with_other_rows(sampled: Sampled<'_>, as_it_is: &Refit, (test, is_start): (usize, bool)) -> Option<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let recording = session.tests[test].recording.as_ref()?;
     if recording.time_s().is_none() || recording.len() < ROWS {
         return None;

@@ -19,7 +19,7 @@ use super::places::standing::{STANDING_AXIS, standing_elsewhere};
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
 use super::small_misfit::toggled;
 use super::suspicion::{OFTEN, Suspicion};
-use crate::diagnose::model::decimate::few_rows;
+use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::identify::{FreePrior, Quantity};
 use crate::session::{Session, Setups};
 
@@ -42,6 +42,7 @@ const SAME_BELOW_UM: f64 = 0.1;
 /// The mistake that best explains a session whose fit does not fit.
 pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let thinned = few_rows(session);
+    let sampled = Sampled { few_rows: &thinned, all_rows: session };
     let as_it_is = refit(&thinned, None)?;
     let before = as_it_is.misfit_um;
     let mut list = misplaced(&thinned);
@@ -51,7 +52,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.extend(other_lines(&thinned, &as_it_is));
     list.extend(other_directions(&thinned));
     list.extend(exchanged::by_nominal(&thinned));
-    list.extend(suspicions(&thinned, session, &as_it_is));
+    list.extend(suspicions(sampled, &as_it_is));
     let mut told = std::collections::HashSet::new();
     list.retain(|suspicion| told.insert(suspicion.says.clone()));
     let mut ranked: Vec<(f64, Suspicion)> = list
@@ -67,7 +68,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     });
     let mut judged: Vec<Judged> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
     keep_each_place_once(&mut judged);
-    turn_round(&mut judged, &thinned, session);
+    turn_round(&mut judged, sampled);
     bring_nearer(&mut judged, &thinned);
     let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
     let least = judged.iter().map(|one| one.left_um).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
@@ -133,9 +134,9 @@ const SETTLING: usize = 2;
 
 /// Brings the best choice of recordings that are written from the wrong end, by axis, to where turning one more or one less
 /// gains nothing.
-fn turn_round(judged: &mut Vec<Judged>, thinned: &Session, session: &Session) {
+fn turn_round(judged: &mut Vec<Judged>, sampled: Sampled<'_>) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
-    for axis in &session.machine.axes {
+    for axis in &sampled.all_rows.machine.axes {
         let of_axis =
             |one: &Judged| one.suspicion.effect == ANGLE_REVERSED && one.suspicion.components == [&axis.name[..]];
         let best = (0..judged.len())
@@ -143,7 +144,7 @@ fn turn_round(judged: &mut Vec<Judged>, thinned: &Session, session: &Session) {
             .min_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
         if let Some(best) = best {
             let one = judged.swap_remove(best);
-            let (_, suspicion) = toggled((thinned, session), misfit_um, (one.left_um, one.suspicion));
+            let (_, suspicion) = toggled(sampled, misfit_um, (one.left_um, one.suspicion));
             judged.extend(settled(suspicion));
         }
     }

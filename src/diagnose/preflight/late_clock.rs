@@ -2,13 +2,14 @@
 
 use super::data_fault::RECORDER;
 use super::suspicion::{RARELY, Suspicion};
-use crate::diagnose::model::decimate::keep_few_rows;
-use crate::session::{Clock, Recording, Session};
+use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
+use crate::session::{Clock, Recording};
 
 pub(crate) const TIME_SHIFT: &str = "time-shift";
 
 /// Positions moved against the lengths by some seconds in some tests of the thinned session.
-pub(crate) fn shifted((thinned, session): (&Session, &Session), tests: &[usize], seconds: f64) -> Suspicion {
+pub(crate) fn shifted(sampled: Sampled<'_>, tests: &[usize], seconds: f64) -> Suspicion {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let mut undone = thinned.clone();
     for &test in tests {
         undone.tests[test].recording = session.tests[test].recording.clone();

@@ -19,11 +19,12 @@ use super::readings::taken_off::taken_off;
 use super::readings::unsigned::unsigned;
 use super::struck_together::{StruckTogether, all, distinct};
 use super::suspicion::Suspicion;
-use crate::session::Session;
+use crate::diagnose::model::decimate::Sampled;
 use crate::statistics::rms;
 
 /// All mistakes that are tried on the thinned session; shifts in time are made on all rows, whose arcs are nearly straight.
-pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -> Vec<Suspicion> {
+pub(crate) fn suspicions(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<Suspicion> {
+    let session = sampled.few_rows;
     let mut list = Vec::new();
     let worst = worst_tests(&as_it_is.residual_mm);
     let machine = &session.machine;
@@ -32,7 +33,7 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
             session.tests.iter().any(|test| test.recording.as_ref().is_some_and(|r| r.axes.contains(&axis)))
         })
         .collect();
-    list.extend(busy.iter().flat_map(|&axis| of_an_axis((session, whole), axis)));
+    list.extend(busy.iter().flat_map(|&axis| of_an_axis(sampled, axis)));
     list.extend(senses_together(session));
     for (index, &a) in busy.iter().enumerate() {
         for &b in &busy[index + 1..] {
@@ -44,11 +45,11 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     let groups = StruckTogether::of(session, &worst);
     let (pieces, StruckTogether { alone, runs, programs, conversions, bars, .. }) = (groups.pieces(), &groups);
     for tests in &distinct([&[all(session)], &groups.all_one_way, alone, runs]) {
-        list.extend(SHIFTS_S.iter().map(|seconds| shifted((session, whole), tests, *seconds)));
+        list.extend(SHIFTS_S.iter().map(|seconds| shifted(sampled, tests, *seconds)));
     }
     list.extend(alone.iter().chain(conversions).flat_map(|tests| columns_of_some(session, tests)));
-    list.extend(without_dwells(session, whole));
-    list.extend(other_rows((session, whole), as_it_is, &worst));
+    list.extend(without_dwells(sampled));
+    list.extend(other_rows(sampled, as_it_is, &worst));
     list.extend(on_any_link(session));
     list.extend(exchanged::with_worst(session, &worst));
     list.extend(exchanged::programs(session, programs));
@@ -62,15 +63,15 @@ pub(crate) fn suspicions(session: &Session, whole: &Session, as_it_is: &Refit) -
     list.extend(pieces.iter().flat_map(|tests| foreign(session, tests)));
     list.extend(stood_still(session, &groups));
     list.extend(a_little_elsewhere(session, &worst, runs));
-    list.extend(own_zeros(session, whole));
-    list.extend(cut_off(session, whole));
+    list.extend(own_zeros(sampled));
+    list.extend(cut_off(sampled));
     if let Some(linearised) = Linearised::of(session, as_it_is) {
         list.extend(slides_off(session, &linearised, &pieces));
         let of_any = distinct([&pieces, conversions, &groups.conversions_one_way, bars]);
         list.extend(scaled_by_any(session, &linearised, &of_any));
-        list.extend(out_of_order((session, whole), &linearised, &worst, programs));
-        list.extend(taken_off((session, whole), &linearised));
-        list.extend(unsigned((session, whole), &linearised));
+        list.extend(out_of_order(sampled, &linearised, &worst, programs));
+        list.extend(taken_off(sampled, &linearised));
+        list.extend(unsigned(sampled, &linearised));
     }
     list
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::late_clock::{TIME_SHIFT, shifted};
 use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, stood_at};
 use super::suspicion::{Judged, Suspicion};
+use crate::diagnose::model::decimate::Sampled;
 use crate::machine::AxisKind;
 use crate::session::Session;
 
@@ -21,10 +22,11 @@ const BROUGHT_NEARER: usize = 8;
 /// Brings the best few mistakes that have a size nearer to it than the grid: others find theirs in the fit. Shifts in time are made on all
 /// rows.
 pub(crate) fn bring_nearer(
-    (thinned, whole): (&Session, &Session),
+    sampled: Sampled<'_>,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync + Copy,
     judged: &mut [Judged],
 ) {
+    let thinned = sampled.few_rows;
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut seen: Vec<(&'static str, Vec<String>, Vec<String>)> = Vec::new();
     let mut places = Vec::new();
@@ -39,7 +41,7 @@ pub(crate) fn bring_nearer(
     for place in places {
         let (misfit, suspicion) = &judged[place];
         let nearer = match suspicion.shift_ms {
-            Some(shift_ms) => finer_shift((thinned, whole), misfit_um, (*misfit, suspicion), shift_ms / 1e3),
+            Some(shift_ms) => finer_shift(sampled, misfit_um, (*misfit, suspicion), shift_ms / 1e3),
             None => finer_place(thinned, misfit_um, (*misfit, suspicion)),
         };
         if let Some(nearer) = nearer {
@@ -50,14 +52,15 @@ pub(crate) fn bring_nearer(
 
 /// A shift in time brought nearer to its true size than the grid; `None` where nothing lowers the misfit.
 fn finer_shift(
-    (thinned, whole): (&Session, &Session),
+    sampled: Sampled<'_>,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
     (misfit, suspicion): (f64, &Suspicion),
     seconds: f64,
 ) -> Option<Judged> {
+    let whole = sampled.all_rows;
     let is_struck = |test: &usize| suspicion.tests.is_empty() || suspicion.tests.contains(&whole.tests[*test].name);
     let struck: Vec<usize> = (0..whole.tests.len()).filter(is_struck).collect();
-    let moved = |seconds: f64| Some(shifted((thinned, whole), &struck, seconds));
+    let moved = |seconds: f64| Some(shifted(sampled, &struck, seconds));
     descended((misfit, seconds), FINER_SHARE.map(|share| share * seconds.abs()), moved, misfit_um).map(Judged::from)
 }
 

@@ -26,7 +26,7 @@ use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off};
 use super::quick_fit::{MOST_STRAIN, refit};
 use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
 use super::suspicion::{Judged, Suspicion, Tried};
-use crate::diagnose::model::decimate::few_rows;
+use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::session::{Path, Session, Test};
 use crate::units::MM_PER_INCH;
 
@@ -134,7 +134,8 @@ fn suspected(session: &Session) -> Vec<Suspected> {
     let as_it_is = refit(&thinned, None).and_then(|first| refit(&thinned, Some(&first.values)));
     let Some(as_it_is) = as_it_is else { return Vec::new() };
     let misfit_um = |undone: &Session| refit(undone, Some(&as_it_is.values)).map(|refit| refit.misfit_um);
-    let mut suspicions = suspicions(&thinned, session, &as_it_is);
+    let sampled = Sampled { few_rows: &thinned, all_rows: session };
+    let mut suspicions = suspicions(sampled, &as_it_is);
     let worst = worst_tests(&as_it_is.residual_mm);
     suspicions.extend(restated(&thinned, &worst));
     suspicions.extend(nearby(&thinned));
@@ -149,12 +150,12 @@ fn suspected(session: &Session) -> Vec<Suspected> {
             is_one.then_some((suspicion.diminished * refit.misfit_um, suspicion))
         })
         .collect();
-    bring_nearer((&thinned, session), misfit_um, &mut judged);
+    bring_nearer(sampled, misfit_um, &mut judged);
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let foreign = likeliest(judged.extract_if(.., |(_, one)| one.effect == FOREIGN).collect()).map(|(best, _)| best);
     let Some((best, others)) = likeliest(judged) else { return Vec::new() };
     let best = widened(&thinned, misfit_um, best);
-    let (after_um, best) = toggled((&thinned, session), misfit_um, best);
+    let (after_um, best) = toggled(sampled, misfit_um, best);
     let with_odds = |(after_um, best): Judged, alike: Vec<Judged>| {
         // which of them was made nothing tells: together they are as likely as all of them
         let log_alike = (1.0 + alike.len() as f64).ln();
@@ -306,10 +307,11 @@ const TOGGLE_GAIN: f64 = 0.02;
 
 /// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
 pub(crate) fn toggled(
-    (thinned, session): (&Session, &Session),
+    sampled: Sampled<'_>,
     misfit_um: impl Fn(&Session) -> Option<f64>,
     (mut misfit, mut suspicion): (f64, Suspicion),
 ) -> (f64, Suspicion) {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     if suspicion.effect != ANGLE_REVERSED {
         return (misfit, suspicion);
     }

@@ -1,10 +1,10 @@
 //! Sessions in which positions of a rotary axis were written without their sign. Whether they were is for others to judge.
 
 use super::misplaced::names;
-use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
-use crate::session::{Recording, Session};
+use crate::session::Recording;
 
 /// Rows on either side of a turn at least.
 const BESIDE: usize = 6;
@@ -13,7 +13,8 @@ const BESIDE: usize = 6;
 const NEGATIVE_FIRST: [fn(usize) -> bool; 4] = [|_| true, |_| false, |run| run % 2 == 0, |run| run % 2 == 1];
 
 /// Recordings in which a rotary axis turns back at zero, with the signs that a sweep that goes on would have.
-pub(crate) fn without_sign((thinned, session): (&Session, &Session), axis: usize) -> Vec<Suspicion> {
+pub(crate) fn without_sign(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let turn = |test: usize| {
         let recording = session.tests[test].recording.as_ref()?;
         let column = recording.swept(axis)?;

@@ -2,39 +2,40 @@
 //! Which of it happened is for others to judge.
 
 use super::figures::Linearised;
-use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
-use crate::session::{Recording, Session};
+use crate::session::Recording;
 
 pub(crate) const READING_ORDER: &str = "readings-order";
 
 /// All orders of the readings that are tried of some tests, and of groups of them.
 pub(crate) fn out_of_order(
-    (thinned, session): (&Session, &Session),
+    sampled: Sampled<'_>,
     linearised: &Linearised,
     worst: &[usize],
     groups: &[Vec<usize>],
 ) -> Vec<Suspicion> {
     let alone = worst.iter().map(|&test| vec![test]);
     let mut list: Vec<Suspicion> =
-        alone.chain(groups.iter().cloned()).filter_map(|tests| backwards((thinned, session), &tests)).collect();
+        alone.chain(groups.iter().cloned()).filter_map(|tests| backwards(sampled, &tests)).collect();
     for &test in worst {
-        list.extend(moved_round((thinned, session), linearised, test));
-        list.extend(joined((thinned, session), linearised, test));
+        list.extend(moved_round(sampled, linearised, test));
+        list.extend(joined(sampled, linearised, test));
     }
     list
 }
 
 /// The session with other recordings of some tests, on few rows.
 fn with_recordings(
-    (thinned, session): (&Session, &Session),
+    sampled: Sampled<'_>,
     tests: &[usize],
     says: String,
     other: impl Fn(&mut Recording),
 ) -> Option<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let mut undone = thinned.clone();
     for &test in tests {
         let mut recording = session.tests[test].recording.clone().filter(|recording| recording.len() >= LEAST_ROWS)?;
@@ -51,19 +52,20 @@ fn with_recordings(
 const LEAST_ROWS: usize = 24;
 
 /// Readings written from the other end than the positions beside them.
-fn backwards(sessions: (&Session, &Session), tests: &[usize]) -> Option<Suspicion> {
+fn backwards(sampled: Sampled<'_>, tests: &[usize]) -> Option<Suspicion> {
     let says = format!(
         "the readings of {} are written from the other end than the positions beside them: reverse the column of the readings",
-        listed(&names(sessions.1, tests))
+        listed(&names(sampled.all_rows, tests))
     );
-    with_recordings(sessions, tests, says, |recording| recording.length_mm.reverse())
+    with_recordings(sampled, tests, says, |recording| recording.length_mm.reverse())
 }
 
 /// Rows by which readings are tried to have been moved round first: so many parts of a recording. A finer search follows.
 const TURNS: usize = 60;
 
 /// Readings moved round by some rows: those of the end stand at the beginning.
-fn moved_round((thinned, session): (&Session, &Session), linearised: &Linearised, test: usize) -> Option<Suspicion> {
+fn moved_round(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Option<Suspicion> {
+    let session = sampled.all_rows;
     let recording = session.tests[test].recording.as_ref()?;
     let rows = recording.len();
     let left = |by: usize| {
@@ -89,7 +91,7 @@ fn moved_round((thinned, session): (&Session, &Session), linearised: &Linearised
          export the recording again from its start",
         session.tests[test].name
     );
-    let found = with_recordings((thinned, session), &[test], says, |recording| recording.length_mm.rotate_left(by));
+    let found = with_recordings(sampled, &[test], says, |recording| recording.length_mm.rotate_left(by));
     found.map(|found| Suspicion { log_figures: -PARAMETER_COST, ..found })
 }
 
@@ -98,7 +100,8 @@ const LOST: [f64; 7] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18];
 const PLACES: usize = 16;
 
 /// Readings lost in one place, and those after it drawn over the gap: rows that are evenly spaced without being so.
-fn joined((thinned, session): (&Session, &Session), linearised: &Linearised, test: usize) -> Option<Suspicion> {
+fn joined(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Option<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let few = &thinned.tests[test].recording.as_ref()?.length_mm;
     let predicted_mm = linearised.predicted_mm(test);
     let left = |(from, lost): (f64, f64)| {
@@ -127,7 +130,7 @@ fn joined((thinned, session): (&Session, &Session), linearised: &Linearised, tes
         session.tests[test].name,
         best.0 * rows as f64
     );
-    let found = with_recordings((thinned, session), &[test], says, |recording| {
+    let found = with_recordings(sampled, &[test], says, |recording| {
         let last = (recording.len() - 1) as f64;
         let read = recording.length_mm.clone();
         for (row, length) in recording.length_mm.iter_mut().enumerate() {

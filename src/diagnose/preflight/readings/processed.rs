@@ -1,6 +1,7 @@
 //! Sessions whose readings a gauge's software changed before it wrote them: zeroed at the start of each recording, or without mean.
 //! Which mistake was made is for others to judge. A centre taken off looks like a machine without location errors.
 
+use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::{OFTEN, Suspicion};
 use crate::session::{Session, Test, Zero};
@@ -17,7 +18,8 @@ const ALIKE_MM: f64 = 1e-4;
 const LEAST_TESTS: usize = 3;
 
 /// Recordings with one first deviation, or one mean.
-pub(crate) fn own_zeros(session: &Session, whole: &Session) -> Vec<Suspicion> {
+pub(crate) fn own_zeros(sampled: Sampled<'_>) -> Vec<Suspicion> {
+    let Sampled { few_rows: session, all_rows: whole } = sampled;
     let mut list = Vec::new();
     let read = |deviations: Vec<f64>| deviations.into_iter().filter(|deviation| deviation.is_finite()).collect();
     let deviations: Vec<Vec<f64>> = whole.tests.iter().filter_map(deviations_mm).map(read).collect();

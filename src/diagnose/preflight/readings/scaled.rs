@@ -5,6 +5,7 @@
 
 use super::figures::{Figure, Linearised, with_figures};
 use super::processed::{deviations_mm, own_zeros};
+use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::exchanged::repeats;
 use crate::diagnose::preflight::places::misplaced::names;
@@ -150,7 +151,7 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
         return Vec::new();
     }
     // what all recordings have alike by software needs no other explanation
-    let own_zeros = own_zeros(session, session);
+    let own_zeros = own_zeros(Sampled { few_rows: session, all_rows: session });
     if !own_zeros.is_empty() {
         let held = |one: Suspicion| HeldOtherwise { session: one.undone, effect: one.effect, says: one.says };
         return own_zeros.into_iter().map(held).collect();

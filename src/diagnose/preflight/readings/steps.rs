@@ -1,6 +1,7 @@
 //! Digits with which columns were written: steps of which all values are multiples, and what readings lost that were cut to them.
 
 use super::processed::deviations_mm;
+use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::session::Session;
@@ -37,7 +38,8 @@ pub(crate) fn step_of_readings(session: &Session) -> Option<f64> {
 }
 
 /// Deviations of all recordings that were cut to whole steps towards zero, and lost half a step on average.
-pub(crate) fn cut_off(session: &Session, whole: &Session) -> Option<Suspicion> {
+pub(crate) fn cut_off(sampled: Sampled<'_>) -> Option<Suspicion> {
+    let Sampled { few_rows: session, all_rows: whole } = sampled;
     let all: Vec<f64> = whole.tests.iter().filter_map(deviations_mm).flatten().filter(|one| one.is_finite()).collect();
     let has_both_signs = all.iter().any(|one| *one > 0.0) && all.iter().any(|one| *one < 0.0);
     let step_mm = step_of_readings(whole).filter(|_| has_both_signs)?;

@@ -7,6 +7,7 @@
 use super::figures::{Figure, Linearised, with_figures};
 use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
 use crate::chain::Chain;
+use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::suspicion::Suspicion;
@@ -94,7 +95,8 @@ const ALIKE_ROUNDED: f64 = 2.0;
 const LEAST_ARC: f64 = 0.5 * std::f64::consts::PI;
 
 /// Recordings off which the same was taken, for everything that may have been.
-pub(crate) fn taken_off((thinned, session): (&Session, &Session), linearised: &Linearised) -> Vec<Suspicion> {
+pub(crate) fn taken_off(sampled: Sampled<'_>, linearised: &Linearised) -> Vec<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let chain = Chain::of(&session.machine);
     let read: Vec<Option<Read>> = session.tests.iter().map(|test| Read::of(session, &chain, test, None)).collect();
     let within = thinned.tests.iter().zip(&read).map(|(test, read)| (test, read.as_ref().map(|read| read.span_s)));

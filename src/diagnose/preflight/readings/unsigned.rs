@@ -2,11 +2,10 @@
 
 use super::figures::Linearised;
 use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
-use crate::diagnose::model::decimate::keep_few_rows;
+use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::suspicion::Suspicion;
-use crate::session::Session;
 use crate::statistics::noise_of_rows;
 
 /// Rows on either side of a place where a curve may turn at zero.
@@ -17,7 +16,8 @@ const STEEP: f64 = 4.0;
 
 /// Recordings with no deviation below zero, of which one turns there as only a curve without its sign does: signs put back as they
 /// fit best.
-pub(crate) fn unsigned((thinned, session): (&Session, &Session), linearised: &Linearised) -> Option<Suspicion> {
+pub(crate) fn unsigned(sampled: Sampled<'_>, linearised: &Linearised) -> Option<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let deviations: Vec<Option<Vec<f64>>> = session
         .tests
         .iter()
