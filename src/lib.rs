@@ -25,16 +25,16 @@
 //! | [`plan`] | setups: reachable, collision-free, informative; what stays undetermined |
 //! | [`survey`] | all serial five-axis topologies planned on one envelope |
 //! | [`nc`] | programs that run a plan on four controls |
-//! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`simulate`] | traces of a session, ideal or through an instrument |
+//! | [`inverse`] | the tool in the workpiece and the axis positions for it, errors included |
+//! | [`compensate`] | programs corrected for the errors of a machine |
+//! | [`load`] | files to values: YAML, URDF, CSV; the only room that knows formats |
 //! | [`methods`] | the thesis's estimators and ISO 230-4 figures of planar circles, by closed formulas |
 //! | [`identify`] | location errors from recordings: fit, noise, what cannot be told apart |
 //! | [`volume`] | what errors do to the tool tip over the work volume, by cause |
 //! | [`control`] | numbers of a fit as controls take them, and what they cannot hold |
 //! | [`history`] | errors of one machine over months: drifts and steps told from scatter |
 //! | [`reconcile`] | results of several methods on one machine: disagreements, causes, the test that decides |
-//! | [`inverse`] | the tool in the workpiece and the axis positions for it, errors included |
-//! | [`compensate`] | programs corrected for the errors of a machine |
 //! | [`import`] | captures in one piece, as gauges write them, to recordings |
 //! | [`diagnose`] | the physics that a fit left out: where, what, how much, how sure |
 //! | [`report`] | values to terminal tables, JSON, YAML and SVG |

@@ -168,4 +168,4 @@ fn what_linear_axes_of_their_class_leave_is_no_finding_at_a_rotary_axis() {
 }
 
 /// Sessions of a plan that are diagnosed.
-const SEEDS: u64 = 8;
+const SEEDS: u64 = 4;

@@ -1,4 +1,4 @@
-//! Every number that decides in the search and in what is said of it: with unit and meaning. It computes nothing.
+//! The numbers that decide what the search accepts and what is said of it: with unit and meaning. It computes nothing.
 //!
 //! `off` is the value with which a rule does nothing; `calibrate --rules` shows what each rule earns on simulated sessions.
 
@@ -81,7 +81,7 @@ thresholds! {
     better = 5.0, off 0.0, "log odds":
         "by which another set of effects must stand better, that a further parameter of a form must add, and that an effect must keep beside a zero that wanders";
     explained = 1.25, off f64::INFINITY, "noise floors":
-        "residual up to which a session counts as explained: beyond it other first effects are tried, restless readings are looked at, and findings that no fold confirms stay";
+        "residual up to which a session counts as explained: beyond it other first effects are tried, readings that scatter unevenly are looked at, and findings that no fold confirms stay";
     unlikely_set = 60.0, off 5.0, "log odds":
         "by which a set that begins with a free curve, or with a ball out of round, must stand better than named effects of the machine";
     free_set_share = 0.03, off 0.0, "share":
@@ -115,7 +115,7 @@ thresholds! {
     undescribed = 0.3, off 0.0, "ratio":
         "prior odds of a cause that no form describes beside one that has a form: 5 of 22 kinds that the blind trial draws are none of the catalogue's";
     form_unknown = 0.4, off f64::INFINITY, "share":
-        "of a finding's gain that free curves beside it take, or of restlessness at its place, from which its form is not the right one";
+        "of a finding's gain that free curves beside it take, or of the scatter that is left at its place, from which its form is not the right one";
     rest_of_form = 0.6, off 0.0, "share":
         "of the first effect's gain below which a later one at its place and driver is the rest of its form";
     sure_of_form = 30.0, off 0.0, "log likelihood":

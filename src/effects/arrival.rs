@@ -1,4 +1,4 @@
-//! Joints that stand beside their command after a move, the more the faster they arrived. Static poses only; a sweep has `servo_lag`.
+//! Joints that stand beside their command after a move, the more the faster they arrived. Static poses only; a sweep has the lag of `timing`.
 //!
 //! `E = −v (s + s_i ρ²)`. Axes that move together start and stop together, so each one's speed is in proportion to its way:
 //! `v = (Δq/r) / max_j |Δq_j/r_j|`, from −1 to 1, r the top speeds. ρ is the distance (m) of the ball from the line of the

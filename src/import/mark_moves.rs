@@ -50,6 +50,8 @@ const RAMPS_S: [f64; 2] = [0.005, 0.15];
 const LAGS_S: [f64; 2] = [0.0, 0.03];
 /// How well the first guess of an end is known where readings of its move are missing, s.
 const GUESS_S: f64 = 0.05;
+/// Longest step of the search for an end, s: a ramp of most controls.
+const LONGEST_STEP_S: f64 = 0.1;
 /// Gauss–Newton steps for end and level of one move, and a step after which none is worth while, s.
 const STEPS: usize = 6;
 const SETTLED_S: f64 = 1e-7;
@@ -167,9 +169,9 @@ fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
             break;
         }
         level += (bb * ar - ab * br) / determinant;
-        // no step longer than the ramp: beyond it the readings know nothing of the slope
+        // beyond a ramp the readings know nothing of the slope
         let step = (aa * br - ab * ar) / determinant;
-        end_s += step.clamp(-0.1, 0.1);
+        end_s += step.clamp(-LONGEST_STEP_S, LONGEST_STEP_S);
         if step.abs() < SETTLED_S {
             break;
         }

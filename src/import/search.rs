@@ -146,9 +146,12 @@ fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
     if count < 0.0 { Vec::new() } else { (0..=count as usize).map(|k| from + step * k as f64).collect() }
 }
 
-/// The first candidates that lie apart from all before by `seconds` in a start.
+/// Share of a run's time from which another start or pace is another place.
+const ANOTHER_PLACE: f64 = 0.05;
+
+/// The first candidates that lie apart from all before, in a start or in the time of a run, by a share of what counts as another place.
 fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Vec<Candidate> {
-    let near_s = share * 0.05 * course.run_s;
+    let near_s = share * ANOTHER_PLACE * course.run_s;
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in sorted {
         let is_far = |other: &Candidate| {

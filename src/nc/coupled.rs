@@ -1,4 +1,4 @@
-//! Steps of runs in which several axes move: linear axes following a rotary one, and planar circles. Words and ways to them are `steps`'s.
+//! Steps of runs in which several axes move: linear axes following a rotary one, and planar circles. Ways to them and rests are `test_steps`'s.
 //!
 //! Where the slides of a following run draw a circle in a coordinate plane, arcs carry the rotary axis along: the control
 //! draws the very path and keeps its feed. Else a run is many short straight blocks, each with the time that it takes (G93,

@@ -9,7 +9,7 @@ use crate::chain::LinkId;
 pub enum Scalar {
     /// Coordinate of the target along an axis (0, 1, 2) of the instrument, mm.
     Coordinate(usize),
-    /// Turn of the target about an axis (0, 1, 2) of the instrument, counted from the rotation that was read, rad at
+    /// Turn of the target about an axis (0, 1, 2) of the instrument, counted from the rotation that was read, mm at
     /// `LEVER_MM`.
     Turn(usize),
     /// Known distance of two sockets, mm.

@@ -16,7 +16,7 @@ use draws::Draws;
 use rayon::prelude::*;
 
 /// Sessions of an ordinary run of the tests.
-const SESSIONS: u64 = 40;
+const SESSIONS: u64 = 25;
 /// Longest time of one verb, of its processors where the system tells it: other work on the machine is no hang.
 const LONGEST: Duration = Duration::from_secs(60);
 /// Longest time on the clock.

@@ -89,7 +89,7 @@ impl<'a> LinearModel<'a> {
         }
     }
 
-    /// The same ground with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
+    /// The same model with neighbouring rows averaged: what slow effects need, at a fraction of the rows.
     ///
     /// `context` belongs to the thinned session; `groups` are its rows as ranges of the rows here.
     pub fn thinned(&self, context: &'a Context<'a>, groups: &[Vec<std::ops::Range<usize>>]) -> LinearModel<'a> {
@@ -137,7 +137,7 @@ impl<'a> LinearModel<'a> {
         }
     }
 
-    /// The same ground with other rows taking part.
+    /// The same model with other rows taking part.
     pub fn with_rows(&self, kept: Vec<Vec<bool>>) -> LinearModel<'a> {
         LinearModel { kept, ..self.clone() }
     }

@@ -46,7 +46,7 @@ pub struct Accepted {
 }
 
 impl<'g, 'a> Regression<'g, 'a> {
-    /// Whitens the rows `kept` of the ground and fits nuisance and accepted columns.
+    /// Whitens the rows `kept` of the model and fits nuisance and accepted columns.
     pub fn new(
         model: &'g LinearModel<'a>,
         noise: &[NoiseModel],

@@ -85,7 +85,7 @@ pub struct LastShape {
 }
 
 impl<'g, 'a> WhitenedData<'g, 'a> {
-    /// Whitens the rows `kept` of the ground.
+    /// Whitens the rows `kept` of the model.
     pub fn new(model: &'g LinearModel<'a>, noise: &[NoiseModel], kept: &[Vec<bool>]) -> WhitenedData<'g, 'a> {
         let parts: Vec<_> = (0..model.tests())
             .into_par_iter()

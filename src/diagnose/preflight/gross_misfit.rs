@@ -1,4 +1,4 @@
-//! Which mistake explains a session that does not fit at all: wrong set-ups, files and columns judged by one likelihood. Smaller misfits are for `preflight`.
+//! Which mistake explains a session that does not fit at all: wrong set-ups, files and columns judged by one likelihood. Smaller misfits are for `small_misfit`.
 //!
 //! Every mistake is undone and ranked by what the nominal machine then leaves; the best are refitted. With m the robust
 //! misfit of a refit, `P ∝ w · m^(−ν)`: residuals of unknown size, ν of them independent, and w how usual the mistake is.

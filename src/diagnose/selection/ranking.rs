@@ -1,4 +1,4 @@
-//! Which of several candidates is refined, and which of them counts as the best one. Whether the evidence demands it stands in `demand`.
+//! Which of several candidates is refined, and which of them counts as the best one. Whether the evidence demands it stands in `acceptance`.
 
 use crate::effects::{Signature, is_a, signature};
 use std::collections::HashSet;

@@ -70,7 +70,7 @@ pub struct SelectedEffect {
     pub beside_gain: f64,
     /// Fall of the mean square residual, mm².
     pub fall_mm2: f64,
-    /// The place stands, its form does not: readings held out, or restless ones, speak against it.
+    /// The place stands, its form does not: readings held out, or those that scatter on, speak against it.
     pub form_withdrawn: bool,
 }
 

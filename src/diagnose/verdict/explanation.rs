@@ -205,7 +205,7 @@ fn drop_columns<'g, 'a>(
 }
 
 /// Tells an irregular motion where readings stay louder than their noise: in place of a form that only follows it, or alone
-/// where nothing was found. A first finding at whose place readings stay restless has not the right form.
+/// where nothing was found. A first finding at whose place readings scatter on has not the right form.
 fn listen<'g, 'a>(
     fine: &'g LinearModel<'a>,
     families: &[CandidateFamily],
@@ -217,12 +217,12 @@ fn listen<'g, 'a>(
     let floor = search.floor.clone();
     let is_louder = |told: &Explanation, most: f64| 1e3 * told.rms_mm(fine) > most * noise_um;
     let first = told.findings.first().filter(|_| is_louder(told, fine.thresholds.explained));
-    let restless = first.and_then(|first| irregular_motion::restlessness(fine, &told.left_mm, &floor, first));
-    let is_there = |most: f64| restless.as_ref().is_some_and(|restless| restless.share > most);
+    let scatter = first.and_then(|first| irregular_motion::left_scatter(fine, &told.left_mm, &floor, first));
+    let is_there = |most: f64| scatter.as_ref().is_some_and(|scatter| scatter.share > most);
     let outshouts = is_there(1.0) && is_louder(told, fine.thresholds.surely_more);
-    // a joint that seems to tip as a slide reverses, and that slide is the restless one
+    // a joint that seems to tip as a slide reverses, and it is that slide which makes readings scatter
     let is_driven =
-        is_there(fine.thresholds.form_unknown) && restless.as_ref().is_some_and(|restless| restless.is_driving);
+        is_there(fine.thresholds.form_unknown) && scatter.as_ref().is_some_and(|scatter| scatter.is_driving);
     let has_failed = |k: usize| proof.as_ref().is_some_and(|proof| proof.has_failed(k));
     let stands_for = match is_there(fine.thresholds.form_unknown) {
         true => stood_for(fine, search, told),
@@ -246,7 +246,7 @@ fn listen<'g, 'a>(
         }
     }
     // the place is right, but its form alone tells held-out readings worse than no form
-    let misleads = restless.is_some()
+    let misleads = scatter.is_some()
         && told.findings.len() == 1
         && !escapes(&told.findings[0])
         && proof.as_ref().is_some_and(|proof| proof.after_um > proof.before_um);

@@ -1,7 +1,7 @@
-//! Where restless readings come from when no form explains them: the place whose motion would make them as loud as they are. No form, no fit.
+//! Where readings that scatter unevenly come from when no form explains them: the place whose motion would make them scatter as they do. No form, no fit.
 //!
 //! An irregular motion s at an outlet adds the variance `(g·s)²` to a reading, g the outlet's gain: which outlet's gains go with the
-//! loudness of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
+//! scatter of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
 
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
 use crate::statistics::NoiseModel;
@@ -17,7 +17,7 @@ use crate::machine::{Outlet, Place};
 
 /// Neighbouring readings that count as one.
 const ALIKE: f64 = 10.0;
-/// Log odds by which a place must stand above readings that are equally restless everywhere.
+/// Log odds by which a place must stand above readings that scatter equally everywhere.
 const LOCATED: f64 = 20.0;
 /// Log odds against a ball that is loose, beside slides and joints that do not run evenly.
 const LOOSE_BALL: f64 = 3.0;
@@ -31,11 +31,11 @@ const STANDS_OFF: f64 = 10.0;
 /// Share of what a sweep shows below which a direction is hardly seen.
 const HARDLY_SHOWN: f64 = 1e-3;
 
-/// One place with its loudness.
-struct Heard {
+/// One place with the scatter that its motion explains.
+struct ScatterAt {
     place: Place,
     outlet: Outlet,
-    /// Over readings that are equally restless everywhere.
+    /// Over readings that scatter equally everywhere.
     log_odds: f64,
     /// Rms of its motion, library units.
     rms: f64,
@@ -43,7 +43,7 @@ struct Heard {
 }
 
 /// Residuals by test without what a ball that stands off its place would leave: a slide that sticks stands elsewhere each
-/// time, and how loud a sweep is says where it moves only without that.
+/// time, and how far a sweep scatters says where it moves only without that.
 fn within_sweeps(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let gains = [0, 1, 2].map(|k| model.gains(&Outlet::SpindleBall(k)));
     let within = |test: usize| {
@@ -63,14 +63,14 @@ fn within_sweeps(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Vec<f64>>
     (0..model.tests()).map(within).collect()
 }
 
-/// Places by how well an irregular motion there accounts for the loudness of residuals within sweeps, best first; `None`
-/// where they are equally loud everywhere.
-fn places(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Vec<Heard>> {
+/// Places by how well an irregular motion there accounts for the scatter of residuals within sweeps, best first; `None`
+/// where they scatter equally everywhere.
+fn places(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Vec<ScatterAt>> {
     let machine = model.context.machine();
     let axes = (0..machine.axes.len()).map(|axis| (Place::Axis(axis), Outlet::own(machine, axis)));
     let balls = (0..3).map(|k| (Place::SpindleBall, Outlet::SpindleBall(k)));
-    let alone = heard(model, residual_mm, noise, |_, _| 1.0)?;
-    let mut places: Vec<Heard> = axes
+    let alone = scatter_explained(model, residual_mm, noise, |_, _| 1.0)?;
+    let mut places: Vec<ScatterAt> = axes
         .chain(balls)
         .filter_map(|(place, outlet)| {
             let gains = model.gains(&outlet);
@@ -78,9 +78,9 @@ fn places(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -
                 true => gains[test].get(row).copied().unwrap_or(0.0),
                 false => 0.0,
             };
-            let (log_likelihood, rms, readings) = heard(model, residual_mm, noise, gain)?;
+            let (log_likelihood, rms, readings) = scatter_explained(model, residual_mm, noise, gain)?;
             let rarity = if place == Place::SpindleBall { LOOSE_BALL } else { 0.0 };
-            Some(Heard { place, outlet, log_odds: log_likelihood - alone.0 - rarity, rms, readings })
+            Some(ScatterAt { place, outlet, log_odds: log_likelihood - alone.0 - rarity, rms, readings })
         })
         .collect();
     places.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
@@ -92,40 +92,40 @@ fn acts(model: &LinearModel, place: Place, test: usize) -> bool {
     place.axis().is_none_or(|axis| model.context.motion(test).moving.contains(&axis))
 }
 
-/// Restless readings at the place of a finding.
-pub struct Restless {
-    /// Their rms beyond noise over the finding's own.
+/// Scatter that is left at the place of a finding.
+pub struct LeftScatter {
+    /// Its rms beyond noise over the finding's own.
     pub share: f64,
-    /// They are at the axis that drives the place of the finding.
+    /// It is at the axis that drives the place of the finding.
     pub is_driving: bool,
 }
 
-/// How restless readings stay where a finding is; `None` where another place is the restless one. It says that something
+/// How far readings scatter beyond noise where a finding is; `None` where another place makes them scatter. It says that something
 /// happens at the place which the form does not tell.
 ///
 /// A slide that sticks and slips also leaves the ball where it should not be while it stands: both places are looked at.
-pub fn restlessness(
+pub fn left_scatter(
     model: &LinearModel,
     residual_mm: &[Vec<f64>],
     noise: &[NoiseModel],
     finding: &Finding,
-) -> Option<Restless> {
+) -> Option<LeftScatter> {
     let machine = model.context.machine();
     let residual_mm = &within_sweeps(model, residual_mm);
     let places = places(model, residual_mm, noise).unwrap_or_default();
     // a joint that tips as a slide reverses tells of that slide
     let driving = finding.range.as_ref().map(|range| range.axis.as_str());
     let is_here = |name: &str| name == finding.cause.place || Some(name) == driving;
-    let here = places.iter().take(2).filter(|heard| is_here(heard.place.name(machine)));
-    let beyond_noise = |heard: &Heard| {
+    let here = places.iter().take(2).filter(|at| is_here(at.place.name(machine)));
+    let beyond_noise = |at: &ScatterAt| {
         let noise_um = 1e3 * mean_noise_mm2(noise).sqrt();
-        let left_um = loudest(model, residual_mm, heard).1;
+        let left_um = most_scattered(model, residual_mm, at).1;
         (left_um.powi(2) - noise_um.powi(2)).max(0.0).sqrt()
     };
-    let (heard, beyond_um) = here.map(|heard| (heard, beyond_noise(heard))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(Restless {
+    let (at, beyond_um) = here.map(|at| (at, beyond_noise(at))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(LeftScatter {
         share: beyond_um / finding.rms_um.max(f64::MIN_POSITIVE),
-        is_driving: heard.place.name(machine) != finding.cause.place,
+        is_driving: at.place.name(machine) != finding.cause.place,
     })
 }
 
@@ -145,19 +145,19 @@ pub fn standing(model: &LinearModel, place: &str) -> Vec<Accepted> {
     (0..model.tests()).filter(|&test| !gains[test].is_empty()).map(alone).collect()
 }
 
-/// The place of an irregular motion, as a finding; `None` where the residuals are equally loud everywhere.
+/// The place of an irregular motion, as a finding; `None` where the residuals scatter equally everywhere.
 pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseModel]) -> Option<Finding> {
     let machine = model.context.machine();
     let residual_mm = &within_sweeps(model, residual_mm);
     let places = places(model, residual_mm, noise)?;
     let best = places.first()?;
-    let weight = |other: &Heard| (other.log_odds - best.log_odds).exp();
+    let weight = |other: &ScatterAt| (other.log_odds - best.log_odds).exp();
     let total: f64 = places.iter().map(weight).sum();
-    let cause = |heard: &Heard| Cause {
+    let cause = |at: &ScatterAt| Cause {
         effect: UNKNOWN.name.into(),
         driver: Driver::Time,
-        place: heard.place.name(machine).to_string(),
-        components: vec![component_name(machine, &heard.outlet)],
+        place: at.place.name(machine).to_string(),
+        components: vec![component_name(machine, &at.outlet)],
     };
     let mut rivals: Vec<(Cause, f64)> =
         places.iter().skip(1).map(|other| (cause(other), weight(other) / total)).collect();
@@ -165,7 +165,7 @@ pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseMo
     rivals.truncate(MOST_RIVALS);
     let measure = best.outlet.measure(machine);
     let value = best.rms * display(measure);
-    let (tests, rms_um) = loudest(model, residual_mm, best);
+    let (tests, rms_um) = most_scattered(model, residual_mm, best);
     Some(Finding {
         cause: cause(best),
         effects: Vec::new(),
@@ -187,8 +187,8 @@ pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseMo
     })
 }
 
-/// Log likelihood of the residuals with a motion of the most likely loudness behind these gains, its rms, and how many readings it reaches.
-fn heard(
+/// Log likelihood of the residuals with a motion of the most likely size behind these gains, its rms, and how many readings it reaches.
+fn scatter_explained(
     model: &LinearModel,
     residual_mm: &[Vec<f64>],
     noise: &[NoiseModel],
@@ -227,8 +227,8 @@ fn heard(
     Some((likelihood, rms, reached))
 }
 
-/// Tests that it reaches, loudest first, and the rms of their residuals, µm.
-fn loudest(model: &LinearModel, residual_mm: &[Vec<f64>], best: &Heard) -> (Vec<String>, f64) {
+/// Tests that it reaches, most_scattered first, and the rms of their residuals, µm.
+fn most_scattered(model: &LinearModel, residual_mm: &[Vec<f64>], best: &ScatterAt) -> (Vec<String>, f64) {
     let gains = model.gains(&best.outlet);
     let mut tests: Vec<(usize, f64)> = (0..model.tests())
         .filter(|&test| !gains[test].is_empty() && acts(model, best.place, test))

@@ -1,4 +1,4 @@
-//! Files of a plan: session, setup sheet with its pictures, programs. What is planned is `plan`'s, who may be overwritten `former_plan`'s.
+//! Files of a plan: session, setup sheet with its pictures, programs. What is planned is `plan`'s, who may be overwritten `former`'s.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Sessions with one statement about balls and bars put right by what the lengths say: a place, a link, a length. Axes are for `standing` and `lines`.
+//! Sessions with one statement about balls and bars put right by what the lengths say: a place, a link, a length. Axes are for `standing` and `axis_lines`.
 
 use nalgebra::Vector3;
 
