@@ -649,6 +649,53 @@ fn files_of_gauges_are_read_and_others_refused() {
 }
 
 #[test]
+fn times_of_any_unit_are_read_and_far_off_ones_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, text: &str, hints: CaptureHints| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        load_capture(&file, hints).map_err(|why| why.to_string())
+    };
+    let none = CaptureHints::default();
+    let hints = CaptureHints { column: Some(LengthColumn::DeviationUm), ..none };
+    for unit in ["us", "µs", "usec"] {
+        let found = read("a.csv", &format!("time_{unit},deviation_um\n0,1\n20000,2\n40000,3\n"), none).unwrap();
+        assert!((found.time_s[2] - 0.04).abs() < 1e-12, "{unit}: {:?}", found.time_s);
+    }
+    let values: String = (0..40).map(|k| format!("{} ", 1.5 * f64::from(k))).collect();
+    let times: String = (0..40).map(|k| format!("{} ", 20 * k)).collect();
+    let xml = |unit: &str| format!("<Test><Time unit=\"{unit}\">{times}</Time><Deviation>{values}</Deviation></Test>");
+    assert!((read("b.xml", &xml("ms"), hints).unwrap().time_s[1] - 0.02).abs() < 1e-12);
+    let unknown = read("b.xml", &xml("parsec"), hints).unwrap_err();
+    assert!(unknown.contains("unit 'parsec' is not known; allowed are s, ms or us"), "{unknown}");
+    // one row a milliard seconds later, and a rate of one reading in a quarter of an hour
+    let far = read("c.csv", "time_s,deviation_um\n0,1\n0.1,2\n1e9,3\n", none).unwrap_err();
+    assert!(
+        far.ends_with(
+            "1000000000 seconds of a capture; at most 86400 are allowed, check the unit of its times, or its rate"
+        ),
+        "{far}"
+    );
+    let slow = format!("deviation_um\n{}", "1.0\n".repeat(200));
+    assert!(read("d.csv", &slow, CaptureHints { rate_hz: Some(1e-3), ..none }).unwrap_err().contains("199000 seconds"));
+    // sparse readings are searched where they are
+    let shipped = load_capture(Path::new(SHIPPED).join("xy-100-1.csv").as_path(), none).unwrap();
+    let rows = shipped.time_s.iter().zip(&shipped.reading_mm);
+    let rows: String = rows.map(|(time, mm)| format!("{time},{:.1}\n", 1e3 * mm)).collect();
+    let file = folder.path().join("xy-100-1.csv");
+    std::fs::write(&file, format!("time_s,deviation_um\n{rows}80000,1.0\n")).unwrap();
+    let output = import(&[
+        file.to_str().unwrap(),
+        "--session",
+        &format!("{SHIPPED}/session.yaml"),
+        "--out",
+        folder.path().join("out").to_str().unwrap(),
+    ]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!said.contains("another test of the session"), "{said}");
+}
+
+#[test]
 fn xml_states_how_often_a_gauge_reads_by_words_and_units() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.b5r");

@@ -76,6 +76,16 @@ pub enum ImportError {
         .seen_s[0], .seen_s[1], .difference.words()
     )]
     OtherRuns { test: String, seen_s: [f64; 2], difference: RunsDiffer },
+    #[error(
+        "the two runs took {:.2} and {:.2} s between their marks, {:.2} s apart at one pace of the marks: one of them was held, or its feed was changed on the way, and where is not told; record the test again in one go",
+        .runs_s[0], .runs_s[1], .longer_s.abs()
+    )]
+    Stopped { runs_s: [f64; 2], longer_s: f64 },
+    #[error(
+        "the marks run at {pace:.2} of their programmed feed, and runs are sought from {:.2} to {:.2} of it{}",
+        .range[0], .range[1], if .range[1] < 1.5 { ": where an override or the control changed it, say --any-feed" } else { "; record the test again nearer to its feed" }
+    )]
+    FeedOfMarks { pace: f64, range: [f64; 2] },
     #[error("the readings fit another test of the session best: {test}")]
     OtherTest { test: String },
     #[error(

@@ -7,6 +7,7 @@ use statrs::function::erf::erfc;
 
 use super::capture::Averages;
 use super::course::{Course, Stretch};
+use super::lag::{LAG, Lag};
 use super::seen_marks::Seen;
 use super::timing::Timing;
 use crate::statistics::{add_products, log_determinant};
@@ -121,7 +122,7 @@ fn of_own_pace(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
 }
 /// By how much a control ends its rests at its pleasure, s, with the share of controls that do: a slow part of it has to answer
 /// first.
-const UNEVEN: [(f64, f64); 5] = [(0.0, 0.83), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05), (5e-2, 0.02)];
+pub(super) const UNEVEN: [(f64, f64); 5] = [(0.0, 0.83), (5e-3, 0.05), (1e-2, 0.05), (UNEVEN_S, 0.05), (5e-2, 0.02)];
 /// The largest of these that leaves the times of marks and run comparable.
 pub(super) const UNEVEN_S: f64 = 2e-2;
 
@@ -155,7 +156,9 @@ pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64
 /// Cost of a timing: twice the negative log likelihood, but for a constant.
 pub(super) fn cost(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) -> f64 {
     let fit = ridge(model(course, data, timing, freedom), width(course, freedom), data);
-    fit.cost + data.wander.cost() + prior(course, timing) + of_marks(course, data, timing)
+    // marks that told the lag counted its prior themselves
+    let of_lag = if data.marks.is_some() { 0.0 } else { LAG.cost(Lag(timing.lag_s)) };
+    fit.cost + data.wander.cost() + prior(course, timing) + of_marks(course, data, timing) + of_lag
 }
 
 /// Reading minus model at a timing, mm, by average.
@@ -186,8 +189,8 @@ fn model(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) ->
         let mut off = value - length_mm + middle;
         if timing.lag_s > 0.0 {
             let direction = usize::from(sense < 0.0);
-            let speed = timing.speed(direction, time - timing.start_s[direction], course.run_s);
-            off -= (timing.lag_s * speed).powi(2) * cut_mm;
+            let square = timing.lagging_square(direction, time - timing.start_s[direction], course.run_s);
+            off -= timing.lag_s.powi(2) * square * cut_mm;
         }
         model.extend(forms);
         model.push(ZERO_MM);

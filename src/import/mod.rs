@@ -14,7 +14,8 @@
 //! | `capture` | the readings as they come, averaged to a few hundred, their noise |
 //! | `course` | what would be read along a run, and what may lost motion add? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
-//! | `mark_moves` | when did those moves end? |
+//! | `marks::moves` | when did those moves end? |
+//! | `marks::stopped` | was a run held between them? |
 //! | `lag` | how do axes follow their commands? |
 //! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |
@@ -32,7 +33,6 @@ mod course;
 mod error;
 mod lag;
 mod likelihood;
-mod mark_moves;
 mod marks;
 mod other_reading;
 mod place;

@@ -112,6 +112,7 @@ pub fn place_named(
                 | ImportError::OtherRuns { .. }
                 | ImportError::MarksMissing { .. }
                 | ImportError::NoMarks { .. }
+                | ImportError::FeedOfMarks { .. }
                 | ImportError::TooShort { .. },
             ),
             Feeds::Programmed,
@@ -138,6 +139,7 @@ fn placed(
 ) -> Result<Placement, ImportError> {
     let marked = marked(session, among, capture, feeds)?;
     let seen = marked.map(|(_, seen)| seen);
+    refuse_by_marks(seen.as_ref(), feeds)?;
     let levels = &Levels::of(capture, seen);
     let placed = searched(session, &with_such_marks(session, among, marked), capture, feeds, levels)
         .and_then(|found| chosen(session, among, found, named, capture, levels));
@@ -149,6 +151,23 @@ fn placed(
             Err(ImportError::ManyMarks { found: seen.found, from_s: seen.last_four_s })
         }
         _ => placed,
+    }
+}
+
+/// Refuses what the marks alone say: a run that was held on the way, and a feed that is not sought.
+fn refuse_by_marks(seen: Option<&Seen>, feeds: Feeds) -> Result<(), ImportError> {
+    let Some(seen) = seen else { return Ok(()) };
+    let range = feeds.range();
+    let within = [range[0] - RUN_OFF * seen.pace_sigma, range[1] + RUN_OFF * seen.pace_sigma];
+    if !(within[0]..within[1]).contains(&seen.pace) {
+        return Err(ImportError::FeedOfMarks { pace: seen.pace, range });
+    }
+    // marks of several starts leave times of any length
+    match seen.stopped_s.filter(|_| seen.found == 4) {
+        Some(longer_s) => {
+            Err(ImportError::Stopped { runs_s: seen.runs_s.map(|[begin_s, end_s]| end_s - begin_s), longer_s })
+        }
+        None => Ok(()),
     }
 }
 

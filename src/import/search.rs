@@ -264,16 +264,33 @@ pub(super) fn settled_apart(course: &Course, fine: &Averages, candidates: &[Cand
     let mut again: Vec<Candidate> = candidates
         .par_iter()
         .map(|candidate| settled(course, fine, candidate, 0.1))
+        .map(|candidate| with_own_lag(course, &fine.with(candidate.wander), candidate))
         .map(|candidate| descend_apart(course, &fine.with(candidate.wander), candidate, 0.5))
         .collect();
     again.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     again
 }
 
+/// Lags of servos, s, that are tried where no mark tells it: between two of them a lag cuts off a circle's radius what a gauge hardly reads.
+const LAGS_S: [f64; 5] = [0.008, 0.016, 0.028, 0.042, 0.06];
+
+/// A candidate with the lag that the readings speak for, where no marks told it.
+fn with_own_lag(course: &Course, data: &Averages, from: Candidate) -> Candidate {
+    if data.marks.is_some() {
+        return from;
+    }
+    let lagging = |lag_s: f64| descend(course, data, Timing { lag_s, ..from.timing }, from.freedom, 0.3);
+    LAGS_S.into_iter().map(lagging).fold(from, |best, next| if next.cost < best.cost { next } else { best })
+}
+
 /// The same with lost motion among what a machine may do. Where it is at work, the timing without it may be far off, and the first
-/// wander stands for what that leaves: found twice.
+/// wander stands for what that leaves: found twice, and sought from where the marks put the runs as well.
 pub(super) fn settled_with_lost_motion(course: &Course, fine: &Averages, candidates: &[Candidate]) -> Vec<Candidate> {
-    let near: Vec<Candidate> = candidates
+    let by_marks = fine.marks.iter().flat_map(|seen| between_marks(course, fine, seen));
+    let by_marks = by_marks.min_by(|one, other| one.cost.total_cmp(&other.cost));
+    let by_marks = by_marks.map(|start| Candidate { freedom: candidates[0].freedom, ..start });
+    let starts: Vec<Candidate> = candidates.iter().copied().chain(by_marks).collect();
+    let near: Vec<Candidate> = starts
         .par_iter()
         .map(|candidate| Candidate { freedom: candidate.freedom.with_lost_motion(), ..*candidate })
         .map(|candidate| settled(course, fine, &candidate, 0.5))

@@ -10,6 +10,8 @@ pub(super) struct Seen {
     pub runs_s: [[f64; 2]; 2],
     /// Standard deviation of each of these, s.
     pub run_sigma_s: [[f64; 2]; 2],
+    /// By how much longer the first run took than the second, s, where one of them was held, or its feed changed, on the way.
+    pub stopped_s: Option<f64>,
     /// Speed of the marks over their programmed feed, with its standard deviation.
     pub pace: f64,
     pub pace_sigma: f64,

@@ -4,6 +4,9 @@ use super::lag::Lag;
 
 /// Time constants after which nothing is left of a change of speed.
 const SETTLED: f64 = 15.0;
+/// Nodes, in time constants, and weights of Gauss and Laguerre's rule: exact for cubics.
+const LAGUERRE: [(f64, f64); 2] =
+    [(0.585_786_437_626_905, 0.853_553_390_593_273_8), (3.414_213_562_373_095, 0.146_446_609_406_726_2)];
 /// Shortest ramp, s: none would divide by nothing.
 const SHORTEST_S: f64 = 1e-9;
 
@@ -50,6 +53,15 @@ impl Timing {
         }
         let rising = |from_s: f64| Lag(self.lag_s).of_rising(since_s - from_s);
         pace / ramp * (rising(0.0) - rising(ramp) - rising(whole - ramp) + rising(whole))
+    }
+
+    /// Square of that speed as it lags once more, with the same time constant: what lagging axes cut off a circle follows it so
+    /// (`ρ + τρ′ = ½(τφ′)²` for a radius less by the share ρ at the angle φ). The mean over past times by Gauss and Laguerre.
+    pub(super) fn lagging_square(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
+        let past = |(constants, weight): (f64, f64)| {
+            weight * self.speed(direction, since_s - constants * self.lag_s, run_s).powi(2)
+        };
+        LAGUERRE.map(past).iter().sum()
     }
 
     /// Programmed time gone as the control commands it, without a lag.

@@ -112,7 +112,7 @@ impl Raw {
             ));
         };
         if let Some(message) = CAPTURE_SECONDS.exceeded(time_s.last().map_or(0, |last_s| last_s.ceil() as usize)) {
-            return Err(LoadError::file(file, format!("lasts {message}")));
+            return Err(LoadError::file(file, message));
         }
         let reading_mm = self.readings.iter().map(|value| value * column.unit_mm()).collect();
         // the rows' own stamps are nearer than the preamble

@@ -103,7 +103,7 @@ pub const LINE_BYTES: Limit =
     Limit::new(10_000, "bytes of a line", "100 columns of 100 characters", "check the file's line ends");
 
 pub const CAPTURE_SECONDS: Limit =
-    Limit::new(86_400, "seconds of a capture", "a day", "check the unit of its times, or its rate");
+    Limit::new(86_400, "seconds of a capture", "two runs take minutes", "check the unit of its times, or its rate");
 
 /// All limits in the order of the documents.
 pub const ALL: [Limit; 29] = [

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::lag::{LAG, Lag};
+use crate::import::lag::{LAG, Lag};
 use crate::statistics::minimise_few;
 
 /// The second half of a move and the rest behind it.

@@ -1,10 +1,14 @@
 //! The moves along the bar that a program makes around its runs, found in the readings: when each run began and ended, and the pace.
 //!
 //! A mark changes the length by tenths of a millimetre within half a second, which no run does. Where one lies is told by how
-//! well its form explains the readings around it. When its moves ended is fitted in `mark_moves`.
+//! well its form explains the readings around it. When its moves ended is fitted in `moves`.
 
+mod moves;
+mod stopped;
+
+use self::moves::{SecondHalf, ends_of};
+use self::stopped::{Direction, stopped_s};
 use super::capture::Capture;
-use super::mark_moves::{SecondHalf, ends_of};
 use super::seen_marks::Seen;
 use crate::session::{Marks, times_beside_readings};
 use crate::statistics::median;
@@ -195,9 +199,21 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         [moves.sigma(2 * before + 1, 0.0, 0.0), moves.sigma(2 * before + 2, way_s / moves.speed, -1.0)]
             .map(|sigma| sigma.hypot(CYCLES_S))
     };
+    let (runs_s, run_sigma_s) = ([run(0), run(2)], [sigma(0), sigma(2)]);
+    let direction = |k: usize| {
+        let own = ends_of(&halves[4 * k..4 * k + 4], marks.move_mm, moves.speed, noise_mm.max(LEVEL_MM))?;
+        let [begin_s, end_s] = runs_s[k];
+        Some(Direction {
+            run_s: end_s - begin_s,
+            run_sigma_s: run_sigma_s[k][0].hypot(run_sigma_s[k][1]),
+            pace: own.speed / programmed,
+            pace_sigma: own.speed_sigma() / programmed,
+        })
+    };
     Some(Seen {
-        runs_s: [run(0), run(2)],
-        run_sigma_s: [sigma(0), sigma(2)],
+        runs_s,
+        run_sigma_s,
+        stopped_s: direction(0).zip(direction(1)).and_then(|(there, back)| stopped_s([there, back])),
         pace: moves.speed / programmed,
         pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
         lag_s: moves.lag_s,
