@@ -50,7 +50,7 @@ use self::preflight::doubts::strained;
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
-use self::preflight::small_misfit::Preflight;
+use self::preflight::small_misfit::{Misfit, Preflight};
 use self::preflight::unchanging::unchanging;
 use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::joint_fit::mean_square;
@@ -86,8 +86,8 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     let mut fine = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     fine.thresholds = thresholds;
     let stated_mm = examination.fit.as_ref().map_or(0.0, |fit| fit.rms_mm);
-    let preflight = Preflight::of(session);
-    let diagnosis = diagnosed(fine, options, (&setups, &preflight, stated_mm), fit, true)?;
+    let examined = Examined { setups: &setups, preflight: &Preflight::of(session), stated_mm };
+    let diagnosis = diagnosed(fine, options, examined, fit, Outliers::MayHide)?;
     let warnings = [examination.warnings, diagnosis.warnings].concat();
     let diagnosis = Diagnosis { warnings, ..diagnosis };
     // where nothing was found, nothing else explains what a ball or bar makes up for, or that too little changes
@@ -103,17 +103,32 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     })
 }
 
-/// Diagnoses what a fit leaves of a session; one with the spreads as stated leaves `stated_mm` rms. `may_hide` as long as outliers may
-/// hide under what is found.
+/// What is known of a session before physics is looked for.
+#[derive(Clone, Copy)]
+struct Examined<'s> {
+    setups: &'s Setups,
+    preflight: &'s Preflight<'s>,
+    /// Rms that a fit with the spreads as stated leaves, mm.
+    stated_mm: f64,
+}
+
+/// Whether outliers may hide under what is found.
+#[derive(Clone, Copy, PartialEq)]
+enum Outliers {
+    MayHide,
+    /// Those that did were left out.
+    LeftOut,
+}
+
+/// Diagnoses what a fit leaves of a session.
 fn diagnosed(
     fine: LinearModel,
     options: &Options,
-    (setups, preflight, stated_mm): (&Setups, &Preflight, f64),
+    examined: Examined<'_>,
     fit: Fit,
-    may_hide: bool,
+    outliers: Outliers,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let beside = (setups, preflight, stated_mm, fit, may_hide);
-    at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, beside))?
+    at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, examined, fit, outliers))?
 }
 
 /// The mistake to tell, where physics would have its likeliest cause with this share, and the doubt that is left where none is told.
@@ -130,28 +145,36 @@ fn searched(
     resolutions: &Resolutions,
     families: &[CandidateFamily],
     options: &Options,
-    (setups, preflight, stated_mm, fit, may_hide): (&Setups, &Preflight, f64, Fit, bool),
+    examined: Examined<'_>,
+    fit: Fit,
+    outliers: Outliers,
 ) -> Result<Diagnosis, DiagnoseError> {
     let Resolutions { fine, coarse, .. } = *resolutions;
     let (problem, session, values) = (fine.problem, fine.context.session(), fit.values());
     let floors = floors(resolutions);
     let noise_um = 1e3 * mean_noise_mm2(&floors[0]).sqrt();
 
-    let strain = strain(problem, &values, WIDER_SETUPS);
     let readings: usize = fine.kept.iter().map(Vec::len).sum();
-    let left_out = fit.left_out() as f64 / readings.max(1) as f64;
-    // what wider spreads take up may be a mistake as well
-    let measures = [1e3 * fit.rms_mm.max(stated_mm), noise_um, left_out, strain];
+    let misfit = Misfit {
+        // what wider spreads take up may be a mistake as well
+        residual_um: 1e3 * fit.rms_mm.max(examined.stated_mm),
+        noise_um,
+        left_out_share: fit.left_out() as f64 / readings.max(1) as f64,
+        strain: strain(problem, &values, WIDER_SETUPS),
+    };
     // the mistakes known here are those of lengths between balls
     let is_of_lengths = !session.has_parts();
-    let mut contested = if is_of_lengths { preflight.mistakes(measures) } else { Vec::new() };
+    let mut contested = if is_of_lengths { examined.preflight.mistakes(misfit) } else { Vec::new() };
     let certain = match contested.first() {
         None if !is_of_lengths => None,
         Some(mistake) if !mistake.may_be_physics() => Some(mistake.fault.clone()),
         Some(mistake) if mistake.is_plain => None,
         _ => further_contradiction(session),
     };
-    let cleaner = |left_mm: &[Vec<f64>]| may_hide.then(|| without_hidden_outliers(problem, &fit, left_mm)).flatten();
+    let cleaner = |left_mm: &[Vec<f64>]| match outliers {
+        Outliers::MayHide => without_hidden_outliers(problem, &fit, left_mm),
+        Outliers::LeftOut => None,
+    };
     let search = match certain {
         Some(_) => Ok(nothing(fine, &floors[0])),
         None => search_cleanly(resolutions, &floors, families, cleaner),
@@ -159,8 +182,8 @@ fn searched(
     let mut search = match search {
         Ok(search) => search,
         Err(cleaner) => {
-            let beside = (setups, preflight, stated_mm);
-            return diagnosed(fine.with_rows(cleaner.kept_rows()), options, beside, *cleaner, false);
+            let fine = fine.with_rows(cleaner.kept_rows());
+            return diagnosed(fine, options, examined, *cleaner, Outliers::LeftOut);
         }
     };
     let left_um = (1e3 * mean_square(fine, &search.residual_mm).sqrt()).max(fine.thresholds.explained * noise_um);
@@ -189,7 +212,8 @@ fn searched(
     let shifts = hidden_shifts(&regression, &hidden, blind_to.len());
     blind_to.extend(hidden.into_iter().filter(|hidden| hidden.matters).map(|hidden| hidden.unseen));
     let uncovered_by = uncovering_tests(&layout, &blind_to);
-    let mut diagnosis = Diagnosis::of((fine, families), setups, &fit, &search, explanation, fault, (blind_to, &shifts));
+    let mut diagnosis =
+        Diagnosis::of((fine, families), examined.setups, &fit, &search, explanation, fault, (blind_to, &shifts));
     if let Some(doubt) = doubt.filter(|_| !diagnosis.findings.is_empty()) {
         diagnosis.leave_to_a_mistake(doubt.probability);
         warnings.push(doubt.warning());

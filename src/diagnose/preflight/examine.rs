@@ -11,7 +11,7 @@ use super::quick_fit::{refit, robust_rms_mm, strain};
 use super::readings::columns::{mistaken_columns, mistaken_gauge};
 use super::readings::processed::READING_PROCESSED;
 use super::readings::scaled::{READING_SIGN, READING_ZERO, held_otherwise};
-use super::small_misfit::Preflight;
+use super::small_misfit::{Misfit, Preflight};
 use super::unchanging::unchanging;
 use crate::chain::Chain;
 use crate::diagnose::model::decimate::few_rows;
@@ -252,10 +252,14 @@ fn mistaken_unless_sound(
     let context = Context::of(session, &chain)?;
     let model = LinearModel::new(&context, &problem, &values, fit.kept_rows());
     let noise_um = 1e3 * mean_noise_mm2(&noise_floor(&model, &model.residual_mm)).sqrt();
-    let strain = strain(&problem, &values, 1.0);
-    let left_out = examination.left_out_share;
+    let misfit = Misfit {
+        residual_um: 1e3 * fit.rms_mm,
+        noise_um,
+        left_out_share: examination.left_out_share,
+        strain: strain(&problem, &values, 1.0),
+    };
     // what gains little is for a diagnosis to find
-    let mut found = Preflight::of(session).mistakes([1e3 * fit.rms_mm, noise_um, left_out, strain]);
+    let mut found = Preflight::of(session).mistakes(misfit);
     found.retain(|mistake| mistake.is_plain);
     let found = held_against_physics(session, options, Thresholds::default(), found)?.against(1.0).unwrap_or(None);
     Ok(found.or_else(|| further_contradiction(session)))

@@ -66,10 +66,10 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
         place += 1;
         place <= MOST_REFITTED || suspicion.effect == ANGLE_REVERSED
     });
-    let mut judged: Vec<Judged> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
+    let mut judged: Vec<Settled> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
     keep_each_place_once(&mut judged);
     turn_round(&mut judged, sampled);
-    bring_nearer(&mut judged, &thinned);
+    bring_standing_axes_nearer(&mut judged, &thinned);
     let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
     let least = judged.iter().map(|one| one.left_um).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
     for one in &mut judged {
@@ -78,7 +78,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let all: f64 = judged.iter().map(|one| one.weight).sum();
     judged.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     let mut judged = judged.into_iter();
-    let Judged { left_um: after, strain, weight, suspicion: best } = judged.next()?;
+    let Settled { left_um: after, strain, weight, suspicion: best } = judged.next()?;
     let most_left_um = 1e3 * MOST_LEFT * FreePrior::of(&session.machine).length_mm;
     // what a fit takes up by balls far from their places is no larger residual, but no smaller mistake
     let is_released = as_it_is.strain > MOST_STRAIN && strain < MOST_STRAIN && after <= before;
@@ -97,10 +97,10 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
 }
 
 /// Of mistakes that put one ball nearly alike, the one that leaves least; of those that leave nearly as little, one that a person makes at once.
-fn keep_each_place_once(judged: &mut Vec<Judged>) {
-    let rank = |one: &Judged| if one.suspicion.weight >= OFTEN { one.left_um / NEARER } else { one.left_um };
+fn keep_each_place_once(judged: &mut Vec<Settled>) {
+    let rank = |one: &Settled| if one.suspicion.weight >= OFTEN { one.left_um / NEARER } else { one.left_um };
     judged.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-    let mut kept: Vec<Judged> = Vec::new();
+    let mut kept: Vec<Settled> = Vec::new();
     for one in judged.drain(..) {
         if !kept.iter().any(|other| other.suspicion.puts_a_ball_as(&one.suspicion)) {
             kept.push(one);
@@ -111,14 +111,14 @@ fn keep_each_place_once(judged: &mut Vec<Judged>) {
 
 /// Axes that stood elsewhere are brought nearer to where they did than the nominal machine tells: so many that leave least, where
 /// that lowers what they leave so many times. What a fit takes up tells no place.
-const BROUGHT_NEARER: usize = 3;
+const STANDING_AXES_BROUGHT_NEARER: usize = 3;
 const NEARER: f64 = 1.1;
 
-fn bring_nearer(judged: &mut [Judged], thinned: &Session) {
+fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
     let mut stood: Vec<usize> = (0..judged.len()).filter(|&k| judged[k].suspicion.effect == STANDING_AXIS).collect();
     stood.sort_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
-    stood.truncate(BROUGHT_NEARER);
+    stood.truncate(STANDING_AXES_BROUGHT_NEARER);
     for k in stood {
         let left_um = judged[k].left_um;
         let nearer = finer_place(thinned, misfit_um, (left_um, &judged[k].suspicion));
@@ -134,11 +134,11 @@ const SETTLING: usize = 2;
 
 /// Brings the best choice of recordings that are written from the wrong end, by axis, to where turning one more or one less
 /// gains nothing.
-fn turn_round(judged: &mut Vec<Judged>, sampled: Sampled<'_>) {
+fn turn_round(judged: &mut Vec<Settled>, sampled: Sampled<'_>) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
     for axis in &sampled.all_rows.machine.axes {
         let of_axis =
-            |one: &Judged| one.suspicion.effect == ANGLE_REVERSED && one.suspicion.components == [&axis.name[..]];
+            |one: &Settled| one.suspicion.effect == ANGLE_REVERSED && one.suspicion.components == [&axis.name[..]];
         let best = (0..judged.len())
             .filter(|&k| of_axis(&judged[k]))
             .min_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
@@ -151,7 +151,7 @@ fn turn_round(judged: &mut Vec<Judged>, sampled: Sampled<'_>) {
 }
 
 /// A mistake with what undoing it leaves.
-struct Judged {
+struct Settled {
     /// Misfit, µm.
     left_um: f64,
     /// Largest offset of a ball or bar, in its spreads.
@@ -161,7 +161,7 @@ struct Judged {
 }
 
 /// A mistake undone and refitted; a ball that was moved stands where the refit puts it.
-fn settled(mut suspicion: Suspicion) -> Option<Judged> {
+fn settled(mut suspicion: Suspicion) -> Option<Settled> {
     let mut refitted = refit(&suspicion.undone, None)?;
     if [BALL_PLACE, BAR].contains(&suspicion.effect) {
         for _ in 0..SETTLING {
@@ -170,7 +170,7 @@ fn settled(mut suspicion: Suspicion) -> Option<Judged> {
         }
     }
     let left_um = suspicion.diminished * refitted.misfit_um;
-    Some(Judged { left_um, strain: refitted.strain, weight: suspicion.weight, suspicion })
+    Some(Settled { left_um, strain: refitted.strain, weight: suspicion.weight, suspicion })
 }
 
 /// Moves what the mistake concerns to where a refit puts it.

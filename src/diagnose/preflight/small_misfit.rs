@@ -44,6 +44,24 @@ const WORTH_A_SEARCH: f64 = 1.2;
 /// Share of readings left out as outliers that is suspicious by itself.
 const SUSPICIOUS_SHARE: f64 = 0.02;
 
+/// What a fit leaves of a session, by which a mistake is looked for or not.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Misfit {
+    /// Rms residual and noise floor, µm.
+    pub(crate) residual_um: f64,
+    pub(crate) noise_um: f64,
+    /// Share of readings left out as gross.
+    pub(crate) left_out_share: f64,
+    /// Largest offset of a ball or bar, in units of its spread.
+    pub(crate) strain: f64,
+}
+
+impl Misfit {
+    /// Of recordings that cannot be fitted.
+    const BEYOND_ALL: Misfit =
+        Misfit { residual_um: f64::INFINITY, noise_um: 0.0, left_out_share: 1.0, strain: f64::INFINITY };
+}
+
 /// A mistake, with the few rows of the session as they would be without it.
 pub(crate) struct Mistake {
     pub(crate) fault: DataFault,
@@ -97,10 +115,8 @@ impl<'s> Preflight<'s> {
 
     /// The mistakes that explain the session, if any does: the one that leaves least, and a file that does not belong to it where that
     /// leaves no more.
-    ///
-    /// They are looked for by the residual and the noise floor, µm, the share of readings left out as gross, and the largest offset of a
-    /// ball or bar in the fit, in units of its spread.
-    pub(crate) fn mistakes(&self, [residual_um, noise_um, left_out_share, strain]: [f64; 4]) -> Vec<Mistake> {
+    pub(crate) fn mistakes(&self, misfit: Misfit) -> Vec<Mistake> {
+        let Misfit { residual_um, noise_um, left_out_share, strain } = misfit;
         let session = self.session;
         let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
         if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
@@ -243,7 +259,7 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
 /// The mistake in a session whose recordings cannot be true as they stand; `None` when undoing none of those known makes them so.
 pub fn implausible(session: &Session) -> Option<DataFault> {
     unit_of_lengths(session).or_else(|| {
-        let mistakes = Preflight::of(session).mistakes([f64::INFINITY, 0.0, 1.0, f64::INFINITY]);
+        let mistakes = Preflight::of(session).mistakes(Misfit::BEYOND_ALL);
         mistakes.into_iter().next().map(|mistake| mistake.fault)
     })
 }
