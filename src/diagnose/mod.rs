@@ -16,6 +16,7 @@ mod verdict;
 
 pub use cause::{Cause, MOST_RIVALS};
 pub use findings::finding::{Finding, NextTest, RangeFound, SizeFound};
+pub use findings::grouping::ONE_JUMP_S;
 pub use model::decimate::thin;
 pub use model::linear_model::{Column, LinearModel, Term};
 pub use model::long_recordings::{Averaged, MOST_ROWS, lean};
@@ -38,7 +39,7 @@ pub use validation::uncovering::UncoveringTest;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
 pub use verdict::diagnosis::{DiagnoseError, Diagnosis, TestBeforeAfter};
-pub use verdict::location_errors::{HangsOn, Moved};
+pub use verdict::location_errors::{HangsOn, MOVED_SIGMAS, Moved};
 pub use verdict::shares::{ShareOfReadings, Source};
 
 use self::findings::proposals::Layout;

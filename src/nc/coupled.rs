@@ -9,7 +9,7 @@ use super::coordinates::Coordinates;
 use super::step::{Curves, Step};
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
-use crate::plan::{CHORD_MM, GRID_DEG, PlannedTest, bare_session, beyond_path};
+use crate::plan::{CHORD_MM, GRID_DEG, PLANES, PlannedTest, bare_session, beyond_path};
 use crate::session::{Motion, Path, Test, way_mm};
 
 /// Longest arc of a circle in one block, deg, where no word counts whole turns: centre and sense say which way is meant, an
@@ -231,8 +231,6 @@ struct Round {
     sense: f64,
 }
 
-/// Coordinate planes of controls, the axis that carries the cosine first.
-const PLANES: [[&str; 2]; 3] = [["X", "Y"], ["Y", "Z"], ["Z", "X"]];
 /// Most that rows may lie off a circle that is drawn by arcs, mm.
 const ROUND_MM: f64 = 1e-6;
 

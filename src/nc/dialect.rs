@@ -20,6 +20,16 @@ impl Dialect {
     pub const ALL: [(Dialect, &'static str); 4] =
         [(Dialect::Generic, "nc"), (Dialect::LinuxCnc, "ngc"), (Dialect::Heidenhain, "h"), (Dialect::Sinumerik, "mpf")];
 
+    /// Folder of its programs.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Dialect::Generic => "generic",
+            Dialect::LinuxCnc => "linuxcnc",
+            Dialect::Heidenhain => "heidenhain",
+            Dialect::Sinumerik => "sinumerik",
+        }
+    }
+
     /// An axis of the machine whose name the control cannot write, if any.
     pub fn unknown_axis(self, machine: &Machine) -> Option<&str> {
         let known = |name: &str| match self {

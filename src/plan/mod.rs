@@ -30,6 +30,7 @@ pub use information::uncertainty::Uncertainty;
 pub use information::unknowns::Unknowns;
 pub use places::candidate::{Avoid, Candidate, Candidates, Coupled, Misses, PivotSite, SpindlePlace};
 pub use places::candidates::candidates;
+pub use places::circle_setups::PLANES;
 pub use places::drive::{Drive, Swing};
 pub use places::following::FOLLOWED;
 pub use places::free_range::free_parts;

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fiveaxis::chain::Chain;
-use fiveaxis::collision::{CONE_MARGIN_RAD, Instrument, Scene, Scratch, least_cone_rad, sweep_clearance};
+use fiveaxis::collision::{
+    CONE_MARGIN_RAD, Instrument, Scene, Scratch, SweepClearance, least_cone_rad, sweep_clearance,
+};
 use fiveaxis::load::{load_kit, load_machine_and_bodies, load_session, standard_kit};
 use fiveaxis::machine::Machine;
 use fiveaxis::plan::{CutRunIn, cut_run_ins, rows_with_run_in};
@@ -46,17 +48,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
     let chain = Chain::of(&machine);
     let world = solids::world(&machine_file, &machine, &bodies)?;
     let can_touch = world.meetings_by_one_axis(&machine);
-    let mut scratch = Scratch::default();
     let mut tests = Vec::new();
     for test in &session.tests {
         let instrument = Instrument::of(&world, &bodies, &kit, test)?;
         let motion = Motion::of(&session, &chain, test)?;
         let scene = instrument.scene(&world);
-        tests.push(measured(&machine, (test, &motion), &scene, arguments.tolerance, &mut scratch));
+        tests.push(Measured::of(&machine, (test, &motion), &scene, arguments.tolerance));
     }
     if arguments.json {
         let value = json!({
-            "tests": tests,
+            "tests": tests.iter().map(|test| test.json(&machine)).collect::<Vec<_>>(),
             "tolerance_mm": arguments.tolerance,
             "cone_margin_deg": CONE_MARGIN_RAD.to_degrees(),
             "touching": touching_json(&world.touching),
@@ -64,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         });
         return print_json(&value);
     }
-    print_tests(&tests);
+    print_tests(&machine, &tests);
     if let Some(note) = can_touch_note(&machine, &can_touch) {
         println!("{note}");
     }
@@ -72,77 +73,101 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
 }
 
 /// What a test keeps clear, and what stops its run-ins.
-fn measured(
-    machine: &Machine,
-    (test, motion): (&Test, &Motion),
-    scene: &Scene,
-    tolerance_mm: f64,
-    scratch: &mut Scratch,
-) -> Value {
-    let rows = rows_with_run_in(machine, test, motion);
-    let least = sweep_clearance(scene, &rows, tolerance_mm, scratch);
-    let cone_left = least_cone_rad(scene, &rows, scratch).map(|left| (left.to_degrees() * 1e2).round() / 1e2);
-    let positions: Map<String, Value> = machine
-        .axes
-        .iter()
-        .zip(&least.positions)
-        .map(|(axis, &q)| (axis.name.clone(), json!((axis.kind.to_file_unit(q) * 1e4).round() / 1e4)))
-        .collect();
-    json!({
-        "name": test.name,
-        "clearance_mm": (least.mm * 1e3).round() / 1e3,
-        "pair": [least.pair.0, least.pair.1],
-        "positions": positions,
-        "cone_left_deg": cone_left,
-        "run_in_cut": cut_run_ins(machine, test, motion).iter().map(|cut| cut_json(machine, cut)).collect::<Vec<_>>(),
-    })
+struct Measured {
+    name: String,
+    least: SweepClearance,
+    /// How far the bar stays from the edge of a cup's cone, deg.
+    cone_left_deg: Option<f64>,
+    cut: Vec<CutRunIn>,
 }
 
-fn print_tests(tests: &[Value]) {
-    println!("{:<24} {:>12}  nearest pair and pose", "test", "clearance mm");
-    for test in tests {
-        let pose: Vec<String> = test["positions"]
-            .as_object()
-            .map(|map| map.iter().map(|(axis, q)| format!("{axis} {q}")).collect())
-            .unwrap_or_default();
-        let text = |value: &Value| value.as_str().unwrap_or_default().to_string();
-        let least_mm = test["clearance_mm"].as_f64();
-        let is_cone = text(&test["pair"][1]).starts_with("cone");
-        let verdict = match least_mm.is_some_and(|mm| mm <= 0.0) {
-            true if is_cone => "TOO STEEP ",
+impl Measured {
+    fn of(machine: &Machine, (test, motion): (&Test, &Motion), scene: &Scene, tolerance_mm: f64) -> Measured {
+        let rows = rows_with_run_in(machine, test, motion);
+        let scratch = &mut Scratch::default();
+        Measured {
+            name: test.name.clone(),
+            least: sweep_clearance(scene, &rows, tolerance_mm, scratch),
+            cone_left_deg: least_cone_rad(scene, &rows, scratch).map(|left| rounded(left.to_degrees(), 1e2)),
+            cut: cut_run_ins(machine, test, motion),
+        }
+    }
+
+    /// Where each axis stands at the least clearance, mm or deg.
+    fn positions<'m>(&'m self, machine: &'m Machine) -> impl Iterator<Item = (&'m str, f64)> {
+        let axes = machine.axes.iter().zip(&self.least.positions);
+        axes.map(|(axis, &q)| (axis.name.as_str(), rounded(axis.kind.to_file_unit(q), 1e4)))
+    }
+
+    fn json(&self, machine: &Machine) -> Value {
+        let positions: Map<String, Value> =
+            self.positions(machine).map(|(axis, q)| (axis.to_string(), json!(q))).collect();
+        json!({
+            "name": self.name,
+            "clearance_mm": rounded(self.least.mm, 1e3),
+            "pair": [self.least.pair.0, self.least.pair.1],
+            "positions": positions,
+            "cone_left_deg": self.cone_left_deg,
+            "run_in_cut": self.cut.iter().map(|cut| cut_json(machine, cut)).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Before the pair, where it comes too near.
+    fn verdict(&self) -> &'static str {
+        match self.least.mm <= 0.0 {
+            true if self.least.pair.1.starts_with("cone") => "TOO STEEP ",
             true => "COLLIDES ",
             false => "",
+        }
+    }
+}
+
+/// A number with so many parts of one.
+fn rounded(value: f64, parts: f64) -> f64 {
+    (value * parts).round() / parts
+}
+
+fn print_tests(machine: &Machine, tests: &[Measured]) {
+    println!("{:<24} {:>12}  nearest pair and pose", "test", "clearance mm");
+    for test in tests {
+        let pose: Vec<String> = test.positions(machine).map(|(axis, q)| format!("{axis} {}", json!(q))).collect();
+        let least = match test.least.mm.is_finite() {
+            true => format!("{:.3}", test.least.mm),
+            false => "nothing near".into(),
         };
-        println!(
-            "{:<24} {:>12}  {verdict}{} – {} at {}",
-            text(&test["name"]),
-            least_mm.map_or("nothing near".into(), |mm| format!("{mm:.3}")),
-            text(&test["pair"][0]),
-            text(&test["pair"][1]),
-            pose.join(" ")
-        );
-        if let Some(left) = test["cone_left_deg"].as_f64().filter(|left| *left < CONE_MARGIN_RAD.to_degrees()) {
+        let (one, other) = &test.least.pair;
+        println!("{:<24} {least:>12}  {}{one} – {other} at {}", test.name, test.verdict(), pose.join(" "));
+        if let Some(left) = test.cone_left_deg.filter(|left| *left < CONE_MARGIN_RAD.to_degrees()) {
             println!(
                 "  the bar comes to {left:.2} deg from the edge of a cup's cone, and {} deg are to stay",
                 CONE_MARGIN_RAD.to_degrees()
             );
         }
-        for cut in test["run_in_cut"].as_array().into_iter().flatten() {
-            let what = if cut["end"] == "start" { "run-in begins" } else { "run-out ends" };
+        for cut in &test.cut {
+            let what = match cut.end {
+                RunEnd::Start => "run-in begins",
+                RunEnd::End => "run-out ends",
+            };
+            let [wanted, limit] = cut_at(machine, cut);
+            let axis = &machine.axes[cut.axis].name;
             println!(
                 "  {what} at {axis} {}, the limit of {axis}, and not at {}: the sweep is checked as far as that",
-                cut["limit"],
-                cut["wanted"],
-                axis = text(&cut["axis"])
+                json!(limit),
+                json!(wanted)
             );
         }
     }
 }
 
+/// Where a cut run-in was to begin, or run-out to end, and the limit at which it does, mm or deg.
+fn cut_at(machine: &Machine, cut: &CutRunIn) -> [f64; 2] {
+    [cut.wanted, cut.limit].map(|q| rounded(machine.axes[cut.axis].kind.to_file_unit(q), 1e4) + 0.0)
+}
+
 /// A cut run-in, positions in mm or deg.
 fn cut_json(machine: &Machine, cut: &CutRunIn) -> Value {
     let axis = &machine.axes[cut.axis];
-    let [wanted, limit] = [cut.wanted, cut.limit].map(|q| (axis.kind.to_file_unit(q) * 1e4).round() / 1e4 + 0.0);
+    let [wanted, limit] = cut_at(machine, cut);
     let end = match cut.end {
         RunEnd::Start => "start",
         RunEnd::End => "end",

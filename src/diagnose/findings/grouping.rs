@@ -39,7 +39,7 @@ fn belongs(lead: &SelectedEffect, found: &SelectedEffect, rates_hz: &[f64], rest
 }
 
 /// Jumps further apart in time are two, s; a jump that creeps may be told in two steps.
-const ONE_JUMP_S: f64 = 30.0;
+pub const ONE_JUMP_S: f64 = 30.0;
 
 fn are_two_jumps(one: &SelectedEffect, other: &SelectedEffect) -> bool {
     match (one.chosen.effect.number("time"), other.chosen.effect.number("time")) {

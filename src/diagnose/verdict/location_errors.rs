@@ -31,13 +31,13 @@ pub struct Moved {
     pub hangs_on: Vec<HangsOn>,
 }
 
-/// Standard deviations by which a location error has moved.
-const MOVED: f64 = 2.0;
+/// Standard deviations beyond which a location error has moved.
+pub const MOVED_SIGMAS: f64 = 2.0;
 
 impl Moved {
     /// Whether the findings move it by more than its uncertainty.
     pub(crate) fn is_moved(&self) -> bool {
-        (self.after - self.before).abs() > MOVED * self.seen_sigma
+        (self.after - self.before).abs() > MOVED_SIGMAS * self.seen_sigma
     }
 }
 

@@ -8,7 +8,7 @@ use super::finding_words::{
 };
 use super::shape_words::shape_words;
 use super::unseen::{cures, kinds_words, minutes_words};
-use crate::diagnose::{Diagnosis, Finding};
+use crate::diagnose::{Diagnosis, Finding, MOVED_SIGMAS};
 use crate::report::wording::number::shown;
 use crate::report::wording::table::Table;
 use crate::session::Session;
@@ -21,8 +21,6 @@ const INDENT: usize = 17;
 const MOST_CURES: usize = 4;
 /// Location errors listed.
 const MOST_ERRORS: usize = 12;
-/// Change over its sigma above which a location error counts as moved.
-pub const MOVED_SIGMAS: f64 = 2.0;
 
 /// The story.
 pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &DiagnosisJson) -> String {

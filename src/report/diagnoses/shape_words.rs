@@ -1,11 +1,9 @@
 //! The shape of an effect in words, from its parameters: where on the axis, how often, how fast, driven by what. It holds no sizes.
 
 use super::finding_words::{digits, tests_words, time_words};
+use crate::diagnose::ONE_JUMP_S;
 use crate::effects::{OWN, ParameterUnit, ROTARY, SLIDES, Signature, WARM, is_a, kind};
 use crate::machine::{Axis, AxisKind, Effect, Machine, ParameterValue};
-
-/// Jumps further apart in time are no single one that creeps, s.
-const ONE_JUMP_S: f64 = 30.0;
 
 /// The shape of an effect from its parameters, in units of files; empty when there is nothing to say.
 pub fn shape_words(machine: &Machine, effects: &[Effect]) -> String {

@@ -29,12 +29,9 @@ pub struct Planned<'a> {
     pub plan: &'a Plan,
 }
 
-/// Folders of the programs, in the order of [`Dialect`].
-const DIALECT_FOLDERS: [&str; 4] = ["generic", "linuxcnc", "heidenhain", "sinumerik"];
-
 /// The program that goes through a plan without the bar.
 fn dry_run_file(dialect: Dialect, ending: &str) -> String {
-    format!("nc/{}/dry-run.{ending}", DIALECT_FOLDERS[dialect as usize])
+    format!("nc/{}/dry-run.{ending}", dialect.folder())
 }
 
 /// Session, setup sheet and programs; of a plan without tests the sheet alone, which says why.
@@ -47,9 +44,8 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
         .tests
         .iter()
         .map(|test| {
-            let name = |&(dialect, ending): &(Dialect, &str)| {
-                format!("nc/{}/{}.{ending}", DIALECT_FOLDERS[dialect as usize], test.test.name)
-            };
+            let name =
+                |&(dialect, ending): &(Dialect, &str)| format!("nc/{}/{}.{ending}", dialect.folder(), test.test.name);
             dialects.iter().map(name).collect()
         })
         .collect();
@@ -63,7 +59,7 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
     let meshes = meshes(folder, machine_file, &mut output)?;
     for (dialect, _) in Dialect::ALL {
         if let Some(axis) = dialect.unknown_axis(machine) {
-            eprintln!("no {} programs: the control has no axis called {axis}", DIALECT_FOLDERS[dialect as usize]);
+            eprintln!("no {} programs: the control has no axis called {axis}", dialect.folder());
         }
     }
     let zero = zero_words(machine, bodies);
