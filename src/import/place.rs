@@ -323,7 +323,7 @@ fn marked(
     let asked = || if let [only] = among { Some(session.tests[only.tests[0]].name.clone()) } else { None };
     for marks in forms(session, among) {
         match find(capture, &marks, feeds.range()) {
-            Found::All(seen) => return Ok(Some((marks, seen))),
+            Found::All(seen) => return Ok(Some((marks, *seen))),
             Found::Some(found) if found > most => {
                 most = found;
                 missing = Some(ImportError::MarksMissing { test: asked(), found });

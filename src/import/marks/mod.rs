@@ -14,12 +14,12 @@ use crate::session::{Marks, times_beside_readings};
 use crate::statistics::median;
 
 /// What a capture shows of marks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Found {
     None,
     /// Fewer than the four of a program.
     Some(usize),
-    All(Seen),
+    All(Box<Seen>),
 }
 
 /// Readings around a mark that tell its levels, s before and after it.
@@ -101,9 +101,9 @@ pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
     let rows: Vec<(f64, f64)> = capture.finite().collect();
     let mut best = Found::None;
     for ramp_s in RAMPS_S {
-        match (found(capture, &rows, marks, paces, ramp_s), best) {
+        match (found(capture, &rows, marks, paces, ramp_s), &best) {
             (all @ Found::All(_), _) => return all,
-            (Found::Some(more), Found::Some(found)) if more <= found => {}
+            (Found::Some(more), Found::Some(found)) if more <= *found => {}
             (Found::None, _) => {}
             (some, _) => best = some,
         }
@@ -136,7 +136,7 @@ fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2],
     match <[Mark; 4]>::try_from(kept) {
         // of a mark whose return is cut off nothing is left to fit: three are whole
         Ok(four) => seen(rows, marks, &four, capture.noise_mm())
-            .map_or(Found::Some(3), |seen| Found::All(Seen { found, last_four_s, ..seen })),
+            .map_or(Found::Some(3), |seen| Found::All(Box::new(Seen { found, last_four_s, ..seen }))),
         Err(fewer) if fewer.is_empty() => Found::None,
         Err(fewer) => Found::Some(fewer.len()),
     }
