@@ -678,6 +678,9 @@ fn times_of_any_unit_are_read_and_far_off_ones_refused() {
     );
     let slow = format!("deviation_um\n{}", "1.0\n".repeat(200));
     assert!(read("d.csv", &slow, CaptureHints { rate_hz: Some(1e-3), ..none }).unwrap_err().contains("199000 seconds"));
+    // a transfer that broke within the last number
+    let cut = read("e.csv", "time_s,deviation_um\n0,1.25\n0.1,2.50\n0.2,3.7", none).unwrap_err();
+    assert!(cut.contains("e.csv:4: the last line ends after '3.7'"), "{cut}");
     // sparse readings are searched where they are
     let shipped = load_capture(Path::new(SHIPPED).join("xy-100-1.csv").as_path(), none).unwrap();
     let rows = shipped.time_s.iter().zip(&shipped.reading_mm);

@@ -51,6 +51,8 @@ const FEWEST: usize = 60;
 const STROKE_MM: f64 = 1.0;
 /// Share of readings that may be outside.
 const OUTSIDE_SHARE: f64 = 0.1;
+/// Share of them from which on a capture that cannot be placed is said to have a bar that was off.
+const FEW_OUTSIDE: f64 = 0.01;
 /// Log odds from which on something is held for certain: 1 in 20,000.
 const CERTAIN: f64 = 10.0;
 /// Log odds against another test where marks were seen: 1 in 20. A capture whose readings speak for neither of two tests is taken
@@ -104,6 +106,12 @@ pub fn place_named(
     }
     let placed = placed(session, among, capture, feeds, named);
     match (&placed, feeds) {
+        // single magnets and touches leave fewer readings far off
+        (Err(ImportError::MarksMissing { .. } | ImportError::NoMarks { .. } | ImportError::Unexplained { .. }), _)
+            if outside > FEW_OUTSIDE =>
+        {
+            Err(ImportError::BarOff { percent: 100.0 * outside, stroke_mm: STROKE_MM })
+        }
         (
             Err(
                 ImportError::CutAtStart { .. }

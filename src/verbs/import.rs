@@ -190,6 +190,8 @@ fn shown(names: &[String]) -> String {
 
 /// Distance of a pace from the programmed feed from which on it is told: what gauges' clocks and controls are off by, twice over.
 const PACE_OFF: f64 = 0.02;
+/// Paces of the two directions that differ by more are both told.
+const PACES_APART: f64 = 2e-3;
 
 /// The one pair whose test the name of a file holds, without the sense of its first direction; `None` where it holds several.
 fn named(session: &Session, file: &Path) -> Option<Pair> {
@@ -216,8 +218,13 @@ fn warn(session: &Session, file: &Path, placement: &Placement) {
     let name = |pair: &Pair| session.tests[pair.tests[0]].name.as_str();
     let pace = placement.timing.pace();
     if (pace - 1.0).abs() > PACE_OFF {
+        let [there, back] = placement.timing.paces;
+        let paces = match (there - back).abs() > PACES_APART {
+            true => format!("{there:.3} of its programmed feed there and {back:.3} back"),
+            false => format!("{pace:.3} of its programmed feed"),
+        };
         remark(format_args!(
-            "{}: the run of {} took {pace:.3} of its programmed feed: an override, or the gauge's clock is off",
+            "{}: the run of {} took {paces}: an override, or the gauge's clock is off",
             file.display(),
             name(&placement.pair)
         ));

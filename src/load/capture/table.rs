@@ -5,6 +5,7 @@ use std::path::Path;
 use super::names::{Meaning, meaning, plain_name};
 use super::numbers::{fields, number, reading, row_of, time};
 use super::raw::{Raw, SHOWN};
+use crate::load::checked_text::cut_number::refuse_cut_number;
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::printable::shortened;
 
@@ -132,6 +133,7 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         }
         raw.lines.push(index + 1);
     }
+    refuse_cut_number(file, text, first + 1, separator)?;
     raw.time = time_at.map(|(_, unit_s)| (times, unit_s));
     Ok(raw)
 }

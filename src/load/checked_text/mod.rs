@@ -1,5 +1,6 @@
 //! Text of files before any format: bounded, printable, with the place of every key, refused with one message.
 
+pub(crate) mod cut_number;
 pub(crate) mod document;
 pub mod limits;
 pub(crate) mod message;

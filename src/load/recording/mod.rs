@@ -8,8 +8,9 @@ use std::path::Path;
 
 use self::fields::fields_of;
 use self::header::{Column, HEADER_EXAMPLE, Header, header_of, is_header};
-use self::row::{leading_text, read_row, refuse_cut_number};
+use self::row::{leading_text, read_row};
 use super::rows::{Rows, check_rows, check_rows_of_parts};
+use crate::load::checked_text::cut_number::refuse_cut_number;
 use crate::load::checked_text::limits::{CSV_BYTES, LINE_BYTES, ROWS};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::text::read_limited;
@@ -112,10 +113,10 @@ impl Parsed {
             leading_texts.push(leading_text(&header, &fields));
             line_of_row.push((index + 1) as u32);
         }
-        let Some(&last_line) = line_of_row.last() else {
+        if line_of_row.is_empty() {
             return Err(LoadError::file(file, "has a header but no row; a recording has a row per sample"));
-        };
-        refuse_cut_number(file, text, &header, last_line as usize)?;
+        }
+        refuse_cut_number(file, text, header.line, header.separator)?;
         let header_line = header.line;
         Ok(Parsed { recording: assemble(&header, values, leading_texts, machine, wanted), line_of_row, header_line })
     }

@@ -53,33 +53,6 @@ pub fn read_row(
     Ok(())
 }
 
-/// Refuses a last number that a broken transfer has cut: no line end and fewer decimals than every row before.
-pub fn refuse_cut_number(file: &Path, text: &str, header: &Header, last_line: usize) -> Result<(), LoadError> {
-    let separator = header.separator;
-    if text.ends_with(['\n', '\r']) {
-        return Ok(());
-    }
-    let decimals = |line: &str| {
-        let field = line.rsplit(separator).next().unwrap_or_default();
-        let field = plain(field.trim(), separator);
-        field.split_once('.').map_or(0, |(_, digits)| digits.len())
-    };
-    let lines: Vec<&str> = text.lines().skip(header.line).filter(|line| !line.trim().is_empty()).collect();
-    let Some((last, before)) = lines.split_last() else { return Ok(()) };
-    let usual = before.iter().filter(|line| !line.trim_end().ends_with(separator)).map(|line| decimals(line)).min();
-    match usual {
-        Some(usual) if decimals(last) < usual => Err(LoadError::line(
-            file,
-            last_line,
-            format!(
-                "the last line ends after '{}' without a line end, where all rows before have at least {usual} decimals; the file is cut off, fetch it again or remove the line",
-                shortened(last.rsplit(separator).next().unwrap_or_default().trim(), LONGEST_FIELD)
-            ),
-        )),
-        _ => Ok(()),
-    }
-}
-
 /// Fields of clock and positions with commas between them.
 pub fn leading_text(header: &Header, fields: &[&str]) -> String {
     let mut text = String::new();
