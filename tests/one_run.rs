@@ -1,20 +1,9 @@
 //! Mistakes in one recording, or in the two of one run there and back of a program that was repeated: what a gauge records in one piece.
 
-use std::path::Path;
-
+use crate::shipped::chapter5;
 use fiveaxis::diagnose::{DataFault, Diagnosis, Verdict, diagnose};
 use fiveaxis::identify::Options;
-use fiveaxis::load::load_session;
 use fiveaxis::session::{Recording, Session};
-
-/// Chapter 5 with two runs there and back of each program.
-fn chapter5() -> Session {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/thesis/chapter5/session.yaml");
-    let mut session = load_session(&file).unwrap();
-    session.tests.retain(|test| test.name.ends_with("-1") || test.name.ends_with("-2"));
-    assert_eq!(session.tests.len(), 16);
-    session
-}
 
 fn changed(session: &Session, names: &[&str], change: impl Fn(&mut Recording, f64)) -> Diagnosis {
     let mut session = session.clone();

@@ -1,16 +1,10 @@
 //! Recordings in which hardly anything changes: a machine without errors explains them best, and so nothing is claimed of it.
 
-use std::path::Path;
-
+use crate::shipped::chapter5;
 use fiveaxis::diagnose::{Verdict, diagnose, examine};
 use fiveaxis::identify::{Fit, Options};
-use fiveaxis::load::load_session;
 use fiveaxis::session::{Recording, Session};
 use nalgebra::{DMatrix, DVector};
-
-fn chapter5() -> Session {
-    load_session(&Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/thesis/chapter5/session.yaml")).unwrap()
-}
 
 /// The circle's centre taken off a recording by least squares over its own arc, as software of ball bars does, and rounded to a step.
 fn without_centre(recording: &mut Recording, step_mm: f64) {

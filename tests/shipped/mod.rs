@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use fiveaxis::load::load_session;
+use fiveaxis::session::Session;
+
 /// The ten codes of the thesis's Table 1.1 as printed.
 #[allow(dead_code, reason = "shared by tests of which not all need it")]
 pub const TABLE_1_1: [&str; 10] = [
@@ -50,4 +53,14 @@ pub fn machine_of(code: &str) -> PathBuf {
     let line = format!("code: \"{code}\"");
     let is_it = |file: &PathBuf| std::fs::read_to_string(file).is_ok_and(|text| text.contains(&line));
     machine_files().into_iter().find(is_it).unwrap_or_else(|| panic!("{code} does not ship"))
+}
+
+/// Chapter 5 of the thesis as the project ships it, with two runs there and back of each program.
+#[allow(dead_code, reason = "shared by tests of which not all need it")]
+pub fn chapter5() -> Session {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/thesis/chapter5/session.yaml");
+    let mut session = load_session(&file).expect("chapter 5");
+    session.tests.retain(|test| test.name.ends_with("-1") || test.name.ends_with("-2"));
+    assert_eq!(session.tests.len(), 16);
+    session
 }
