@@ -417,6 +417,12 @@ fn import(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fiveaxis")).arg("import").args(arguments).output().unwrap()
 }
 
+/// Imports a file among the shipped tests, into a folder within this one.
+fn import_among_shipped(file: &Path, folder: &Path) -> Output {
+    let (session, out) = (format!("{SHIPPED}/session.yaml"), folder.join("out"));
+    import(&[file.to_str().unwrap(), "--session", &session, "--out", out.to_str().unwrap()])
+}
+
 #[test]
 fn the_example_of_the_help_runs() {
     let help = String::from_utf8(import(&["--help"]).stdout).unwrap();
@@ -687,13 +693,7 @@ fn times_of_any_unit_are_read_and_far_off_ones_refused() {
     let rows: String = rows.map(|(time, mm)| format!("{time},{:.1}\n", 1e3 * mm)).collect();
     let file = folder.path().join("xy-100-1.csv");
     std::fs::write(&file, format!("time_s,deviation_um\n{rows}80000,1.0\n")).unwrap();
-    let output = import(&[
-        file.to_str().unwrap(),
-        "--session",
-        &format!("{SHIPPED}/session.yaml"),
-        "--out",
-        folder.path().join("out").to_str().unwrap(),
-    ]);
+    let output = import_among_shipped(&file, folder.path());
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(!said.contains("another test of the session"), "{said}");
 }
@@ -739,13 +739,7 @@ fn xml_states_how_often_a_gauge_reads_by_words_and_units() {
     let both = format!("<B5R><Rate>50</Rate><Unit>um</Unit><CW>{list}</CW><CCW>{list} 1</CCW></B5R>");
     std::fs::write(&file, both).unwrap();
     assert_eq!(load_capture(&file, CaptureHints::default()).unwrap().not_read, ["CW (40 numbers)"]);
-    let output = import(&[
-        file.to_str().unwrap(),
-        "--session",
-        &format!("{SHIPPED}/session.yaml"),
-        "--out",
-        folder.path().join("out").to_str().unwrap(),
-    ]);
+    let output = import_among_shipped(&file, folder.path());
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(3) && said.contains("(not read in it: CW (40 numbers))"), "{said}");
 }

@@ -82,10 +82,10 @@ pub enum ImportError {
     )]
     Stopped { runs_s: [f64; 2], longer_s: f64 },
     #[error(
-        "the marks run at {pace:.2} of their programmed feed, and runs are sought from {:.2} to {:.2} of it{}",
-        .range[0], .range[1], if .range[1] < 1.5 { ": where an override or the control changed it, say --any-feed" } else { "; record the test again nearer to its feed" }
+        "the marks run at {pace:.2} of their programmed feed, and runs are sought from {:.2} to {:.2} of it: {cure}",
+        .range[0], .range[1]
     )]
-    FeedOfMarks { pace: f64, range: [f64; 2] },
+    FeedOfMarks { pace: f64, range: [f64; 2], cure: &'static str },
     #[error("the readings fit another test of the session best: {test}")]
     OtherTest { test: String },
     #[error(

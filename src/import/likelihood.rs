@@ -57,7 +57,7 @@ const WALL: f64 = 1e9;
 
 /// Share of captures in which the control ran its directions at two paces, and the standard deviations of the ratio's logarithm
 /// for those that kept one and for the others, by how far a pace may be from the programmed feed.
-const TWO_PACES: f64 = 0.1;
+pub(super) const TWO_PACES: f64 = 0.1;
 const ONE_PACE_SIGMA: f64 = 5e-5;
 
 /// Minus twice the logarithm of a mixture of two normal densities about zero: `share` of the wider one.
@@ -98,11 +98,20 @@ const KEPT: [(f64, f64); 2] = [(0.8, 0.015), (0.15, 0.04)];
 /// shorter. Half of these waits are shorter than the second number, s, and any is possible: `c/(c + x)²`. By reason, as above.
 const LONGER: (f64, f64) = (0.05, 0.5);
 
+/// Normal density about zero.
+pub(super) fn normal_density(off: f64, sigma: f64) -> f64 {
+    (-0.5 * (off / sigma).powi(2)).exp() / (sigma * TAU.sqrt())
+}
+
+/// Density, 1/s, of times of which a share occurs: half of these are shorter than `half_s`, and any is possible.
+pub(super) fn of_any_time((share, half_s): (f64, f64), seconds: f64) -> f64 {
+    share * half_s / (half_s + seconds).powi(2)
+}
+
 /// Minus twice the logarithm of the density, 1/s, of a gap that is longer than programmed by `longer_s`.
 fn of_gap(longer_s: f64) -> f64 {
-    let kept = KEPT.map(|(share, sigma)| share / (sigma * TAU.sqrt()) * (-0.5 * (longer_s / sigma).powi(2)).exp());
-    let (share, half_s) = LONGER;
-    let longer = if longer_s > 0.0 { share * half_s / (half_s + longer_s).powi(2) } else { 0.0 };
+    let kept = KEPT.map(|(share, sigma)| share * normal_density(longer_s, sigma));
+    let longer = if longer_s > 0.0 { of_any_time(LONGER, longer_s) } else { 0.0 };
     -2.0 * (kept[0] + kept[1] + longer).max(f64::MIN_POSITIVE).ln()
 }
 

@@ -24,6 +24,7 @@
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `uncertainty` | how well is it known, in s and in degrees? |
 //! | `place` | is it to be believed? |
+//! | `refusals` | what stands against it? |
 //! | `error` | why is it not placed? |
 //! | `session_times` | when was it recorded within the session? |
 //! | `split` | the recordings |
@@ -36,6 +37,7 @@ mod likelihood;
 mod marks;
 mod other_reading;
 mod place;
+mod refusals;
 mod search;
 mod seen_marks;
 mod session_times;

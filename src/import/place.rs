@@ -2,15 +2,15 @@
 
 use rayon::prelude::*;
 
-use super::capture::{Averages, Capture};
+use super::capture::Capture;
 use super::course::{Course, Feeds, Pair, pairs};
 use super::error::{ImportError, RunsDiffer};
-use super::likelihood::{UNEVEN_S, cost_at_rest, of_marks, residual_mm};
+use super::likelihood::{cost_at_rest, of_marks, residual_mm};
 use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
+use super::refusals::{allowed_mm, may_run_between, other_runs, refuse_by_marks, refuse_cut_off, refuse_other_runs};
 use super::search::{
-    Candidate, Levels, RAMPS_S, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion, standing,
-    units,
+    Candidate, Levels, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion, standing, units,
 };
 use super::seen_marks::Seen;
 use super::timing::Timing;
@@ -62,21 +62,9 @@ const CLEAR_OF_TESTS: f64 = 3.0;
 const OF_NAME: f64 = 3.0;
 /// Log odds against another place in time: 1 in 100.
 const CLEAR: f64 = 4.6;
-/// Share of the readings' own size, and size, mm, that a believed placement may leave.
-const LEFT_SHARE: f64 = 0.25;
-const LEFT_MM: f64 = 5e-3;
-/// Size, mm, that it may leave where marks with a test's own gap say which program ran, and when: so much a machine errs beside
-/// its location errors, which is for `diagnose` to explain. A bar that slips in its cup moves by more.
-const LEFT_OF_MARKED_MM: f64 = 30e-3;
-/// Size, mm, that any placement may leave.
-const LEAST_LEFT_MM: f64 = 0.5e-3;
-/// Multiple of the noise below which what is left is no misfit.
-const NOISES: f64 = 3.0;
 /// Most that a gap may differ from a test's to say for itself that its program ran, s: half of what tells tests apart, and a slow
 /// clock's cycle.
 const GAP_OFF_S: f64 = 0.12;
-/// Most standard deviations by which a run may begin or end beside its marks.
-const RUN_OFF: f64 = 6.0;
 /// Least certainty of a position, deg or mm: 2° turn 3.5 % of an error into the one beside it. Beyond it the noise of a bar that
 /// stands looks like a run too often.
 const LIMIT: f64 = 2.0;
@@ -159,23 +147,6 @@ fn placed(
             Err(ImportError::ManyMarks { found: seen.found, from_s: seen.last_four_s })
         }
         _ => placed,
-    }
-}
-
-/// Refuses what the marks alone say: a run that was held on the way, and a feed that is not sought.
-fn refuse_by_marks(seen: Option<&Seen>, feeds: Feeds) -> Result<(), ImportError> {
-    let Some(seen) = seen else { return Ok(()) };
-    let range = feeds.range();
-    let within = [range[0] - RUN_OFF * seen.pace_sigma, range[1] + RUN_OFF * seen.pace_sigma];
-    if !(within[0]..within[1]).contains(&seen.pace) {
-        return Err(ImportError::FeedOfMarks { pace: seen.pace, range });
-    }
-    // marks of several starts leave times of any length
-    match seen.stopped_s.filter(|_| seen.found == 4) {
-        Some(longer_s) => {
-            Err(ImportError::Stopped { runs_s: seen.runs_s.map(|[begin_s, end_s]| end_s - begin_s), longer_s })
-        }
-        None => Ok(()),
     }
 }
 
@@ -277,16 +248,6 @@ fn chosen(
 /// True where the gap between the directions' marks is that of the program.
 fn gap_is_kept(course: &Course, seen: &Seen) -> bool {
     course.marks.is_some_and(|own| (own.gap_s - seen.gap_s).abs() < GAP_OFF_S)
-}
-
-/// True where a run fits between marks at any pace and ramp that are searched.
-fn may_run_between(course: &Course, seen: &Seen) -> bool {
-    let [slowest, fastest] = course.feeds.range();
-    let slack_s = RUN_OFF * UNEVEN_S;
-    seen.runs_s.iter().all(|[begin, end]| {
-        let moving_s = end - begin;
-        moving_s > course.run_s / fastest - slack_s && moving_s < course.run_s / slowest + RAMPS_S[1] + slack_s
-    })
 }
 
 /// Log odds against the next best place in time; refused where one explains the readings alike.
@@ -433,45 +394,4 @@ fn judged(
         odds_place,
         odds_tests: f64::INFINITY,
     })
-}
-
-/// What a believed placement may leave, mm: the largest of what noise is, and of a share of the signal.
-fn allowed_mm(program_is_known: bool, size_mm: f64, noise_mm: f64) -> f64 {
-    let of_noise = NOISES * noise_mm;
-    match program_is_known {
-        true => of_noise.max(LEFT_OF_MARKED_MM),
-        false => (LEFT_SHARE * size_mm).max(of_noise).min(LEFT_MM.max(of_noise)).max(LEAST_LEFT_MM),
-    }
-}
-
-fn refuse_cut_off(course: &Course, timing: &Timing, capture: &Capture, sigma: &[f64; 4]) -> Result<(), ImportError> {
-    let (first, last) = capture.ends_s();
-    let before = first - timing.start_s[0];
-    if before > 3.0 * sigma[0] && before > 0.02 {
-        return Err(ImportError::CutAtStart { seconds: before });
-    }
-    let after = timing.start_s[1] + timing.moving_s(1, course.run_s) - last;
-    if after > 3.0 * sigma[1] && after > 0.02 {
-        return Err(ImportError::CutAtEnd { seconds: after });
-    }
-    Ok(())
-}
-
-/// Refuses marks between which the run of a test does not fit.
-fn refuse_other_runs(test: &str, course: &Course, data: &Averages, timing: &Timing) -> Result<(), ImportError> {
-    let Some(seen) = &data.marks else { return Ok(()) };
-    for direction in 0..2 {
-        let start_s = timing.start_s[direction];
-        let run = [start_s, start_s + timing.moving_s(direction, course.run_s)];
-        let later_s = [0, 1].map(|k| run[k] - seen.runs_s[direction][k]);
-        let most_s = [0, 1].map(|k| RUN_OFF * seen.run_sigma_s[direction][k].hypot(UNEVEN_S));
-        if let Some(k) = (0..2).find(|&k| later_s[k].abs() > most_s[k]) {
-            return Err(other_runs(test, seen, RunsDiffer::Lies { direction, later_s, most_s: most_s[k] }));
-        }
-    }
-    Ok(())
-}
-
-fn other_runs(test: &str, seen: &Seen, difference: RunsDiffer) -> ImportError {
-    ImportError::OtherRuns { test: test.into(), seen_s: seen.runs_s.map(|[begin, end]| end - begin), difference }
 }

@@ -1,9 +1,7 @@
 //! Whether a run stopped or changed its feed on the way: the times that the marks leave for the two directions, held against each other. It
 //! knows no test and no readings.
 
-use std::f64::consts::TAU;
-
-use crate::import::likelihood::UNEVEN;
+use crate::import::likelihood::{TWO_PACES, UNEVEN, normal_density, of_any_time};
 
 /// What the marks tell of one direction.
 #[derive(Debug, Clone, Copy)]
@@ -19,8 +17,8 @@ pub(super) struct Direction {
 /// Share of captures of which a run was held, or its feed changed, on the way; half of these take longer by more than this, s, and any
 /// time is possible: `c/(c + t)²`. By reason: stops of real operators were not at hand.
 const STOPPED: (f64, f64) = (0.02, 0.5);
-/// Share of captures whose directions have paces of their own, and the standard deviation of the ratio's logarithm.
-const TWO_PACES: (f64, f64) = (0.1, 0.05);
+/// Standard deviation of the logarithm of two paces' ratio, where directions have paces of their own.
+const PACES_APART: f64 = 0.05;
 
 /// By how much longer the first direction ran than the second, s, where that is likelier a stop, or another feed on the way, than what the
 /// rests of controls leave open: one control ramps alike in both.
@@ -31,30 +29,23 @@ pub(super) fn stopped_s([there, back]: [Direction; 2]) -> Option<f64> {
     let off = (there.pace / back.pace).ln();
     let pace_sigma = (there.pace_sigma / there.pace).hypot(back.pace_sigma / back.pace);
     let of_pace_s = 0.5 * (there.run_s + back.run_s);
-    let (two, apart) = TWO_PACES;
     let kinds = [
-        ((1.0 - two) * normal(off, pace_sigma), longer_s, run_sigma_s),
+        ((1.0 - TWO_PACES) * normal_density(off, pace_sigma), longer_s, run_sigma_s),
         (
-            two * normal(off, pace_sigma.hypot(apart)),
+            TWO_PACES * normal_density(off, pace_sigma.hypot(PACES_APART)),
             longer_s + off * of_pace_s,
             run_sigma_s.hypot(pace_sigma * of_pace_s),
         ),
     ];
-    let (share, half_s) = STOPPED;
-    let stop = |seconds: f64| share * half_s / (half_s + seconds.abs()).powi(2);
+    let stop = |seconds: f64| of_any_time(STOPPED, seconds.abs());
     let rests = |seconds: f64, sigma_s: f64| -> f64 {
         // both ends of both runs
-        UNEVEN.iter().map(|(uneven_s, share)| share * normal(seconds, sigma_s.hypot(2.0 * uneven_s))).sum()
+        UNEVEN.iter().map(|(uneven_s, share)| share * normal_density(seconds, sigma_s.hypot(2.0 * uneven_s))).sum()
     };
     let held: f64 = kinds.iter().map(|(share, seconds, _)| share * stop(*seconds)).sum();
     let kept: f64 = kinds.iter().map(|(share, seconds, sigma_s)| share * rests(*seconds, *sigma_s)).sum();
     let likelier = if kinds[0].0 > kinds[1].0 { kinds[0].1 } else { kinds[1].1 };
     (held > kept).then_some(likelier)
-}
-
-/// Normal density about zero.
-fn normal(off: f64, sigma: f64) -> f64 {
-    (-0.5 * (off / sigma).powi(2)).exp() / (sigma * TAU.sqrt())
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::load::checked_text::limits::{CAPTURE_SECONDS, ROWS};
 use crate::load::checked_text::message::LoadError;
-use crate::load::checked_text::printable::shortened;
+use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 use crate::load::moment::{Moment, Stated};
 use crate::session::LengthColumn;
 use crate::statistics::median;
@@ -37,9 +37,6 @@ pub struct CaptureHints {
 
 /// In a second.
 const NANOSECONDS: f64 = 1e9;
-/// Longest name that a message repeats, characters.
-pub(super) const SHOWN: usize = 40;
-
 /// Columns as they stand in a file.
 #[derive(Default)]
 pub(super) struct Raw {
@@ -71,7 +68,7 @@ impl Raw {
                 file,
                 format!(
                     "the readings '{}' have no unit; {} or say --unit",
-                    shortened(&self.name, SHOWN),
+                    shortened(&self.name, LONGEST_SHOWN),
                     match self.is_xml {
                         true => "state um or mm in an element Unit",
                         false => "name the column deviation_um, deviation_mm or length_mm,",

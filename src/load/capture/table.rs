@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::names::{Meaning, meaning, plain_name};
 use super::numbers::{fields, number, reading, row_of, time};
-use super::raw::{Raw, SHOWN};
+use super::raw::Raw;
 use crate::load::checked_text::cut_number::refuse_cut_number;
 use crate::load::checked_text::message::LoadError;
-use crate::load::checked_text::printable::shortened;
+use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 
 /// Lines before a table's header, at most.
 const PREAMBLE_LINES: usize = 200;
@@ -101,7 +101,7 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
         raw.rate_hz = lines().take_while(|(index, _)| *index < header).find_map(|(_, line)| stated_rate(line));
     }
     for (_, line) in lines().take_while(|(index, _)| *index < header) {
-        raw.not_read.extend(raw.began.take_line(line).map(|line| format!("'{}'", shortened(line, SHOWN))));
+        raw.not_read.extend(raw.began.take_line(line).map(|line| format!("'{}'", shortened(line, LONGEST_SHOWN))));
     }
     let mut times = Vec::new();
     let first = header + usize::from(units.is_some());
@@ -118,7 +118,7 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
             )));
         }
         let or_refuse = |value: Option<f64>, k: usize, allowed: &str| {
-            let found = shortened(row[k], SHOWN);
+            let found = shortened(row[k], LONGEST_SHOWN);
             value.ok_or_else(|| refuse(format!("column {}: '{found}' is {allowed}; correct it", names[k])))
         };
         if let Some((k, unit_s)) = time_at {

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::names::{Meaning, READINGS, meaning, plain_name};
-use super::raw::{Raw, SHOWN};
+use super::raw::Raw;
 use super::sampling::{Sampling, TIME_UNITS, time_unit_s};
 use crate::load::checked_text::message::LoadError;
-use crate::load::checked_text::printable::shortened;
+use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 use crate::load::moment::is_of_other;
 
 /// Fewest numbers of a list of readings in XML.
@@ -127,7 +127,7 @@ fn unit_of(tag: &str) -> Option<&str> {
 }
 
 fn unknown_unit(file: &Path, name: &str, unit: &str, allowed: &str) -> LoadError {
-    let (name, unit) = (shortened(name, SHOWN), shortened(unit, SHOWN));
+    let (name, unit) = (shortened(name, LONGEST_SHOWN), shortened(unit, LONGEST_SHOWN));
     LoadError::file(
         file,
         format!("{name}: unit '{unit}' is not known; allowed are {allowed}; correct it or say --rate"),

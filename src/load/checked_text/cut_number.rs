@@ -3,10 +3,7 @@
 use std::path::Path;
 
 use super::message::LoadError;
-use super::printable::shortened;
-
-/// Longest field that the message repeats, characters.
-const SHOWN: usize = 40;
+use super::printable::{LONGEST_SHOWN, shortened};
 
 /// Refuses a last number that a broken transfer has cut: no line end and fewer decimals than every row before. Rows stand below the first
 /// `above` lines.
@@ -27,7 +24,7 @@ pub fn refuse_cut_number(file: &Path, text: &str, above: usize, separator: char)
             index + 1,
             format!(
                 "the last line ends after '{}' without a line end, where all rows before have at least {usual} decimals; the file is cut off, fetch it again or remove the line",
-                shortened(&last_field(last), SHOWN)
+                shortened(&last_field(last), LONGEST_SHOWN)
             ),
         )),
         _ => Ok(()),

@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 
+/// Longest field or name of a file that a message repeats, characters.
+pub const LONGEST_SHOWN: usize = 40;
+
 /// True for characters that are not seen, or change how others are seen: controls, line breaks, zero widths, reversed text,
 /// and code points that are no characters (XML forbids them).
 pub fn is_hidden(character: char) -> bool {

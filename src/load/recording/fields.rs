@@ -2,9 +2,6 @@
 
 use std::borrow::Cow;
 
-/// Longest field that a message repeats, characters.
-pub const LONGEST_FIELD: usize = 40;
-
 /// Fields of a line without the spaces around them; separators between quotes separate nothing.
 pub fn fields_of(line: &str, separator: char) -> impl Iterator<Item = &str> {
     let mut quoted = false;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::fields::{LONGEST_FIELD, fields_of};
+use super::fields::fields_of;
 use crate::load::checked_text::limits::COLUMNS;
 use crate::load::checked_text::message::{LoadError, nearest};
-use crate::load::checked_text::printable::{hidden_in, shortened};
+use crate::load::checked_text::printable::{LONGEST_SHOWN, hidden_in, shortened};
 use crate::machine::Machine;
 use crate::readings::Kind;
 use crate::session::LengthColumn;
@@ -128,7 +128,7 @@ pub fn header_of<'a>(
             )));
         }
         if name.chars().count() > LONGEST_HEADER {
-            let start = shortened(name, LONGEST_FIELD);
+            let start = shortened(name, LONGEST_SHOWN);
             return Err(refuse(format!(
                 "column '{start}' has a longer name than {LONGEST_HEADER} characters; shorten it"
             )));

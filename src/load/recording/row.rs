@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::fields::{LONGEST_FIELD, number, plain};
+use super::fields::{number, plain};
 use super::header::Header;
 use crate::load::checked_text::message::LoadError;
-use crate::load::checked_text::printable::shortened;
+use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 
 /// Adds one row's numbers to the columns.
 pub fn read_row(
@@ -36,13 +36,13 @@ pub fn read_row(
         let Some(value) = number(field, header.separator) else {
             return refuse(format!(
                 "column {name}: '{}' is not a number; correct it or leave a missing {} empty",
-                shortened(field, LONGEST_FIELD),
+                shortened(field, LONGEST_SHOWN),
                 header.readings()
             ));
         };
         let is_missing = field.is_empty() && header.columns[index].may_be_empty();
         if !value.is_finite() && !is_missing {
-            let shown = if field.is_empty() { "an empty field".into() } else { shortened(field, LONGEST_FIELD) };
+            let shown = if field.is_empty() { "an empty field".into() } else { shortened(field, LONGEST_SHOWN) };
             return refuse(format!(
                 "column {name}: {shown} is not a finite number; only a missing {} or channel may be empty",
                 header.readings()
