@@ -1,11 +1,13 @@
 //! The catalogue of effects as the documents state it: the tables of docs/effects.md and the enumeration of the schema are made
 //! from the library. `FIVEAXIS_WRITE=1 cargo test --test all catalogue::` writes them anew.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use fiveaxis::diagnose::{Threshold, Thresholds};
+use fiveaxis::diagnose::{FaultKind, Threshold, Thresholds};
 use fiveaxis::effects::{Driver, KINDS, Kind};
+use fiveaxis::report::finding_words::what_mistake;
 
 fn root(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
@@ -73,10 +75,11 @@ fn every_shape_parameter_is_documented_in_its_row() {
 }
 
 #[test]
-fn the_schema_of_diagnose_knows_every_effect() {
-    let names: Vec<String> = KINDS.iter().map(|kind| format!("\"{}\"", kind.name)).collect();
+fn the_schema_of_diagnose_knows_every_effect_and_every_mistake_and_no_other() {
+    let effects = KINDS.iter().map(|kind| kind.name);
+    let names = effects.chain(FaultKind::ALL.iter().map(|kind| kind.name())).map(|name| format!("\"{name}\""));
     let mark = "\"effect\": {\n            \"type\": \"string\",\n            \"enum\": [";
-    held("schemas/diagnose.json", mark, ", \"axis-sign\"", &names.join(", "));
+    held("schemas/diagnose.json", mark, "]", &names.collect::<Vec<_>>().join(", "));
 }
 
 #[test]
@@ -96,26 +99,27 @@ fn the_table_of_numbers_that_decide_is_made_from_the_library() {
     held("docs/diagnosis.md", "<!-- thresholds made from the library -->\n", "<!-- end -->", &wanted);
 }
 
-/// Names of mistakes in files that have a title, as they stand in the source.
-fn titled_mistakes() -> Vec<String> {
-    let source = std::fs::read_to_string(root("src/report/diagnoses/cause_title.rs")).expect("the titles of causes");
-    let titles = source.split_once("match effect {").expect("titles of mistakes").1;
-    let name = |line: &str| line.trim().strip_prefix('"')?.split_once("\" =>").map(|(name, _)| name.to_string());
-    titles.lines().filter_map(name).take_while(|name| name != "pivot").collect()
+#[test]
+fn every_mistake_in_files_has_a_name_and_a_title_of_its_own_and_a_row() {
+    let docs = std::fs::read_to_string(root("docs/diagnosis.md")).expect("a document");
+    let mut told = BTreeSet::new();
+    for kind in FaultKind::ALL {
+        let name = kind.name();
+        assert!(docs.contains(&format!("`{name}`")), "docs/diagnosis.md has no row with `{name}`");
+        assert!(fiveaxis::effects::kind(name).is_none(), "{name} is an effect as well");
+        let title = what_mistake(*kind, "pivot", &["C".to_string()]);
+        assert!(title.starts_with("Data fault: "), "{name}: {title}");
+        assert!(told.insert(name.to_string()) && told.insert(title), "{name} is told twice");
+    }
+    assert!(FaultKind::ALL.len() > 30);
 }
 
 #[test]
-fn every_mistake_in_files_has_a_title_a_row_and_a_place_in_the_schema() {
-    let titled = titled_mistakes();
-    assert!(titled.len() > 30, "{titled:?}");
-    let docs = std::fs::read_to_string(root("docs/diagnosis.md")).expect("a document");
-    let schema = std::fs::read_to_string(root("schemas/diagnose.json")).expect("a schema");
-    for name in &titled {
-        assert!(docs.contains(&format!("`{name}`")), "docs/diagnosis.md has no row with `{name}`");
-        assert!(schema.contains(&format!("\"{name}\"")), "schemas/diagnose.json does not know {name}");
-    }
-    let mut folders = vec![root("src/diagnose/preflight")];
-    let mut named = 0;
+fn no_mistake_is_named_in_the_source_but_where_all_are() {
+    let mut folders = vec![root("src")];
+    // names of one word are those of other things as well
+    let names: Vec<&str> = FaultKind::ALL.iter().map(|kind| kind.name()).filter(|name| name.contains('-')).collect();
+    let mut listed = 0;
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).expect("a folder of the source").flatten() {
             let path = entry.path();
@@ -124,16 +128,12 @@ fn every_mistake_in_files_has_a_title_a_row_and_a_place_in_the_schema() {
                 continue;
             }
             let source = std::fs::read_to_string(&path).expect("a source file");
-            for call in ["DataFault::seen(\"", "Suspicion::new(\"", "effect: \"", ": &str = \""] {
-                for (name, _) in source.split(call).skip(1).filter_map(|rest| rest.split_once('"')) {
-                    let is_name = name.contains('-') && name.chars().all(|c| c == '-' || c.is_ascii_lowercase());
-                    if is_name && name != "spindle-ball" {
-                        named += 1;
-                        assert!(titled.iter().any(|title| title == name), "{}: {name} has no title", path.display());
-                    }
-                }
+            let named: Vec<&&str> = names.iter().filter(|name| source.contains(&format!("\"{name}\""))).collect();
+            match path.ends_with("diagnose/fault_kind.rs") {
+                true => listed = named.len(),
+                false => assert!(named.is_empty(), "{} names {named:?}", path.display()),
             }
         }
     }
-    assert!(named > 20, "{named}");
+    assert_eq!(listed, names.len());
 }

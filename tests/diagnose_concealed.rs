@@ -175,14 +175,14 @@ fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
     let json = serde_json::to_value(&json).expect("JSON");
     assert_eq!(schema::violations_of(&schema, &json), Vec::<String>::new());
     let fault = found.data_fault.expect("fault");
-    assert_eq!((fault.effect, fault.tests.as_slice()), ("time-shift", ["b-short-ccw".to_string()].as_slice()));
+    assert_eq!((fault.kind.name(), fault.tests.as_slice()), ("time-shift", ["b-short-ccw".to_string()].as_slice()));
     assert!((fault.shift_ms.expect("shift").abs() / 2360.0 - 1.0).abs() < 0.1, "{:?}", fault.shift_ms);
     assert!(fault.after_um < 1.1 * noise_um, "{fault:?}");
     // nothing but a second look at the clocks tells it from that slip
     let slips: Vec<&str> = fault.causes.iter().map(|(cause, _)| cause.effect.as_str()).collect();
     assert_eq!(slips, ["pivot-slip"]);
     // as much by the other direction of the same program, and by no other mistake
-    let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.effect).collect();
+    let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.kind.name()).collect();
     assert_eq!(rivals, ["time-shift"], "{:?}", fault.rivals);
     assert!(fault.rivals[0].says.contains("b-short-cw:"), "{:?}", fault.rivals);
 }
@@ -232,8 +232,8 @@ fn a_column_of_the_other_sign_in_all_sweeps_of_an_axis_is_told_before_exchanged_
     // the lengths are as well explained by the other sign: only the names of the tests contradict it
     let (found, _) = diagnosed(242_424, 10);
     let fault = found.data_fault.expect("fault");
-    assert_eq!((fault.effect, fault.components.as_slice()), ("axis-sign", ["C".to_string()].as_slice()));
-    let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.effect).collect();
+    assert_eq!((fault.kind.name(), fault.components.as_slice()), ("axis-sign", ["C".to_string()].as_slice()));
+    let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.kind.name()).collect();
     assert_eq!(rivals, ["direction"]);
     assert!(fault.probability < 0.6, "{}", fault.probability);
 }

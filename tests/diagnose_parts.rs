@@ -173,7 +173,7 @@ fn a_column_from_the_wrong_end_is_named_where_slides_follow_too() {
         recording.positions[column].reverse();
     }
     let fault = diagnose(&session, &Options::default()).expect("diagnosis").data_fault.expect("data fault");
-    assert_eq!((fault.effect, fault.components.as_slice()), ("angle-reversed", ["C".to_string()].as_slice()));
+    assert_eq!((fault.kind.name(), fault.components.as_slice()), ("angle-reversed", ["C".to_string()].as_slice()));
     assert!(fault.tests.iter().any(|test| test == "sync-c-radial-cw"), "{:?}", fault.tests);
     assert!(fault.after_um < 0.1 * fault.before_um, "{} to {}", fault.before_um, fault.after_um);
 }

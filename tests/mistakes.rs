@@ -932,8 +932,8 @@ fn written(files: &Files, folder: &Path) {
 
 /// Whether a fault is told as one of these effects in such words, by itself or beside one that leaves the same.
 fn is_told(fault: &DataFault, effects: &[&str], words: &str) -> bool {
-    let own = effects.contains(&fault.effect) && fault.says.contains(words);
-    own || fault.rivals.iter().any(|rival| effects.contains(&rival.effect) && rival.says.contains(words))
+    let own = effects.contains(&fault.kind.name()) && fault.says.contains(words);
+    own || fault.rivals.iter().any(|rival| effects.contains(&rival.kind.name()) && rival.says.contains(words))
 }
 
 /// What is asked: both examine a session first, and answer the same.
@@ -992,8 +992,8 @@ fn wrong(case: &Case, verb: Verb) -> String {
         };
         if !is_right {
             let told = fault.iter().flat_map(|fault| {
-                let rivals = fault.rivals.iter().map(|rival| format!("{}: {}", rival.effect, rival.says));
-                [format!("{}: {}", fault.effect, fault.says)].into_iter().chain(rivals)
+                let rivals = fault.rivals.iter().map(|rival| format!("{}: {}", rival.kind.name(), rival.says));
+                [format!("{}: {}", fault.kind.name(), fault.says)].into_iter().chain(rivals)
             });
             return format!("told as {:?} {unjudged:?}", told.collect::<Vec<_>>());
         }

@@ -32,7 +32,12 @@ fn a_run_that_is_twice_as_large_late_or_standing_still_is_named() {
         recording.length_mm.iter_mut().for_each(|length| *length += *length - bar_mm);
     });
     let doubled = fault(&doubled);
-    assert_eq!((doubled.effect, doubled.tests.as_slice()), ("unit", &RUN.map(String::from)[..]), "{}", doubled.says);
+    assert_eq!(
+        (doubled.kind.name(), doubled.tests.as_slice()),
+        ("unit", &RUN.map(String::from)[..]),
+        "{}",
+        doubled.says
+    );
     assert!(
         doubled.says.contains("about 2.0") && doubled.probability > 0.9,
         "{} {}",
@@ -45,7 +50,7 @@ fn a_run_that_is_twice_as_large_late_or_standing_still_is_named() {
         recording.length_mm[..5].fill(first);
     });
     let late = fault(&late);
-    assert_eq!((late.effect, late.tests.as_slice()), ("time-shift", &RUN.map(String::from)[..]), "{}", late.says);
+    assert_eq!((late.kind.name(), late.tests.as_slice()), ("time-shift", &RUN.map(String::from)[..]), "{}", late.says);
     assert!(late.shift_ms.is_some_and(|ms| (ms.abs() - 500.0).abs() < 100.0), "{:?}", late.shift_ms);
     // noise as that of the last rows of each recording, about its first reading
     let still = changed(&session, &RUN, |recording, _| {
@@ -56,7 +61,12 @@ fn a_run_that_is_twice_as_large_late_or_standing_still_is_named() {
         recording.length_mm.iter_mut().enumerate().for_each(|(row, length)| *length = first + noise[row % count]);
     });
     let still = fault(&still);
-    assert_eq!((still.effect, still.tests.as_slice()), ("standing-axis", &RUN.map(String::from)[..]), "{}", still.says);
+    assert_eq!(
+        (still.kind.name(), still.tests.as_slice()),
+        ("standing-axis", &RUN.map(String::from)[..]),
+        "{}",
+        still.says
+    );
     assert!(still.says.starts_with("no axis moved"), "{}", still.says);
 }
 
@@ -78,7 +88,7 @@ fn a_run_in_that_was_left_in_a_recording_is_named_with_its_rows() {
     });
     let left_in = fault(&left_in);
     assert_eq!(
-        (left_in.effect, left_in.tests.as_slice()),
+        (left_in.kind.name(), left_in.tests.as_slice()),
         ("dwell", &["c-short-ccw-1".to_string()][..]),
         "{}",
         left_in.says

@@ -240,7 +240,7 @@ fn lengths_alone_are_held_against_their_noise_and_their_other_run() {
     let last = *lengths.last().unwrap();
     lengths.extend([last + 1e-4, last, last + 2e-4, last - 1e-4, last]);
     let fault = examine(&uncut, &Options::default()).unwrap().fault.expect("a run that lasts longer");
-    assert_eq!(fault.effect, "arc");
+    assert_eq!(fault.kind.name(), "arc");
     assert!(fault.says.contains("cut both to the arc"), "{}", fault.says);
     let mut slipped = sound;
     let lengths = &mut slipped.tests[2].recording.as_mut().unwrap().length_mm;

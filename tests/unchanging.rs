@@ -52,7 +52,7 @@ fn centres_that_software_took_off_leave_nothing_to_determine() {
     let examination = examine(&without(1e-6), &Options::default()).unwrap();
     assert_eq!(examination.fit.as_ref().map_or(0, determined), 0);
     let fault = examination.fault.unwrap();
-    assert_eq!(fault.effect, "readings-processed");
+    assert_eq!(fault.kind.name(), "readings-processed");
     assert!(fault.says.contains("the centre of the circle was taken off"), "{}", fault.says);
 }
 

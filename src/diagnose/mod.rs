@@ -5,6 +5,7 @@
 //! few blocks of columns the evidence demands; what is accepted joins the model and the question is asked again.
 
 mod cause;
+mod fault_kind;
 mod findings;
 mod model;
 mod noise;
@@ -15,6 +16,7 @@ mod validation;
 mod verdict;
 
 pub use cause::{Cause, MOST_RIVALS};
+pub use fault_kind::FaultKind;
 pub use findings::finding::{Finding, NextTest, RangeFound, SizeFound};
 pub use findings::grouping::ONE_JUMP_S;
 pub use model::decimate::thin;

@@ -5,28 +5,29 @@ use super::data_fault::{RECORDER, SESSION};
 use super::places::axis_order::in_exchange;
 use super::places::folded::without_sign;
 use super::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::machine::{AxisKind, Directions};
 use crate::session::{Recording, Session};
 use crate::units::MM_PER_INCH;
 
-pub(crate) const ANGLE_REVERSED: &str = "angle-reversed";
-
 /// Columns of one axis in another sense or unit, in all tests or in some.
 pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
     let session = sampled.few_rows;
     let (name, kind) = (session.machine.axes[axis].name.clone(), session.machine.axes[axis].kind);
-    let scaled = |effect: &'static str, factor: f64, says: String| {
-        let found = Suspicion::new(effect, RECORDER, Vec::new(), says, scale_axis(session, axis, factor));
+    let scaled = |kind: FaultKind, factor: f64, says: String| {
+        let found = Suspicion::new(kind, RECORDER, Vec::new(), says, scale_axis(session, axis, factor));
         Suspicion { components: vec![name.clone()], weight: OFTEN, ..found }
     };
     let backwards = format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'");
-    let mut list = vec![scaled("axis-sign", -1.0, backwards)];
+    let mut list = vec![scaled(FaultKind::AxisSign, -1.0, backwards)];
     list.push(match kind {
-        AxisKind::Linear => scaled("unit", MM_PER_INCH, format!("{name} is in inches: convert the column to mm")),
+        AxisKind::Linear => {
+            scaled(FaultKind::Unit, MM_PER_INCH, format!("{name} is in inches: convert the column to mm"))
+        }
         AxisKind::Rotary => {
             let says = format!("{name} is in radians: convert the column to degrees");
-            scaled("unit", 180.0 / std::f64::consts::PI, says)
+            scaled(FaultKind::Unit, 180.0 / std::f64::consts::PI, says)
         }
     });
     if kind == AxisKind::Linear {
@@ -71,7 +72,7 @@ pub(super) fn senses_together(session: &Session) -> Vec<Suspicion> {
     for (axes, says) in [(&table, of_table), (&every, of_all.to_string())] {
         // one axis alone stands on the list already
         if axes.len() > 1 && (axes == &table || table.len() < every.len()) {
-            let mut found = Suspicion::new("axis-sign", SESSION, Vec::new(), says, turned(axes));
+            let mut found = Suspicion::new(FaultKind::AxisSign, SESSION, Vec::new(), says, turned(axes));
             (found.components, found.weight) = (names(axes), OFTEN);
             list.push(found);
         }
@@ -96,7 +97,7 @@ pub(super) fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspici
         let label = &session.machine.axes[axis].name;
         let says = format!("{label} is counted backwards in {name}: turn the sign of column {label} there");
         let undone = alone(scale_axis(session, axis, -1.0));
-        let found = Suspicion::new("axis-sign", RECORDER, names.clone(), says, undone);
+        let found = Suspicion::new(FaultKind::AxisSign, RECORDER, names.clone(), says, undone);
         list.push(Suspicion { components: vec![label.clone()], ..found });
         for &other in &recording.axes[index + 1..] {
             if session.machine.axes[axis].kind == session.machine.axes[other].kind {
@@ -135,7 +136,7 @@ pub(super) fn swapped(session: &Session, a: usize, b: usize) -> Suspicion {
     }
     let (one, two) = (session.machine.axes[a].name.clone(), session.machine.axes[b].name.clone());
     let says = format!("columns {one} and {two} are exchanged: swap their headers");
-    let found = Suspicion::new("axis-swap", RECORDER, Vec::new(), says, undone);
+    let found = Suspicion::new(FaultKind::AxisSwap, RECORDER, Vec::new(), says, undone);
     Suspicion { components: vec![one, two], weight: OFTEN, ..found }
 }
 
@@ -209,7 +210,7 @@ fn reversed(sampled: Sampled<'_>, axis: usize, struck: Struck, among: Among) -> 
     let name = session.machine.axes[axis].name.clone();
     (!tests.is_empty()).then(|| {
         let says = format!("{name} of these recordings is written from the wrong end: reverse the column");
-        let found = Suspicion::new(ANGLE_REVERSED, RECORDER, tests, says, undone);
+        let found = Suspicion::new(FaultKind::AngleReversed, RECORDER, tests, says, undone);
         Suspicion { components: vec![name], weight: RARELY, ..found }
     })
 }

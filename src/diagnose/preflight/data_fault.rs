@@ -1,11 +1,13 @@
 //! A mistake in the files or in what they say of the set-up, with others that leave the same. How it is found stands elsewhere.
 
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
+use crate::diagnose::fault_kind::FaultKind;
+
 /// A mistake in the files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataFault {
-    /// Such as `axis-sign`, `unit`, `ball-place`, `same-recording`: all stand in docs/diagnosis.md.
-    pub effect: &'static str,
+    /// What went wrong.
+    pub kind: FaultKind,
     /// Where it was made: `recorder` for recordings, `pivot`, `spindle-ball`, `bar`, `session`, or an axis.
     pub place: String,
     /// Axes or columns concerned.
@@ -21,7 +23,7 @@ pub struct DataFault {
     pub shift_ms: Option<f64>,
     /// Probability among the mistakes that are known.
     pub probability: f64,
-    /// Other mistakes that leave the same: effect, axes or columns, and in words.
+    /// Other mistakes that leave the same: kind, axes or columns, and in words.
     pub rivals: Vec<Rival>,
     /// Effects of the machine that may be the cause instead, with their probabilities.
     pub causes: Vec<(Cause, f64)>,
@@ -30,7 +32,7 @@ pub struct DataFault {
 /// A mistake that the recordings cannot tell from the one named.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
-    pub effect: &'static str,
+    pub kind: FaultKind,
     pub place: String,
     pub components: Vec<String>,
     pub says: String,
@@ -48,9 +50,9 @@ pub(crate) const SURE_OF_FAULT: f64 = 0.99;
 
 impl DataFault {
     /// A mistake that the files show by themselves.
-    pub(crate) fn seen(effect: &'static str, place: &str, tests: Vec<String>, says: String) -> DataFault {
+    pub(crate) fn seen(kind: FaultKind, place: &str, tests: Vec<String>, says: String) -> DataFault {
         DataFault {
-            effect,
+            kind,
             place: place.to_string(),
             components: Vec::new(),
             tests,
@@ -66,8 +68,8 @@ impl DataFault {
 
     /// As what may be the mistake instead of another one.
     pub(crate) fn into_rival(self) -> Rival {
-        let DataFault { effect, place, components, says, probability, .. } = self;
-        Rival { effect, place, components, says, probability }
+        let DataFault { kind, place, components, says, probability, .. } = self;
+        Rival { kind, place, components, says, probability }
     }
 
     /// The same with its rivals as likely as itself.

@@ -3,6 +3,7 @@
 //! The lengths of a turning axis are a smooth curve, `a + b·cos θ + c·sin θ + d·cos 2θ + e·sin 2θ` to the second order of
 //! what is small. A dwell that was left in bends it: the rows to cut are those with which such a curve fits best.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::statistics::{noise_of_rows, rms};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -16,8 +17,6 @@ use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Follow, Path, Recording, Session, Test};
-
-pub(crate) const DWELL: &str = "dwell";
 
 /// Steps in which the ends of a recording are cut, as a share of its rows, and how many of them at most.
 const STEPS: usize = 40;
@@ -63,19 +62,19 @@ pub(crate) fn without_dwells(sampled: Sampled<'_>) -> Vec<Suspicion> {
             continue;
         }
         let which = listed(&tests);
-        let (effect, says) = match turns_back {
+        let (kind, says) = match turns_back {
             false => (
-                DWELL,
+                FaultKind::Dwell,
                 format!(
                     "lengths of {which} stand still at the ends while positions go on: a dwell was left in; cut those rows and spread the positions over the others"
                 ),
             ),
             true => (
-                "both-directions",
+                FaultKind::BothDirections,
                 format!("{which} hold a run there and the run back: make two tests of each, one a direction"),
             ),
         };
-        list.push(Suspicion::new(effect, RECORDER, tests, says, undone));
+        list.push(Suspicion::new(kind, RECORDER, tests, says, undone));
     }
     list
 }
@@ -122,16 +121,16 @@ fn with_other_rows(sampled: Sampled<'_>, as_it_is: &Refit, (test, is_start): (us
 /// A recording with so many rows too many at an end, or too few where they are negative, with the session as it would be without.
 fn has_other_rows(name: &str, rows: f64, is_start: bool, undone: Session) -> Suspicion {
     let at = if is_start { "start" } else { "end" };
-    let (effect, says) = match rows > 0.0 {
+    let (kind, says) = match rows > 0.0 {
         true => (
-            DWELL,
+            FaultKind::Dwell,
             format!(
                 "about {rows:.0} rows at the {at} of {name} do not belong to its arc, over which its positions are spread: a dwell or a run-in was \
                  left in; cut those rows and spread the positions over the others"
             ),
         ),
         false => (
-            "readings-order",
+            FaultKind::ReadingsOrder,
             format!(
                 "about {:.0} rows are missing at the {at} of {name}, and its positions are spread over those that are there: export it with its \
                  times or positions",
@@ -139,7 +138,7 @@ fn has_other_rows(name: &str, rows: f64, is_start: bool, undone: Session) -> Sus
             ),
         ),
     };
-    let found = Suspicion::new(effect, RECORDER, vec![name.to_string()], says, undone);
+    let found = Suspicion::new(kind, RECORDER, vec![name.to_string()], says, undone);
     Suspicion { weight: RARELY, log_figures: -PARAMETER_COST, ..found }
 }
 

@@ -9,11 +9,11 @@ use super::places::frames::instrument_moved;
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
 use super::readings::columns::{mistaken_columns, mistaken_gauge};
-use super::readings::processed::READING_PROCESSED;
-use super::readings::scaled::{READING_SIGN, READING_ZERO, held_otherwise};
+use super::readings::scaled::held_otherwise;
 use super::small_misfit::{Misfit, Preflight};
 use super::unchanging::unchanging;
 use crate::chain::Chain;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_floor};
@@ -175,11 +175,11 @@ fn sense_of_readings(session: &Session) -> Sense {
     let judged = others.into_iter().filter_map(|other| {
         let then = of(&other.session)?;
         // another zero concerns the bars alone, and brings each of them back
-        let is_sign = other.effect == READING_SIGN;
-        let less = match other.effect {
-            READING_SIGN => now.1 - then.1,
+        let is_sign = other.kind == FaultKind::ReadingSign;
+        let less = match other.kind {
+            FaultKind::ReadingSign => now.1 - then.1,
             // what software took off each recording, balls make up for as well as bars
-            READING_PROCESSED => now.1 + now.2 - then.1 - then.2,
+            FaultKind::ReadingsProcessed => now.1 + now.2 - then.1 - then.2,
             _ => now.2 - then.2,
         };
         // with the sign turned back bars have their lengths as well: else a bar is another than stated
@@ -188,7 +188,7 @@ fn sense_of_readings(session: &Session) -> Sense {
         (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
-        Some((less, _, other)) if less > TOLD && other.effect == READING_ZERO => {
+        Some((less, _, other)) if less > TOLD && other.kind == FaultKind::ReadingZero => {
             Sense::Perhaps(format!("bars are off in all tests as if {}", other.says))
         }
         Some((less, _, other))
@@ -201,9 +201,9 @@ fn sense_of_readings(session: &Session) -> Sense {
             components: vec!["length".into()],
             before_um: now.0,
             after_um,
-            ..DataFault::seen(other.effect, RECORDER, Vec::new(), other.says)
+            ..DataFault::seen(other.kind, RECORDER, Vec::new(), other.says)
         }),
-        Some((less, _, other)) if less > -TOLD && other.effect == READING_SIGN => Sense::Open,
+        Some((less, _, other)) if less > -TOLD && other.kind == FaultKind::ReadingSign => Sense::Open,
         _ => Sense::Told,
     }
 }

@@ -4,18 +4,18 @@
 //! misfit of a refit, `P ∝ w · m^(−ν)`: residuals of unknown size, ν of them independent, and w how usual the mistake is.
 
 use crate::diagnose::cause::{LEAST_PROBABILITY, MOST_RIVALS};
+use crate::diagnose::fault_kind::FaultKind;
 use rayon::prelude::*;
 
-use super::axis_columns::ANGLE_REVERSED;
 use super::data_fault::{DataFault, SURE_OF_FAULT};
 use super::mistakes::suspicions;
 use super::nearer::finer_place;
 use super::places::axis_lines::other_lines;
 use super::places::ball_places::{End, move_ball, placement};
 use super::places::exchanged;
-use super::places::misplaced::{BALL_PLACE, BAR, misplaced, nearby};
+use super::places::misplaced::{misplaced, nearby};
 use super::places::restated::other_directions;
-use super::places::standing::{STANDING_AXIS, standing_elsewhere};
+use super::places::standing::standing_elsewhere;
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
 use super::small_misfit::toggled;
 use super::suspicion::{OFTEN, Suspicion};
@@ -53,6 +53,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.extend(other_directions(&thinned));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(sampled, &as_it_is));
+    // of mistakes that are told in the same words, figures rounded, the first is tried
     let mut told = std::collections::HashSet::new();
     list.retain(|suspicion| told.insert(suspicion.says.clone()));
     let mut ranked: Vec<(f64, Suspicion)> = list
@@ -64,7 +65,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let mut place = 0;
     ranked.retain(|(_, suspicion)| {
         place += 1;
-        place <= MOST_REFITTED || suspicion.effect == ANGLE_REVERSED
+        place <= MOST_REFITTED || suspicion.kind == FaultKind::AngleReversed
     });
     let mut judged: Vec<Settled> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
     keep_each_place_once(&mut judged);
@@ -116,7 +117,8 @@ const NEARER: f64 = 1.1;
 
 fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
-    let mut stood: Vec<usize> = (0..judged.len()).filter(|&k| judged[k].suspicion.effect == STANDING_AXIS).collect();
+    let mut stood: Vec<usize> =
+        (0..judged.len()).filter(|&k| judged[k].suspicion.kind == FaultKind::StandingAxis).collect();
     stood.sort_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
     stood.truncate(STANDING_AXES_BROUGHT_NEARER);
     for k in stood {
@@ -137,8 +139,9 @@ const SETTLING: usize = 2;
 fn turn_round(judged: &mut Vec<Settled>, sampled: Sampled<'_>) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
     for axis in &sampled.all_rows.machine.axes {
-        let of_axis =
-            |one: &Settled| one.suspicion.effect == ANGLE_REVERSED && one.suspicion.components == [&axis.name[..]];
+        let of_axis = |one: &Settled| {
+            one.suspicion.kind == FaultKind::AngleReversed && one.suspicion.components == [&axis.name[..]]
+        };
         let best = (0..judged.len())
             .filter(|&k| of_axis(&judged[k]))
             .min_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
@@ -163,7 +166,7 @@ struct Settled {
 /// A mistake undone and refitted; a ball that was moved stands where the refit puts it.
 fn settled(mut suspicion: Suspicion) -> Option<Settled> {
     let mut refitted = refit(&suspicion.undone, None)?;
-    if [BALL_PLACE, BAR].contains(&suspicion.effect) {
+    if [FaultKind::BallPlace, FaultKind::BarOther].contains(&suspicion.kind) {
         for _ in 0..SETTLING {
             move_balls(&mut suspicion, &refitted);
             refitted = refit(&suspicion.undone, None)?;
@@ -187,7 +190,7 @@ fn move_balls(suspicion: &mut Suspicion, refitted: &Refit) {
         }
         for (unknown, value) in refitted.unknowns.iter().zip(&refitted.values) {
             let own = matches!(unknown.quantity, Quantity::Bar { setup } if setups.bar_of[index] == Some(setup));
-            if suspicion.place == "bar" && own {
+            if suspicion.kind == FaultKind::BarOther && own {
                 test.bar_error_mm += value;
             }
         }

@@ -2,10 +2,9 @@
 
 use super::data_fault::RECORDER;
 use super::suspicion::{RARELY, Suspicion};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::session::{Clock, Recording};
-
-pub(crate) const TIME_SHIFT: &str = "time-shift";
 
 /// Positions moved against the lengths by some seconds in some tests of the thinned session.
 pub(crate) fn shifted(sampled: Sampled<'_>, tests: &[usize], seconds: f64) -> Suspicion {
@@ -24,7 +23,7 @@ pub(crate) fn shifted(sampled: Sampled<'_>, tests: &[usize], seconds: f64) -> Su
         tests.iter().map(|&test| session.tests[test].name.clone()).collect()
     };
     let says = shift_in_words(seconds, &names);
-    let found = Suspicion::new(TIME_SHIFT, RECORDER, names, says, undone);
+    let found = Suspicion::new(FaultKind::TimeShift, RECORDER, names, says, undone);
     Suspicion { shift_ms: Some(1e3 * seconds), is_found: true, weight: RARELY, ..found }
 }
 

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::late_clock::{TIME_SHIFT, shifted};
-use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off, stood_at};
+use super::late_clock::shifted;
+use super::places::standing::{column_off, stood_at};
 use super::suspicion::{Judged, Suspicion};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::machine::AxisKind;
 use crate::session::Session;
@@ -28,11 +29,11 @@ pub(crate) fn bring_nearer(
 ) {
     let thinned = sampled.few_rows;
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut seen: Vec<(&'static str, Vec<String>, Vec<String>)> = Vec::new();
+    let mut seen: Vec<(FaultKind, Vec<String>, Vec<String>)> = Vec::new();
     let mut places = Vec::new();
     for (place, (_, one)) in judged.iter().enumerate() {
-        let key = (one.effect, one.components.clone(), one.tests.clone());
-        let has_size = [STANDING_AXIS, COLUMN_SHIFTED, TIME_SHIFT].contains(&one.effect);
+        let key = (one.kind, one.components.clone(), one.tests.clone());
+        let has_size = [FaultKind::StandingAxis, FaultKind::ColumnShifted, FaultKind::TimeShift].contains(&one.kind);
         if has_size && !seen.contains(&key) && places.len() < BROUGHT_NEARER {
             seen.push(key);
             places.push(place);
@@ -74,10 +75,12 @@ pub(crate) fn finer_place(
     let tests: Vec<usize> =
         (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
     let axis = suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
-    let (Some(axis), Some(&first), STANDING_AXIS | COLUMN_SHIFTED) = (axis, tests.first(), suspicion.effect) else {
+    let (Some(axis), Some(&first), FaultKind::StandingAxis | FaultKind::ColumnShifted) =
+        (axis, tests.first(), suspicion.kind)
+    else {
         return None;
     };
-    let stands = suspicion.effect == STANDING_AXIS;
+    let stands = suspicion.kind == FaultKind::StandingAxis;
     let at = |session: &Session| match stands {
         true => session.tests[first].positions[axis].unwrap_or(0.0),
         false => first_position(session, first, axis).unwrap_or(0.0),

@@ -5,26 +5,26 @@
 //! held against physics (`mistake_or_effect`).
 
 use crate::diagnose::cause::MOST_RIVALS;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::statistics::{median, noise_of_rows, rms};
 
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
-use super::axis_columns::{ANGLE_REVERSED, from_other_end};
+use super::axis_columns::from_other_end;
 use super::contradictions::agrees_with_sweep;
 use super::data_fault::{DataFault, RECORDER, Rival};
 use super::doubts::exceeds;
-use super::late_clock::{TIME_SHIFT, shift_in_words};
+use super::late_clock::shift_in_words;
 use super::mistakes::{suspicions, worst_tests};
 use super::nearer::{bring_nearer, first_position};
 use super::places::axis_lines::fitted_lines;
 use super::places::exchanged::repeats;
-use super::places::foreign::FOREIGN;
-use super::places::misplaced::{BALL_PLACE, nearby};
+use super::places::misplaced::nearby;
 use super::places::restated::restated;
-use super::places::standing::{COLUMN_SHIFTED, STANDING_AXIS, column_off};
+use super::places::standing::column_off;
 use super::quick_fit::{MOST_STRAIN, refit};
-use super::readings::scaled::{READING_ZERO, least_zero_mm, log_of_any_size, own_zero_mm};
+use super::readings::scaled::{least_zero_mm, log_of_any_size, own_zero_mm};
 use super::suspicion::{Judged, Suspicion, Tried};
 use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::session::{Path, Session, Test};
@@ -135,7 +135,7 @@ impl Suspected {
         let is_near_noise = after < NEAR_NOISE * noise_um;
         let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
         (before > WORTH_A_SEARCH * after).then(|| {
-            let is_found_place = best.effect == BALL_PLACE && best.is_found;
+            let is_found_place = best.kind == FaultKind::BallPlace && best.is_found;
             let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
             let fault = DataFault { rivals: rivals.clone(), ..best.clone().fault(before, after) };
             let fault = fault.shared_evenly().less_what_it_leaves(noise_um);
@@ -162,13 +162,15 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         .into_par_iter()
         .filter_map(|suspicion| {
             let refit = refit(&suspicion.undone, Some(&as_it_is.values))?;
-            let is_one = suspicion.effect != READING_ZERO || own_zero_mm(&refit) > least_zero_mm(&thinned, &suspicion);
+            let is_one =
+                suspicion.kind != FaultKind::ReadingZero || own_zero_mm(&refit) > least_zero_mm(&thinned, &suspicion);
             is_one.then_some((suspicion.diminished * refit.misfit_um, suspicion))
         })
         .collect();
     bring_nearer(sampled, misfit_um, &mut judged);
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let foreign = likeliest(judged.extract_if(.., |(_, one)| one.effect == FOREIGN).collect()).map(|(best, _)| best);
+    let foreign =
+        likeliest(judged.extract_if(.., |(_, one)| one.kind == FaultKind::ForeignFile).collect()).map(|(best, _)| best);
     let Some((best, others)) = likeliest(judged) else { return Vec::new() };
     let best = widened(&thinned, misfit_um, best);
     let (after_um, best) = toggled(sampled, misfit_um, best);
@@ -178,13 +180,13 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         let rivals = rivals(&best, alike.into_iter());
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
-        let figure = match best.effect {
+        let figure = match best.kind {
             // a zero may lie anywhere in the stroke
-            READING_ZERO => {
+            FaultKind::ReadingZero => {
                 refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
             }
             // counted where it is held against physics
-            BALL_PLACE if best.is_found => 0.0,
+            FaultKind::BallPlace if best.is_found => 0.0,
             _ => best.log_cost(),
         };
         let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
@@ -209,7 +211,7 @@ fn rows_repeat_to_um(session: &Session) -> f64 {
 
 /// Whether a column would be off, or turned round, in a recording that lies where the session states its sweep.
 fn contradicts_a_sweep(session: &Session, suspicion: &Suspicion) -> bool {
-    let is_of_positions = [COLUMN_SHIFTED, ANGLE_REVERSED].contains(&suspicion.effect);
+    let is_of_positions = [FaultKind::ColumnShifted, FaultKind::AngleReversed].contains(&suspicion.kind);
     let struck = session.tests.iter().filter(|test| suspicion.tests.contains(&test.name));
     let axis = suspicion.components.first().and_then(|name| session.machine.axis_index(name));
     let is_swept = |test: &Test| matches!(test.path, Some(Path::Sweep { axis: swept, .. }) if Some(swept) == axis);
@@ -230,9 +232,9 @@ const ALIKE: f64 = 0.02;
 /// before what does.
 fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
     let (least, first) = judged.first()?;
-    let is_partial_sign = first.effect == "axis-sign" && !first.tests.is_empty();
+    let is_partial_sign = first.kind == FaultKind::AxisSign && !first.tests.is_empty();
     let alike = (1.0 + ALIKE) * least;
-    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.effect == ANGLE_REVERSED);
+    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.kind == FaultKind::AngleReversed);
     let fewest_figures = judged.iter().take_while(|(misfit, _)| *misfit < alike).enumerate().max_by(
         |(place, (_, one)), (other, (_, another))| one.log_cost().total_cmp(&another.log_cost()).then(other.cmp(place)),
     );
@@ -247,7 +249,7 @@ fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Ve
     for (_, other) in alike {
         let says_as_much = |one: &Suspicion| {
             let has_common = one.tests.is_empty() || one.tests.iter().any(|test| other.tests.contains(test));
-            (one.effect, &one.components) == (other.effect, &other.components) && (has_common || other.tests.is_empty())
+            (one.kind, &one.components) == (other.kind, &other.components) && (has_common || other.tests.is_empty())
         };
         if !says_as_much(best) && !rivals.iter().any(says_as_much) && rivals.len() < MOST_RIVALS {
             rivals.push(other);
@@ -290,14 +292,14 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
         components: vec!["length".into()],
         before_um: off_um(1.0),
         after_um: off_um(factor),
-        ..DataFault::seen("unit", RECORDER, Vec::new(), says)
+        ..DataFault::seen(FaultKind::Unit, RECORDER, Vec::new(), says)
     })
 }
 
 /// A column that is off in some tests, with the other programs in which it is off by as much: those that leave less so.
 fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync, mut best: Judged) -> Judged {
     let axis = best.1.components.first().and_then(|name| thinned.machine.axis_index(name));
-    let (Some(axis), COLUMN_SHIFTED) = (axis, best.1.effect) else { return best };
+    let (Some(axis), FaultKind::ColumnShifted) = (axis, best.1.kind) else { return best };
     let mut struck: Vec<usize> =
         (0..thinned.tests.len()).filter(|&test| best.1.tests.contains(&thinned.tests[test].name)).collect();
     let Some(&first) = struck.first() else { return best };
@@ -328,7 +330,7 @@ pub(crate) fn toggled(
     (mut misfit, mut suspicion): (f64, Suspicion),
 ) -> (f64, Suspicion) {
     let Sampled { few_rows: thinned, all_rows: session } = sampled;
-    if suspicion.effect != ANGLE_REVERSED {
+    if suspicion.kind != FaultKind::AngleReversed {
         return (misfit, suspicion);
     }
     let Some(axis) = session.machine.axes.iter().position(|axis| suspicion.components.contains(&axis.name)) else {
@@ -376,10 +378,10 @@ impl DataFault {
     /// moved or an axis stood elsewhere, or balls of a program that stand elsewhere, as lost motion or growth looks in the tests that alone
     /// show it.
     fn looks_like_an_effect(&self) -> bool {
-        let is_of_some = [TIME_SHIFT, READING_ZERO].contains(&self.effect) && !self.tests.is_empty();
-        let is_of_a_place = [STANDING_AXIS, COLUMN_SHIFTED].contains(&self.effect);
+        let is_of_some = [FaultKind::TimeShift, FaultKind::ReadingZero].contains(&self.kind) && !self.tests.is_empty();
+        let is_of_a_place = [FaultKind::StandingAxis, FaultKind::ColumnShifted].contains(&self.kind);
         let may_be_a_slip = is_of_a_place && self.before_um < OF_PHYSICS_UM;
-        is_of_some || may_be_a_slip || self.effect == FOREIGN
+        is_of_some || may_be_a_slip || self.kind == FaultKind::ForeignFile
     }
 
     /// Positions that are `seconds` too old in some tests (none named: all), with the residual as recorded and undone, µm.
@@ -389,7 +391,7 @@ impl DataFault {
             before_um,
             after_um,
             shift_ms: Some(1e3 * seconds),
-            ..DataFault::seen(TIME_SHIFT, RECORDER, tests, says)
+            ..DataFault::seen(FaultKind::TimeShift, RECORDER, tests, says)
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A mistake that may have been made, with the session as it would be without. Which one was made is for others to judge.
 
 use super::data_fault::{DataFault, Rival};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Session;
 use std::collections::{HashMap, HashSet};
@@ -8,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 /// A way in which the files may be wrong.
 #[derive(Clone)]
 pub(crate) struct Suspicion {
-    pub(crate) effect: &'static str,
+    pub(crate) kind: FaultKind,
     pub(crate) place: String,
     pub(crate) components: Vec<String>,
     pub(crate) tests: Vec<String>,
@@ -30,16 +31,10 @@ pub(crate) type Judged = (f64, Suspicion);
 
 impl Suspicion {
     /// A mistake in what the session says of some tests, of no special weight.
-    pub(crate) fn new(
-        effect: &'static str,
-        place: &str,
-        tests: Vec<String>,
-        says: String,
-        undone: Session,
-    ) -> Suspicion {
+    pub(crate) fn new(kind: FaultKind, place: &str, tests: Vec<String>, says: String, undone: Session) -> Suspicion {
         let (place, components) = (place.to_string(), Vec::new());
         Suspicion {
-            effect,
+            kind,
             place,
             components,
             tests,
@@ -60,8 +55,8 @@ impl Suspicion {
 
     /// As what may be the mistake instead of another one.
     pub(crate) fn rival(self, probability: f64) -> Rival {
-        let Suspicion { effect, place, components, says, .. } = self;
-        Rival { effect, place, components, says, probability }
+        let Suspicion { kind, place, components, says, .. } = self;
+        Rival { kind, place, components, says, probability }
     }
 
     /// As the mistake, with the misfits before and after it is undone, µm.
@@ -71,7 +66,7 @@ impl Suspicion {
             before_um,
             after_um,
             shift_ms: self.shift_ms,
-            ..DataFault::seen(self.effect, &self.place, self.tests, self.says)
+            ..DataFault::seen(self.kind, &self.place, self.tests, self.says)
         }
     }
 }
@@ -83,7 +78,7 @@ pub(crate) const RARELY: f64 = 0.3;
 
 /// How many mistakes were tried of each kind: places of one kind share what it is worth, figures cost for themselves.
 pub(crate) struct Tried {
-    kinds: HashMap<&'static str, Kind>,
+    kinds: HashMap<FaultKind, Kind>,
 }
 
 /// A kind of mistake: how usual it is, and the columns and tests that it was tried on.
@@ -99,9 +94,9 @@ type ColumnsAndTests = (Vec<String>, Vec<String>);
 impl Tried {
     /// Of all that are tried.
     pub(crate) fn of(suspicions: &[Suspicion]) -> Tried {
-        let mut kinds: HashMap<&'static str, Kind> = HashMap::new();
+        let mut kinds: HashMap<FaultKind, Kind> = HashMap::new();
         for one in suspicions {
-            let kind = kinds.entry(one.effect).or_default();
+            let kind = kinds.entry(one.kind).or_default();
             kind.weight = kind.weight.max(one.weight);
             kind.places.insert((one.components.clone(), one.tests.clone()));
         }
@@ -111,7 +106,7 @@ impl Tried {
     /// Logarithm of the probability of a mistake among all that were tried, before any reading.
     pub(crate) fn log_prior(&self, of: &Suspicion) -> f64 {
         let all: f64 = self.kinds.values().map(|kind| kind.weight).sum();
-        let alike = self.kinds.get(of.effect).map_or(1, |kind| kind.places.len().max(1));
+        let alike = self.kinds.get(&of.kind).map_or(1, |kind| kind.places.len().max(1));
         (of.weight / (all.max(of.weight) * alike as f64)).ln()
     }
 }

@@ -1,6 +1,7 @@
 //! What a session cannot show: the smallest size of every cause that its recordings would reveal. It looks at no residual.
 
 use crate::diagnose::cause::Cause;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::linear_model::{Column, LinearModel, Term};
 use crate::diagnose::selection::naming::{cause_of, unit};
 use crate::diagnose::selection::screening::candidates::{family_terms, terms};
@@ -46,8 +47,8 @@ impl Hidden<'_> {
     }
 }
 
-/// Name of the cause in which an axis moves the other way than the machine file says.
-pub const AXIS_SENSE: &str = "axis-sign";
+/// Name of the cause in which an axis moves the other way than the machine file says; the mistake in the files has the same.
+pub const AXIS_SENSE: &str = FaultKind::AxisSign.name();
 
 /// χ² from which a cause counts as visible: what the search demands, with the cost of shapes.
 const VISIBLE: f64 = 50.0;

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::cause_title::what;
 use crate::diagnose::{
-    Cause, DataFault, Diagnosis, Finding, LeftOutSetup, MOST_RIVALS, Rival, ShareOfReadings, SignRandomisation, Source,
-    Unseen,
+    Cause, DataFault, Diagnosis, FaultKind, Finding, LeftOutSetup, MOST_RIVALS, Rival, ShareOfReadings,
+    SignRandomisation, Source, Unseen,
 };
 
 /// `fiveaxis diagnose --json`.
@@ -31,6 +31,9 @@ pub struct DiagnosisJson {
 /// One finding.
 #[derive(Debug, Clone, Serialize)]
 pub struct FindingJson {
+    /// The mistake in the files that it is; `None` for physics.
+    #[serde(skip)]
+    pub fault: Option<FaultKind>,
     pub effect: String,
     pub driver: &'static str,
     pub place: String,
@@ -328,7 +331,7 @@ fn likeliest_first(rivals: impl Iterator<Item = RivalJson>) -> Vec<RivalJson> {
 /// A mistake in the files as the only finding.
 fn fault_json(fault: &DataFault) -> FindingJson {
     let rival = |rival: &Rival| RivalJson {
-        effect: rival.effect.to_string(),
+        effect: rival.kind.name().to_string(),
         driver: "data fault",
         place: rival.place.clone(),
         components: rival.components.clone(),
@@ -337,7 +340,8 @@ fn fault_json(fault: &DataFault) -> FindingJson {
     };
     let causes = fault.causes.iter().map(|(cause, probability)| rival_json(cause, *probability));
     FindingJson {
-        effect: fault.effect.to_string(),
+        fault: Some(fault.kind),
+        effect: fault.kind.name().to_string(),
         driver: "data fault",
         place: fault.place.clone(),
         components: fault.components.clone(),
@@ -369,6 +373,7 @@ fn cross_validated(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Op
 fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> FindingJson {
     let finite = |value: f64| value.is_finite().then_some(value);
     FindingJson {
+        fault: None,
         effect: finding.cause.effect.clone(),
         driver: finding.cause.driver.name(),
         place: finding.cause.place.clone(),

@@ -9,6 +9,7 @@ use super::diagnosis::{BlindJson, DiagnosisJson, FindingJson};
 use super::diagnosis_text::{hanging, moved_words, verdict_words};
 use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit, what,
+    what_found,
 };
 use super::shape_words::shape_words;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
@@ -166,7 +167,7 @@ fn section(
 /// Probability of the finding and of what it cannot be told from, as bars.
 fn evidence(page: &mut String, finding: &FindingJson, gain: Option<f64>) {
     page.push_str("<div class=\"evidence\">\n<h3>Evidence by candidate</h3>\n<table>\n");
-    let lead = what(&finding.effect, &finding.place, &finding.components);
+    let lead = what_found(finding);
     let mut bar = |name: &str, probability: f64, class: &str| {
         let _ = writeln!(
             page,

@@ -1,6 +1,6 @@
 //! A finding in the words of the trade: headline, place, certainty. It reads the JSON contract and computes nothing.
 
-pub use super::cause_title::what;
+pub use super::cause_title::{what, what_mistake};
 use super::diagnosis::{FindingJson, NextTestJson, OtherSetupsJson, RangeJson, RivalJson, SizeJson};
 use crate::effects::{Signature, kind, signature};
 use crate::machine::{AxisKind, Machine};
@@ -46,9 +46,17 @@ fn measures(effect: &str, meaning: &str) -> String {
     words.unwrap_or(meaning).into()
 }
 
+/// What was found, without its size: an effect of the machine or a mistake in the files.
+pub fn what_found(finding: &FindingJson) -> String {
+    match finding.fault {
+        Some(kind) => what_mistake(kind, &finding.place, &finding.components),
+        None => what(&finding.effect, &finding.place, &finding.components),
+    }
+}
+
 /// One line that says what was found and how large it is.
 pub fn headline(finding: &FindingJson) -> String {
-    let mut what = what(&finding.effect, &finding.place, &finding.components);
+    let mut what = what_found(finding);
     if let (Some(Signature::Play), Some(range)) = (signature(&finding.effect), &finding.located.range)
         && range.axis != finding.place
     {

@@ -86,13 +86,13 @@ pub struct RivalMistakeJson {
 impl MistakeJson {
     fn of(fault: &DataFault) -> MistakeJson {
         let rival = |rival: &Rival| RivalMistakeJson {
-            effect: rival.effect,
+            effect: rival.kind.name(),
             place: rival.place.clone(),
             says: rival.says.clone(),
             probability: rival.probability,
         };
         MistakeJson {
-            effect: fault.effect,
+            effect: fault.kind.name(),
             place: fault.place.clone(),
             components: fault.components.clone(),
             tests: fault.tests.clone(),

@@ -1,5 +1,6 @@
 //! Arcs that are not those of the test: of another sweep than the session states, or shorter than in the test's own repeats.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::machine::AxisKind;
 use crate::session::{Clock, Path, Recording, Session, Test};
@@ -56,7 +57,8 @@ pub(super) fn uncut(session: &Session) -> Option<DataFault> {
          lacks some; nothing says where the axis stood, so cut both to the arc, or give the captures to fiveaxis import",
         one.name, other.name
     );
-    (off > OTHER_TIME).then(|| DataFault::seen("arc", RECORDER, vec![one.name.clone(), other.name.clone()], says))
+    (off > OTHER_TIME)
+        .then(|| DataFault::seen(FaultKind::Arc, RECORDER, vec![one.name.clone(), other.name.clone()], says))
 }
 
 /// Whether a recording has both ends where the sweep of its test states them, as recordings have that were made by its program.
@@ -92,7 +94,7 @@ fn beside_sweep(session: &Session) -> Option<DataFault> {
              recording began late, or counts from another zero; take {beside:.2} off the column, or state the sweep that was run",
             axis.name, test.name
         );
-        let mut fault = DataFault::seen("column-shifted", RECORDER, vec![test.name.clone()], says);
+        let mut fault = DataFault::seen(FaultKind::ColumnShifted, RECORDER, vec![test.name.clone()], says);
         fault.components = vec![axis.name.clone()];
         Some(fault)
     })
@@ -116,15 +118,15 @@ fn against_sweep(session: &Session, test: &Test) -> Option<DataFault> {
         return None;
     }
     let name = &session.machine.axes[axis].name;
-    let (effect, what) = match near(first, to) && near(last, from) {
-        true => ("direction", "it was run the other way, or is the file of the other direction"),
-        false => ("arc", "it was cut short, has its run-in left in, or is the file of another test"),
+    let (kind, what) = match near(first, to) && near(last, from) {
+        true => (FaultKind::Direction, "it was run the other way, or is the file of the other direction"),
+        false => (FaultKind::Arc, "it was cut short, has its run-in left in, or is the file of another test"),
     };
     let says = format!(
         "the recording of {} runs from {name} = {first:.2} to {last:.2}, its sweep from {from} to {to}: {what}; name the right file, or state the sweep that was run",
         test.name
     );
-    let mut fault = DataFault::seen(effect, RECORDER, vec![test.name.clone()], says);
+    let mut fault = DataFault::seen(kind, RECORDER, vec![test.name.clone()], says);
     fault.components = vec![name.clone()];
     Some(fault)
 }
@@ -154,7 +156,7 @@ fn cut_short(session: &Session) -> Option<DataFault> {
         let says = format!(
             "the recording of {test} covers {own:.1}° of {name} where its repeats cover {due:.1}°: the file is cut short; fetch it again, or state its own sweep"
         );
-        let mut fault = DataFault::seen("arc", RECORDER, vec![test.clone()], says);
+        let mut fault = DataFault::seen(FaultKind::Arc, RECORDER, vec![test.clone()], says);
         fault.components = vec![name.clone()];
         (alike && own < CUT_SHORT * due).then_some(fault)
     })

@@ -1,5 +1,6 @@
 //! Recordings that run against the direction that their names say: counter-clockwise (ccw) is increasing axis position.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::machine::AxisKind;
 use crate::session::{Session, Test};
@@ -26,7 +27,7 @@ pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
         "the positions of {} run against the direction in the name (ccw is increasing position): files of the two directions are exchanged, or the names are; put the right recording to each test, or rename the tests",
         listed(&names)
     );
-    let exchanged = DataFault::seen("direction", RECORDER, names, says);
+    let exchanged = DataFault::seen(FaultKind::Direction, RECORDER, names, says);
     let (turned, others): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| is_turned(&runs, run.axis));
     if turned.is_empty() || others.iter().any(|run| run.is_against) {
         return Some(exchanged);
@@ -58,7 +59,7 @@ fn counted_backwards(session: &Session, axes: &[usize]) -> DataFault {
     let says = format!(
         "{names} {is} counted backwards: all sweeps of {names} run against the direction in their names; turn the sign of {columns}, or set 'reversed: true'"
     );
-    DataFault { components: labels, ..DataFault::seen("axis-sign", RECORDER, Vec::new(), says) }
+    DataFault { components: labels, ..DataFault::seen(FaultKind::AxisSign, RECORDER, Vec::new(), says) }
 }
 
 /// What a test runs, where its name says a direction.

@@ -1,6 +1,7 @@
 //! A pivot and a spindle ball that stand in each other's place: the spindle carries the one, the table the other.
 
 use crate::chain::{Branch, Chain, LinkId};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, listed};
 use crate::session::{Session, Test};
 
@@ -21,5 +22,5 @@ pub(super) fn exchanged(session: &Session) -> Option<DataFault> {
         first.spindle_ball.link,
         first.pivot.link
     );
-    Some(DataFault::seen("ball-link", "spindle-ball", names, says))
+    Some(DataFault::seen(FaultKind::BallLink, "spindle-ball", names, says))
 }

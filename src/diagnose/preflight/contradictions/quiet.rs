@@ -1,8 +1,8 @@
 //! Recordings that scatter far less than the others of their session: one gauge repeats alike in all of them.
 
 use super::same_rows::is_read;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
-use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::diagnose::preflight::readings::steps::step_of_readings;
 use crate::session::{Session, Test};
 use crate::statistics::{OF_THIRD_DIFFERENCES, median, third_differences};
@@ -36,24 +36,24 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let own_mm = median(struck.iter().map(|(_, mm)| *mm))?;
     let ratio = usual_mm / own_mm;
     let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / MM_PER_INCH));
-    let of = |effect, what: &str| {
+    let of = |kind, what: &str| {
         let says = format!(
             "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",
             listed(&names),
             1e3 * own_mm,
             1e3 * usual_mm
         );
-        let mut fault = DataFault::seen(effect, RECORDER, names.clone(), says);
+        let mut fault = DataFault::seen(kind, RECORDER, names.clone(), says);
         fault.components = vec!["length".into()];
         fault
     };
     let processed =
-        of(READING_PROCESSED, "they were divided, averaged or computed; export them as the gauge took them");
+        of(FaultKind::ReadingsProcessed, "they were divided, averaged or computed; export them as the gauge took them");
     if !is_inch {
         return Some(processed);
     }
     // a mean over 25 rows scatters as little
-    let mut inches = of("unit", "their deviations are in inches, or were divided by 25.4; convert them to mm");
+    let mut inches = of(FaultKind::Unit, "their deviations are in inches, or were divided by 25.4; convert them to mm");
     inches.rivals = vec![processed.into_rival()];
     Some(inches.shared_evenly())
 }
@@ -70,7 +70,7 @@ pub(super) fn finer_than_a_gauge(session: &Session) -> Option<DataFault> {
          averaged; convert them to the unit of their column, or export them as the gauge took them",
         1e3 * own_mm
     );
-    let mut fault = DataFault::seen("unit", RECORDER, Vec::new(), says);
+    let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, Vec::new(), says);
     fault.components = vec!["length".into()];
     (DIVIDED_MM.contains(&own_mm) && session.tests.iter().all(is_deviation)).then_some(fault)
 }

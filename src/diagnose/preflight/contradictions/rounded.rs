@@ -1,6 +1,7 @@
 //! Columns written with too few digits: lengths coarser than any gauge reads, positions so coarse that the lengths feel it.
 
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::readings::steps::{ON_STEP, step};
 use crate::session::{Motion, Recording, Session, Test};
@@ -43,7 +44,7 @@ fn rounded_lengths(session: &Session) -> Option<DataFault> {
     let says = format!(
         "all lengths are multiples of {step_mm} mm, where a gauge reads to 0.0001 mm: they were rounded; export them with all their digits"
     );
-    let mut fault = DataFault::seen("values-rounded", RECORDER, Vec::new(), says);
+    let mut fault = DataFault::seen(FaultKind::ValuesRounded, RECORDER, Vec::new(), says);
     fault.components = vec!["length".into()];
     (step_mm >= COARSE_LENGTH_MM).then_some(fault)
 }
@@ -77,7 +78,7 @@ fn rounded_positions(session: &Session) -> Option<DataFault> {
         listed(&tests),
         worst.moves_um
     );
-    let mut fault = DataFault::seen("values-rounded", RECORDER, tests, says);
+    let mut fault = DataFault::seen(FaultKind::ValuesRounded, RECORDER, tests, says);
     fault.components = vec![axis.name.clone()];
     Some(fault)
 }

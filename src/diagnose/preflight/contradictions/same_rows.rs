@@ -1,5 +1,6 @@
 //! Readings that stand in two tests: two sweeps of a real gauge never agree over many rows, for each has its own noise.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::statistics::noise_of_rows;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -62,7 +63,7 @@ pub(super) fn copied(session: &Session) -> Option<DataFault> {
         "{} {what}; give each test its own recording, and list a recording once: counted twice it would seem more certain than it is",
         listed(&names)
     );
-    (!tests.is_empty()).then(|| DataFault::seen("same-recording", SESSION, names, says))
+    (!tests.is_empty()).then(|| DataFault::seen(FaultKind::SameRecording, SESSION, names, says))
 }
 
 /// A recording whose second half is its first: a file that was added to itself; or in which every row stands twice.
@@ -85,7 +86,7 @@ pub(super) fn appended(session: &Session) -> Option<DataFault> {
     })?;
     let name = test.stated_name().to_string();
     let says = format!("recording of {name}: {how}; keep each row once");
-    Some(DataFault::seen("doubled-rows", RECORDER, vec![name], says))
+    Some(DataFault::seen(FaultKind::DoubledRows, RECORDER, vec![name], says))
 }
 
 fn readings(test: &Test) -> Vec<f64> {

@@ -5,8 +5,8 @@ use std::f64::consts::LN_2;
 
 use super::same_rows::is_read;
 use super::straight::longest_run;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
-use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Clock, Recording, Session, Test};
 use crate::statistics::median;
 
@@ -34,7 +34,7 @@ pub(super) fn missing(session: &Session) -> Option<DataFault> {
         recording.len(),
         test.name
     );
-    Some(DataFault::seen("readings-missing", RECORDER, vec![test.name.clone()], says))
+    Some(DataFault::seen(FaultKind::ReadingsMissing, RECORDER, vec![test.name.clone()], says))
 }
 
 /// Recordings whose axes stand for some rows.
@@ -48,7 +48,7 @@ pub(super) fn standing(session: &Session) -> Option<DataFault> {
                 100.0 * share,
                 test.name
             );
-            return Some(DataFault::seen("doubled-rows", RECORDER, vec![test.name.clone()], says));
+            return Some(DataFault::seen(FaultKind::DoubledRows, RECORDER, vec![test.name.clone()], says));
         }
         if to + 1 - from < STANDING_ROWS {
             return None;
@@ -59,7 +59,7 @@ pub(super) fn standing(session: &Session) -> Option<DataFault> {
             to + 1,
             test.name
         );
-        Some(DataFault::seen("dwell", RECORDER, vec![test.name.clone()], says))
+        Some(DataFault::seen(FaultKind::Dwell, RECORDER, vec![test.name.clone()], says))
     })
 }
 
@@ -124,7 +124,7 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
                 "no reading of {} differs from the others: the gauge stuck or was not connected; record the test again",
                 test.name
             );
-            return Some(DataFault::seen("gauge-stuck", RECORDER, vec![test.name.clone()], says));
+            return Some(DataFault::seen(FaultKind::GaugeStuck, RECORDER, vec![test.name.clone()], says));
         }
         let (from, count) = equal_rows(recording);
         let lengths = read_lengths(recording);
@@ -143,7 +143,7 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
                 count + 1,
                 test.name
             );
-            return Some(DataFault::seen(READING_PROCESSED, RECORDER, vec![test.name.clone()], says));
+            return Some(DataFault::seen(FaultKind::ReadingsProcessed, RECORDER, vec![test.name.clone()], says));
         }
         // where the bar has its own length no stroke ends
         let is_middle = test.bar_length_mm.is_some_and(|bar| (held - bar).abs() < GAUGE_STEP_MM);
@@ -151,25 +151,25 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
             lengths.iter().all(|length| *length <= held) || lengths.iter().all(|length| *length >= held);
         let is_end = is_longest && !is_middle;
         let is_last = from + count + 1 == lengths.len();
-        let (effect, what, cure) = match (is_end, is_last) {
+        let (kind, what, cure) = match (is_end, is_last) {
             (true, false) => (
-                "stroke-end",
+                FaultKind::StrokeEnd,
                 "the bar reached the end of its stroke",
                 "bring the balls nearer to the bar's length and record the test again",
             ),
             (true, true) => (
-                "stroke-end",
+                FaultKind::StrokeEnd,
                 "the bar reached the end of its stroke, or the last reading was repeated to the end of the file",
                 "bring the balls nearer to the bar's length, look after the program that wrote the file, and record the test again",
             ),
             (false, _) => (
-                "gauge-stuck",
+                FaultKind::GaugeStuck,
                 "the gauge stuck, or deviations were written in another unit",
                 "look after gauge and magnets and record the test again",
             ),
         };
         let says = format!("{} readings of {} in a row are {held} mm: {what}; {cure}", count + 1, test.name);
-        Some(DataFault::seen(effect, RECORDER, vec![test.name.clone()], says))
+        Some(DataFault::seen(kind, RECORDER, vec![test.name.clone()], says))
     })
 }
 
@@ -213,7 +213,7 @@ fn all_dead(timed: &[(&Test, &Recording)]) -> Option<DataFault> {
     let is_read = |recording: &Recording| read_lengths(recording).first().is_some_and(is_step);
     let all = timed.len() >= ALL_DEAD && timed.iter().all(|(_, recording)| is_dead(recording) && is_read(recording));
     let says = "no reading differs from the others of its recording: the gauge stuck or was not connected; record the session again";
-    all.then(|| DataFault::seen("gauge-stuck", RECORDER, Vec::new(), says.to_string()))
+    all.then(|| DataFault::seen(FaultKind::GaugeStuck, RECORDER, Vec::new(), says.to_string()))
 }
 
 /// The shortest and the longest reading of each bar in a session: where a gauge at the end of its stroke stays.

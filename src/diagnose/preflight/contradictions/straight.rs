@@ -1,7 +1,7 @@
 //! Readings that follow a smooth curve to their last digit, where a gauge's scatter: something drew them across a gap.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
-use crate::diagnose::preflight::readings::processed::READING_PROCESSED;
 use crate::session::{Session, Test};
 use crate::statistics::{OF_THIRD_DIFFERENCES, noise_of_rows, third_differences};
 
@@ -30,7 +30,7 @@ pub(super) fn drawn(session: &Session) -> Option<DataFault> {
             test.name,
             1e3 * noise_mm
         );
-        Some(DataFault::seen(READING_PROCESSED, RECORDER, vec![test.name.clone()], says))
+        Some(DataFault::seen(FaultKind::ReadingsProcessed, RECORDER, vec![test.name.clone()], says))
     })
 }
 

@@ -1,6 +1,7 @@
 //! Clocks: tests of one session follow each other, and a ball moves at the feed that its test states.
 
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test, way_mm};
@@ -22,7 +23,7 @@ pub(super) fn overlapping(session: &Session) -> Option<DataFault> {
             "{} has started_at {} s, before its session began: count all from one beginning",
             test.name, test.started_at_s
         );
-        return Some(DataFault::seen("session-time", SESSION, vec![test.name.clone()], says));
+        return Some(DataFault::seen(FaultKind::SessionTime, SESSION, vec![test.name.clone()], says));
     }
     spans.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
     spans.windows(2).find(|pair| pair[1].1.0 < pair[0].1.1 - OVERLAP_S).map(|pair| {
@@ -31,7 +32,7 @@ pub(super) fn overlapping(session: &Session) -> Option<DataFault> {
             "{} began at {:.1} s of the session, while {} was recorded until {:.1} s: one of them has a wrong started_at, or the times of rows are not seconds",
             other.name, next.0, one.name, first.1
         );
-        DataFault::seen("session-time", SESSION, vec![one.name.clone(), other.name.clone()], says)
+        DataFault::seen(FaultKind::SessionTime, SESSION, vec![one.name.clone(), other.name.clone()], says)
     })
 }
 
@@ -74,7 +75,7 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
     let by_unit = TIME_UNITS.into_iter().find(|(_, factor)| (ratio / factor - 1.0).abs() < AS_BY_UNIT);
     if let Some((unit, _)) = by_unit.filter(|_| first.feed_mm_per_min.is_some()) {
         let says = format!("times of {} are in {unit}: convert the column time_s to seconds", listed(&tests));
-        let mut fault = DataFault::seen("unit", RECORDER, tests, says);
+        let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
         fault.components = vec!["time".into()];
         return Some(fault);
     }
@@ -86,7 +87,7 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
     {
         let (name, due) = (&axis.name, axis.kind.position_unit());
         let says = format!("{name} is in {unit} in {}: convert the column to {due}", listed(&tests));
-        let mut fault = DataFault::seen("unit", RECORDER, tests, says);
+        let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
         fault.components = vec![name.clone()];
         return Some(fault);
     }
@@ -99,7 +100,7 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
         first.name,
         listed(&tests)
     );
-    Some(DataFault::seen("feed", SESSION, tests, says))
+    Some(DataFault::seen(FaultKind::Feed, SESSION, tests, says))
 }
 
 /// Median speed between rows of a single axis; `None` for poses and recordings without times of their own.

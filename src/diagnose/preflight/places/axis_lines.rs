@@ -1,5 +1,6 @@
 //! Rotary axes whose lines lie elsewhere than the machine file says, by what the lengths say.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::statistics::least_along;
 use nalgebra::Vector3;
 
@@ -10,8 +11,6 @@ use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::identify::Quantity;
 use crate::machine::AxisKind;
 use crate::session::Session;
-
-pub(crate) const AXIS_LINE: &str = "axis-line";
 
 /// A line so far by the lengths from where the machine file puts it is tried there, mm.
 const OTHER_LINE_MM: f64 = 1.0;
@@ -73,7 +72,7 @@ fn with_line(session: &Session, axis: usize, shift: Vector3<f64>) -> Suspicion {
         told(&shift, &Vector3::zeros()),
         told(&(machine.axes[axis].origin + shift), &machine.axes[axis].origin)
     );
-    let mut found = Suspicion::new(AXIS_LINE, name, Vec::new(), says, undone);
+    let mut found = Suspicion::new(FaultKind::AxisLine, name, Vec::new(), says, undone);
     found.components = vec![name.clone()];
     found.weight = RARELY;
     found

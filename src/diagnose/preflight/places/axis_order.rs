@@ -2,14 +2,13 @@
 //! to judge.
 
 use crate::chain::Chain;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::SESSION;
 use crate::diagnose::preflight::places::ball_places::NOMINAL_MM;
 use crate::diagnose::preflight::quick_fit::nominal_mm;
 use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
 use crate::machine::{AxisKind, Machine};
 use crate::session::{Motion, Path, Session, Test};
-
-pub(crate) const AXIS_ORDER: &str = "axis-order";
 
 /// The session with each pair of neighbours of which one turns the other way round.
 pub(crate) fn other_orders(session: &Session) -> Vec<Suspicion> {
@@ -35,7 +34,7 @@ pub(crate) fn other_orders(session: &Session) -> Vec<Suspicion> {
                 "{other} carries {one} in the machine file's code, {one} carries {other} by the lengths: write the code as {}",
                 undone.machine.code
             );
-            let mut found = Suspicion::new(AXIS_ORDER, SESSION, Vec::new(), says, undone);
+            let mut found = Suspicion::new(FaultKind::AxisOrder, SESSION, Vec::new(), says, undone);
             (found.components, found.weight) = (vec![one, other], SOMETIMES);
             is_allowed.then_some(found)
         })

@@ -1,6 +1,7 @@
 //! Recordings that stand in each other's tests: pairs, and whole rows of files moved by one. Whether they do is for others to judge.
 
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::SESSION;
 use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::session::{Motion, Session, Test};
@@ -16,7 +17,7 @@ fn with_recordings(session: &Session, from: &[usize], says: String) -> Suspicion
         undone.tests[index].recording = session.tests[other].recording.clone();
         tests.push(session.tests[index].name.clone());
     }
-    Suspicion::new("files-exchanged", SESSION, tests, says, undone)
+    Suspicion::new(FaultKind::FilesExchanged, SESSION, tests, says, undone)
 }
 
 fn exchanged(session: &Session, one: usize, other: usize) -> Suspicion {

@@ -1,6 +1,7 @@
 //! Sessions in which positions of a rotary axis were written without their sign. Whether they were is for others to judge.
 
 use super::misplaced::names;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
@@ -38,7 +39,7 @@ pub(crate) fn without_sign(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> 
             "column {name} of {} lost its sign: it turns back at 0 where a sweep goes on; export it with its sign",
             listed(&names)
         );
-        let mut found = Suspicion::new("axis-sign", RECORDER, names, says, undone);
+        let mut found = Suspicion::new(FaultKind::AxisSign, RECORDER, names, says, undone);
         (found.components, found.weight) = (vec![name.clone()], SOMETIMES);
         Some(found)
     };

@@ -2,11 +2,10 @@
 
 use super::ball_places::End;
 use super::misplaced::names;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::SESSION;
 use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::session::Session;
-
-pub(crate) const FOREIGN: &str = "foreign-file";
 
 /// Spread of the balls of a test that does not belong to the others, mm, where they were set up anew: cups are set to some tenths.
 const FOREIGN_MM: f64 = 0.5;
@@ -35,7 +34,7 @@ pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
                 ball.spread_mm = spread_mm.or(ball.spread_mm);
             }
         }
-        let found = Suspicion::new(FOREIGN, SESSION, names.clone(), says.clone(), undone);
+        let found = Suspicion::new(FaultKind::ForeignFile, SESSION, names.clone(), says.clone(), undone);
         Suspicion { is_found: spread_mm.is_some(), ..found }
     };
     [None, Some(FOREIGN_MM)].map(with_balls).to_vec()

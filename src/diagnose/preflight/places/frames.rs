@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::loaded::left_by_a_load;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, SESSION};
 use crate::identify::{Fit, Options, identify};
 use crate::session::{Session, Setups};
@@ -58,7 +59,7 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     Some(DataFault {
         before_um,
         after_um: before_um * left.sqrt(),
-        ..DataFault::seen("instrument-moved", SESSION, vec![of], says)
+        ..DataFault::seen(FaultKind::InstrumentMoved, SESSION, vec![of], says)
     })
 }
 

@@ -6,16 +6,12 @@ use super::ball_places::{
     End, Sights, WORTH, misfit_mm, move_ball, placement, sights, solutions, solved, written_otherwise,
 };
 use crate::chain::Chain;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::listed;
 use crate::diagnose::preflight::quick_fit::refit;
 use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::session::{Ball, Session, Setups, Zero};
 use crate::statistics::median;
-
-/// Effect names of wrong set-ups.
-pub(crate) const BALL_PLACE: &str = "ball-place";
-const BALL_LINK: &str = "ball-link";
-pub(crate) const BAR: &str = "bar-other";
 
 /// A place is told to be written otherwise where the lengths put the ball so near to that, mm, and as a share of its way there.
 const NEAR_MM: f64 = 1.0;
@@ -85,7 +81,7 @@ fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec
                 how.unwrap_or_default(),
                 listed(&names(session, tests))
             );
-            let mut suspicion = Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            let mut suspicion = Suspicion::new(FaultKind::BallPlace, end.place(), names(session, tests), says, undone);
             suspicion.is_found = near.is_none();
             suspicion.weight = match near {
                 Some((_, words)) if words.contains("exchanged") && words.contains("turned") => RARELY,
@@ -114,12 +110,12 @@ pub(crate) fn nearby(session: &Session) -> Vec<Suspicion> {
 impl Suspicion {
     /// Whether another one puts the same ball nearly where this does.
     pub(crate) fn puts_a_ball_as(&self, other: &Suspicion) -> bool {
-        let is_alike = (self.effect, &self.place, &self.tests) == (other.effect, &other.place, &other.tests);
+        let is_alike = (self.kind, &self.place, &self.tests) == (other.kind, &other.place, &other.tests);
         let places = |one: &Suspicion| -> Vec<Vector3<f64>> {
             let of = if one.place == End::Pivot.place() { End::Pivot } else { End::Spindle };
             one.undone.tests.iter().map(|test| of.of(test).at).collect()
         };
-        self.effect == BALL_PLACE
+        self.kind == FaultKind::BallPlace
             && is_alike
             && places(self).iter().zip(places(other)).all(|(one, other)| (one - other).norm() < NEAR_MM)
     }
@@ -143,7 +139,10 @@ fn beside(session: &Session, end: End, setup: usize, tests: &[usize]) -> Option<
         placement.norm(),
         listed(&names(session, tests))
     );
-    Some(Suspicion { is_found: true, ..Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone) })
+    Some(Suspicion {
+        is_found: true,
+        ..Suspicion::new(FaultKind::BallPlace, end.place(), names(session, tests), says, undone)
+    })
 }
 
 /// Distance over which a place of no special form becomes half as likely, mm.
@@ -172,7 +171,7 @@ fn on_link(session: &Session, end: End, tests: &[usize], link: &str) -> Suspicio
         ball_words(end, ball),
         listed(&names(session, tests))
     );
-    Suspicion::new(BALL_LINK, end.place(), names(session, tests), says, undone)
+    Suspicion::new(FaultKind::BallLink, end.place(), names(session, tests), says, undone)
 }
 
 /// All pivots that are stated on one link on another one of its branch: about a turning axis the lengths hardly tell.
@@ -221,7 +220,7 @@ fn all_moved(session: &Session, chain: &Chain, end: End) -> Vec<Suspicion> {
                 "all {which} by {} mm from where the session puts them: look at {why}, and correct every 'at'",
                 told(&shift, &Vector3::zeros())
             );
-            Suspicion::new(BALL_PLACE, end.place(), Vec::new(), says, undone)
+            Suspicion::new(FaultKind::BallPlace, end.place(), Vec::new(), says, undone)
         })
         .into_iter()
         .collect()
@@ -247,7 +246,7 @@ fn other_bars(session: &Session, chain: &Chain, setups: &Setups) -> Vec<Suspicio
             middle.abs(),
             if middle > 0.0 { "long" } else { "short" }
         );
-        list.push(Suspicion::new(BAR, "bar", names(session, &tests), says, undone));
+        list.push(Suspicion::new(FaultKind::BarOther, "bar", names(session, &tests), says, undone));
     }
     list
 }

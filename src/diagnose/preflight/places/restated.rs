@@ -6,16 +6,15 @@
 use nalgebra::Vector3;
 
 use super::ball_places::{End, NOMINAL_MM, Sights, misfit_mm, sights, written_otherwise};
-use super::misplaced::{BALL_PLACE, ball_words, names, told};
+use super::misplaced::{ball_words, names, told};
 use super::standing::{groups, misfit_of_shift, stood_at};
 use crate::chain::Chain;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{SESSION, listed};
 use crate::diagnose::preflight::quick_fit::nominal_mm;
 use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::machine::AxisKind;
 use crate::session::{Session, Setups};
-
-pub(crate) const AXIS_DIRECTION: &str = "axis-direction";
 
 /// Angles of a standing table that are tried: so many of a turn.
 const ANGLES: i32 = 12;
@@ -65,7 +64,7 @@ fn places(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Su
                 told(&place, &ball.at),
                 listed(&names(session, tests))
             );
-            let mut found = Suspicion::new(BALL_PLACE, end.place(), names(session, tests), says, undone);
+            let mut found = Suspicion::new(FaultKind::BallPlace, end.place(), names(session, tests), says, undone);
             let is_twice = words.contains("exchanged") && words.contains("turned");
             found.weight = if is_twice { RARELY } else { OFTEN };
             found
@@ -120,7 +119,7 @@ pub(crate) fn other_directions(session: &Session) -> Vec<Suspicion> {
                 "{name} turns about {} by the lengths: correct 'direction' of {name} in the machine file",
                 direction_words(&direction)
             );
-            let mut found = Suspicion::new(AXIS_DIRECTION, SESSION, Vec::new(), says, undone);
+            let mut found = Suspicion::new(FaultKind::AxisDirection, SESSION, Vec::new(), says, undone);
             found.components = vec![name.clone()];
             found.weight = SOMETIMES;
             list.push(found);

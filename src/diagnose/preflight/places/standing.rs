@@ -3,6 +3,7 @@
 use super::ball_places::WORTH;
 use super::misplaced::names;
 use crate::chain::{Chain, Geometry};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION, listed};
 use crate::diagnose::preflight::readings::figures::Linearised;
 use crate::diagnose::preflight::struck_together::StruckTogether;
@@ -11,8 +12,6 @@ use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};
 use crate::statistics::least_along;
-
-pub(crate) const STANDING_AXIS: &str = "standing-axis";
 
 /// Steps in which shifts of a standing axis are tried first, mm and deg.
 const GRID_MM: f64 = 5.0;
@@ -155,13 +154,11 @@ pub(in crate::diagnose::preflight) fn stood_still(session: &Session, groups: &St
         );
         Some(Suspicion {
             weight: RARELY,
-            ..Suspicion::new(STANDING_AXIS, RECORDER, names(session, tests), says, undone)
+            ..Suspicion::new(FaultKind::StandingAxis, RECORDER, names(session, tests), says, undone)
         })
     };
     groups.pieces().iter().filter(|group| is_told(group)).filter_map(of).collect()
 }
-
-pub(crate) const COLUMN_SHIFTED: &str = "column-shifted";
 
 /// Angles by which a column is tried to be off, deg; a finer search follows.
 const OFF_DEG: [f64; 11] = [-90.0, -30.0, -12.0, -4.0, -1.5, 1.5, 4.0, 12.0, 30.0, 90.0, 180.0];
@@ -224,7 +221,7 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
         listed(&names(session, tests)),
         kind.to_file_unit(shift)
     );
-    let mut found = Suspicion::new(COLUMN_SHIFTED, RECORDER, names(session, tests), says, undone);
+    let mut found = Suspicion::new(FaultKind::ColumnShifted, RECORDER, names(session, tests), says, undone);
     found.components = vec![name.clone()];
     (found.weight, found.is_found) = (RARELY, true);
     Some(found)
@@ -260,7 +257,7 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
         written(kind.to_file_unit(stated)),
         listed(&names(session, tests))
     );
-    let mut found = Suspicion::new(STANDING_AXIS, SESSION, names(session, tests), says, undone);
+    let mut found = Suspicion::new(FaultKind::StandingAxis, SESSION, names(session, tests), says, undone);
     (found.components, found.is_found) = (vec![axis_name.clone()], true);
     let (there, stated) = (kind.to_file_unit(stated + shift), kind.to_file_unit(stated));
     let is_usual = there.abs() < AS_WRITTEN || (there + stated).abs() < AS_WRITTEN;

@@ -3,6 +3,7 @@
 
 use super::exchanged::repeats;
 use super::misplaced::names;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{SESSION, listed};
 use crate::diagnose::preflight::quick_fit::refit;
 use crate::diagnose::preflight::readings::figures::Linearised;
@@ -10,8 +11,6 @@ use crate::diagnose::preflight::suspicion::Suspicion;
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Path, Session};
-
-pub(crate) const ARC: &str = "arc";
 
 /// Angles by which a whole arc is thought to lie elsewhere at first, deg: counted from −180 or from 0.
 const STARTS: [f64; 3] = [0.0, 180.0, -180.0];
@@ -103,7 +102,7 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
         stated.0,
         stated.1
     );
-    let mut suspicion = Suspicion::new(ARC, SESSION, names, says, undone);
+    let mut suspicion = Suspicion::new(FaultKind::Arc, SESSION, names, says, undone);
     suspicion.components = vec![name.clone()];
     suspicion.log_figures = -2.0 * PARAMETER_COST;
     Some(suspicion)

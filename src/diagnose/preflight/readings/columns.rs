@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::chain::Chain;
 use crate::diagnose::cause::MOST_RIVALS;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, SESSION};
 use crate::identify::{Problem, residual_mm};
 use crate::machine::AxisKind;
@@ -35,7 +36,7 @@ const MOST_ROWS_OFF: i64 = 3;
 
 /// A mistake with the session as it would be without.
 struct Undone {
-    effect: &'static str,
+    kind: FaultKind,
     place: &'static str,
     components: Vec<String>,
     says: String,
@@ -71,15 +72,15 @@ fn best(
     let mut alike = judged.into_iter();
     let (after, best) = alike.next().filter(|(after, _)| before > LEAST_RATIO * after)?;
     let rivals = alike.take_while(|(other, _)| *other < ALIKE * after).take(MOST_RIVALS).map(|(_, other)| {
-        let Undone { effect, place, components, says, .. } = other;
-        Rival { effect, place: place.to_string(), components, says, probability: 0.0 }
+        let Undone { kind, place, components, says, .. } = other;
+        Rival { kind, place: place.to_string(), components, says, probability: 0.0 }
     });
     let fault = DataFault {
         components: best.components,
         before_um: to_um * before,
         after_um: to_um * after,
         rivals: rivals.collect(),
-        ..DataFault::seen(best.effect, best.place, Vec::new(), best.says)
+        ..DataFault::seen(best.kind, best.place, Vec::new(), best.says)
     };
     Some(fault.shared_evenly())
 }
@@ -117,19 +118,23 @@ fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     list.extend(units_of_positions(session));
     for (unit, factor) in [("metres", 1e3), ("inches", MM_PER_INCH)] {
         let undone = with_coordinates(session, |point| point * factor);
-        list.push(of_coordinates("unit", format!("coordinates are in {unit}: convert the columns to mm"), undone));
+        list.push(of_coordinates(
+            FaultKind::Unit,
+            format!("coordinates are in {unit}: convert the columns to mm"),
+            undone,
+        ));
     }
     // with the instrument's axes unknown every exchange of two columns looks like every other, and like a mirrored axis
     let says = "two of the columns x, y and z of the readings are exchanged, or one of the instrument's axes is mirrored: correct the header";
     let swapped = with_coordinates(session, |point| Vector3::new(point.y, point.x, point.z));
-    list.push(of_coordinates("swapped-columns", says.into(), swapped));
+    list.push(of_coordinates(FaultKind::SwappedColumns, says.into(), swapped));
     list.extend(other_links(session));
     list.extend(rows_off(session));
     list
 }
 
-fn of_coordinates(effect: &'static str, says: String, session: Session) -> Undone {
-    Undone { effect, place: RECORDER, components: vec!["coordinates".into()], says, session }
+fn of_coordinates(kind: FaultKind, says: String, session: Session) -> Undone {
+    Undone { kind, place: RECORDER, components: vec!["coordinates".into()], says, session }
 }
 
 /// Axes that count the other way: one, or all that carry the workpiece, as another convention has them.
@@ -141,7 +146,7 @@ fn senses(session: &Session) -> Vec<Undone> {
         other
     };
     let one = |(axis, name): (usize, &&str)| Undone {
-        effect: "axis-sign",
+        kind: FaultKind::AxisSign,
         place: RECORDER,
         components: vec![name.to_string()],
         says: format!(
@@ -157,7 +162,7 @@ fn senses(session: &Session) -> Vec<Undone> {
             "{} count the other way, all that carry the workpiece: state the other 'directions' (iso841 or carried) in the machine file",
             components.join(", ")
         );
-        list.push(Undone { effect: "axis-sign", place: SESSION, components, says, session: with(&table) });
+        list.push(Undone { kind: FaultKind::AxisSign, place: SESSION, components, says, session: with(&table) });
     }
     list
 }
@@ -168,7 +173,7 @@ fn exchanged(session: &Session) -> Vec<Undone> {
     let pairs = (0..names.len()).flat_map(|one| (one + 1..names.len()).map(move |other| (one, other)));
     let alike = pairs.filter(|&(one, other)| session.machine.axes[one].kind == session.machine.axes[other].kind);
     let of = |(one, other): (usize, usize)| Undone {
-        effect: "swapped-columns",
+        kind: FaultKind::SwappedColumns,
         place: RECORDER,
         components: vec![names[one].to_string(), names[other].to_string()],
         says: format!("the columns of {} and {} are exchanged: correct the header", names[one], names[other]),
@@ -200,7 +205,7 @@ fn units_of_positions(session: &Session) -> Vec<Undone> {
             with_positions(session, |axis, value| (axis, if struck.contains(&axis) { value * factor } else { value }))
         };
         let undone = |components: String, says: String, session: Session| Undone {
-            effect: "unit",
+            kind: FaultKind::Unit,
             place: RECORDER,
             components: vec![components],
             says,
@@ -249,7 +254,7 @@ fn other_links(session: &Session) -> Vec<Undone> {
                     }
                 }
                 list.push(Undone {
-                    effect: "ball-link",
+                    kind: FaultKind::BallLink,
                     place: end,
                     components: vec![link.clone()],
                     says: format!("the {end} on {link} stands on {other}: correct its link in the session"),
@@ -275,7 +280,7 @@ fn rows_off(session: &Session) -> Vec<Undone> {
             "readings stand {count} {side} than the positions of their poses: move the columns of one against those of the other"
         );
         Undone {
-            effect: "readings-order",
+            kind: FaultKind::ReadingsOrder,
             place: RECORDER,
             components: vec!["coordinates".into()],
             says,
@@ -303,31 +308,31 @@ fn moved_against_readings(recording: &mut Recording, off: i64) {
 
 /// Ways in which rotations are written by mistake: the column that shows their form (none for any), the fault, what to do, how they are
 /// read anew.
-const ROTATIONS: [(Option<&str>, &str, &str, Reread); 6] = [
+const ROTATIONS: [(Option<&str>, FaultKind, &str, Reread); 6] = [
     (
         None,
-        "rotation-form",
+        FaultKind::RotationForm,
         "rotations are those of the instrument in the target's axes: invert them (turn the signs of qx, qy and qz, or transpose the matrix)",
         Matrix3::transpose,
     ),
     (
         Some("qw"),
-        "rotation-form",
+        FaultKind::RotationForm,
         "quaternions have their real part last: rename the columns to qx, qy, qz, qw",
         real_part_last,
     ),
-    (Some("rx_deg"), "unit", "angles of the rotations are in radians: convert them to degrees", |read| {
+    (Some("rx_deg"), FaultKind::Unit, "angles of the rotations are in radians: convert them to degrees", |read| {
         rotation_of_euler_xyz(euler_xyz(read).map(f64::to_degrees))
     }),
     (
         Some("rx_deg"),
-        "rotation-form",
+        FaultKind::RotationForm,
         "angles of the rotations are about fixed axes, x first (Rz·Ry·Rx): state the quaternion",
         |read| about_fixed(euler_xyz(read)),
     ),
     (
         Some("rx_deg"),
-        "rotation-form",
+        FaultKind::RotationForm,
         "angles of the rotations are about z, then y, then x (as A, B, C of a robot): rename them",
         |read| {
             let [about_z, about_y, about_x] = euler_xyz(read);
@@ -336,7 +341,7 @@ const ROTATIONS: [(Option<&str>, &str, &str, Reread); 6] = [
     ),
     (
         Some("rx_deg"),
-        "rotation-form",
+        FaultKind::RotationForm,
         "the three numbers of the rotations are a rotation vector: state the quaternion",
         |read| rotation(&Vector3::from(euler_xyz(read))),
     ),
@@ -354,8 +359,8 @@ fn mistakes_of_rotations(session: &Session) -> Vec<Undone> {
     ROTATIONS
         .into_iter()
         .filter(|(column, ..)| column.is_none_or(has))
-        .map(|(_, effect, says, way)| Undone {
-            effect,
+        .map(|(_, kind, says, way)| Undone {
+            kind,
             place: RECORDER,
             components: vec!["rotations".into()],
             says: says.into(),
@@ -373,10 +378,10 @@ fn about_fixed([x, y, z]: [f64; 3]) -> Matrix3<f64> {
 /// Senses and units of displacements: of one gauge, undone.
 fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
     let factors = [
-        (-1.0, "reading-sign", "has the other sign: turn its direction, or the sign of the column"),
-        (1e3, "unit", "is in metres: convert the column to mm"),
-        (1e-3, "unit", "is in µm: convert the column to mm"),
-        (MM_PER_INCH, "unit", "is in inches: convert the column to mm"),
+        (-1.0, FaultKind::ReadingSign, "has the other sign: turn its direction, or the sign of the column"),
+        (1e3, FaultKind::Unit, "is in metres: convert the column to mm"),
+        (1e-3, FaultKind::Unit, "is in µm: convert the column to mm"),
+        (MM_PER_INCH, FaultKind::Unit, "is in inches: convert the column to mm"),
     ];
     let mut gauges: Vec<&Test> = Vec::new();
     for test in session.tests.iter().filter(|test| is_gauge(test)) {
@@ -394,14 +399,14 @@ fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
             1 => format!("the displacement of {}", names[0]),
             _ => "every displacement".to_string(),
         };
-        factors.map(|(factor, effect, words)| {
+        factors.map(|(factor, kind, words)| {
             let mut undone = session.clone();
             for test in undone.tests.iter_mut().filter(|test| names.contains(&test.name)) {
                 let lengths = test.recording.iter_mut().flat_map(|recording| &mut recording.length_mm);
                 lengths.for_each(|value| *value *= factor);
             }
             let (components, says) = (vec!["displacement".to_string()], format!("{whom} {words}"));
-            Undone { effect, place: RECORDER, components, says, session: undone }
+            Undone { kind, place: RECORDER, components, says, session: undone }
         })
     };
     groups.iter().flat_map(of).collect()

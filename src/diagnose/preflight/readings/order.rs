@@ -2,14 +2,13 @@
 //! Which of it happened is for others to judge.
 
 use super::figures::Linearised;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Recording;
-
-pub(crate) const READING_ORDER: &str = "readings-order";
 
 /// All orders of the readings that are tried of some tests, and of groups of them.
 pub(crate) fn out_of_order(
@@ -43,7 +42,7 @@ fn with_recordings(
         keep_few_rows(&mut recording);
         undone.tests[test].recording = Some(recording);
     }
-    let mut found = Suspicion::new(READING_ORDER, RECORDER, names(session, tests), says, undone);
+    let mut found = Suspicion::new(FaultKind::ReadingsOrder, RECORDER, names(session, tests), says, undone);
     (found.components, found.weight) = (vec!["length".into()], RARELY);
     Some(found)
 }

@@ -1,12 +1,11 @@
 //! Sessions whose readings a gauge's software changed before it wrote them: zeroed at the start of each recording, or without mean.
 //! Which mistake was made is for others to judge. A centre taken off looks like a machine without location errors.
 
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::{OFTEN, Suspicion};
 use crate::session::{Session, Test, Zero};
-
-pub(crate) const READING_PROCESSED: &str = "readings-processed";
 
 /// Deviations that differ by less are equal, mm: files have seven digits after the point at most.
 pub(crate) const NO_DIGIT_MM: f64 = 5e-8;
@@ -47,7 +46,7 @@ fn are_alike(figures: &[f64]) -> bool {
 }
 
 fn suspected(session: &Session, says: String) -> Suspicion {
-    let mut found = Suspicion::new(READING_PROCESSED, RECORDER, Vec::new(), says, with_own_zero(session));
+    let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, Vec::new(), says, with_own_zero(session));
     found.components = vec!["length".into()];
     found.weight = OFTEN;
     found

@@ -5,6 +5,7 @@
 
 use super::figures::{Figure, Linearised, with_figures};
 use super::processed::{deviations_mm, own_zeros};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::exchanged::repeats;
@@ -15,9 +16,6 @@ use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::identify::Quantity;
 use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
 use crate::units::MM_PER_INCH;
-
-pub(crate) const READING_SIGN: &str = "reading-sign";
-pub(crate) const READING_ZERO: &str = "reading-zero";
 
 /// Factors that a conversion may have left on the deviations, with words.
 const FACTORS: [(f64, &str); 5] = [
@@ -44,7 +42,7 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
         let share = readings(session, tests) as f64 / readings(session, &every).max(1) as f64;
         let factors = FACTORS.iter().filter(|(factor, _)| *factor < 0.0 || !is_all);
         list.extend(factors.map(|&(factor, words)| Suspicion {
-            effect: if factor < 0.0 { READING_SIGN } else { "unit" },
+            kind: if factor < 0.0 { FaultKind::ReadingSign } else { FaultKind::Unit },
             place: RECORDER.into(),
             components: vec!["length".into()],
             tests: names.clone(),
@@ -83,7 +81,7 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
             if factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") }
         );
         let undone = with_figures(session, &figure, &sizes)?;
-        let found = Suspicion::new("unit", RECORDER, names, says, undone);
+        let found = Suspicion::new(FaultKind::Unit, RECORDER, names, says, undone);
         Some(Suspicion {
             components: vec!["length".into()],
             diminished: factor.powf(share),
@@ -129,7 +127,7 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             "the gauge had a zero of its own in {}: state 'bar_setup' and 'zero: free' there, and zero it once a session",
             listed(&names)
         );
-        Suspicion { is_found: true, ..Suspicion::new(READING_ZERO, "bar", names, says, undone) }
+        Suspicion { is_found: true, ..Suspicion::new(FaultKind::ReadingZero, "bar", names, says, undone) }
     };
     groups.iter().filter(|group| group.len() < session.tests.len()).map(of).collect()
 }
@@ -137,7 +135,7 @@ pub(crate) fn zeroed(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
 /// The same readings as they would be if they had been written otherwise in all tests, which no residual tells.
 pub(crate) struct HeldOtherwise {
     pub(crate) session: Session,
-    pub(crate) effect: &'static str,
+    pub(crate) kind: FaultKind,
     pub(crate) says: String,
 }
 
@@ -153,7 +151,7 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
     // what all recordings have alike by software needs no other explanation
     let own_zeros = own_zeros(Sampled { few_rows: session, all_rows: session });
     if !own_zeros.is_empty() {
-        let held = |one: Suspicion| HeldOtherwise { session: one.undone, effect: one.effect, says: one.says };
+        let held = |one: Suspicion| HeldOtherwise { session: one.undone, kind: one.kind, says: one.says };
         return own_zeros.into_iter().map(held).collect();
     }
     let every = every(session);
@@ -162,7 +160,7 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
     if session.tests.iter().all(is_deviation) {
         let turned = with_deviations(session, &every, -1.0);
         let says = "the deviations from the bars' lengths have the wrong sign: turn it".to_string();
-        list.push(HeldOtherwise { session: turned, effect: READING_SIGN, says });
+        list.push(HeldOtherwise { session: turned, kind: FaultKind::ReadingSign, says });
     }
     let mut nominal = session.clone();
     let mut offsets: Vec<f64> = Vec::new();
@@ -182,7 +180,7 @@ pub(crate) fn held_otherwise(session: &Session) -> Vec<HeldOtherwise> {
         let says = "deviations were counted from the bars' nominal lengths and not from the calibrated ones that the session states: \
                     state whole millimetres as bar_length, or correct the readings"
             .to_string();
-        list.push(HeldOtherwise { session: nominal, effect: READING_ZERO, says });
+        list.push(HeldOtherwise { session: nominal, kind: FaultKind::ReadingZero, says });
     }
     list
 }

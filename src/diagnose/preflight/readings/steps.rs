@@ -1,6 +1,7 @@
 //! Digits with which columns were written: steps of which all values are multiples, and what readings lost that were cut to them.
 
 use super::processed::deviations_mm;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::Suspicion;
@@ -52,7 +53,7 @@ pub(crate) fn cut_off(sampled: Sampled<'_>) -> Option<Suspicion> {
     let says = format!(
         "deviations were cut to whole multiples of {step_mm} mm, towards zero: export them with all their digits"
     );
-    let mut found = Suspicion::new("values-rounded", RECORDER, Vec::new(), says, undone);
+    let mut found = Suspicion::new(FaultKind::ValuesRounded, RECORDER, Vec::new(), says, undone);
     found.components = vec!["length".into()];
     Some(found)
 }

@@ -5,8 +5,9 @@
 //! noise alone. That they agree so well is what speaks for it; what was taken off is fitted.
 
 use super::figures::{Figure, Linearised, with_figures};
-use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
+use super::processed::{NO_DIGIT_MM, deviations_mm};
 use crate::chain::Chain;
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
@@ -146,7 +147,7 @@ pub(crate) fn lacking(session: &Session) -> Option<DataFault> {
     (shown > SHOWN).then(|| {
         let names = names(session, &struck);
         let says = format!("{} the readings of {}: export them as they were read", what.words(), listed(&names));
-        let mut fault = DataFault::seen(READING_PROCESSED, RECORDER, names, says);
+        let mut fault = DataFault::seen(FaultKind::ReadingsProcessed, RECORDER, names, says);
         fault.components = vec!["length".into()];
         fault
     })
@@ -182,7 +183,7 @@ fn restored(
     let names = names(thinned, &lacking.iter().map(|(test, _)| *test).collect::<Vec<_>>());
     let of = if matches!(what, TakenOff::Start | TakenOff::EndToEnd) { "" } else { " the readings of" };
     let says = format!("{}{of} {}: export them as they were read", what.words(), listed(&names));
-    let mut found = Suspicion::new(READING_PROCESSED, RECORDER, names, says, undone);
+    let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, names, says, undone);
     found.components = vec!["length".into()];
     Some(Suspicion { log_figures: lacking.iter().map(|(_, log)| log).sum(), ..found })
 }

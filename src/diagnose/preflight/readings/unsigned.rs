@@ -1,7 +1,8 @@
 //! Sessions in which some deviations were written without their sign. Whether they were is for others to judge.
 
 use super::figures::Linearised;
-use super::processed::{NO_DIGIT_MM, READING_PROCESSED, deviations_mm};
+use super::processed::{NO_DIGIT_MM, deviations_mm};
+use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
@@ -59,7 +60,7 @@ pub(crate) fn unsigned(sampled: Sampled<'_>, linearised: &Linearised) -> Option<
     }
     let names = names(session, &tests);
     let says = format!("the deviations of {} lost their sign: export them with it", listed(&names));
-    let mut found = Suspicion::new(READING_PROCESSED, RECORDER, names, says, undone);
+    let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, names, says, undone);
     found.components = vec!["length".into()];
     Some(found)
 }
