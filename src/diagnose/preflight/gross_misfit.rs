@@ -18,7 +18,7 @@ use super::places::restated::other_directions;
 use super::places::standing::standing_elsewhere;
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
 use super::small_misfit::toggled;
-use super::suspicion::{OFTEN, Suspicion};
+use super::suspicion::{Judged, OFTEN, Suspicion};
 use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::identify::{FreePrior, Quantity};
 use crate::session::{Session, Setups};
@@ -124,8 +124,8 @@ fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     for k in stood {
         let left_um = judged[k].left_um;
         let nearer = finer_place(thinned, misfit_um, (left_um, &judged[k].suspicion));
-        let nearer = nearer.filter(|(nearer_um, _)| NEARER * nearer_um < left_um);
-        if let Some(nearer) = nearer.and_then(|(_, nearer)| settled(nearer)) {
+        let nearer = nearer.filter(|nearer| NEARER * nearer.left_um < left_um);
+        if let Some(nearer) = nearer.and_then(|nearer| settled(nearer.suspicion)) {
             judged[k] = nearer;
         }
     }
@@ -147,8 +147,8 @@ fn turn_round(judged: &mut Vec<Settled>, sampled: Sampled<'_>) {
             .min_by(|&a, &b| judged[a].left_um.total_cmp(&judged[b].left_um));
         if let Some(best) = best {
             let one = judged.swap_remove(best);
-            let (_, suspicion) = toggled(sampled, misfit_um, (one.left_um, one.suspicion));
-            judged.extend(settled(suspicion));
+            let one = Judged { left_um: one.left_um, suspicion: one.suspicion };
+            judged.extend(settled(toggled(sampled, misfit_um, one).suspicion));
         }
     }
 }

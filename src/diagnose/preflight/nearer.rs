@@ -28,10 +28,10 @@ pub(crate) fn bring_nearer(
     judged: &mut [Judged],
 ) {
     let thinned = sampled.few_rows;
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    judged.sort_by(|a, b| a.left_um.total_cmp(&b.left_um));
     let mut seen: Vec<(FaultKind, Vec<String>, Vec<String>)> = Vec::new();
     let mut places = Vec::new();
-    for (place, (_, one)) in judged.iter().enumerate() {
+    for (place, Judged { suspicion: one, .. }) in judged.iter().enumerate() {
         let key = (one.kind, one.components.clone(), one.tests.clone());
         let has_size = [FaultKind::StandingAxis, FaultKind::ColumnShifted, FaultKind::TimeShift].contains(&one.kind);
         if has_size && !seen.contains(&key) && places.len() < BROUGHT_NEARER {
@@ -40,10 +40,10 @@ pub(crate) fn bring_nearer(
         }
     }
     for place in places {
-        let (misfit, suspicion) = &judged[place];
+        let Judged { left_um, suspicion } = &judged[place];
         let nearer = match suspicion.shift_ms {
-            Some(shift_ms) => finer_shift(sampled, misfit_um, (*misfit, suspicion), shift_ms / 1e3),
-            None => finer_place(thinned, misfit_um, (*misfit, suspicion)),
+            Some(shift_ms) => finer_shift(sampled, misfit_um, (*left_um, suspicion), shift_ms / 1e3),
+            None => finer_place(thinned, misfit_um, (*left_um, suspicion)),
         };
         if let Some(nearer) = nearer {
             judged[place] = nearer;
@@ -55,14 +55,14 @@ pub(crate) fn bring_nearer(
 fn finer_shift(
     sampled: Sampled<'_>,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
-    (misfit, suspicion): (f64, &Suspicion),
+    (left_um, suspicion): (f64, &Suspicion),
     seconds: f64,
 ) -> Option<Judged> {
     let whole = sampled.all_rows;
     let is_struck = |test: &usize| suspicion.tests.is_empty() || suspicion.tests.contains(&whole.tests[*test].name);
     let struck: Vec<usize> = (0..whole.tests.len()).filter(is_struck).collect();
     let moved = |seconds: f64| Some(shifted(sampled, &struck, seconds));
-    descended((misfit, seconds), FINER_SHARE.map(|share| share * seconds.abs()), moved, misfit_um).map(Judged::from)
+    descended((left_um, seconds), FINER_SHARE.map(|share| share * seconds.abs()), moved, misfit_um).map(Judged::from)
 }
 
 /// An axis brought nearer to where it stood, or to what its column is off by, than the grid; `None` where nothing lowers the misfit,
@@ -70,7 +70,7 @@ fn finer_shift(
 pub(crate) fn finer_place(
     thinned: &Session,
     misfit_um: impl Fn(&Session) -> Option<f64> + Sync,
-    (misfit, suspicion): (f64, &Suspicion),
+    (left_um, suspicion): (f64, &Suspicion),
 ) -> Option<Judged> {
     let tests: Vec<usize> =
         (0..thinned.tests.len()).filter(|&test| suspicion.tests.contains(&thinned.tests[test].name)).collect();
@@ -93,7 +93,7 @@ pub(crate) fn finer_place(
         AxisKind::Rotary => FINER_DEG.map(f64::to_radians),
         AxisKind::Linear => FINER_MM,
     };
-    descended((misfit, at(&suspicion.undone) - at(thinned)), steps, moved, misfit_um).map(Judged::from)
+    descended((left_um, at(&suspicion.undone) - at(thinned)), steps, moved, misfit_um).map(Judged::from)
 }
 
 /// A mistake that has a size, with the misfit that undoing it leaves, µm.
@@ -105,7 +105,7 @@ pub(super) struct Sized {
 
 impl From<Sized> for Judged {
     fn from(sized: Sized) -> Judged {
-        (sized.misfit_um, sized.suspicion)
+        Judged { left_um: sized.misfit_um, suspicion: sized.suspicion }
     }
 }
 

@@ -158,23 +158,24 @@ fn suspected(session: &Session) -> Vec<Suspected> {
     suspicions.extend(fitted_lines(&thinned, &as_it_is));
     suspicions.retain(|suspicion| !contradicts_a_sweep(session, suspicion));
     let tried = Tried::of(&suspicions);
-    let mut judged: Vec<(f64, Suspicion)> = suspicions
+    let mut judged: Vec<Judged> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| {
             let refit = refit(&suspicion.undone, Some(&as_it_is.values))?;
             let is_one =
                 suspicion.kind != FaultKind::ReadingZero || own_zero_mm(&refit) > least_zero_mm(&thinned, &suspicion);
-            is_one.then_some((suspicion.diminished * refit.misfit_um, suspicion))
+            is_one.then_some(Judged { left_um: suspicion.diminished * refit.misfit_um, suspicion })
         })
         .collect();
     bring_nearer(sampled, misfit_um, &mut judged);
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let foreign =
-        likeliest(judged.extract_if(.., |(_, one)| one.kind == FaultKind::ForeignFile).collect()).map(|(best, _)| best);
+    judged.sort_by(|a, b| a.left_um.total_cmp(&b.left_um));
+    let foreign = judged.extract_if(.., |one| one.suspicion.kind == FaultKind::ForeignFile).collect();
+    let foreign = likeliest(foreign).map(|(best, _)| best);
     let Some((best, others)) = likeliest(judged) else { return Vec::new() };
     let best = widened(&thinned, misfit_um, best);
-    let (after_um, best) = toggled(sampled, misfit_um, best);
-    let with_odds = |(after_um, best): Judged, alike: Vec<Judged>| {
+    let best = toggled(sampled, misfit_um, best);
+    let after_um = best.left_um;
+    let with_odds = |Judged { left_um: after_um, suspicion: best }: Judged, alike: Vec<Judged>| {
         // which of them was made nothing tells: together they are as likely as all of them
         let log_alike = (1.0 + alike.len() as f64).ln();
         let rivals = rivals(&best, alike.into_iter());
@@ -192,9 +193,10 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
         Suspected { best, rivals, before_um: as_it_is.misfit_um, after_um, log_odds }
     };
-    let alike: Vec<Judged> = others.into_iter().filter(|(misfit, _)| *misfit < (1.0 + ALIKE) * after_um).collect();
-    let foreign = foreign.filter(|(left, _)| *left < AS_NEAR * after_um).map(|foreign| with_odds(foreign, Vec::new()));
-    let best = with_odds((after_um, best), alike);
+    let alike: Vec<Judged> = others.into_iter().filter(|other| other.left_um < (1.0 + ALIKE) * after_um).collect();
+    let foreign = foreign.filter(|foreign| foreign.left_um < AS_NEAR * after_um);
+    let foreign = foreign.map(|foreign| with_odds(foreign, Vec::new()));
+    let best = with_odds(best, alike);
     match foreign {
         Some(foreign) if FOREIGN_GAIN * foreign.after_um < after_um => vec![foreign],
         foreign => std::iter::once(best).chain(foreign).collect(),
@@ -231,22 +233,24 @@ const ALIKE: f64 = 0.02;
 /// which happens as files are put together, comes before a sign that is wrong in some recordings only, and what needs no fitted figure
 /// before what does.
 fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
-    let (least, first) = judged.first()?;
+    let Judged { left_um: least, suspicion: first } = judged.first()?;
     let is_partial_sign = first.kind == FaultKind::AxisSign && !first.tests.is_empty();
     let alike = (1.0 + ALIKE) * least;
-    let turned = judged.iter().position(|(misfit, other)| *misfit < alike && other.kind == FaultKind::AngleReversed);
-    let fewest_figures = judged.iter().take_while(|(misfit, _)| *misfit < alike).enumerate().max_by(
-        |(place, (_, one)), (other, (_, another))| one.log_cost().total_cmp(&another.log_cost()).then(other.cmp(place)),
-    );
+    let turned = judged.iter().position(|one| one.left_um < alike && one.suspicion.kind == FaultKind::AngleReversed);
+    let log_cost = |judged: &Judged| judged.suspicion.log_cost();
+    let fewest_figures =
+        judged.iter().take_while(|one| one.left_um < alike).enumerate().max_by(|(place, one), (other, another)| {
+            log_cost(one).total_cmp(&log_cost(another)).then(other.cmp(place))
+        });
     let fewest_figures = fewest_figures.map_or(0, |(place, _)| place);
     let best = judged.remove(turned.filter(|_| is_partial_sign).unwrap_or(fewest_figures));
     Some((best, judged))
 }
 
 /// Rivals of a mistake, each kind on the same columns once, or once for each of several tests that have none in common.
-fn rivals(best: &Suspicion, alike: impl Iterator<Item = (f64, Suspicion)>) -> Vec<Rival> {
+fn rivals(best: &Suspicion, alike: impl Iterator<Item = Judged>) -> Vec<Rival> {
     let mut rivals: Vec<Suspicion> = Vec::new();
-    for (_, other) in alike {
+    for Judged { suspicion: other, .. } in alike {
         let says_as_much = |one: &Suspicion| {
             let has_common = one.tests.is_empty() || one.tests.iter().any(|test| other.tests.contains(test));
             (one.kind, &one.components) == (other.kind, &other.components) && (has_common || other.tests.is_empty())
@@ -298,21 +302,21 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
 
 /// A column that is off in some tests, with the other programs in which it is off by as much: those that leave less so.
 fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync, mut best: Judged) -> Judged {
-    let axis = best.1.components.first().and_then(|name| thinned.machine.axis_index(name));
-    let (Some(axis), FaultKind::ColumnShifted) = (axis, best.1.kind) else { return best };
+    let axis = best.suspicion.components.first().and_then(|name| thinned.machine.axis_index(name));
+    let (Some(axis), FaultKind::ColumnShifted) = (axis, best.suspicion.kind) else { return best };
     let mut struck: Vec<usize> =
-        (0..thinned.tests.len()).filter(|&test| best.1.tests.contains(&thinned.tests[test].name)).collect();
+        (0..thinned.tests.len()).filter(|&test| best.suspicion.tests.contains(&thinned.tests[test].name)).collect();
     let Some(&first) = struck.first() else { return best };
     let at = |session: &Session| first_position(session, first, axis).unwrap_or(0.0);
-    let shift = at(&best.1.undone) - at(thinned);
+    let shift = at(&best.suspicion.undone) - at(thinned);
     for other in 0..thinned.tests.len() {
         if struck.contains(&other) {
             continue;
         }
         let more: Vec<usize> = struck.iter().copied().chain(repeats(thinned, other)).collect();
         let wider = column_off(thinned, axis, &more, shift)
-            .and_then(|wider| misfit_um(&wider.undone).map(|misfit| (misfit, wider)))
-            .filter(|(misfit, _)| *misfit < (1.0 - TOGGLE_GAIN) * best.0);
+            .and_then(|wider| Some(Judged { left_um: misfit_um(&wider.undone)?, suspicion: wider }))
+            .filter(|wider| wider.left_um < (1.0 - TOGGLE_GAIN) * best.left_um);
         if let Some(wider) = wider {
             (best, struck) = (wider, more);
         }
@@ -324,20 +328,17 @@ fn widened(thinned: &Session, misfit_um: impl Fn(&Session) -> Option<f64> + Sync
 const TOGGLE_GAIN: f64 = 0.02;
 
 /// Reversed recordings found one by one: whichever of them turned, or turned back, leaves less is so.
-pub(crate) fn toggled(
-    sampled: Sampled<'_>,
-    misfit_um: impl Fn(&Session) -> Option<f64>,
-    (mut misfit, mut suspicion): (f64, Suspicion),
-) -> (f64, Suspicion) {
+pub(crate) fn toggled(sampled: Sampled<'_>, misfit_um: impl Fn(&Session) -> Option<f64>, mut judged: Judged) -> Judged {
     let Sampled { few_rows: thinned, all_rows: session } = sampled;
+    let Judged { left_um, suspicion } = &mut judged;
     if suspicion.kind != FaultKind::AngleReversed {
-        return (misfit, suspicion);
+        return judged;
     }
     let Some(axis) = session.machine.axes.iter().position(|axis| suspicion.components.contains(&axis.name)) else {
-        return (misfit, suspicion);
+        return judged;
     };
     for _ in 0..2 {
-        let before = misfit;
+        let before = *left_um;
         for (index, test) in session.tests.iter().enumerate() {
             let Some(turned) = test.recording.as_ref().and_then(|recording| from_other_end(recording, axis)) else {
                 continue;
@@ -347,8 +348,8 @@ pub(crate) fn toggled(
                 true => thinned.tests[index].recording.clone(),
                 false => Some(turned),
             };
-            if let Some(less) = misfit_um(&undone).filter(|less| *less < (1.0 - TOGGLE_GAIN) * misfit) {
-                misfit = less;
+            if let Some(less) = misfit_um(&undone).filter(|less| *less < (1.0 - TOGGLE_GAIN) * *left_um) {
+                *left_um = less;
                 suspicion.undone = undone;
                 match suspicion.tests.iter().position(|name| *name == test.name) {
                     Some(place) => drop(suspicion.tests.remove(place)),
@@ -356,11 +357,11 @@ pub(crate) fn toggled(
                 }
             }
         }
-        if misfit >= before {
+        if *left_um >= before {
             break;
         }
     }
-    (misfit, suspicion)
+    judged
 }
 
 /// Residual that a ball which slipped may leave, µm rms: a cup that was knocked by more comes off.

@@ -26,8 +26,12 @@ pub(crate) struct Suspicion {
     pub(crate) undone: Session,
 }
 
-/// A mistake with the misfit that undoing it leaves, µm.
-pub(crate) type Judged = (f64, Suspicion);
+/// A mistake with what undoing it leaves.
+pub(crate) struct Judged {
+    /// Misfit, µm.
+    pub(crate) left_um: f64,
+    pub(crate) suspicion: Suspicion,
+}
 
 impl Suspicion {
     /// A mistake in what the session says of some tests, of no special weight.
