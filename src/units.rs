@@ -97,6 +97,12 @@ pub fn shown(value: f64) -> String {
     if is_short { value.to_string() } else { format!("{value:e}") }
 }
 
+/// A number with at most so many decimals, without a negative zero.
+pub fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10f64.powi(decimals);
+    (value * scale).round() / scale + 0.0
+}
+
 /// Why a quantity was not understood; the text names what is allowed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum QuantityError {

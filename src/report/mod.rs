@@ -11,6 +11,7 @@ mod fits;
 pub mod history;
 pub mod inverse;
 mod pictures;
+pub mod plan;
 pub mod reconciliation;
 pub mod setup_sheet;
 pub mod simulation;

@@ -3,10 +3,7 @@
 mod arguments;
 mod files;
 mod former;
-mod json;
-mod rounding;
 mod settings;
-mod text;
 mod verb;
 
 pub use arguments::Arguments;

@@ -3,10 +3,9 @@
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Settings, free_parts};
 use fiveaxis::session::{Follow, Zero};
-use fiveaxis::units::{Measure, parse_quantity, shown};
+use fiveaxis::units::{Measure, parse_quantity, rounded, shown};
 
 use super::arguments::{Arguments, FollowName, MethodName, ZeroName};
-use super::rounding::round;
 use crate::verbs::Refusal;
 
 /// Settings of the options.
@@ -82,7 +81,7 @@ pub fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Re
 fn nothing_left(machine: &Machine, axis: usize) -> String {
     let entry = &machine.axes[axis];
     let unit = if entry.kind == AxisKind::Linear { " mm" } else { "°" };
-    let in_unit = |q: f64| round(entry.kind.to_file_unit(q), 3);
+    let in_unit = |q: f64| rounded(entry.kind.to_file_unit(q), 3);
     let range = entry.range.map(|(low, high)| format!(", {}…{}{unit}", in_unit(low), in_unit(high)));
     format!(
         "--avoid covers the whole range of {}{}: the axis has nowhere to stand; give the region that is worn only",

@@ -3,16 +3,15 @@
 use fiveaxis::load::{load_kit, load_machine_and_bodies, standard_kit};
 use fiveaxis::plan::plan_with_advice;
 use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
+use fiveaxis::report::plan::{plan_json, plan_text};
 use serde_json::json;
 
 use super::arguments::Arguments;
 use super::files::{Planned, planned_files};
 use super::former::former_files;
-use super::json::as_json;
 use super::settings::settings;
-use super::text::print_plan;
 use crate::verbs::options::directions::say;
-use crate::verbs::output::{print_json, settle};
+use crate::verbs::output::{print, print_json, settle};
 use crate::verbs::{Refusal, solids};
 
 /// Runs the verb.
@@ -42,12 +41,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         output.write(folder, std::slice::from_ref(&arguments.machine))?;
     }
     if arguments.json {
-        let mut value = as_json(&plan, &machine);
+        let mut value = plan_json(&plan, &machine);
         value["touching"] = json!(touching_json(&world.touching));
         value["can_touch"] = json!(meetings_json(&machine, &can_touch));
         return print_json(&value);
     }
-    print_plan(&plan, &machine, &settings);
+    print(&plan_text(&plan, &machine, &settings))?;
     if let Some(note) = can_touch_note(&machine, &can_touch) {
         println!("\n{note}");
     }

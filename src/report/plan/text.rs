@@ -1,38 +1,42 @@
-//! A plan as text for a terminal. It chooses nothing.
+//! A plan as text for a terminal.
 
-use fiveaxis::machine::{AxisKind, Machine};
-use fiveaxis::nc::without_machine_zero;
-use fiveaxis::plan::{Plan, PlannedTest, Settings};
-use fiveaxis::report::{approach_in_words, what_moves};
-use fiveaxis::units::Measure;
+use std::fmt::Write as _;
 
-use super::rounding::round;
+use crate::machine::{AxisKind, Machine};
+use crate::nc::without_machine_zero;
+use crate::plan::{Plan, PlannedTest, Settings};
+use crate::report::wording::words::{approach_in_words, what_moves};
+use crate::units::{Measure, rounded};
 
-/// Prints tests, forecasts and trade-off curve.
-pub fn print_plan(plan: &Plan, machine: &Machine, settings: &Settings) {
-    print_size(plan, machine);
+/// Tests, forecasts and trade-off curve, each line with its end.
+pub fn plan_text(plan: &Plan, machine: &Machine, settings: &Settings) -> String {
+    let mut out = String::new();
+    add_size(&mut out, plan, machine);
     let mut last = None;
     for planned in &plan.tests {
         let pivot = &planned.test.pivot;
         if last != Some(pivot.at) {
             let p = pivot.at;
-            println!(
+            let _ = writeln!(
+                out,
                 "\npivot on {} ({}), ball at ({:.3}, {:.3}, {:.3}), {:.1} mm above it",
                 planned.mount, pivot.link, p.x, p.y, p.z, planned.height_mm
             );
             last = Some(pivot.at);
         }
-        print_test(planned, machine, settings);
+        add_test(&mut out, planned, machine, settings);
     }
-    print_errors(plan);
-    print_curve(plan);
-    print_remarks(plan, machine, settings);
+    add_errors(&mut out, plan);
+    add_curve(&mut out, plan);
+    add_remarks(&mut out, plan, machine, settings);
+    out
 }
 
 /// How many tests and setups, how long they take, and whether they are for a machine yet.
-fn print_size(plan: &Plan, machine: &Machine) {
-    println!("{} {}", machine.name, machine.code);
-    println!(
+fn add_size(out: &mut String, plan: &Plan, machine: &Machine) {
+    let _ = writeln!(out, "{} {}", machine.name, machine.code);
+    let _ = writeln!(
+        out,
         "{} tests in both directions, {} pivot setup{}, {:.0} minutes; {} reachable setups considered",
         plan.tests.len(),
         plan.pivot_setups,
@@ -41,7 +45,8 @@ fn print_size(plan: &Plan, machine: &Machine) {
         plan.considered
     );
     if let Some(one) = plan.one_pivot.filter(|_| plan.pivot_setups > 1) {
-        println!(
+        let _ = writeln!(
+            out,
             "from one pivot setup alone (--pivots 1): {} of {} errors in {:.0} minutes",
             one.determined,
             plan.errors.len(),
@@ -49,21 +54,22 @@ fn print_size(plan: &Plan, machine: &Machine) {
         );
     }
     if let Err(why) = machine.stated_directions() {
-        println!("nothing here is for a machine yet: {why}");
+        let _ = writeln!(out, "nothing here is for a machine yet: {why}");
     }
 }
 
 /// One test: bar, sweep and clearance, where its ball and the other axes stand, and the way to it.
-fn print_test(planned: &PlannedTest, machine: &Machine, settings: &Settings) {
+fn add_test(out: &mut String, planned: &PlannedTest, machine: &Machine, settings: &Settings) {
     let test = &planned.test;
     let stands: Vec<String> = machine
         .axes
         .iter()
         .zip(&test.positions)
-        .filter_map(|(axis, q)| Some(format!("{} {}", axis.name, round(axis.kind.to_file_unit((*q)?), 4))))
+        .filter_map(|(axis, q)| Some(format!("{} {}", axis.name, rounded(axis.kind.to_file_unit((*q)?), 4))))
         .collect();
     let s = test.spindle_ball.at;
-    println!(
+    let _ = writeln!(
+        out,
         "  {:<20} bar {:>5} mm  {} {:>6} … {:<6}°  h {:>8.3} mm  clear {:>6.2} mm ({} – {})",
         test.name,
         test.bar_length_mm.map_or("–".into(), |length| length.to_string()),
@@ -76,20 +82,29 @@ fn print_test(planned: &PlannedTest, machine: &Machine, settings: &Settings) {
         planned.sweep.pair.1
     );
     let index = if test.spindle_ball.indexed_about.is_some() { ", spindle indexed by 180°" } else { "" };
-    println!("               spindle ball at ({:.3}, {:.3}, {:.3}){index}; {}", s.x, s.y, s.z, stands.join(" "));
-    println!("               {}", approach_in_words(planned, machine));
+    let _ = writeln!(
+        out,
+        "               spindle ball at ({:.3}, {:.3}, {:.3}){index}; {}",
+        s.x,
+        s.y,
+        s.z,
+        stands.join(" ")
+    );
+    let _ = writeln!(out, "               {}", approach_in_words(planned, machine));
     if let Some(feed) = test.feed_mm_per_min.filter(|feed| *feed < settings.feed_mm_per_min) {
-        println!("               at {feed} mm/min: faster, a control would not keep its feed over the arc");
+        let _ =
+            writeln!(out, "               at {feed} mm/min: faster, a control would not keep its feed over the arc");
     }
 }
 
 /// What each error will be known to, and why one is not determined.
-fn print_errors(plan: &Plan) {
-    println!("\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
+fn add_errors(out: &mut String, plan: &Plan) {
+    let _ = writeln!(out, "\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
     for error in &plan.errors {
         let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
         let state = if error.determined { "" } else { "UNDETERMINED " };
-        println!(
+        let _ = writeln!(
+            out,
             "{:<8} {:>8.2} {:<6} {:>8.2} {:<6} {state}{}",
             error.name,
             measure.to_output(error.sigma),
@@ -102,10 +117,11 @@ fn print_errors(plan: &Plan) {
 }
 
 /// The worst uncertainties after one test, after two, and so on.
-fn print_curve(plan: &Plan) {
-    println!("\ntests  minutes  pivots  worst position  worst orientation");
+fn add_curve(out: &mut String, plan: &Plan) {
+    let _ = writeln!(out, "\ntests  minutes  pivots  worst position  worst orientation");
     for point in &plan.curve {
-        println!(
+        let _ = writeln!(
+            out,
             "{:>5}  {:>7.0}  {:>6}  {:>11.2} um  {:>11.2} arcsec",
             point.tests,
             point.minutes,
@@ -117,32 +133,35 @@ fn print_curve(plan: &Plan) {
 }
 
 /// What is not reached, what would help, and what the machine file leaves open.
-fn print_remarks(plan: &Plan, machine: &Machine, settings: &Settings) {
+fn add_remarks(out: &mut String, plan: &Plan, machine: &Machine, settings: &Settings) {
     if !plan.goal_reached {
         let goal = &settings.goal;
-        println!(
+        let _ = writeln!(
+            out,
             "\nNot everything reaches {:.2} um and {:.2} arcsec; the table says what and why.",
             Measure::Length.to_output(goal.position_mm),
             Measure::Angle.to_output(goal.orientation_rad)
         );
     }
     for advice in &plan.advice {
-        println!("  {advice}");
+        let _ = writeln!(out, "  {advice}");
     }
     if settings.index_spindle && plan.tests.iter().all(|test| test.test.spindle_ball.indexed_about.is_none()) {
-        println!(
+        let _ = writeln!(
+            out,
             "\nNo test is worth running again with the spindle indexed: its ball must be on the tool axis and matter."
         );
     }
     let missing = without_machine_zero(machine);
     if !missing.is_empty() {
-        println!(
+        let _ = writeln!(
+            out,
             "\nmachine_zero is stated for some axes but not for {}: no program uses it, all positions are in work coordinates.",
             missing.join(" ")
         );
     }
     let rotary = machine.axes.iter().filter(|axis| axis.kind == AxisKind::Rotary).count();
     if rotary == 0 {
-        println!("The machine has no rotary axis.");
+        let _ = writeln!(out, "The machine has no rotary axis.");
     }
 }

@@ -1,24 +1,22 @@
 //! A plan as JSON: every test as a session states it, with what the plan adds. Keys are those of `schemas/plan.json`.
 
-use fiveaxis::collision::Leg;
-use fiveaxis::machine::{Directions, Machine};
-use fiveaxis::nc::without_machine_zero;
-use fiveaxis::plan::{ErrorForecast, Plan, PlannedTest, TradeOff};
-use fiveaxis::session::{Follow, Path as TestPath, Zero};
-use fiveaxis::units::Measure;
+use crate::collision::Leg;
+use crate::machine::{Directions, Machine};
+use crate::nc::without_machine_zero;
+use crate::plan::{ErrorForecast, Plan, PlannedTest, TradeOff};
+use crate::session::{Follow, Path as TestPath, Zero};
+use crate::units::{Measure, rounded};
 use serde_json::{Map, Value, json};
-
-use super::rounding::round;
 
 /// A planned test as a session states it, one entry for each direction.
 fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value>; 2] {
     let test = &planned.test;
-    let ball = |ball: &fiveaxis::session::Ball| json!({ "link": ball.link, "at": [ball.at.x, ball.at.y, ball.at.z] });
+    let ball = |ball: &crate::session::Ball| json!({ "link": ball.link, "at": [ball.at.x, ball.at.y, ball.at.z] });
     let positions: Map<String, Value> = machine
         .axes
         .iter()
         .zip(&test.positions)
-        .filter_map(|(axis, q)| Some((axis.name.clone(), json!(round(axis.kind.to_file_unit((*q)?), 5)))))
+        .filter_map(|(axis, q)| Some((axis.name.clone(), json!(rounded(axis.kind.to_file_unit((*q)?), 5)))))
         .collect();
     let came = machine.axes.iter().zip(&test.approached);
     let approached: Map<String, Value> =
@@ -47,7 +45,7 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
                 "marks",
                 json!({
                     "move": marks.move_mm, "feed": marks.feed_mm_per_min, "hold": marks.hold_s, "rest": marks.rest_s,
-                    "gap": round(marks.gap_s, 1),
+                    "gap": rounded(marks.gap_s, 1),
                 }),
             );
         }
@@ -73,12 +71,12 @@ fn session_tests(planned: &PlannedTest, machine: &Machine) -> [Map<String, Value
 /// What the plan adds to a test of a session: clearance, mounting, and the way from the park position.
 fn planned_parts(planned: &PlannedTest, machine: &Machine) -> Map<String, Value> {
     let (sweep, mounting) = (&planned.sweep, &planned.mounting);
-    let arm_mm = mounting.arm.as_ref().map(|arm| round(arm.length_mm, 6));
+    let arm_mm = mounting.arm.as_ref().map(|arm| rounded(arm.length_mm, 6));
     let ends = sweep.ends.iter();
     let ended: Vec<String> =
         ends.map(|pair| pair.as_ref().map_or("axis range".into(), |(a, b)| format!("{a} – {b}"))).collect();
     let axis_name = |axis: usize| machine.axes[axis].name.clone();
-    let in_file_unit = |axis: usize, q: f64| round(machine.axes[axis].kind.to_file_unit(q), 5);
+    let in_file_unit = |axis: usize, q: f64| rounded(machine.axes[axis].kind.to_file_unit(q), 5);
     let park = planned.approach.park.iter().enumerate();
     let park: Map<String, Value> = park.map(|(k, &q)| (axis_name(k), json!(in_file_unit(k, q)))).collect();
     let legs = |legs: &[Leg]| -> Vec<Value> {
@@ -86,11 +84,11 @@ fn planned_parts(planned: &PlannedTest, machine: &Machine) -> Map<String, Value>
     };
     let mut map = Map::new();
     let mut put = |key: &str, value: Value| map.insert(key.into(), value);
-    put("clearance_mm", json!(round(sweep.clearance_mm, 3)));
+    put("clearance_mm", json!(rounded(sweep.clearance_mm, 3)));
     put("nearest", json!([sweep.pair.0, sweep.pair.1]));
-    put("minutes", json!(round(planned.minutes * 0.5, 3)));
-    put("rho_mm", json!(round(planned.rho_mm, 6)));
-    put("h_mm", json!(round(planned.h_mm, 6)));
+    put("minutes", json!(rounded(planned.minutes * 0.5, 3)));
+    put("rho_mm", json!(rounded(planned.rho_mm, 6)));
+    put("h_mm", json!(rounded(planned.h_mm, 6)));
     put("mount", json!(planned.mount));
     put("height_mm", json!(planned.height_mm));
     put(
@@ -98,7 +96,7 @@ fn planned_parts(planned: &PlannedTest, machine: &Machine) -> Map<String, Value>
         json!({
             "bar_parts_mm": mounting.bar_parts_mm,
             "calibrator_mm": mounting.calibrator_mm,
-            "nose_to_ball_mm": round(mounting.nose_to_ball_mm, 6),
+            "nose_to_ball_mm": rounded(mounting.nose_to_ball_mm, 6),
             "arm_mm": arm_mm,
         }),
     );
@@ -114,8 +112,8 @@ fn error_json(error: &ErrorForecast) -> Value {
     let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
     json!({
         "determined": error.determined,
-        "sigma": round(measure.to_output(error.sigma), 4),
-        "sigma_relative": round(measure.to_output(error.sigma_relative), 4),
+        "sigma": rounded(measure.to_output(error.sigma), 4),
+        "sigma_relative": rounded(measure.to_output(error.sigma_relative), 4),
         "unit": measure.output_unit(),
         "visible": error.visible,
         "by_linear_axes": error.by_linear_axes,
@@ -127,15 +125,15 @@ fn error_json(error: &ErrorForecast) -> Value {
 fn trade_off_json(point: &TradeOff) -> Value {
     json!({
         "tests": point.tests,
-        "minutes": round(point.minutes, 2),
+        "minutes": rounded(point.minutes, 2),
         "pivot_setups": point.pivot_setups,
-        "worst_position_um": round(Measure::Length.to_output(point.position_mm), 3),
-        "worst_orientation_arcsec": round(Measure::Angle.to_output(point.orientation_rad), 3),
+        "worst_position_um": rounded(Measure::Length.to_output(point.position_mm), 3),
+        "worst_orientation_arcsec": rounded(Measure::Angle.to_output(point.orientation_rad), 3),
     })
 }
 
 /// The plan as one object.
-pub fn as_json(plan: &Plan, machine: &Machine) -> Value {
+pub fn plan_json(plan: &Plan, machine: &Machine) -> Value {
     let mut tests = Vec::new();
     for planned in &plan.tests {
         for mut map in session_tests(planned, machine) {
@@ -149,11 +147,11 @@ pub fn as_json(plan: &Plan, machine: &Machine) -> Value {
         "directions": machine.directions.map(Directions::name),
         "tests": tests,
         "location_errors": errors,
-        "minutes": round(plan.minutes, 2),
+        "minutes": rounded(plan.minutes, 2),
         "pivot_setups": plan.pivot_setups,
         "goal_reached": plan.goal_reached,
         "advice": plan.advice,
-        "one_pivot": plan.one_pivot.map(|one| json!({ "determined": one.determined, "minutes": round(one.minutes, 2) })),
+        "one_pivot": plan.one_pivot.map(|one| json!({ "determined": one.determined, "minutes": rounded(one.minutes, 2) })),
         "trade_off": plan.curve.iter().map(trade_off_json).collect::<Vec<Value>>(),
         "considered": plan.considered,
         "without_machine_zero": without_machine_zero(machine),
