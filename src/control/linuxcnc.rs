@@ -10,6 +10,7 @@
 use nalgebra::Vector3;
 
 use super::counting::counting_against;
+use super::held::held;
 use crate::chain::Branch;
 use crate::chain::Chain;
 use crate::machine::{AxisKind, Machine};
@@ -31,6 +32,11 @@ const HEAD_SENSE: &str = "B so that the spindle's nose swings towards +x (revers
 fn rotary(machine: &Machine, branch: Branch) -> Vec<usize> {
     let chain = Chain::of(machine);
     chain.branch(branch).iter().copied().filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary).collect()
+}
+
+/// The module for a fitted machine, with the pins of the fitted lines and with those of the lines as drawn; an error says why none fits.
+pub fn modules_of(fitted: &Machine) -> Result<(Module, Module), String> {
+    Ok((module_of(&held(fitted))?, module_of(&held(&fitted.as_drawn()))?))
 }
 
 /// The module for a machine whose lines are those of `held`; an error says why none fits.

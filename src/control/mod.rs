@@ -10,12 +10,16 @@ mod held;
 mod linuxcnc;
 mod numbers;
 mod parameters;
+mod present;
+mod remaining;
 mod tables;
 
 pub use backlash::{Backlash, backlash};
 pub use counting::counting_against;
 pub use held::{held, held_where, left_over, what_stays};
-pub use linuxcnc::{Module, module_of};
+pub use linuxcnc::{Module, module_of, modules_of};
 pub use numbers::{Number, What, numbers};
-pub use parameters::{Control, Parameter, is_entered, parameters};
+pub use parameters::{Control, Parameter, all_parameters, is_entered, parameters};
+pub use present::{OtherUnit, refuse_other_units};
+pub use remaining::{Enters, Remaining, Worsening, entered_effects, remaining};
 pub use tables::{CompensationTable, LINUXCNC_ROWS, tables};

@@ -38,10 +38,15 @@ impl Parameter {
         self.name.strip_prefix("No. ").unwrap_or(&self.name)
     }
 
-    /// Whether a name means this parameter: in full, its number alone, or its first word.
+    /// Names that mean this parameter: without what explains it, in full, and its first word.
+    pub fn names(&self) -> [&str; 3] {
+        let short = self.short_name();
+        [short, &self.name, short.split_whitespace().next().unwrap_or(short)]
+    }
+
+    /// Whether a name means this parameter.
     pub fn is_called(&self, name: &str) -> bool {
-        let first = self.short_name().split_whitespace().next();
-        name == self.name || name == self.short_name() || Some(name) == first
+        self.names().contains(&name)
     }
 }
 
@@ -65,6 +70,17 @@ pub fn parameters(
                 .collect(),
         ),
     }
+}
+
+/// The parameters that a control has for a machine, also those whose numbers the recordings do not determine.
+pub fn all_parameters(
+    control: Control,
+    machine: &Machine,
+    numbers: &[Number],
+    module: Option<(&Module, &Module)>,
+) -> Vec<Parameter> {
+    let all: Vec<Number> = numbers.iter().map(|number| Number { determined: true, ..number.clone() }).collect();
+    parameters(control, machine, &all, module)
 }
 
 /// One entry for each parameter: a vector that closes a chain takes the changes of all others.

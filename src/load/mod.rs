@@ -9,6 +9,7 @@ mod machine_file;
 mod mesh;
 mod moment;
 mod positions;
+mod present_values;
 mod range;
 mod recording;
 mod rows;
@@ -29,6 +30,7 @@ pub use machine_file::bodies::{
 pub use machine_file::machine::{load_machine, load_machine_with_links, machine_from_yaml};
 pub use moment::Moment;
 pub use positions::{PositionsError, positions_from_text};
+pub use present_values::load_present_values;
 pub use recording::recording_from_csv;
 pub use rows::Rows;
 pub use session_file::session::{load_session, load_session_with, names_tests};

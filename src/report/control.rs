@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use crate::control::{Backlash, CompensationTable, Control, LINUXCNC_ROWS, Module, Number, Parameter, What};
+use crate::control::{Backlash, CompensationTable, Control, LINUXCNC_ROWS, Module, Number, Parameter, What, Worsening};
 use crate::effects::{Signature, is_a};
 use crate::machine::{AxisKind, Machine};
 use crate::report::wording::table::Table;
@@ -116,6 +116,29 @@ fn number_name(machine: &Machine, number: &Number) -> String {
         What::Pivot => format!("vector from {axis} to the spindle ball {along}"),
         What::Direction => format!("turn of {axis} about {along}"),
     }
+}
+
+/// What to tell when the parameters make the volume worse: by how much, what stays, what to do.
+pub fn worsening_note(worsening: &Worsening) -> String {
+    let [now, after] = [worsening.now_mm, worsening.after_mm].map(|mm| mm * UM_PER_MM);
+    format!(
+        "these parameters make the volume worse: {now:.1} µm of the tool tip now, {after:.1} µm with them (95 % of poses). {} stays, which the present values partly cancel by chance. Take that out first, by its table or with 'compensate', or record the tests that show its cause; enter these parameters with it, not alone",
+        worsening.stays
+    )
+}
+
+/// What to know of parameters along slides (by axis index) that count against the tool's way; `None` where there are none.
+pub fn counting_note(control: Control, machine: &Machine, against: &[usize]) -> Option<String> {
+    let against: Vec<&str> = against.iter().map(|&axis| machine.axes[axis].name.as_str()).collect();
+    let is_said = !against.is_empty() && control != Control::LinuxCnc;
+    is_said.then(|| {
+        format!(
+            "by the machine file a positive command of {} moves the tool in the negative sense over the workpiece: parameters along it are \
+             given as the control reads it, with the opposite sign of what 'identify' says. Most controls count it the other way (ISO 841): look \
+             which way it goes before anything is entered",
+            against.join(" and ")
+        )
+    })
 }
 
 /// As text.
