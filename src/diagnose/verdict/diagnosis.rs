@@ -244,6 +244,14 @@ impl Diagnosis {
         !matches!(self.verdict, Verdict::DataFault | Verdict::CannotBeJudged)
     }
 
+    /// Whether a location error that the findings move is nearer to the truth than before: nothing stays unexplained, and no finding
+    /// failed its held-out proof.
+    pub fn is_settled(&self) -> bool {
+        let failed = |k: usize| self.proof.as_ref().is_some_and(|proof| proof.has_failed(k));
+        let has_failed = (0..self.findings.len()).any(|k| !self.findings[k].single && failed(k));
+        matches!(self.verdict, Verdict::Clean | Verdict::Explained) && !has_failed
+    }
+
     /// Readings that took part, or were left out.
     pub fn readings(&self) -> usize {
         self.tests.iter().flat_map(|test| &test.before_mm).filter(|residual| residual.is_finite()).count()

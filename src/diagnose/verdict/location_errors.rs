@@ -35,9 +35,24 @@ pub struct Moved {
 pub const MOVED_SIGMAS: f64 = 2.0;
 
 impl Moved {
+    /// How far the findings move it, mm or rad.
+    fn change(&self) -> f64 {
+        (self.after - self.before).abs()
+    }
+
+    /// The same in standard deviations without what unseen causes may have moved.
+    pub fn change_in_sigmas(&self) -> f64 {
+        self.change() / self.seen_sigma.max(f64::MIN_POSITIVE)
+    }
+
     /// Whether the findings move it by more than its uncertainty.
-    pub(crate) fn is_moved(&self) -> bool {
-        (self.after - self.before).abs() > MOVED_SIGMAS * self.seen_sigma
+    pub fn is_moved(&self) -> bool {
+        self.change() > MOVED_SIGMAS * self.seen_sigma
+    }
+
+    /// Whether unseen causes may have moved it as far.
+    pub fn is_within_unseen(&self) -> bool {
+        self.change() < self.sigma
     }
 }
 

@@ -265,7 +265,7 @@ fn errors(page: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
             number::shown(0.0, json_moved.sigma).1,
             unit(json_moved.unit),
             text(json_moved.after - json_moved.before),
-            moved_words(json, json_moved)
+            moved_words(diagnosis, moved)
         );
     }
     page.push_str("</tbody></table></div>\n");

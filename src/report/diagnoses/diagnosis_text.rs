@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
-use super::diagnosis::{BlindJson, DiagnosisJson, MovedJson};
+use super::diagnosis::{BlindJson, DiagnosisJson};
 use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit,
 };
 use super::shape_words::shape_words;
 use super::unseen::{cures, kinds_words, minutes_words};
-use crate::diagnose::{Diagnosis, Finding, MOVED_SIGMAS};
+use crate::diagnose::{Diagnosis, Finding, MOVED_SIGMAS, Moved};
 use crate::report::wording::number::shown;
 use crate::report::wording::table::Table;
 use crate::session::Session;
@@ -161,32 +161,23 @@ fn blind(text: &mut String, session: &Session, json: &DiagnosisJson) {
 }
 
 /// What became of a location error when the findings were modelled.
-pub fn moved_words(json: &DiagnosisJson, moved: &MovedJson) -> &'static str {
-    let change = (moved.after - moved.before).abs();
-    let far = change > MOVED_SIGMAS * moved.seen_sigma;
+pub fn moved_words(diagnosis: &Diagnosis, moved: &Moved) -> &'static str {
     // where something is still unexplained nobody can say that a moved number is nearer to the truth
-    let sure = ["explained", "clean"].contains(&json.verdict)
-        && json.findings.iter().all(|finding| finding.cross_validated != Some("failed"));
-    match (far, moved.determined && sure) {
+    match (moved.is_moved(), moved.determined && diagnosis.is_settled()) {
         (false, true) => "as before",
         (false, false) => "not determined",
-        (true, _) if change < moved.sigma => "moved, by less than unseen causes may do",
+        (true, _) if moved.is_within_unseen() => "moved, by less than unseen causes may do",
         (true, true) => "better: it had held part of a finding",
         (true, false) => "different, perhaps no better",
     }
 }
 
 fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
-    let names: Vec<&String> = diagnosis.location_errors.iter().map(|moved| &moved.name).collect();
-    if ["data fault", "cannot be judged"].contains(&json.verdict) || names.is_empty() {
+    if !diagnosis.is_sound() || diagnosis.location_errors.is_empty() {
         return;
     }
-    let shift = |name: &str| {
-        let moved = &json.location_errors[name];
-        (moved.after - moved.before).abs() / moved.seen_sigma.max(f64::MIN_POSITIVE)
-    };
-    let all = names.len();
-    let moved = names.iter().filter(|name| shift(name) > MOVED_SIGMAS).count();
+    let all = diagnosis.location_errors.len();
+    let moved = diagnosis.location_errors.iter().filter(|moved| moved.is_moved()).count();
     let heading = match (json.findings.is_empty(), moved) {
         (true, _) => "\nLocation errors".to_string(),
         (false, 0) => "\nLocation errors: none moved beyond its uncertainty".to_string(),
@@ -196,39 +187,38 @@ fn errors(text: &mut String, diagnosis: &Diagnosis, json: &DiagnosisJson) {
     };
     let _ = writeln!(text, "{heading}");
     // what is neither determined nor moved has no number worth a line
-    let still_open = |name: &str| !json.location_errors[name].determined && shift(name) <= MOVED_SIGMAS;
-    let (open, told): (Vec<&String>, Vec<&String>) = names.into_iter().partition(|name| still_open(name));
+    let still_open = |moved: &&Moved| !moved.determined && !moved.is_moved();
+    let (open, mut told): (Vec<&Moved>, Vec<&Moved>) = diagnosis.location_errors.iter().partition(still_open);
     if !open.is_empty() {
-        let list: Vec<&str> = open.iter().map(|name| name.as_str()).collect();
+        let list: Vec<&str> = open.iter().map(|moved| moved.name.as_str()).collect();
         paragraph(text, "  ", 4, &format!("not determined by these recordings: {}", list.join(" ")));
     }
-    let mut names = told;
-    if names.is_empty() {
+    if told.is_empty() {
         return;
     }
-    let told = names.len();
-    if names.len() > MOST_ERRORS {
-        names.sort_by(|a, b| shift(b).total_cmp(&shift(a)));
-        names.truncate(MOST_ERRORS);
+    let count = told.len();
+    if count > MOST_ERRORS {
+        told.sort_by(|a, b| b.change_in_sigmas().total_cmp(&a.change_in_sigmas()));
+        told.truncate(MOST_ERRORS);
     }
     let mut table = Table::new(&["error", "before", "after", "± σ", "unit", ""]);
-    for name in &names {
-        let moved = &json.location_errors[*name];
-        let number = |value: f64| shown(value, moved.sigma).0;
+    for &moved in &told {
+        let in_units = &json.location_errors[&moved.name];
+        let number = |value: f64| shown(value, in_units.sigma).0;
         table.row(vec![
-            (*name).clone(),
-            number(moved.before),
-            number(moved.after),
-            shown(0.0, moved.sigma).1,
-            unit(moved.unit).to_string(),
-            moved_words(json, moved).to_string(),
+            moved.name.clone(),
+            number(in_units.before),
+            number(in_units.after),
+            shown(0.0, in_units.sigma).1,
+            unit(in_units.unit).to_string(),
+            moved_words(diagnosis, moved).to_string(),
         ]);
     }
     text.push_str(&table.text());
-    if told > names.len() {
-        let _ = writeln!(text, "  and {} that moved less, all in --json", told - names.len());
+    if count > told.len() {
+        let _ = writeln!(text, "  and {} that moved less, all in --json", count - told.len());
     }
-    let hang = hanging(json, names.iter().map(|name| name.as_str()));
+    let hang = hanging(json, told.iter().map(|moved| moved.name.as_str()));
     if !hang.is_empty() {
         let causes: Vec<&BlindJson> = hang.iter().map(|(cause, _)| *cause).collect();
         paragraph(text, "  ", 4, &format!("± σ holds what may be there unseen: {}", kinds_words(&causes)));
