@@ -6,7 +6,8 @@ use super::ambiguity::Ambiguity;
 use crate::identify::model::problem::Problem;
 use crate::identify::model::unknowns::{Quantity, Unknown};
 use crate::machine::{Component, ComponentError};
-use crate::statistics::NoiseModel;
+use crate::session::Zero;
+use crate::statistics::{NoiseModel, rms};
 
 /// Result of a fit.
 #[derive(Debug, Clone)]
@@ -45,6 +46,42 @@ impl Fit {
     /// Readings that were left out as gross outliers.
     pub fn left_out(&self) -> usize {
         self.tests.iter().map(|test| test.left_out.len()).sum()
+    }
+
+    /// Readings that took part.
+    pub fn readings(&self) -> usize {
+        self.tests.iter().map(TestFit::readings).sum()
+    }
+
+    /// Share of the readings that were left out, 0 to 1.
+    pub fn left_out_share(&self) -> f64 {
+        self.left_out() as f64 / (self.readings() + self.left_out()).max(1) as f64
+    }
+
+    /// Standard deviation of one reading's noise, root mean square over the tests, mm.
+    pub fn noise_mm(&self) -> f64 {
+        let squares = self.noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>();
+        (squares / self.noise.len().max(1) as f64).sqrt()
+    }
+
+    /// Noise of the first sweep; of the first test when there is none. `None` without tests.
+    pub fn sweep_noise(&self) -> Option<&NoiseModel> {
+        self.noise.iter().find(|model| model.ar_mm > 0.0).or(self.noise.first())
+    }
+
+    /// Root mean square of the residuals that are smaller than a limit, those left out too, mm.
+    pub fn rms_below_mm(&self, limit_mm: f64) -> f64 {
+        let all = self.tests.iter().flat_map(|test| &test.residual_mm).copied();
+        rms(all.filter(|residual| residual.abs() < limit_mm))
+    }
+
+    /// Zeros set by hand that no reading tells: what they are is the spread of the balls and no measurement.
+    pub fn untold_zeros(&self) -> impl Iterator<Item = (&Unknown, &Estimate)> {
+        self.unknowns.iter().zip(&self.estimates).filter(|(unknown, estimate)| {
+            matches!(unknown.quantity, Quantity::Bar { .. })
+                && unknown.prior_sigma == Zero::Free.spread_mm(0.0)
+                && !estimate.determined
+        })
     }
 
     /// Rows that took part, by test.
@@ -136,4 +173,11 @@ pub struct TestFit {
     pub rms_mm: f64,
     /// Rows with a reading that were left out.
     pub left_out: Vec<usize>,
+}
+
+impl TestFit {
+    /// Readings that took part.
+    pub fn readings(&self) -> usize {
+        self.kept.iter().filter(|kept| **kept).count()
+    }
 }

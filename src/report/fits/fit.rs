@@ -12,7 +12,7 @@ use crate::methods::CircleFigures;
 use crate::report::wording::linear_axes::{LinearAxesJson, linear_axes_json};
 use crate::report::wording::sense_words::{SenseJson, senses_json};
 use crate::report::wording::words::{ControlJson, control_json, sign_in_words};
-use crate::session::{Session, Zero};
+use crate::session::Session;
 use crate::units::UM_PER_MM;
 
 /// `fiveaxis identify --json`.
@@ -191,17 +191,9 @@ pub struct SetupJson {
 /// Readings with a larger residual are left out of the comparable figure, mm.
 const COMPARABLE_LIMIT_MM: f64 = 5.0;
 
-/// Stands for the noise of a session without tests.
-static NO_NOISE: NoiseModel = NoiseModel { white_mm: 0.0, ar_mm: 0.0, ar_rho: 0.0, drift_mm: 0.0, offset_mm: 0.0 };
-
-/// Zeros set by hand that no reading tells: what they are is the spread of the balls and no measurement.
+/// Zeros set by hand that no reading tells, in words.
 fn untold_zeros(fit: &Fit) -> Vec<String> {
-    let untold = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, estimate)| {
-        matches!(unknown.quantity, Quantity::Bar { .. })
-            && unknown.prior_sigma == Zero::Free.spread_mm(0.0)
-            && !estimate.determined
-    });
-    untold
+    fit.untold_zeros()
         .map(|(unknown, estimate)| {
             format!(
                 "the {} is known to ± {:.1} µm by the spread of the balls alone: no test tells how long the bar is; a sweep whose length depends on the axis's place, or a calibrated zero, would",
@@ -252,14 +244,9 @@ fn test_json(test: &TestFit) -> TestJson {
     TestJson {
         name: test.name.clone(),
         rms_um: test.rms_mm * 1e3,
-        readings: test.kept.iter().filter(|kept| **kept).count(),
+        readings: test.readings(),
         left_out: test.left_out.clone(),
     }
-}
-
-/// Noise of the first sweep; of the first test when there is none.
-fn sweep_noise(fit: &Fit) -> &NoiseModel {
-    fit.noise.iter().find(|model| model.ar_mm > 0.0).or(fit.noise.first()).unwrap_or(&NO_NOISE)
 }
 
 /// The JSON value of a fit, its axis lines, what it says of senses, and the figures of its planar circles.
@@ -272,18 +259,12 @@ pub fn fit_json(
 ) -> FitJson {
     let machine = &session.machine;
     let (location_errors, setups) = estimates_json(machine, fit);
-    let noise = fit.noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / fit.noise.len().max(1) as f64;
-    let near =
-        fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|value| value.abs() < COMPARABLE_LIMIT_MM);
-    let tests: Vec<TestJson> = fit.tests.iter().map(test_json).collect();
-    let readings: usize = tests.iter().map(|test| test.readings).sum();
-    let left_out: usize = tests.iter().map(|test| test.left_out.len()).sum();
     FitJson {
         verdict: "fits",
         reason: None,
         mistake: None,
         warnings: untold_zeros(fit),
-        left_out_share: left_out as f64 / (readings + left_out).max(1) as f64,
+        left_out_share: fit.left_out_share(),
         repeats_um: None,
         session: session.name.clone(),
         machine: machine.name.clone(),
@@ -291,12 +272,12 @@ pub fn fit_json(
         linear_axes: linear_axes_json(machine),
         location_errors,
         rms_um: fit.rms_mm * 1e3,
-        noise_um: noise.sqrt() * 1e3,
-        noise: NoiseJson::of(sweep_noise(fit)),
-        readings,
-        left_out,
-        rms_below_5mm_um: crate::statistics::rms(near) * 1e3,
-        tests,
+        noise_um: fit.noise_mm() * 1e3,
+        noise: NoiseJson::of(fit.sweep_noise().unwrap_or(&NoiseModel::white(0.0))),
+        readings: fit.readings(),
+        left_out: fit.left_out(),
+        rms_below_5mm_um: fit.rms_below_mm(COMPARABLE_LIMIT_MM) * 1e3,
+        tests: fit.tests.iter().map(test_json).collect(),
         setups,
         cannot_tell_apart: fit.ambiguities.iter().map(|ambiguity| ambiguity.says()).collect(),
         directions: machine.directions.map(Directions::name),
