@@ -10,6 +10,8 @@
 //! | `thesis` | chapters 4, 5 and 6: which tests, which differences give which error |
 //! | `compensated` | traces with the found errors taken out, as in Figs 4.6–4.8 |
 //! | `bar_turn` | where the bar points during a test, and the two directions of one pass |
+//! | `swept` | what a test is drawn over: an axis, the angle of a circle |
+//! | `trace` | recorded tests pass by pass: angles, deviations of readings and model |
 //! | `centring` | deviations without the offset of the centre |
 //! | `circles` | planar circles of two linear axes: ISO 230-4 figures and their parts |
 //!
@@ -23,8 +25,10 @@ mod circles;
 mod compensated;
 mod error;
 mod runs;
+mod swept;
 mod thesis;
 mod thesis_value;
+mod trace;
 mod turning;
 
 pub use bar_turn::{BarTurn, bar_turn, passes};
@@ -34,6 +38,8 @@ pub use circles::{AxisReversals, CircleFigures, DirectionFigures, Reversal, Squa
 pub use compensated::CompensatedTrace;
 pub use error::MethodError;
 pub use runs::{Bar, Runs, Scatter};
+pub use swept::{Course, Swept, SweptOver};
 pub use thesis::{ThesisEstimate, chapter4, chapter5, chapter6};
 pub use thesis_value::{ThesisMethod, ThesisValue};
+pub use trace::{TestTrace, TraceDeviations, common_centre, recorded_passes};
 pub use turning::{TurningCircle, turning_axis, turning_circle};

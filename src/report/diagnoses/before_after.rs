@@ -3,8 +3,10 @@
 use super::diagnosis::{FindingJson, RangeJson};
 use super::unrolled::unrolled;
 use crate::diagnose::TestBeforeAfter;
+use crate::machine::Machine;
+use crate::methods::{Course, Swept};
 use crate::report::pictures::polar::{Arrow, PolarPlot, PolarTrace, Stroke};
-use crate::report::pictures::trace_plots::{Swept, swept};
+use crate::report::pictures::trace_plots::{swept_label, swept_quarters};
 use crate::session::{Motion, Session, Test};
 use crate::units::UM_PER_MM;
 
@@ -26,20 +28,19 @@ const MOST_POINTS: usize = 721;
 pub fn before_after_plots(
     session: &Session,
     test: &Test,
-    motion: &Motion,
+    Course { motion, swept }: &Course,
     residuals: &TestBeforeAfter,
     findings: &[FindingJson],
 ) -> BeforeAfterPlots {
-    let swept = swept(session, test, motion);
     let here: Vec<&RangeJson> = findings
         .iter()
         .filter(|finding| finding.located.tests.contains(&test.name))
         .filter_map(|finding| finding.located.range.as_ref())
         .collect();
     let located = located_rows(session, test, motion, &here);
-    let polar = swept.as_ref().and_then(|swept| polar(swept, residuals, &located));
+    let polar = swept.as_ref().and_then(|swept| polar(&session.machine, swept, residuals, &located));
     let (abscissa, label) = match swept {
-        Some(swept) => (swept.value, swept.label),
+        Some(swept) => (swept.value.clone(), swept_label(&session.machine, swept.over)),
         None => ((0..motion.rows()).map(|row| row as f64 + 1.0).collect(), "reading".to_string()),
     };
     let unrolled = unrolled(&test.name, &label, &abscissa, residuals, &located);
@@ -72,7 +73,7 @@ fn located_rows(session: &Session, test: &Test, motion: &Motion, ranges: &[&Rang
     if runs.iter().map(|(from, to)| to - from + 1).sum::<usize>() * 100 >= rows * 97 { Vec::new() } else { runs }
 }
 
-fn polar(swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)]) -> Option<String> {
+fn polar(machine: &Machine, swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)]) -> Option<String> {
     let angle = swept.angle_rad.as_ref()?;
     let every = angle.len().div_ceil(MOST_POINTS).max(1);
     let trace = |index: usize, label: &str, values: &[f64]| PolarTrace {
@@ -93,7 +94,7 @@ fn polar(swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)])
     );
     plot.subtitle = "residual: measured − model".into();
     plot.heavy_circle = "residual zero · outward: read longer than the model";
-    plot.label_quarters(swept.quarters());
+    plot.label_quarters(swept_quarters(machine, swept.over));
     let is_ccw = swept.value.first() <= swept.value.last();
     plot.arrows = angle.first().map(|&from| Arrow { stroke: 0, from, is_ccw }).into_iter().collect();
     plot.arcs = located.iter().map(|&(from, to)| (angle[from], angle[to])).collect();

@@ -3,7 +3,7 @@
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::Diagnosis;
 use fiveaxis::identify::Fit;
-use fiveaxis::methods::circles;
+use fiveaxis::methods::{Course, circles, recorded_passes};
 use fiveaxis::report::before_after::before_after_plots;
 use fiveaxis::report::chain_map::chain_map;
 use fiveaxis::report::diagnosis::DiagnosisJson;
@@ -11,14 +11,14 @@ use fiveaxis::report::diagnosis_page::diagnosis_page;
 use fiveaxis::report::fit::FitJson;
 use fiveaxis::report::fit_page::{fit_page, identifier};
 use fiveaxis::report::trace_plots::pass_plots;
-use fiveaxis::session::{Motion, Session};
+use fiveaxis::session::Session;
 
 use crate::verbs::Refusal;
 use crate::verbs::output::OutputFolder;
 
 /// report.html and plots/*.svg of a fit.
 pub fn fit_report(session: &Session, fit: &Fit, json: &FitJson) -> Result<OutputFolder, Refusal> {
-    let plots = pass_plots(session, fit)?;
+    let plots = pass_plots(session, fit, &recorded_passes(session)?);
     let mut output = OutputFolder::default();
     output.add("report.html", fit_page(session, json, fit, &plots));
     for plot in &plots {
@@ -47,8 +47,8 @@ pub fn diagnosis_report(
     let chain = Chain::of(&session.machine);
     let mut plots = Vec::with_capacity(session.tests.len());
     for (test, residuals) in session.tests.iter().zip(&diagnosis.tests) {
-        let motion = Motion::of(session, &chain, test)?;
-        plots.push(before_after_plots(session, test, &motion, residuals, &json.findings));
+        let course = Course::of(session, &chain, test)?;
+        plots.push(before_after_plots(session, test, &course, residuals, &json.findings));
     }
     let mut output = OutputFolder::default();
     output.add("report.html", diagnosis_page(session, diagnosis, json, &plots, &circles(session)?));
