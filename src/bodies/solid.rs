@@ -55,7 +55,7 @@ pub(super) struct Hull {
     pub volume_mm3: f64,
 }
 
-/// Most corners of a hull: each distance looks at all of them some ten times.
+/// Most corners of a hull: each distance looks at all of them some ten times. Public for the tests of meshes.
 pub const MAX_CORNERS: usize = 256;
 /// Hulls of less are flat, mm³.
 const FLAT_MM3: f64 = 1e-6;

@@ -117,11 +117,6 @@ impl ColumnSum {
 }
 
 impl Derivatives<'_, '_> {
-    /// Number of columns.
-    pub fn column_count(&self) -> usize {
-        self.columns
-    }
-
     /// Lengths (mm) and derivatives at the poses `rows`. `derivatives` holds one column after the other, each as long
     /// as `lengths`, which is as long as `rows`.
     pub fn evaluate(&self, rows: Range<usize>, lengths: &mut [f64], derivatives: &mut [f64]) {

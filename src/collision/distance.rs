@@ -206,7 +206,7 @@ pub fn penetration(one: &Convex, one_link: &Pose, other: &Convex, other_link: &P
     (contact.dist < 0.0).then_some(-contact.dist)
 }
 
-/// The set as parry knows it, in the bed frame: for depths and for checks by other means.
+/// The set as parry knows it, in the bed frame: for depths and, in tests, for distances by other means.
 pub fn parry_shape(set: &Convex, link: &Pose) -> Option<(SharedShape, ParryPose)> {
     let vector = |v: &Vector3<f64>| Vector::new(v.x, v.y, v.z);
     let shape = match &set.core {

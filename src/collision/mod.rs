@@ -17,7 +17,7 @@ mod travel;
 mod world;
 
 pub use convex::Convex;
-pub use distance::{distance, distance_below, parry_shape, penetration};
+pub use distance::{distance, parry_shape};
 pub use instrument::{CONE_MARGIN_RAD, Instrument, InstrumentError, Placement};
 pub use meeting::Meeting;
 pub use scene::{BarEnds, Clearance, Scene, Scratch};

@@ -105,7 +105,8 @@ impl<'a> Scene<'a> {
         Scene { world, parts, pairs, views, view_of, bar, cones }
     }
 
-    /// The world with parts of any instrument: `pairs` refer to world parts first, then `parts`; cups have no cones.
+    /// The world with parts of any instrument: `pairs` refer to world parts first, then `parts`; cups have no cones. The
+    /// bench of this room and its test build their bar by it.
     pub fn with_parts(
         world: &'a World,
         parts: Vec<Part>,
@@ -116,6 +117,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Moves the pivot ball and the parts that stand with it: instrument part and its centre relative to the ball, mm.
+    /// The bench of this room and its test go from pose to pose by it.
     pub fn move_pivot(&mut self, pivot: &Vector3<f64>, parts: &[(usize, Vector3<f64>)]) {
         if let Some(bar) = &mut self.bar {
             bar.pivot.1 = *pivot;

@@ -73,7 +73,8 @@ impl World {
         &self.linkage.chain
     }
 
-    /// Leaves machine bodies unchecked against each other, for when only the instrument is of interest.
+    /// Leaves machine bodies unchecked against each other, for when only the instrument is of interest: in the
+    /// bench of this room and its test.
     pub fn forget_machine_pairs(&mut self) {
         self.pairs.clear();
     }

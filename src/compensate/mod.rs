@@ -26,7 +26,7 @@ mod written;
 
 pub use block::{Block, LONGEST_LINE, Word};
 pub use command::Coordinates;
-pub use correct::{Corrected, Corrector, POLE_ZONE_RAD};
+pub use correct::{Corrected, Corrector};
 pub use modal::{LETTERS, OffsetTable};
 pub use settings::{Largest, NotCorrected, OFFSET_NAMES, Settings, Summary, UnknownFlank};
 pub use state::Compensator;

@@ -14,6 +14,7 @@ pub fn held(actual: &Machine) -> Machine {
 }
 
 /// The same with those parts of places and vectors alone that are entered: by axis index and component (0 x, 1 y, 2 z).
+/// Public for tests, which enter parameters one by one.
 pub fn held_where(actual: &Machine, is_entered: &dyn Fn(usize, usize) -> bool) -> Machine {
     let chain = Chain::of(actual);
     let geometry = Geometry::new(&chain, &actual.location_errors(), Composition::Exact);

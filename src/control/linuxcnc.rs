@@ -39,7 +39,7 @@ pub fn modules_of(fitted: &Machine) -> Result<(Module, Module), String> {
     Ok((module_of(&held(fitted))?, module_of(&held(&fitted.as_drawn()))?))
 }
 
-/// The module for a machine whose lines are those of `held`; an error says why none fits.
+/// The module for a machine whose lines are those of `held`, public for tests of single machines; an error says why none fits.
 pub fn module_of(held: &Machine) -> Result<Module, String> {
     let (table, head) = (rotary(held, Branch::Workpiece), rotary(held, Branch::Tool));
     let is_named = |axis: usize, name: &str, direction: Vector3<f64>| {

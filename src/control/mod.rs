@@ -16,7 +16,7 @@ mod tables;
 
 pub use backlash::{Backlash, backlash};
 pub use counting::counting_against;
-pub use held::{held, held_where, left_over, what_stays};
+pub use held::{held, held_where, left_over};
 pub use linuxcnc::{Module, module_of, modules_of};
 pub use numbers::{Number, What, numbers};
 pub use parameters::{Control, Parameter, all_parameters, is_entered, parameters};

@@ -7,7 +7,6 @@ use crate::session::{CirclePlane, Follow, Motion, Path, Session, Test};
 /// A test not yet run.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    pub test: Test,
     pub motion: Motion,
     /// Index of the session's test whose balls and bar it uses.
     pub like: usize,
@@ -84,7 +83,7 @@ fn circle(session: &Session, chain: &Chain, (like, test): (usize, &Test), plane:
     let motion = Motion::of(session, chain, &planned).ok()?;
     let name = |axis: usize| &session.machine.axes[axis].name;
     let says = format!("a circle of {} and {} about the pivot", name(plane.first), name(plane.second));
-    is_inside(session, &motion).then_some(Candidate { test: planned, motion, like, says })
+    is_inside(session, &motion).then_some(Candidate { motion, like, says })
 }
 
 /// Position of a linear axis at which the balls stand level along it, the other axes at zero.
@@ -161,5 +160,5 @@ fn candidate(
         if others.is_empty() { "" } else { ", " },
         others.join(", ")
     );
-    Some(Candidate { test: planned, motion, like, says })
+    Some(Candidate { motion, like, says })
 }

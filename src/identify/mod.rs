@@ -23,7 +23,6 @@ mod white;
 
 pub use ambiguity::Ambiguity;
 pub use axis_lines::{AxisLine, CentreReading, axis_lines};
-pub use candidates::{Candidate, candidate_tests};
 pub use compressed::{SweepBasis, SweepStatistics};
 pub use determined::DeterminedErrors;
 pub use estimate::{Estimate, Fit, FittedSlides, TestFit};
@@ -35,5 +34,5 @@ pub use model::problem::{Prediction, PreparedTest, Problem};
 pub use model::unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free, is_arm, parse_free, unknowns};
 pub use outliers::kept_rows;
 pub use senses::{SenseTest, TurnedSense, turned_senses};
-pub use solve::{Normal, Solution, Until, Weighting, minimise, minimise_until, normal_equations, residual_mm};
+pub use solve::{Normal, Solution, Until, Weighting, minimise, minimise_until, residual_mm};
 pub use white::{Evidence, WhiteFit, fit_white};

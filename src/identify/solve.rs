@@ -57,7 +57,7 @@ const MOST_BEND: f64 = 0.75;
 /// Huber's constant: residuals beyond so many scales count linearly.
 const HUBER: f64 = 1.5;
 
-/// Minimises weighted residuals and priors from `start`.
+/// Minimises weighted residuals and priors from `start`. Public for tests that weight otherwise than a fit does.
 pub fn minimise(problem: &Problem, start: &[f64], weighting: &Weighting) -> Solution {
     minimise_until(problem, start, weighting, Until { least_gain: 0.0, steps: MAX_STEPS })
 }

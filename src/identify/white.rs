@@ -72,7 +72,7 @@ impl Evidence {
         }
     }
 
-    /// The same positions with other readings.
+    /// The same positions with other readings: tests draw many by it.
     pub fn with_readings(&self, reading_mm: &[f64]) -> Evidence {
         match self {
             Evidence::Samples { poses, .. } => {
@@ -102,7 +102,7 @@ impl Evidence {
 
 /// Fits the unknowns of a problem to evidence with white noise of `noise_mm` per test, starting from the prior means.
 ///
-/// Constant errors only: component errors and effects are refused ([`Problem::is_constant`]).
+/// Constant errors only: component errors and effects are refused ([`Problem::is_constant`]). Benches and tests alone fit by it.
 pub fn fit_white(problem: &Problem, evidence: &[Evidence], noise_mm: &[f64]) -> Result<WhiteFit, FitError> {
     if let Some(test) = (0..evidence.len()).find(|&test| !problem.is_constant(test)) {
         return Err(FitError::NotConstant { test: problem.session.tests[test].name.clone() });

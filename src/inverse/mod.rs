@@ -16,4 +16,3 @@ mod turns;
 
 pub use kinematics::{AxisInWorkpiece, Kinematics, Tool, ToolPose};
 pub use solve::{Inverse, InverseError, Reach, Solution, Target};
-pub use turns::{TwoTurns, two_turns};

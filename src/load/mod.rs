@@ -27,7 +27,7 @@ pub use kit::{load_kit, standard_kit};
 pub use machine_file::bodies::{
     load_description, load_machine_and_bodies, load_machine_and_bodies_with_links, mesh_files,
 };
-pub use machine_file::machine::{load_machine, load_machine_with_links, machine_from_yaml};
+pub use machine_file::machine::{load_machine, machine_from_yaml};
 pub use moment::Moment;
 pub use positions::{PositionsError, positions_from_text};
 pub use present_values::load_present_values;
@@ -35,4 +35,4 @@ pub use recording::recording_from_csv;
 pub use rows::Rows;
 pub use session_file::session::{load_session, load_session_with, names_tests};
 pub use survey::{ShardFile, load_shard, shard_title};
-pub use urdf::{LinkChoice, bodies_from_urdf, machine_from_urdf};
+pub use urdf::{LinkChoice, machine_from_urdf};

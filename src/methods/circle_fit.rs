@@ -22,7 +22,7 @@ pub struct FittedCircle {
     pub rms_mm: f64,
 }
 
-/// Fits a circle; `None` when there are fewer than three points or they lie on a line.
+/// Fits a circle; `None` when there are fewer than three points or they lie on a line. Public for the tests of the thesis's errata.
 pub fn fit_circle(points: &[Vector2<f64>]) -> Option<FittedCircle> {
     if points.len() < 3 {
         return None;

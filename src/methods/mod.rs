@@ -31,7 +31,7 @@ mod thesis_value;
 mod trace;
 mod turning;
 
-pub use bar_turn::{BarTurn, bar_turn, passes};
+pub use bar_turn::BarTurn;
 pub use centring::Centred;
 pub use circle_fit::{FittedCircle, fit_circle};
 pub use circles::{AxisReversals, CircleFigures, DirectionFigures, Reversal, Squareness, circles};
@@ -42,4 +42,4 @@ pub use swept::{Course, Swept, SweptOver};
 pub use thesis::{ThesisEstimate, chapter4, chapter5, chapter6};
 pub use thesis_value::{ThesisMethod, ThesisValue};
 pub use trace::{TestTrace, TraceDeviations, common_centre, recorded_passes};
-pub use turning::{TurningCircle, turning_axis, turning_circle};
+pub use turning::{TurningCircle, turning_circle};

@@ -24,9 +24,9 @@ mod test_steps;
 mod way;
 mod work_zero;
 
-pub use coordinates::{Coordinates, machine_offsets};
+pub use coordinates::Coordinates;
 pub use dialect::Dialect;
-pub use dry_run::{dry_run_steps, little_words};
+pub use dry_run::little_words;
 pub use head::{ball_speed, without_machine_zero};
 pub use program_text::{dry_run_program, program};
 pub use setup_words::placing_words;

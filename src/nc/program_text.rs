@@ -23,7 +23,8 @@ pub fn program(machine: &Machine, planned: &PlannedTest, zero: &[String], dialec
     write(&Title { name, number }, &head, &steps, &coordinates, dialect)
 }
 
-/// The program that goes through a whole plan without the bar; `tool` as [`dry_run_steps`] wants it, `zero` as [`program`].
+/// The program that goes through a whole plan without the bar; `tool` is the direction in which the tool looks at zero,
+/// where it is known, `zero` as [`program`].
 pub fn dry_run_program(
     machine: &Machine,
     plan: &Plan,

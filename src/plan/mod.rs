@@ -34,15 +34,13 @@ pub use places::circle_setups::PLANES;
 pub use places::drive::{Drive, Swing};
 pub use places::following::FOLLOWED;
 pub use places::free_range::free_parts;
-pub use places::run_in::{
-    CutRunIn, GRID_DEG, OFF_LIMIT, RUN_IN, bare_session, beyond_path, cut_run_ins, rows_with_run_in,
-};
+pub use places::run_in::{CutRunIn, GRID_DEG, OFF_LIMIT, bare_session, beyond_path, cut_run_ins, rows_with_run_in};
 pub use places::solver::{Pull, Solved, Stance, Unreachable};
 pub use reach::approach::{Approach, Parking};
 pub use reach::little_moves::LittleMove;
 pub use reach::out_of_reach::OutOfReach;
 pub use reach::pace::CHORD_MM;
-pub use reach::sweep_reach::{ClearArc, ClearSweep, longest_sweep};
+pub use reach::sweep_reach::{ClearArc, ClearSweep};
 pub use reasons::forecast::ErrorForecast;
 pub use result::advice::plan_with_advice;
 pub use result::mounting::{Arm, CupLooks, Mounting};

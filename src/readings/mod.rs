@@ -19,5 +19,5 @@ pub use contract::{At, Kind, Mount, NOISE_CLASSES, Part, Reading};
 pub use locate::{Located, Sighting, locate};
 pub use point::coordinate;
 pub use pose::{LEVER_MM, euler_xyz, quaternion, rotation_of_euler_xyz, rotation_of_quaternion, turn};
-pub use rotation::{left_jacobian, nearest_rotation, rotation, rotation_vector};
+pub use rotation::{nearest_rotation, rotation};
 pub use scalar::{Mounted, Scalar};

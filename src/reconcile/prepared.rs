@@ -76,7 +76,8 @@ impl Prepared {
         stacked
     }
 
-    /// Values that an assumption restates as the given ones: `y` with `y + M y = values`.
+    /// Values that an assumption restates as the given ones: `y` with `y + M y = values`. Tests make claims
+    /// with a known cause by it.
     pub fn unrestated(&self, cause: &Cause, values: &DVector<f64>) -> DVector<f64> {
         let mut before = values.clone();
         for (claim, change) in cause.effect.iter().enumerate() {

@@ -24,11 +24,9 @@ mod wording;
 pub use diagnoses::{
     before_after, chain_map, diagnosis, diagnosis_page, diagnosis_text, finding_words, shape_words, unseen,
 };
-pub use files::effect_yaml::effect_yaml;
 pub use files::yaml::{machine_yaml, session_yaml};
 pub use files::{machine_file, recording, urdf};
 pub use fits::{fit, fit_page, fit_text};
-pub use pictures::{polar, residual_plot, trace_plots};
+pub use pictures::{polar, trace_plots};
 pub use wording::sense_words::{InsteadJson, SenseJson};
-pub use wording::words::{approach_in_words, what_moves};
 pub use wording::{found, linear_axes, meetings, table, words};

@@ -9,9 +9,7 @@ mod products;
 mod robust;
 mod whitener;
 
-pub use evidence::{
-    BlockEvidence, climbed, implausibility, judge, likeliest_prior, likeliest_priors, log_determinant, probability_of,
-};
+pub use evidence::{BlockEvidence, climbed, implausibility, judge, likeliest_priors, log_determinant, probability_of};
 pub use minimum::{least_along, minimise_few, minimise_smooth};
 pub use noise::{Absorbed, fit_noise, misfit};
 pub use noise_model::{NOISE_FLOOR_MM, NoiseModel};

@@ -18,7 +18,7 @@ pub use alike::representative;
 pub use codes::codes;
 pub use envelope::{ENVELOPE, envelope};
 pub use outcome::{Family, Outcome, outcome, outcome_of};
-pub use shard::{MAX_SHARDS, Shard, ShardError};
+pub use shard::{Shard, ShardError};
 
 use crate::bodies::Kit;
 use crate::machine::StructuralCode;

@@ -92,9 +92,8 @@ impl SelectionContext<'_, '_, '_> {
     fn refine_beside(&self, joint: &mut JointFit, index: usize, refined: &SelectedEffect) {
         let mut found = joint.found.clone();
         found[index] = refined.clone();
-        let mut trial = JointFit::of(self, found.into_iter(), &joint.noise);
+        let trial = JointFit::of(self, found.into_iter(), &joint.noise);
         if trial.standing(self) > joint.standing(self) {
-            trial.best_left = joint.best_left;
             *joint = trial;
         }
     }

@@ -30,7 +30,6 @@ impl SelectionContext<'_, '_, '_> {
             let (chosen, floor) = (&step.found.chosen, &self.floors[0]);
             let demanded = is_demanded(&self.limits, &joint.found, chosen, standing, fall_within_mm2, floor);
             if !demanded || self.is_wander_of_the_zero(joint, &step) {
-                joint.best_left = step.found.log_odds;
                 break;
             }
             joint.add(self, step);

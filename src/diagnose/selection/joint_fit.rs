@@ -7,18 +7,6 @@ use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::noise::noise_floor::{likely_noise, masked};
 use crate::statistics::{NoiseModel, misfit};
 
-/// How a session stood before the search.
-pub(crate) struct Start {
-    pub(crate) noise: Vec<NoiseModel>,
-    residual_mm2: f64,
-}
-
-impl Start {
-    pub(crate) fn of(selection: &SelectionContext, joint: &JointFit) -> Start {
-        Start { noise: joint.noise.clone(), residual_mm2: mean_square(selection.resolutions.fine, &joint.residual_mm) }
-    }
-}
-
 impl JointFit {
     /// Nothing: the same for every set that is begun.
     pub(crate) fn empty(selection: &SelectionContext) -> JointFit {
@@ -31,7 +19,7 @@ impl JointFit {
         let (residual_mm, pulls) = (regression.residual_mm(&[]), regression.pulls());
         let noise = likely_noise(fine, &residual_mm, &selection.floors[0], &selection.floors[0]);
         let (columns, found) = ([Vec::new(), Vec::new()], Vec::new());
-        JointFit { columns, found, residual_mm, pulls, noise, best_left: f64::NEG_INFINITY, other: None }
+        JointFit { columns, found, residual_mm, pulls, noise, other: None }
     }
 
     /// The same without one of its effects, fitted anew.
@@ -67,16 +55,14 @@ impl JointFit {
         }
     }
 
-    /// The result of a search that ends with this model.
-    pub(crate) fn finished(self, selection: &SelectionContext, start: Start) -> Search {
+    /// The result of a search that ends with this model; the mean square of the residual before it is given, mm².
+    pub(crate) fn finished(self, selection: &SelectionContext, residual_before_mm2: f64) -> Search {
         Search {
-            residual_before_mm2: start.residual_mm2,
-            noise_before: start.noise,
+            residual_before_mm2,
             noise_after: self.noise,
             found: self.found,
             beside: Vec::new(),
             residual_mm: self.residual_mm,
-            best_left: self.best_left,
             other: self.other,
             floor: selection.floors[0].clone(),
             contenders: selection.contenders.take(),

@@ -36,7 +36,7 @@ const RATE_ROUNDS: usize = 2;
 pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search {
     let poses = Poses::of(model);
     let mut state = State::start(model, &poses);
-    let noise_before = state.noise.clone();
+    let floor = state.noise.clone();
     let residual_before_mm2 = mean_square(model, &state.residual_mm);
     // a load that was measured is asked before anything else that could imitate it, then the weight of what is beyond
     let loads = only_loads(families);
@@ -61,17 +61,15 @@ pub fn search_poses(model: &LinearModel, families: &[CandidateFamily]) -> Search
     }
     state.rounds(&without_free_curves(&families), &poses, model.thresholds.pose_further);
     state.weigh_again(&families, &poses);
-    let best_left = state.rounds(&families, &poses, model.thresholds.pose_further);
+    state.rounds(&families, &poses, model.thresholds.pose_further);
     Search {
         beside: Vec::new(),
         residual_before_mm2,
-        floor: noise_before.clone(),
-        noise_before,
+        floor,
         noise_after: state.noise,
         found: state.found,
         residual_mm: state.residual_mm,
         other: None,
-        best_left,
         contenders: Vec::new(),
         stated_misfit: 0.0,
     }
@@ -182,8 +180,8 @@ impl<'g, 'a> State<'g, 'a> {
         self.joint = joint;
     }
 
-    /// Rounds until nothing more passes; log odds of the best candidate that did not.
-    fn rounds(&mut self, families: &[CandidateFamily], poses: &Poses, least_log_odds: f64) -> f64 {
+    /// Rounds until nothing more passes.
+    fn rounds(&mut self, families: &[CandidateFamily], poses: &Poses, least_log_odds: f64) {
         let cells = ScreeningGrid::of(self.model, families);
         while self.found.len() < MOST_EFFECTS {
             let joint = self.joint.clone();
@@ -194,14 +192,13 @@ impl<'g, 'a> State<'g, 'a> {
             let best = candidates.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
             let least = if self.found.is_empty() { self.model.thresholds.accept } else { least_log_odds };
             if best < least {
-                return best;
+                return;
             }
             self.accept_all(families, candidates, least, poses);
             for place in 0..self.found.len() {
                 self.refine_again(families, place, poses);
             }
         }
-        f64::NEG_INFINITY
     }
 
     /// Accepts the best candidate of a look, and the next ones as long as they stay nearly as strong beside it: a look costs far

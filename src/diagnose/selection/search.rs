@@ -4,7 +4,7 @@ use crate::statistics::NoiseModel;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::sync::Arc;
 
-use super::joint_fit::{JointFit, Start, mean_square, rest_of};
+use super::joint_fit::{JointFit, mean_square, rest_of};
 use super::limits::Limits;
 use super::pose_search::search_poses;
 use super::selected::{Floors, Resolutions, Search, SelectedEffect, SelectionContext};
@@ -133,10 +133,10 @@ fn search_then(
         contenders: RefCell::new(vec![false; families.len()]),
     };
     let mut joint = JointFit::empty(&selection);
-    let start = Start::of(&selection, &joint);
+    let before_mm2 = mean_square(selection.resolutions.fine, &joint.residual_mm);
     selection.grow(&mut joint, None);
     revise(&selection, &mut joint);
-    joint.finished(&selection, start)
+    joint.finished(&selection, before_mm2)
 }
 
 /// Noise floors of both resolutions.
@@ -147,14 +147,12 @@ pub fn floors(resolutions: &Resolutions) -> Floors {
 /// A search that was not made: nothing found.
 pub fn nothing(model: &LinearModel, floor: &[NoiseModel]) -> Search {
     Search {
-        noise_before: floor.to_vec(),
         noise_after: floor.to_vec(),
         floor: floor.to_vec(),
         found: Vec::new(),
         beside: Vec::new(),
         residual_before_mm2: mean_square(model, &model.residual_mm),
         residual_mm: model.residual_mm.clone(),
-        best_left: f64::NEG_INFINITY,
         other: None,
         contenders: Vec::new(),
         stated_misfit: 0.0,

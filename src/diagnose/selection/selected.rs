@@ -92,15 +92,12 @@ impl OtherSet {
 /// Result of a search.
 pub struct Search {
     pub floor: Vec<NoiseModel>,
-    pub noise_before: Vec<NoiseModel>,
     pub noise_after: Vec<NoiseModel>,
     pub found: Vec<SelectedEffect>,
     /// Columns of linear axes within their class, where they stand for something that was found.
     pub beside: Vec<Accepted>,
     /// Residuals with what was found in the fit, mm.
     pub residual_mm: Vec<Vec<f64>>,
-    /// Log odds of the best candidate that was not accepted.
-    pub best_left: f64,
     /// Mean square of the residual before anything was found, mm².
     pub residual_before_mm2: f64,
     /// Of sweeps: families that came near the best one at any step, by number. Empty: none is left out.
@@ -160,7 +157,6 @@ pub(crate) struct JointFit {
     /// How far balls, bars and location errors are then from what was stated of them.
     pub(crate) pulls: PriorPenalty,
     pub(crate) noise: Vec<NoiseModel>,
-    pub(crate) best_left: f64,
     /// The set that was not taken; none where one place explains all.
     pub(crate) other: Option<OtherSet>,
 }

@@ -25,7 +25,7 @@ pub struct Approach {
 }
 
 impl Approach {
-    /// The same way back: from the start of the run-in to park.
+    /// The same way back: from the start of the run-in to park. Programs go back over the corners; tests compare.
     pub fn retreat(&self) -> Vec<Leg> {
         let mut here = self.park.clone();
         let mut back = Vec::new();

@@ -75,18 +75,6 @@ impl SampledArc {
     }
 }
 
-/// Longest certified sweep within the candidate's arc (the run-in lies outside), or what forbids one.
-pub fn longest_sweep(
-    scene: &Scene,
-    machine: &Machine,
-    candidate: &Candidate,
-    margin_mm: f64,
-    scratch: &mut Scratch,
-) -> Result<ClearArc, (String, String)> {
-    let sampled = sampled_sweep(scene, machine, candidate, margin_mm, scratch)?;
-    certified_sweep(scene, machine, candidate, sampled, margin_mm, scratch)
-}
-
 fn is_close(scene: &Scene, candidate: &Candidate, deg: f64, margin_mm: f64, scratch: &mut Scratch) -> bool {
     scene.closer_than(&candidate.pose(deg.to_radians()), margin_mm, scratch)
 }

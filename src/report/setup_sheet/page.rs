@@ -183,7 +183,7 @@ fn order(out: &mut String, sheet: &Sheet) {
             index + 1,
             escape(&planned.test.name),
             escape(&mounting::changes(before, planned)),
-            escape(&crate::report::what_moves(planned, sheet.machine)),
+            escape(&crate::report::words::what_moves(planned, sheet.machine)),
             planned.sweep.from_deg,
             planned.sweep.to_deg,
             planned.sweep.clearance_mm,

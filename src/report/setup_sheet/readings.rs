@@ -18,7 +18,7 @@ pub(super) fn rows(sheet: &Sheet, index: usize, planned: &PlannedTest) -> Vec<(&
             "sweep",
             format!(
                 "{} {}° to {}° and back",
-                crate::report::what_moves(planned, sheet.machine),
+                crate::report::words::what_moves(planned, sheet.machine),
                 sweep.from_deg,
                 sweep.to_deg
             ),
