@@ -9,7 +9,7 @@ use std::sync::Arc;
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::{
     Accepted, CHUNK_S, Column, LastShape, LinearModel, Regression, Term, Verdict, WhitenedData, diagnose, families,
-    fold_rows, noise_floor, terms,
+    held_out_rows, noise_floor, terms,
 };
 use fiveaxis::effects::Context;
 use fiveaxis::identify::{self, FreePrior, Options, Problem};
@@ -181,7 +181,7 @@ fn a_column_from_the_wrong_end_is_named_where_slides_follow_too() {
 #[test]
 fn beginnings_and_places_of_sweeps_are_in_both_folds() {
     with_ground(|session, ground, _| {
-        let folds = [0, 1].map(|fold| fold_rows(ground, fold, true, CHUNK_S));
+        let folds = [0, 1].map(|fold| held_out_rows(ground, fold, CHUNK_S));
         for test in 0..ground.tests() {
             for (row, kept) in ground.kept[test].iter().enumerate() {
                 assert_eq!(*kept, folds[0][test][row] ^ folds[1][test][row], "every reading is held out once");

@@ -4,7 +4,7 @@ use super::block::Block;
 use super::codes::Motion;
 use super::command::Coordinates;
 use super::modal::{FeedMode, LETTERS, Needs};
-use super::path::{Arc, ArcWords, Path, Place};
+use super::path::{Arc, ArcSense, ArcWords, Path, Place};
 use super::pieces::{Fineness, Piece, Pieces};
 use super::rewrite::number;
 use super::settings::UnknownFlank;
@@ -45,7 +45,11 @@ impl Compensator<'_> {
         let whole = |place: &[Option<f64>; 9]| -> Place { std::array::from_fn(|k| place[k].unwrap_or(0.0)) };
         let from = whole(&self.here);
         let to = whole(&target);
-        let arc = if is_arc { Some(self.arc(block, &from, &to, motion == Motion::Counter)?) } else { None };
+        let sense = match motion {
+            Motion::Counter => ArcSense::CounterClockwise,
+            _ => ArcSense::Clockwise,
+        };
+        let arc = if is_arc { Some(self.arc(block, &from, &to, sense)?) } else { None };
         let path = Path { from, to, arc };
         let timing = self.timing(&path, motion)?;
         self.pieces(line, end, block, &path, timing, out)?;
@@ -113,7 +117,7 @@ impl Compensator<'_> {
         Ok(())
     }
 
-    pub(super) fn arc(&self, block: &Block, from: &Place, to: &Place, counter: bool) -> Result<Arc, String> {
+    pub(super) fn arc(&self, block: &Block, from: &Place, to: &Place, sense: ArcSense) -> Result<Arc, String> {
         let plane = self.modal.plane.unwrap_or([0, 1]);
         let unit = self.modal.unit()?;
         let value = |letter: u8| block.words.iter().find(|word| word.letter == letter).map(|word| word.value);
@@ -142,7 +146,7 @@ impl Compensator<'_> {
         if !(1.0..=1000.0).contains(&turns) || turns.fract() != 0.0 {
             return Err(format!("has P{turns} on an arc; whole turns from 1 to 1000 are allowed"));
         }
-        Arc::new(from, to, plane, words, counter, turns)
+        Arc::new(from, to, plane, words, sense, turns)
     }
 
     /// How long a move takes, by the control's rule: F is along X, Y, Z where one of them moves, else along the rotary axes.

@@ -42,6 +42,23 @@ pub enum ArcWords {
     Radius(f64),
 }
 
+/// Which way an arc turns, seen from the positive end of the third axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArcSense {
+    Clockwise,
+    CounterClockwise,
+}
+
+impl ArcSense {
+    /// +1 counter-clockwise.
+    fn sign(self) -> f64 {
+        match self {
+            ArcSense::Clockwise => -1.0,
+            ArcSense::CounterClockwise => 1.0,
+        }
+    }
+}
+
 impl Arc {
     /// The arc between two places.
     pub fn new(
@@ -49,14 +66,14 @@ impl Arc {
         to: &Place,
         plane: [usize; 2],
         words: ArcWords,
-        counter: bool,
+        sense: ArcSense,
         turns: f64,
     ) -> Result<Arc, String> {
         let of = |place: &Place| [place[plane[0]], place[plane[1]]];
         let (start, end) = (of(from), of(to));
         let centre = match words {
             ArcWords::Centre(centre) => centre,
-            ArcWords::Radius(radius) => centre_of(start, end, radius, counter)?,
+            ArcWords::Radius(radius) => centre_of(start, end, radius, sense)?,
         };
         let polar = |point: [f64; 2]| {
             let (u, v) = (point[0] - centre[0], point[1] - centre[1]);
@@ -72,8 +89,8 @@ impl Arc {
         if start_radius < SAME_POINT {
             return Err("has an arc without a radius".into());
         }
-        let sense = if counter { 1.0 } else { -1.0 };
-        let angle = (sense * (end_angle - start_angle)).rem_euclid(TAU);
+        let sign = sense.sign();
+        let angle = (sign * (end_angle - start_angle)).rem_euclid(TAU);
         // an end in the direction of the start is a full turn: the rounding of its words may lie along the radius
         let is_full = (start[0] - end[0]).hypot(start[1] - end[1]) < SAME_POINT;
         let once = match is_full {
@@ -81,13 +98,13 @@ impl Arc {
             false if angle < SAME_ANGLE => TAU + angle,
             false => angle,
         };
-        let sweep = sense * (once + TAU * (turns - 1.0));
+        let sweep = sign * (once + TAU * (turns - 1.0));
         Ok(Arc { plane, centre, start_radius, end_radius, start_angle, sweep })
     }
 }
 
 /// Centre of an arc that is said by its radius.
-fn centre_of(start: [f64; 2], end: [f64; 2], radius: f64, counter: bool) -> Result<[f64; 2], String> {
+fn centre_of(start: [f64; 2], end: [f64; 2], radius: f64, sense: ArcSense) -> Result<[f64; 2], String> {
     let (u, v) = (end[0] - start[0], end[1] - start[1]);
     let chord = u.hypot(v);
     if chord < SAME_POINT {
@@ -101,7 +118,7 @@ fn centre_of(start: [f64; 2], end: [f64; 2], radius: f64, counter: bool) -> Resu
         ));
     }
     // left of the way from start to end for a short counter-clockwise arc
-    let side = if counter == (radius > 0.0) { 1.0 } else { -1.0 };
+    let side = if radius > 0.0 { sense.sign() } else { -sense.sign() };
     let along = side * square.max(0.0).sqrt() / chord;
     Ok([0.5 * (start[0] + end[0]) - v * along, 0.5 * (start[1] + end[1]) + u * along])
 }

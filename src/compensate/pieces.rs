@@ -3,7 +3,7 @@
 use super::command::{Control, Coordinates, Positions};
 use super::correct::{Corrected, Corrector};
 use super::memory::LEVER_MM;
-use super::path::{Arc, ArcWords, Path, Place};
+use super::path::{Arc, ArcSense, ArcWords, Path, Place};
 use crate::machine::{AxisKind, ComponentForm};
 
 /// How closely the path is followed and how finely words are written.
@@ -313,7 +313,8 @@ impl<'p> Pieces<'p> {
             let start = self.sent[own.plane[k]];
             start + self.rounded(own.plane[k], centre[k] - start)
         });
-        Arc::new(&self.sent, end, own.plane, ArcWords::Centre(from_start), own.sweep > 0.0, 1.0).ok()
+        let sense = if own.sweep > 0.0 { ArcSense::CounterClockwise } else { ArcSense::Clockwise };
+        Arc::new(&self.sent, end, own.plane, ArcWords::Centre(from_start), sense, 1.0).ok()
     }
 
     /// Largest share of the tolerance that a piece uses between its ends.

@@ -41,7 +41,7 @@ pub use model::regression::{Accepted, Regression};
 pub use model::whitened::{LastShape, WhitenedData};
 pub use noise::noise_floor::noise_floor;
 pub use selection::screening::candidates::{families, terms};
-pub use validation::cross_validation::{CHUNK_S, fold_rows};
+pub use validation::cross_validation::{CHUNK_S, held_out_rows};
 
 use self::findings::proposals::Layout;
 use self::findings::standing::Standing;

@@ -88,10 +88,11 @@ const UNLISTED: f64 = 0.02;
 /// curves that the sessions of two outside examiners led to stood elsewhere.
 pub const UNLISTED_BY_CURVES: f64 = 0.5;
 
-/// Probability that a cause which explains the readings best, a free curve or a name, is the one, whatever no candidate describes.
-pub fn described(is_free: bool) -> f64 {
-    1.0 - if is_free { UNLISTED_BY_CURVES } else { UNLISTED }
-}
+/// Probability that the name which explains the readings best is the cause, whatever no candidate describes.
+pub const DESCRIBED_BY_NAME: f64 = 1.0 - UNLISTED;
+
+/// The same of a free curve.
+pub const DESCRIBED_BY_CURVE: f64 = 1.0 - UNLISTED_BY_CURVES;
 
 /// Candidates that differ only in shape: one kind of effect at one place through some outlets.
 #[derive(Debug, Clone)]

@@ -48,7 +48,9 @@ pub use arrival::ARRIVAL_LAG;
 pub use backlash::{LATERAL_PLAY, LINEAR_BACKLASH, ROTARY_BACKLASH};
 pub use ball_seat::{BALL_FORM, CUP_STICTION};
 pub use beat::BEAT;
-pub use candidates::{CandidateFamily, Observations, PRESENT, Refined, Ripple, UNLISTED_BY_CURVES, described};
+pub use candidates::{
+    CandidateFamily, DESCRIBED_BY_CURVE, DESCRIBED_BY_NAME, Observations, PRESENT, Refined, Ripple, UNLISTED_BY_CURVES,
+};
 pub use clamp_lift::CLAMP_LIFT;
 pub use compliance::LOAD_COMPLIANCE;
 pub use context::{Context, Profile};

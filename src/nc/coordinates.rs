@@ -17,6 +17,11 @@ impl Coordinates {
         machine_offsets(machine).map_or(Coordinates::Work, Coordinates::Machine)
     }
 
+    /// True of machine coordinates.
+    pub(super) fn is_machine(&self) -> bool {
+        matches!(self, Coordinates::Machine(_))
+    }
+
     /// What the control reads at a position held in mm or rad, mm or deg.
     pub fn reading(&self, machine: &Machine, axis: usize, position: f64) -> f64 {
         machine.axes[axis].kind.to_file_unit(position) + self.offset(axis)

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::coordinates::Coordinates;
 use super::dialect::{Dialect, feed, plain, rounded, seconds};
 use super::step::Step;
 
 /// A program with numbered blocks.
-pub(super) fn program(name: &str, head: &[String], steps: &[Step], in_machine_coordinates: bool) -> String {
+pub(super) fn program(name: &str, head: &[String], steps: &[Step], coordinates: &Coordinates) -> String {
     let mut lines = vec![format!("BEGIN PGM {name} MM")];
     lines.extend(head.iter().map(|line| format!("; {}", plain(line))));
     // M129: no tool centre point control; M127: rotary axes go the way that is written, not the shorter one
@@ -16,7 +17,7 @@ pub(super) fn program(name: &str, head: &[String], steps: &[Step], in_machine_co
     // a tilted plane or a rotation that an earlier program left would turn what is written here; nothing moves
     lines.extend(["PLANE RESET STAY", "CYCL DEF 10.0 ROTATION", "CYCL DEF 10.1 ROT+0"].map(String::from));
     // M91: this block in machine coordinates
-    let after = if in_machine_coordinates { " M91" } else { "" };
+    let after = if coordinates.is_machine() { " M91" } else { "" };
     let decimals = Dialect::Heidenhain.decimals();
     let word = |axis: &str, value: f64| format!("{axis}{:+.decimals$}", rounded(value, decimals));
     for step in steps {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::coordinates::Coordinates;
 use super::dialect::{Dialect, Title, capitals, feed, plain, rounded};
 use super::step::Step;
 
@@ -14,7 +15,7 @@ pub(super) fn program(
     title: &Title,
     head: &[String],
     steps: &[Step],
-    in_machine_coordinates: bool,
+    coordinates: &Coordinates,
     dialect: Dialect,
 ) -> String {
     let comment = |text: &str| match dialect {
@@ -54,7 +55,7 @@ pub(super) fn program(
         _ if coupled => "G64\n",
         _ => "",
     });
-    blocks(&mut out, steps, in_machine_coordinates, dialect, &comment);
+    blocks(&mut out, steps, coordinates, dialect, &comment);
     out.push_str(&restore(dialect));
     out.push_str(if dialect == Dialect::LinuxCnc { "M2\n" } else { "M30\n" });
     if dialect == Dialect::Generic {
@@ -102,12 +103,12 @@ fn restore(dialect: Dialect) -> String {
 fn blocks(
     out: &mut String,
     steps: &[Step],
-    in_machine_coordinates: bool,
+    coordinates: &Coordinates,
     dialect: Dialect,
     comment: &dyn Fn(&str) -> String,
 ) {
     // machine coordinates hold in one block only (G53); Sinumerik calls that SUPA
-    let (before, after) = match (in_machine_coordinates, dialect) {
+    let (before, after) = match (coordinates.is_machine(), dialect) {
         (false, _) => ("", ""),
         (true, Dialect::Sinumerik) => ("", " SUPA"),
         (true, _) => ("G53 ", ""),

@@ -42,9 +42,8 @@ pub fn dry_run_program(
 const FIRST_NUMBER: usize = 7000;
 
 fn write(title: &Title, head: &[String], steps: &[Step], coordinates: &Coordinates, dialect: Dialect) -> String {
-    let in_machine = matches!(coordinates, Coordinates::Machine(_));
     match dialect {
-        Dialect::Heidenhain => heidenhain::program(&title.name, head, steps, in_machine),
-        _ => iso::program(title, head, steps, in_machine, dialect),
+        Dialect::Heidenhain => heidenhain::program(&title.name, head, steps, coordinates),
+        _ => iso::program(title, head, steps, coordinates, dialect),
     }
 }

@@ -49,9 +49,17 @@ const STEPS: usize = 40;
 /// A step this small ends them, mm.
 const SETTLED_MM: f64 = 1e-7;
 
-/// Finds instrument and target; `near_mm` is where the target is thought to be, held there when `is_known`. `None` where
-/// fewer than three points were read.
-pub fn locate(sightings: &[Sighting], near_mm: Vector3<f64>, is_known: bool) -> Option<Located> {
+/// Where a target is, in the frame of its link, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// There: it is held.
+    Known(Vector3<f64>),
+    /// Anywhere; the search begins there.
+    Sought(Vector3<f64>),
+}
+
+/// Finds instrument and target. `None` where fewer than three points were read.
+pub fn locate(sightings: &[Sighting], target: Target) -> Option<Located> {
     if sightings.len() < 3 {
         return None;
     }
@@ -59,18 +67,24 @@ pub fn locate(sightings: &[Sighting], near_mm: Vector3<f64>, is_known: bool) -> 
     let sides = START_MM
         .into_iter()
         .flat_map(|size| [0, 1, 2].into_iter().flat_map(move |k| [size, -size].map(|size| Vector3::ith(k, size))));
-    let mut starts = vec![near_mm];
-    if !is_known {
-        starts.extend(sides.map(|side| near_mm + side));
-    }
-    let tried = starts.into_iter().map(|start| refined(&few, start, is_known));
+    let starts: Vec<Target> = match target {
+        Target::Known(_) => vec![target],
+        Target::Sought(near) => [near].into_iter().chain(sides.map(|side| near + side)).map(Target::Sought).collect(),
+    };
+    let tried = starts.into_iter().map(|start| refined(&few, start));
     let best = tried.min_by(|a, b| a.misfit_mm.total_cmp(&b.misfit_mm))?;
-    Some(refined(sightings, best.target_mm, is_known))
+    Some(match target {
+        Target::Known(_) => refined(sightings, target),
+        Target::Sought(_) => refined(sightings, Target::Sought(best.target_mm)),
+    })
 }
 
 /// Gauss–Newton on instrument and target from a place of the target, with weights that spare it gross errors.
-fn refined(sightings: &[Sighting], start: Vector3<f64>, is_known: bool) -> Located {
-    let mut target = start;
+fn refined(sightings: &[Sighting], start: Target) -> Located {
+    let (mut target, is_known) = match start {
+        Target::Known(place) => (place, true),
+        Target::Sought(near) => (near, false),
+    };
     let mut weights = vec![1.0; sightings.len()];
     let (mut axes, mut origin) = placed(sightings, &target, &weights);
     let columns = if is_known { 6 } else { 9 };

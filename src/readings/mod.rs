@@ -16,7 +16,7 @@ mod same_point;
 mod scalar;
 
 pub use contract::{At, Kind, Mount, NOISE_CLASSES, Part, Reading};
-pub use locate::{Located, Sighting, locate};
+pub use locate::{Located, Sighting, Target, locate};
 pub use point::coordinate;
 pub use pose::{LEVER_MM, euler_xyz, quaternion, rotation_of_euler_xyz, rotation_of_quaternion, turn};
 pub use rotation::{nearest_rotation, rotation};

@@ -7,7 +7,7 @@ use super::motion::Motion;
 use super::second_socket::{scatter_mm, second_socket};
 use super::test::Session;
 use crate::chain::{Chain, Composition, Geometry};
-use crate::readings::{Kind, Located, Scalar, Sighting, locate};
+use crate::readings::{Kind, Located, Scalar, Sighting, Target, locate};
 use crate::statistics::median;
 
 /// A link with the tag of what is mounted there.
@@ -50,8 +50,8 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
                 let sightings: Vec<Sighting> =
                     with.iter().flat_map(|&first| sightings(session, chain, first)).collect();
                 let ball = &session.tests[index].spindle_ball;
-                let (near, is_known) = if is_open(ball) { (Vector3::zeros(), false) } else { (ball.at, true) };
-                let found = locate(&sightings, near, is_known).ok_or_else(|| {
+                let target = if is_open(ball) { Target::Sought(Vector3::zeros()) } else { Target::Known(ball.at) };
+                let found = locate(&sightings, target).ok_or_else(|| {
                     refuse("fewer than three rows have a reading; an instrument is not placed by them")
                 })?;
                 place(session, &key, &found);
@@ -83,7 +83,8 @@ pub struct SightedMisfit {
 /// The misfit of points and poses by the nominal chain; `None` where none is read.
 pub fn sighted_misfit(session: &Session, chain: &Chain) -> Option<SightedMisfit> {
     let firsts = (0..session.tests.len()).filter(|&test| session.tests[test].is_first_of_sighting());
-    let located = firsts.filter_map(|first| locate(&sightings(session, chain, first), Vector3::zeros(), false));
+    let located =
+        firsts.filter_map(|first| locate(&sightings(session, chain, first), Target::Sought(Vector3::zeros())));
     let of = located.map(|found| SightedMisfit { point_mm: found.misfit_mm, turn_rad: found.turn_misfit_rad });
     of.reduce(|one, other| SightedMisfit {
         point_mm: one.point_mm.max(other.point_mm),

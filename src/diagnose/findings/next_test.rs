@@ -11,7 +11,7 @@ use super::proposals::{Layout, Longer, Proposal, proposals};
 use crate::diagnose::model::linear_model::Column;
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::selection::selected::Candidate;
-use crate::effects::described;
+use crate::effects::DESCRIBED_BY_NAME;
 
 /// Rise of the probability below which a test is not worth proposing.
 const LEAST_RISE: f64 = 0.02;
@@ -85,7 +85,7 @@ fn judged(
                 .zip(now.iter().zip(&then))
                 .map(|((w, ..), (now, then))| w * (0.5 * (now - then)).exp())
                 .sum();
-            let odds_after = described(false) * finding.probability / (finding.probability + left);
+            let odds_after = DESCRIBED_BY_NAME * finding.probability / (finding.probability + left);
             (odds_after, proposal.minutes(), index)
         })
         .collect();

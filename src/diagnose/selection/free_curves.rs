@@ -2,7 +2,7 @@
 
 use super::joint_fit::JointFit;
 use super::selected::{OtherSet, SelectionContext};
-use crate::effects::described;
+use crate::effects::{DESCRIBED_BY_CURVE, DESCRIBED_BY_NAME};
 use std::collections::HashSet;
 
 impl SelectionContext<'_, '_, '_> {
@@ -27,7 +27,7 @@ impl SelectionContext<'_, '_, '_> {
         let softened = (free.standing(self) - standing) / (1.0 + thresholds.softening * gained);
         let log_odds = softened + thresholds.undescribed.ln();
         // the set is told of which more may be claimed
-        let is_free = log_odds + (described(true) / described(false)).ln() > 0.0;
+        let is_free = log_odds + (DESCRIBED_BY_CURVE / DESCRIBED_BY_NAME).ln() > 0.0;
         let mut other = free;
         if is_free {
             std::mem::swap(joint, &mut other);

@@ -83,9 +83,8 @@ pub fn prove(
 ) -> Option<CrossValidation> {
     let (found, noise) = (&search.found, &search.noise_after);
     let chunk_s = chunk_s(found);
-    let rows = |model: &LinearModel, fold: usize, held: bool| fold_rows(model, fold, held, chunk_s);
-    let is_empty = |held: bool| !rows(resolutions.fine, 0, held).iter().flatten().any(|row| *row);
-    if is_empty(true) || is_empty(false) {
+    let is_empty = |rows: Vec<Vec<bool>>| !rows.iter().flatten().any(|row| *row);
+    if is_empty(held_out_rows(resolutions.fine, 0, chunk_s)) || is_empty(other_rows(resolutions.fine, 0, chunk_s)) {
         return None;
     }
     let mut before = Vec::new();
@@ -95,8 +94,8 @@ pub fn prove(
     let mut again = vec![Vec::new(); findings.len()];
     let mut gains = vec![Vec::new(); findings.len()];
     for fold in 0..FOLDS {
-        let train = [rows(resolutions.fine, fold, false), rows(resolutions.coarse, fold, false)];
-        let test = rows(resolutions.fine, fold, true);
+        let train = [resolutions.fine, resolutions.coarse].map(|model| other_rows(model, fold, chunk_s));
+        let test = held_out_rows(resolutions.fine, fold, chunk_s);
         let masked = [resolutions.fine.with_rows(train[0].clone()), resolutions.coarse.with_rows(train[1].clone())];
         let masked = Resolutions { fine: &masked[0], coarse: &masked[1], cells: resolutions.cells };
         let searched = search_part(&masked, floors, families, (found, &search.contenders));
@@ -175,12 +174,22 @@ fn held_out(residual_mm: &[Vec<f64>], rows: &[Vec<bool>]) -> Vec<f64> {
         .collect()
 }
 
-/// Kept rows inside (`held` true) or outside the chunks of a fold, each of about `chunk_s` seconds.
+/// Kept rows inside the chunks of a fold, each of about `chunk_s` seconds.
 ///
 /// A sweep has an odd number of chunks, and a repeat in the same setup, the same sweep back among them, has them the other
 /// way round: so what happens as sweeps begin is in both folds, and so is every place of an axis that goes there and back
 /// at a steady speed. Setups take turns with the fold that begins.
-pub fn fold_rows(model: &LinearModel, fold: usize, held: bool, chunk_s: f64) -> Vec<Vec<bool>> {
+pub fn held_out_rows(model: &LinearModel, fold: usize, chunk_s: f64) -> Vec<Vec<bool>> {
+    kept_where(model, chunk_s, |held_in| held_in == Some(fold))
+}
+
+/// Kept rows outside the chunks of a fold, as [`held_out_rows`] has them.
+fn other_rows(model: &LinearModel, fold: usize, chunk_s: f64) -> Vec<Vec<bool>> {
+    kept_where(model, chunk_s, |held_in| held_in != Some(fold))
+}
+
+/// Kept rows of which the fold that holds them out is wanted; `None` stands for rows that none does.
+fn kept_where(model: &LinearModel, chunk_s: f64, is_wanted: impl Fn(Option<usize>) -> bool) -> Vec<Vec<bool>> {
     let turns = turns(model);
     (0..model.tests())
         .map(|test| {
@@ -198,8 +207,8 @@ pub fn fold_rows(model: &LinearModel, fold: usize, held: bool, chunk_s: f64) -> 
             let reading = &model.context.session().tests[test].reading;
             // the numbers of one reading are held together; what was stated of sockets is never held
             let turn = if reading.part().is_some() { 0 } else { turns[test] };
-            let is_held = |row: usize| !reading.is_gap() && (chunk(row) + turn) % FOLDS == fold;
-            (0..model.kept[test].len()).map(|row| model.kept[test][row] && is_held(row) == held).collect()
+            let held_in = |row: usize| (!reading.is_gap()).then(|| (chunk(row) + turn) % FOLDS);
+            (0..model.kept[test].len()).map(|row| model.kept[test][row] && is_wanted(held_in(row))).collect()
         })
         .collect()
 }

@@ -5,7 +5,7 @@ use crate::diagnose::findings::finding::{Finding, SizeFound};
 use crate::diagnose::selection::selected::OtherSet;
 use crate::diagnose::thresholds::Thresholds;
 use crate::diagnose::validation::cross_validation::{CrossValidation, HeldOut};
-use crate::effects::{Signature, UNKNOWN, described, is_a};
+use crate::effects::{DESCRIBED_BY_CURVE, DESCRIBED_BY_NAME, Signature, UNKNOWN, is_a};
 
 /// How a session is explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +85,11 @@ pub(crate) fn tell_likeliest(findings: &mut [Finding]) {
 
 /// What may be claimed of a cause with a probability among the candidates.
 fn claimed(cause: &Cause, probability: f64) -> f64 {
-    probability * described(is_a(&cause.effect, Signature::FreeCurve))
+    probability
+        * match is_a(&cause.effect, Signature::FreeCurve) {
+            true => DESCRIBED_BY_CURVE,
+            false => DESCRIBED_BY_NAME,
+        }
 }
 
 /// Claims no more of each cause than is proven, and leaves a part to causes that no candidate describes; `carries` says of each
