@@ -21,6 +21,15 @@ impl Lag {
     }
 }
 
+impl Lag {
+    /// How long after its end a move at `speed` still has more than `left_mm` to go, s: `vτe^(−t/τ)` behind the command's end, which an
+    /// end stands for that is later by the lag.
+    pub fn tail_s(self, speed: f64, left_mm: f64) -> f64 {
+        let behind = (speed * self.0 / left_mm).max(1.0).ln() - 1.0;
+        self.0 * behind.max(0.0)
+    }
+}
+
 /// What is thought of lags before any reading.
 pub(super) struct LagPrior {
     /// Standard deviation of half a normal density, s.

@@ -136,7 +136,7 @@ pub(super) const UNEVEN: [(f64, f64); 5] = [(0.0, 0.83), (5e-3, 0.05), (1e-2, 0.
 pub(super) const UNEVEN_S: f64 = 2e-2;
 
 /// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs, and the gap, but for a
-/// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower by themselves.
+/// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower by themselves; the lag is theirs.
 pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
     // twice the negative logarithm of all four times' density, by how uneven the rests are
@@ -159,7 +159,8 @@ pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64
     let share = SLOWER[usize::from(course.moving().len() > 1)];
     let pace = of_own_pace(off, seen.pace_sigma, course.feeds.sigma(), share);
     let gap = course.marks.map_or(0.0, |marks| of_gap(seen.gap_s - marks.gap_s));
-    times + gap + pace
+    let lag = ((timing.lag_s - seen.lag_s) / seen.lag_sigma_s).powi(2);
+    times + gap + pace + lag
 }
 
 /// Cost of a timing: twice the negative log likelihood, but for a constant.

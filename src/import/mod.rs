@@ -21,6 +21,7 @@
 //! | `timing` | where along the run is the machine at a time? |
 //! | `wander` | what do readings say that wander together? |
 //! | `likelihood` | how well does a timing explain the readings? |
+//! | `variables` | which numbers are sought, and in which units? |
 //! | `search` | which timing explains them best, and which other does nearly? |
 //! | `uncertainty` | how well is it known, in s and in degrees? |
 //! | `place` | is it to be believed? |
@@ -44,6 +45,7 @@ mod session_times;
 mod split;
 mod timing;
 mod uncertainty;
+mod variables;
 mod wander;
 
 pub use capture::Capture;

@@ -10,11 +10,12 @@ use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
 use super::refusals::{allowed_mm, may_run_between, other_runs, refuse_by_marks, refuse_cut_off, refuse_other_runs};
 use super::search::{
-    Candidate, Levels, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion, standing, units,
+    Levels, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion, standing,
 };
 use super::seen_marks::Seen;
 use super::timing::Timing;
-use super::uncertainty::{apart, covariance, pace_sigma, position_sigma};
+use super::uncertainty::{Known, apart, known};
+use super::variables::Candidate;
 use crate::session::{Marks, Session};
 
 /// A capture placed in time.
@@ -332,7 +333,8 @@ fn judged(
     let is_known = levels.fine.marks.as_ref().is_some_and(|seen| gap_is_kept(&course, seen));
     let plain = settled_apart(&course, &levels.fine, candidates);
     let candidates = if is_known { with_lost_motion(&course, levels, plain) } else { plain };
-    let best = candidates[0];
+    let likely = nearly_as_likely(&course, levels, &candidates[0]);
+    let best = likely[0];
     let data = levels.fine.with(best.wander);
     let residual = residual_mm(&course, &data, &best.timing, best.freedom);
     let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
@@ -354,18 +356,9 @@ fn judged(
             noise_um: 1e3 * noise_mm,
         });
     }
-    let covariance = covariance(&course, &data, &best);
-    let sigma: [f64; 4] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
-    let step = units(&course, &data, best.timing.pace());
-    let in_units = [
-        sigma[0] * step[0],
-        sigma[1] * step[1],
-        pace_sigma(&course, &data, &best.timing, &covariance),
-        sigma[3] * step[3],
-    ];
+    let Known { sigma, position_sigma } = known(&course, &data, &likely);
     let unit = course.unit;
-    refuse_cut_off(&course, &best.timing, capture, &in_units)?;
-    let position_sigma = position_sigma(&course, &data, &best.timing, &covariance);
+    refuse_cut_off(&course, &best.timing, capture, &sigma)?;
     if position_sigma > LIMIT {
         return Err(ImportError::TooFlat { sigma: position_sigma, limit: LIMIT, unit });
     }
@@ -376,7 +369,7 @@ fn judged(
         pair,
         course,
         timing: best.timing,
-        sigma: in_units,
+        sigma,
         position_sigma,
         left_mm,
         noise_mm,

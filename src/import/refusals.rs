@@ -4,9 +4,9 @@ use super::capture::{Averages, Capture};
 use super::course::{Course, Feeds};
 use super::error::{ImportError, RunsDiffer};
 use super::likelihood::UNEVEN_S;
-use super::search::RAMPS_S;
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::variables::RAMPS_S;
 
 /// Share of the readings' own size, and size, mm, that a believed placement may leave.
 const LEFT_SHARE: f64 = 0.25;

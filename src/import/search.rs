@@ -7,23 +7,10 @@ use super::course::Course;
 use super::likelihood::{Freedom, cost};
 use super::seen_marks::Seen;
 use super::timing::Timing;
+use super::uncertainty::covariance;
+use super::variables::{Candidate, DIFFERENCES, RAMPS_S, VARIABLES, moved, units};
 use super::wander::Wander;
 use crate::statistics::minimise_few;
-
-/// A timing with its cost.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
-    pub timing: Timing,
-    pub freedom: Freedom,
-    pub wander: Wander,
-    pub cost: f64,
-}
-
-impl Candidate {
-    fn of(course: &Course, data: &Averages, timing: Timing, freedom: Freedom) -> Candidate {
-        Candidate { timing, freedom, wander: data.wander, cost: cost(course, data, &timing, freedom) }
-    }
-}
 
 /// Averages of the grid, of the first descent and of the last.
 const ROUGH: usize = 120;
@@ -33,8 +20,6 @@ const FINE: usize = 1000;
 const STEPS: f64 = 60.0;
 /// Ramp that the grid assumes, s.
 const RAMP_S: f64 = 0.15;
-/// Ramps of controls, s.
-pub(super) const RAMPS_S: [f64; 2] = [0.005, 2.0];
 /// Step of the grid in the logarithm of the pace.
 const PACE_STEP: f64 = 0.02;
 /// Share of a run that may lie outside the capture, so that one which was cut off is seen to be.
@@ -172,42 +157,6 @@ fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Ve
     kept
 }
 
-/// Number of variables: two starts, mean time of a run, logarithm of the ramp, difference of the two runs' times.
-pub(super) const VARIABLES: usize = 5;
-
-/// Parts of a run's time by which two runs differ: of a control that keeps one pace, and of one that does not.
-const DIFFERENCES: [f64; 2] = [5e-5, 5e-3];
-
-/// Units of the variables, s but for the logarithm.
-pub(super) fn units(course: &Course, data: &Averages, pace: f64) -> [f64; VARIABLES] {
-    let run_s = course.run_s / pace;
-    let between = DIFFERENCES[0] * run_s;
-    match &data.marks {
-        Some(seen) => {
-            let sigma_s = seen.run_sigma_s;
-            [2.0 * sigma_s[0][0], 2.0 * sigma_s[1][0], 2.0 * sigma_s[0][1], 0.5, between]
-        }
-        None => [0.03 * run_s, 0.03 * run_s, 0.02 * run_s, 0.5, between],
-    }
-}
-
-/// Timing with its variables moved, in their units: the times of the runs are what marks tell, the paces follow from them.
-pub(super) fn moved(course: &Course, timing: &Timing, units: &[f64; VARIABLES], by: &[f64; VARIABLES]) -> Timing {
-    let ramp_s = (timing.ramp_s * (units[3] * by[3]).exp()).clamp(RAMPS_S[0], RAMPS_S[1]);
-    let half = 0.5 * units[4] * by[4];
-    let paces = [half, -half].into_iter().enumerate().map(|(direction, half)| {
-        let moving_s = timing.moving_s(direction, course.run_s) + units[2] * by[2] + half;
-        course.run_s / (moving_s - ramp_s).max(1e-3 * course.run_s)
-    });
-    let mut timing = Timing {
-        start_s: [timing.start_s[0] + units[0] * by[0], timing.start_s[1] + units[1] * by[1]],
-        ramp_s,
-        ..*timing
-    };
-    timing.paces.iter_mut().zip(paces).for_each(|(pace, moved)| *pace = moved);
-    timing
-}
-
 /// Nelder–Mead from a start, again with smaller steps until it no longer gains.
 fn descend(course: &Course, data: &Averages, start: Timing, freedom: Freedom, size: f64) -> Candidate {
     let mut best = Candidate::of(course, data, start, freedom);
@@ -264,23 +213,91 @@ pub(super) fn settled_apart(course: &Course, fine: &Averages, candidates: &[Cand
     let mut again: Vec<Candidate> = candidates
         .par_iter()
         .map(|candidate| settled(course, fine, candidate, 0.1))
-        .map(|candidate| with_own_lag(course, &fine.with(candidate.wander), candidate))
         .map(|candidate| descend_apart(course, &fine.with(candidate.wander), candidate, 0.5))
+        .map(|candidate| descend_by_covariance(course, &fine.with(candidate.wander), candidate))
         .collect();
     again.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     again
 }
 
-/// Lags of servos, s, that are tried where no mark tells it: between two of them a lag cuts off a circle's radius what a gauge hardly reads.
-const LAGS_S: [f64; 5] = [0.008, 0.016, 0.028, 0.042, 0.06];
+/// Lags of servos, s, from which searches begin where no mark tells it.
+const LAGS_S: [f64; 6] = [0.0, 0.008, 0.016, 0.028, 0.042, 0.06];
 
-/// A candidate with the lag that the readings speak for, where no marks told it.
-fn with_own_lag(course: &Course, data: &Averages, from: Candidate) -> Candidate {
-    if data.marks.is_some() {
-        return from;
+/// Candidates that cost so much more than the best are as good as impossible: by odds of e⁻¹⁰.
+const IMPOSSIBLE: f64 = 20.0;
+
+/// A candidate with others of its place that explain the readings nearly as well, the best first: sought from several lags, where no
+/// mark tells it.
+pub(super) fn nearly_as_likely(course: &Course, levels: &Levels, from: &Candidate) -> Vec<Candidate> {
+    let fine = &levels.fine;
+    let lags_s = if fine.marks.is_some() { vec![from.timing.lag_s] } else { LAGS_S.to_vec() };
+    let few = levels.middle.with(from.wander);
+    let sought = |lag_s: &f64| {
+        let starts = near_by(course, Timing { lag_s: *lag_s, ..from.timing }).into_par_iter();
+        let found: Vec<Candidate> = starts.map(|start| descend(course, &few, start, from.freedom, 0.3)).collect();
+        found.into_iter().min_by(|one, other| one.cost.total_cmp(&other.cost))
+    };
+    let data = fine.with(from.wander);
+    let mut found: Vec<Candidate> = lags_s
+        .par_iter()
+        .filter_map(sought)
+        .map(|one| descend_by_covariance(course, &data, Candidate::of(course, &data, one.timing, one.freedom)))
+        .collect();
+    found.push(*from);
+    found.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    let least = found[0].cost;
+    found.retain(|one| one.cost < least + IMPOSSIBLE);
+    // what is left of each says how readings wander
+    let own_wander = |one: &Candidate| {
+        (0..2).fold(*one, |one, _| {
+            let data = fine.with(wandering(course, fine, &one));
+            descend_by_covariance(course, &data, Candidate::of(course, &data, one.timing, one.freedom))
+        })
+    };
+    let mut settled: Vec<Candidate> = found.par_iter().map(own_wander).collect();
+    settled.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    apart(course, settled, LAGS_S.len(), 0.02)
+}
+
+/// Timings near one from which others of its place are sought: directions at one pace, and ramps of several lengths whose runs take as
+/// long or keep their pace, for a longer ramp and a higher pace do nearly the same.
+fn near_by(course: &Course, timing: Timing) -> Vec<Timing> {
+    let at_one_pace = timing.about_its_middles(course.run_s, [timing.pace(); 2], timing.ramp_s);
+    let with_ramps = RAMPS.into_iter().flat_map(|ramp_s| {
+        let moving_s = [0, 1].map(|direction| timing.moving_s(direction, course.run_s));
+        let is_room = moving_s.iter().all(|moving_s| *moving_s > 2.0 * ramp_s);
+        let paces = [moving_s.map(|moving_s| course.run_s / (moving_s - ramp_s)), timing.paces];
+        let of_ramp = paces.map(|paces| timing.about_its_middles(course.run_s, paces, ramp_s));
+        of_ramp.into_iter().filter(move |_| is_room)
+    });
+    [timing, at_one_pace].into_iter().chain(with_ramps).collect()
+}
+
+/// Searches along a narrow valley, at most.
+const ALONG: usize = 8;
+
+/// Down a narrow valley: Nelder–Mead with first steps of two standard deviations along its own axes, again from where it ends, for
+/// valleys are bent.
+fn descend_by_covariance(course: &Course, data: &Averages, from: Candidate) -> Candidate {
+    let mut best = from;
+    for _ in 0..ALONG {
+        let units = units(course, data, best.timing.pace());
+        let Some(axes) = covariance(course, data, &best).cholesky().map(|factor| factor.unpack()) else { break };
+        let at = |spreads: &[f64; VARIABLES]| {
+            let by = std::array::from_fn(|k| (0..=k).map(|column| axes[(k, column)] * spreads[column]).sum());
+            moved(course, &best.timing, &units, &by)
+        };
+        let timing = at(&minimise_few([0.0; VARIABLES], 2.0, |x| cost(course, data, &at(x), best.freedom)));
+        let next = Candidate::of(course, data, timing, best.freedom);
+        let gain = best.cost - next.cost;
+        if gain > 0.0 {
+            best = next;
+        }
+        if gain < 0.05 {
+            break;
+        }
     }
-    let lagging = |lag_s: f64| descend(course, data, Timing { lag_s, ..from.timing }, from.freedom, 0.3);
-    LAGS_S.into_iter().map(lagging).fold(from, |best, next| if next.cost < best.cost { next } else { best })
+    best
 }
 
 /// The same with lost motion among what a machine may do. Where it is at work, the timing without it may be far off, and the first

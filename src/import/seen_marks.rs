@@ -15,8 +15,10 @@ pub(super) struct Seen {
     /// Speed of the marks over their programmed feed, with its standard deviation.
     pub pace: f64,
     pub pace_sigma: f64,
-    /// Time constant of the servos' lag, s.
+    /// Time constant of the servos' lag with its standard deviation, s, and how long after a mark's end the lagging axes still move the bar.
     pub lag_s: f64,
+    pub lag_sigma_s: f64,
+    pub tail_s: f64,
     /// Rest between the two directions' marks, s.
     pub gap_s: f64,
     /// How many marks are in the readings, and when the fourth from the end begins, s.
@@ -31,6 +33,6 @@ pub(super) struct Seen {
 impl Seen {
     /// True for times at which a mark is read.
     pub fn hide(&self, time_s: f64) -> bool {
-        self.marks_s.iter().any(|[from, to]| (from - EDGE_S..=to + EDGE_S).contains(&time_s))
+        self.marks_s.iter().any(|[from, to]| (from - EDGE_S..=to + self.tail_s.max(EDGE_S)).contains(&time_s))
     }
 }

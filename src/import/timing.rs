@@ -34,6 +34,16 @@ impl Timing {
         run_s / self.paces[direction] + self.ramp_s
     }
 
+    /// The same runs at other paces and with another ramp, each with its middle where it was.
+    pub(super) fn about_its_middles(&self, run_s: f64, paces: [f64; 2], ramp_s: f64) -> Timing {
+        let mut other = Timing { paces, ramp_s, ..*self };
+        for direction in 0..2 {
+            let longer_s = other.moving_s(direction, run_s) - self.moving_s(direction, run_s);
+            other.start_s[direction] -= 0.5 * longer_s;
+        }
+        other
+    }
+
     /// Programmed time gone `since_s` after a direction began to move, s: the speed rises evenly over the ramp, is even, and
     /// falls evenly; the axes lag.
     pub fn gone_s(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {

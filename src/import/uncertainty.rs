@@ -5,8 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use super::capture::Averages;
 use super::course::Course;
 use super::likelihood::cost;
-use super::search::{Candidate, VARIABLES, moved, units};
+
 use super::timing::Timing;
+use super::variables::{Candidate, VARIABLES, moved, units};
+use crate::statistics::log_determinant;
 
 /// Covariance of the variables in their units: twice the inverse of the cost's second derivatives, by differences whose
 /// steps raise the cost by about one.
@@ -58,8 +60,56 @@ fn times(course: &Course, timing: &Timing) -> Vec<f64> {
         .collect()
 }
 
-/// Standard deviation of the pace.
-pub(super) fn pace_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+/// Standard deviations of what is told of a capture.
+pub(super) struct Known {
+    /// Of the two starts, s, of the pace, and of the ramp's logarithm.
+    pub sigma: [f64; 4],
+    /// Of the path position of a reading, root mean square over both arcs, deg or mm.
+    pub position_sigma: f64,
+}
+
+/// What candidates of one place tell together, about the first: by their likelihood, each over the volume in which it holds.
+pub(super) fn known(course: &Course, data: &Averages, candidates: &[Candidate]) -> Known {
+    let best = &candidates[0];
+    let all: Vec<(f64, [f64; 5])> = candidates
+        .iter()
+        .map(|one| {
+            let data = &data.with(one.wander);
+            let covariance = covariance(course, data, one);
+            let volume = covariance.clone().cholesky().map_or(0.0, |factor| log_determinant(&factor));
+            (0.5 * (volume - one.cost), squares(course, data, (best, one), &covariance))
+        })
+        .collect();
+    let most = all.iter().map(|(log_share, _)| *log_share).fold(f64::NEG_INFINITY, f64::max);
+    let (mut whole, mut sums) = (0.0, [0.0; 5]);
+    for (log_share, squares) in all {
+        let share = (log_share - most).exp();
+        whole += share;
+        sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += share * square);
+    }
+    let [first, second, pace, ramp, position_sigma] = sums.map(|sum| (sum / whole).sqrt());
+    Known { sigma: [first, second, pace, ramp], position_sigma }
+}
+
+/// Mean squares of what one candidate tells about the best: starts, pace, the ramp's logarithm, and positions.
+fn squares(
+    course: &Course,
+    data: &Averages,
+    (best, one): (&Candidate, &Candidate),
+    covariance: &DMatrix<f64>,
+) -> [f64; 5] {
+    let units = units(course, data, one.timing.pace());
+    let own = |k: usize| covariance[(k, k)].max(0.0) * units[k].powi(2);
+    let start = |k: usize| own(k) + (one.timing.start_s[k] - best.timing.start_s[k]).powi(2);
+    let pace = pace_variance(course, data, &one.timing, covariance) + (one.timing.pace() - best.timing.pace()).powi(2);
+    let ramp = own(3) + (one.timing.ramp_s / best.timing.ramp_s).ln().powi(2);
+    let position =
+        position_variance(course, data, &one.timing, covariance) + apart(course, &best.timing, &one.timing).powi(2);
+    [start(0), start(1), pace, ramp, position]
+}
+
+/// Variance of the pace.
+fn pace_variance(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
     let units = units(course, data, timing.pace());
     let step = 1e-4;
     let slope = DVector::from_fn(VARIABLES, |k, _| {
@@ -67,11 +117,11 @@ pub(super) fn pace_sigma(course: &Course, data: &Averages, timing: &Timing, cova
         let [up, down] = [1.0, -1.0].map(|sign| moved(course, timing, &units, &by(sign)).pace());
         (up - down) / (2.0 * step)
     });
-    (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0).sqrt()
+    (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0)
 }
 
-/// Root mean square of the path position's standard deviation over both arcs, deg or mm.
-pub(super) fn position_sigma(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
+/// Mean variance of the path position over both arcs, deg² or mm².
+fn position_variance(course: &Course, data: &Averages, timing: &Timing, covariance: &DMatrix<f64>) -> f64 {
     let units = units(course, data, timing.pace());
     let times = times(course, timing);
     let place = |timing: &Timing, time: f64| timing.place_s(time, course.run_s).0 * course.rate();
@@ -85,7 +135,7 @@ pub(super) fn position_sigma(course: &Course, data: &Averages, timing: &Timing, 
         });
         sum += (slope.transpose() * covariance * &slope)[(0, 0)].max(0.0);
     }
-    (sum / times.len() as f64).sqrt()
+    sum / times.len() as f64
 }
 
 /// Root mean square distance of two timings' positions over both arcs, deg or mm.

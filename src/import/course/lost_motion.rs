@@ -42,15 +42,15 @@ pub struct LostMotion {
 const SLIDE: [f64; 3] = [3e-3, 1.5e-3, 5e-6];
 /// The same of a rotary axis: 4 arcsec about its own line, 2 µm as shifts, 3 arcsec as tilts.
 const ROTARY: [f64; 3] = [2e-5, 2e-3, 1.5e-5];
-/// Travels over which a flank turns round, mm or deg, each four times the one before: from free play of some µm, which is taken up over its
-/// own size, to a drive that winds up.
-const TRAVELS: [f64; 6] = [0.002, 0.008, 0.03, 0.12, 0.5, 2.0];
+/// Travels over which a flank turns round, mm or deg: free play of some µm, which is taken up over its own size and on a circle shows
+/// later the larger it is, each twice the one before; drives that wind up, each four times.
+const TRAVELS: [f64; 9] = [0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.12, 0.5, 2.0];
 /// Forms smaller than this are below what a gauge reads, mm.
 const LEAST_MM: f64 = 2e-5;
 /// Columns that are nowhere larger than this are rounding, mm.
 const NOTHING_MM: f64 = 1e-9;
 /// Forms kept at most.
-const MOST: usize = 16;
+const MOST: usize = 24;
 /// Nodes at either end of a run that are cut into parts: axes turn round there within a part of a node.
 const EDGE: usize = 4;
 const PARTS: usize = 16;

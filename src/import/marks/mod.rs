@@ -9,6 +9,7 @@ mod stopped;
 use self::moves::{SecondHalf, ends_of};
 use self::stopped::{Direction, stopped_s};
 use super::capture::Capture;
+use super::lag::Lag;
 use super::seen_marks::Seen;
 use crate::session::{Marks, times_beside_readings};
 use crate::statistics::median;
@@ -38,8 +39,12 @@ const FEWEST: usize = 8;
 const NEAR_S: f64 = 0.06;
 /// How alike a control counts two rests, s: two cycles of its motion.
 const CYCLES_S: f64 = 2e-3;
+/// How alike the axes of marks and of runs lag, s: servos are set alike where a machine cuts round circles.
+const ALIKE_S: f64 = 1e-3;
 /// How well a gauge's scale is known.
 const SCALE: f64 = 3e-4;
+/// What is left of a mark's way when the bar counts as at rest, mm: a fifth of what a gauge reads.
+const TAIL_MM: f64 = 0.02e-3;
 /// Least standard deviation of a level, mm.
 const LEVEL_MM: f64 = 2e-4;
 
@@ -217,6 +222,8 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         pace: moves.speed / programmed,
         pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
         lag_s: moves.lag_s,
+        lag_sigma_s: moves.lag_sigma_s().hypot(ALIKE_S),
+        tail_s: Lag(moves.lag_s).tail_s(moves.speed, TAIL_MM),
         gap_s: out_begins(2) - is_back(1),
         found: 4,
         last_four_s: four[0].begin_s,

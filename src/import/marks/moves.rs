@@ -70,6 +70,12 @@ impl Moves {
         let k = self.end_s.len();
         self.covariance[(k, k)].max(0.0).sqrt()
     }
+
+    /// Standard deviation of the lag, s.
+    pub fn lag_sigma_s(&self) -> f64 {
+        let k = self.end_s.len() + 2;
+        self.covariance[(k, k)].max(0.0).sqrt()
+    }
 }
 
 /// How a control slows down, and how the axes follow.
