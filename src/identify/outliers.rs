@@ -29,7 +29,9 @@ pub fn kept_rows(problem: &Problem, residual_mm: &[Vec<f64>]) -> Vec<Vec<bool>> 
             } else if poses[test] {
                 within(residual, limits[class[test]])
             } else {
-                near_trend(residual)
+                // steps of the recorder are no outliers
+                let digit_mm = problem.session.tests[test].last_digit_mm().unwrap_or(LAST_DIGIT_MM);
+                near_trend(residual, digit_mm)
             }
         })
         .collect()
@@ -41,8 +43,8 @@ fn within(residual: &[f64], limit: f64) -> Vec<bool> {
 
 /// Keeps the rows of a sweep, but for isolated ones that lie far off on the same side of both the rows before and after.
 ///
-/// A step or a spike that decays over several rows lies near the rows on one of its sides and so is kept.
-fn near_trend(residual: &[f64]) -> Vec<bool> {
+/// `digit_mm` is the last digit of the recording, mm. A step or a spike that decays over several rows lies near the rows on one of its sides and so is kept.
+fn near_trend(residual: &[f64], digit_mm: f64) -> Vec<bool> {
     let off: Vec<f64> = (0..residual.len())
         .map(|row| {
             let before: Vec<f64> = residual[..row].iter().rev().take(NEIGHBOURS).copied().collect();
@@ -58,7 +60,7 @@ fn near_trend(residual: &[f64]) -> Vec<bool> {
         .collect();
     let steps = residual.windows(2).map(|pair| pair[1] - pair[0]);
     // the difference of two readings has √2 times the white noise of one
-    let sigma = (robust_sigma(steps) / std::f64::consts::SQRT_2).max(FINEST_MM);
+    let sigma = (robust_sigma(steps) / std::f64::consts::SQRT_2).max(0.5 * digit_mm);
     residual.iter().zip(&off).map(|(value, off)| value.is_finite() && *off <= SWEEP_LIMIT * sigma).collect()
 }
 
@@ -73,8 +75,8 @@ fn side_distance(value: f64, nearest_first: &[f64]) -> Option<f64> {
     Some(if from_line.abs() < 0.5 * from_median.abs() { from_line } else { from_median })
 }
 
-/// Half of the last digit of a real recording (0.1 µm), mm: steps of the recorder are no outliers.
-const FINEST_MM: f64 = 5e-5;
+/// The last digit of a recording that has more of them than are counted, mm: gauges read to 0.1 µm.
+const LAST_DIGIT_MM: f64 = 1e-4;
 
 #[cfg(test)]
 mod tests {
@@ -89,8 +91,18 @@ mod tests {
         for (since, value) in residual[120..].iter_mut().enumerate() {
             *value += 0.1 + 0.1 * (-(since as f64) / 8.0).exp();
         }
-        let kept = near_trend(&residual);
+        let kept = near_trend(&residual, LAST_DIGIT_MM);
         let left_out: Vec<usize> = (0..200).filter(|&row| !kept[row]).collect();
         assert_eq!(left_out, [50, 100]);
+    }
+
+    #[test]
+    fn steps_of_a_recorder_are_kept_and_a_spike_is_not() {
+        // a gauge that shows whole µm: most rows repeat
+        let mut residual: Vec<f64> = (0..200).map(|k| if k % 17 == 3 { 1e-3 } else { 0.0 }).collect();
+        residual[100] = 0.05;
+        let left_out = |digit_mm| near_trend(&residual, digit_mm).iter().filter(|kept| !**kept).count();
+        assert_eq!(left_out(1e-3), 1);
+        assert!(left_out(LAST_DIGIT_MM) > 5);
     }
 }

@@ -6,6 +6,7 @@ use super::path::Path;
 use super::recording::Recording;
 use crate::machine::Machine;
 use crate::readings::{Kind, Reading};
+use crate::statistics::step_of;
 
 /// Way over which an axis that stands in a test came to its place, in the sense that the test states, mm or deg: three times the longest
 /// over which lost motion is taken up.
@@ -52,6 +53,17 @@ impl Test {
     pub fn span_s(&self) -> Option<(f64, f64)> {
         let times = self.recording.as_ref()?.time_s()?;
         Some((self.started_at_s + times.first()?, self.started_at_s + times.last()?))
+    }
+
+    /// The step of which all its lengths, or all their deviations from the bar's length, are multiples, mm: from 0.001 on. Gauges
+    /// read so where it is their last digit.
+    pub fn last_digit_mm(&self) -> Option<f64> {
+        let recording = self.recording.as_ref()?;
+        let finite = || recording.length_mm.iter().copied().filter(|length| length.is_finite());
+        finite().next()?;
+        let of_deviations =
+            self.bar_length_mm.and_then(|bar_mm| step_of(|| finite().map(move |length| length - bar_mm)));
+        step_of(finite).into_iter().chain(of_deviations).reduce(f64::max)
     }
 
     /// Name as the session file has it: of a point or a pose, not of one of its numbers.

@@ -1,5 +1,6 @@
-//! Statistics without geometry and sessions: noise and whitening, robust location and scale, products and principal components of columns, evidence.
+//! Statistics without geometry and sessions: noise and whitening, robust location and scale, digits, products and principal components of columns, evidence.
 
+mod digits;
 mod evidence;
 mod minimum;
 mod noise;
@@ -9,6 +10,7 @@ mod products;
 mod robust;
 mod whitener;
 
+pub use digits::{ON_STEP, step_of};
 pub use evidence::{BlockEvidence, climbed, implausibility, judge, likeliest_priors, log_determinant, probability_of};
 pub use minimum::{least_along, minimise_few, minimise_smooth};
 pub use noise::{Absorbed, fit_noise, misfit};

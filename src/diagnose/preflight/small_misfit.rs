@@ -25,6 +25,7 @@ use super::places::restated::restated;
 use super::places::standing::column_off;
 use super::quick_fit::{MOST_STRAIN, refit};
 use super::readings::scaled::{least_zero_mm, log_of_any_size, own_zero_mm};
+use super::readings::steps::step_of_readings;
 use super::suspicion::{Judged, Suspicion, Tried};
 use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::session::{Path, Session, Test};
@@ -119,7 +120,9 @@ impl<'s> Preflight<'s> {
         let Misfit { residual_um, noise_um, left_out_share, strain } = misfit;
         let session = self.session;
         let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
-        if is_noise && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
+        // what lacks digits may have been cut to those it has, which is little beside noise and yet looks like an effect
+        let has_all_digits = step_of_readings(session).is_none();
+        if is_noise && has_all_digits && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
             return Vec::new();
         }
         let suspected = self.suspected.get_or_init(|| suspected(session)).iter();
@@ -134,7 +137,9 @@ impl Suspected {
         let (before, after) = (*before_um, *after_um);
         let is_near_noise = after < NEAR_NOISE * noise_um;
         let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
-        (before > WORTH_A_SEARCH * after).then(|| {
+        // the digits speak for a cut by themselves; how much it gains the likelihood says
+        let is_shown = best.kind == FaultKind::ValuesRounded && before > after;
+        (is_shown || before > WORTH_A_SEARCH * after).then(|| {
             let is_found_place = best.kind == FaultKind::BallPlace && best.is_found;
             let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
             let fault = DataFault { rivals: rivals.clone(), ..best.clone().fault(before, after) };

@@ -3,9 +3,8 @@
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
-use crate::diagnose::preflight::readings::steps::{ON_STEP, step};
 use crate::session::{Motion, Recording, Session, Test};
-use crate::statistics::{rms, third_differences};
+use crate::statistics::{ON_STEP, rms, step_of, third_differences};
 
 /// Lengths of so large a step are not what a gauge read, mm: gauges read to 0.1 µm, and the noise of a good one is 0.2 µm.
 const COARSE_LENGTH_MM: f64 = 0.01;
@@ -40,7 +39,7 @@ fn rounded_lengths(session: &Session) -> Option<DataFault> {
         return None;
     }
     let read = || recordings.iter().flat_map(|recording| &recording.length_mm).copied().filter(|l| l.is_finite());
-    let step_mm = step(read)?;
+    let step_mm = step_of(read)?;
     let says = format!(
         "all lengths are multiples of {step_mm} mm, where a gauge reads to 0.0001 mm: they were rounded; export them with all their digits"
     );
@@ -92,7 +91,8 @@ fn coarse<'s>(
     let axis = recording.axes[column];
     let kind = session.machine.axes[axis].kind;
     let values: Vec<f64> = recording.positions[column].iter().map(|value| kind.to_file_unit(*value)).collect();
-    let step = step(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION && is_uneven(&values, *step))?;
+    let step =
+        step_of(|| values.iter().copied()).filter(|step| *step >= COARSE_POSITION && is_uneven(&values, *step))?;
     // rounding errs evenly over a step
     let off = kind.from_file_unit(step) / 12f64.sqrt();
     let moves_um = 1e3 * off * change_per(session, chain, test, axis)?;

@@ -5,37 +5,13 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::Suspicion;
-use crate::session::Session;
-
-/// Steps of columns that are looked for, mm or degrees; finer ones do no harm.
-const STEPS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
-
-/// How near to a multiple of its step a value lies, mm or degrees: a tenth of the last digit that files have.
-pub(crate) const ON_STEP: f64 = 1e-7;
-
-/// The largest step of which all values are multiples.
-pub(crate) fn step<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
-    let is_on = |step: &f64| {
-        values().all(|value| {
-            let steps = value / step;
-            (steps - steps.round()).abs() * step < ON_STEP
-        })
-    };
-    STEPS.into_iter().find(is_on)
-}
+use crate::session::{Session, Test};
 
 /// The step of which all lengths, or all deviations from the bars' lengths, are multiples, mm.
 pub(crate) fn step_of_readings(session: &Session) -> Option<f64> {
-    let recorded = || session.tests.iter().filter_map(|test| Some((test.bar_length_mm, test.recording.as_ref()?)));
-    let finite = |value: &f64| value.is_finite();
-    let lengths = || recorded().flat_map(|(_, recording)| recording.length_mm.iter().copied()).filter(finite);
-    let deviations = || {
-        let of_bars = recorded().filter_map(|(bar_mm, recording)| Some((bar_mm?, &recording.length_mm)));
-        of_bars.flat_map(|(bar_mm, lengths)| lengths.iter().map(move |length| length - bar_mm)).filter(finite)
-    };
-    let of_lengths = lengths().next().and_then(|_| step(lengths));
-    let of_deviations = deviations().next().and_then(|_| step(deviations));
-    of_lengths.into_iter().chain(of_deviations).reduce(f64::max)
+    let recorded = session.tests.iter().filter(|test| test.recording.is_some());
+    let steps: Option<Vec<f64>> = recorded.map(Test::last_digit_mm).collect();
+    steps?.into_iter().reduce(f64::min)
 }
 
 /// Deviations of all recordings that were cut to whole steps towards zero, and lost half a step on average.
