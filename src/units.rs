@@ -98,8 +98,8 @@ pub fn shown(value: f64) -> String {
 }
 
 /// A number with at most so many decimals, without a negative zero.
-pub fn rounded(value: f64, decimals: i32) -> f64 {
-    let scale = 10f64.powi(decimals);
+pub fn rounded(value: f64, decimals: usize) -> f64 {
+    let scale = 10f64.powi(decimals as i32);
     (value * scale).round() / scale + 0.0
 }
 

@@ -169,24 +169,23 @@ fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
     let planned = &*SLOW;
     let names = |pair: usize| planned.session.tests[planned.pairs[pair].tests[0]].name.as_str();
     for (k, habit) in HABITS.into_iter().enumerate() {
-        for pair in [k % planned.pairs.len(), (k + 3) % planned.pairs.len()] {
-            let seed = 40 + 10 * k as u64 + pair as u64;
-            let mut erring = Erring::drawn(&planned.session.machine, seed);
-            let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, habit);
-            let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
-                Ok(placement) => placement,
-                // without the gap that tells tests apart, tests that read alike are not guessed
-                Err(ImportError::TwoTests { .. }) if habit == Habit::Waits => continue,
-                Err(why) => panic!("{}: {why}", drawn.says),
-            };
-            assert_eq!(placement.pair, planned.pairs[pair], "{}: as {}", drawn.says, names(pair));
-            let (off, _) = planned.compared(&drawn, &placement);
-            println!("{}: off {off:.4} sigma {:.4}", drawn.says, placement.position_sigma);
-            // how much longer a rest before a run is than one after it shows in nothing but the readings of the run
-            let hidden_deg = if habit == Habit::UnevenRests { 0.02 * placement.course.rate() } else { 0.0 };
-            let allowed = REACH_DEG.max(4.0 * placement.position_sigma) + hidden_deg;
-            assert!(off < allowed, "{}: misplaced by {off}", drawn.says);
-        }
+        let pair = k % planned.pairs.len();
+        let seed = 40 + 10 * k as u64 + pair as u64;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, habit);
+        let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
+            Ok(placement) => placement,
+            // without the gap that tells tests apart, tests that read alike are not guessed
+            Err(ImportError::TwoTests { .. }) if habit == Habit::Waits => continue,
+            Err(why) => panic!("{}: {why}", drawn.says),
+        };
+        assert_eq!(placement.pair, planned.pairs[pair], "{}: as {}", drawn.says, names(pair));
+        let (off, _) = planned.compared(&drawn, &placement);
+        println!("{}: off {off:.4} sigma {:.4}", drawn.says, placement.position_sigma);
+        // how much longer a rest before a run is than one after it shows in nothing but the readings of the run
+        let hidden_deg = if habit == Habit::UnevenRests { 0.02 * placement.course.rate() } else { 0.0 };
+        let allowed = REACH_DEG.max(4.0 * placement.position_sigma) + hidden_deg;
+        assert!(off < allowed, "{}: misplaced by {off}", drawn.says);
     }
 }
 
@@ -195,30 +194,26 @@ fn a_wait_of_tenths_of_a_second_makes_no_other_test_of_a_capture() {
     let planned = &*SLOW;
     let (mut right, mut all) = (0, 0);
     for (k, waits_s) in [0.14, 0.2, 0.27, 0.4, 0.55].into_iter().enumerate() {
-        for pair in [k % planned.pairs.len(), (k + 2) % planned.pairs.len()] {
-            let seed = 300 + 10 * k as u64 + pair as u64;
-            let mut erring = Erring::drawn(&planned.session.machine, seed);
-            let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::WaitsFor(waits_s));
-            all += 1;
-            let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
-                Ok(placement) => placement,
-                Err(why) => {
-                    println!("{}: {why}", drawn.says);
-                    assert!(why.to_string().contains("--test"), "{}: {why}", drawn.says);
-                    // what it asks for settles it
-                    place(&planned.session, &[planned.pairs[pair]], &drawn.capture, Feeds::Programmed)
-                        .unwrap_or_else(|why| panic!("{}: {why}", drawn.says))
-                }
-            };
-            assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
-            let (off, _) = planned.compared(&drawn, &placement);
-            println!(
-                "{}: off {off:.4} sigma {:.4} odds {:.1}",
-                drawn.says, placement.position_sigma, placement.odds_tests
-            );
-            assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
-            right += usize::from(placement.odds_tests > 3.0);
-        }
+        let pair = k % planned.pairs.len();
+        let seed = 300 + 10 * k as u64 + pair as u64;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::WaitsFor(waits_s));
+        all += 1;
+        let placement = match place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed) {
+            Ok(placement) => placement,
+            Err(why) => {
+                println!("{}: {why}", drawn.says);
+                assert!(why.to_string().contains("--test"), "{}: {why}", drawn.says);
+                // what it asks for settles it
+                place(&planned.session, &[planned.pairs[pair]], &drawn.capture, Feeds::Programmed)
+                    .unwrap_or_else(|why| panic!("{}: {why}", drawn.says))
+            }
+        };
+        assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+        let (off, _) = planned.compared(&drawn, &placement);
+        println!("{}: off {off:.4} sigma {:.4} odds {:.1}", drawn.says, placement.position_sigma, placement.odds_tests);
+        assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
+        right += usize::from(placement.odds_tests > 3.0);
     }
     assert!(2 * right > all, "{right} of {all}");
 }
@@ -227,18 +222,17 @@ fn a_wait_of_tenths_of_a_second_makes_no_other_test_of_a_capture() {
 fn servos_that_lag_are_placed_where_the_machine_was() {
     let planned = &*SLOW;
     for (k, lag_s) in [0.015, 0.03, 0.05].into_iter().enumerate() {
-        for pair in [k % planned.pairs.len(), (k + 2) % planned.pairs.len()] {
-            let seed = 400 + 10 * k as u64 + pair as u64;
-            let mut erring = Erring::drawn(&planned.session.machine, seed);
-            let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Lags(lag_s));
-            let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed)
-                .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
-            assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
-            let (off, _) = planned.compared(&drawn, &placement);
-            let found_s = placement.timing.lag_s;
-            println!("{}: off {off:.4} sigma {:.4} lag {found_s:.3}", drawn.says, placement.position_sigma);
-            assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
-        }
+        let pair = k % planned.pairs.len();
+        let seed = 400 + 10 * k as u64 + pair as u64;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Lags(lag_s));
+        let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed)
+            .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
+        assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+        let (off, _) = planned.compared(&drawn, &placement);
+        let found_s = placement.timing.lag_s;
+        println!("{}: off {off:.4} sigma {:.4} lag {found_s:.3}", drawn.says, placement.position_sigma);
+        assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
     }
 }
 
@@ -279,7 +273,9 @@ fn readings_of_another_sense_unit_or_clock_are_named() {
     for (k, (by, time_by, due)) in cases.into_iter().enumerate() {
         let (pair, seed) = (k % planned.pairs.len(), 60 + k as u64);
         let mut drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), pair, seed, Kind::Sound);
-        place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect("placed as it is");
+        if k == 0 {
+            place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect("placed as it is");
+        }
         drawn.capture.reading_mm.iter_mut().for_each(|reading| *reading *= by);
         drawn.capture.time_s.iter_mut().for_each(|time| *time *= time_by);
         let why = refusal(planned, &planned.pairs, &drawn);
@@ -377,7 +373,7 @@ fn lifted(drawn: &mut Drawn, axis: usize, sizes_mm: [f64; 4]) {
 #[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
 fn nearly_flat_sweeps_keep_the_pace_of_their_marks() {
     let mut good = 0;
-    let count = count(12);
+    let count = count(8);
     for seed in 0..count {
         let planned: &Planned = if seed % 2 == 0 { &MARKED } else { &SLOW };
         let machine = &planned.session.machine;

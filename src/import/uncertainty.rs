@@ -17,15 +17,8 @@ pub(super) fn covariance(course: &Course, data: &Averages, best: &Candidate) -> 
     let at = |x: &[f64; VARIABLES]| cost(course, data, &moved(course, &best.timing, &units, x), best.freedom);
     let here = at(&[0.0; VARIABLES]);
     let along = |k: usize, by: f64| -> [f64; VARIABLES] { std::array::from_fn(|i| if i == k { by } else { 0.0 }) };
-    let steps: Vec<f64> = (0..VARIABLES)
-        .map(|k| {
-            let mut step = 1e-4;
-            while step < 1.0 && 0.5 * (at(&along(k, step)) + at(&along(k, -step))) - here < 1.0 {
-                step *= 1.6;
-            }
-            step
-        })
-        .collect();
+    let rise = |k: usize, step: f64| 0.5 * (at(&along(k, step)) + at(&along(k, -step))) - here;
+    let steps: Vec<f64> = (0..VARIABLES).map(|k| step_to_rise(|step| rise(k, step))).collect();
     let second = DMatrix::from_fn(VARIABLES, VARIABLES, |i, j| {
         let (a, b) = (steps[i], steps[j]);
         if i == j {
@@ -45,6 +38,25 @@ pub(super) fn covariance(course: &Course, data: &Averages, best: &Candidate) -> 
         || DMatrix::from_fn(VARIABLES, VARIABLES, |i, j| if i == j { alone(i) } else { 0.0 }),
         |factor| factor.inverse(),
     )
+}
+
+/// Least and greatest step of a difference, units of its variable, the first that is tried, and how many are.
+const STEPS: [f64; 2] = [1e-4, 1.0];
+const FIRST_STEP: f64 = 1e-2;
+const MOST_STEPS: usize = 6;
+
+/// A step that raises the cost by about one: near its least a cost is a parabola.
+fn step_to_rise(rise: impl Fn(f64) -> f64) -> f64 {
+    let mut step = FIRST_STEP;
+    for _ in 0..MOST_STEPS {
+        let rise = rise(step);
+        let next = step * (1.5 / rise.max(1e-3)).sqrt();
+        if (0.7..2.6).contains(&rise) {
+            break;
+        }
+        step = next.clamp(STEPS[0], STEPS[1]);
+    }
+    step
 }
 
 /// Times in both arcs at which positions are compared.

@@ -109,9 +109,3 @@ pub(super) fn feed(value: f64) -> String {
 pub(super) fn seconds(value: f64) -> String {
     format!("{:.3}", (value * 1e3 - REPRESENTATION).ceil().max(1.0) * 1e-3)
 }
-
-/// A number with so many decimals and no minus sign before a zero.
-pub(super) fn rounded(value: f64, decimals: usize) -> f64 {
-    let scale = 10f64.powi(decimals as i32);
-    (value * scale).round() / scale + 0.0
-}

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::coordinates::Coordinates;
-use super::dialect::{Dialect, feed, plain, rounded, seconds};
+use super::dialect::{Dialect, feed, plain, seconds};
 use super::step::Step;
+use crate::units::rounded;
 
 /// A program with numbered blocks.
 pub(super) fn program(name: &str, head: &[String], steps: &[Step], coordinates: &Coordinates) -> String {

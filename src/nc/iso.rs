@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::coordinates::Coordinates;
-use super::dialect::{Dialect, Title, capitals, feed, plain, rounded};
+use super::dialect::{Dialect, Title, capitals, feed, plain};
 use super::step::Step;
+use crate::units::rounded;
 
 /// Groups of Sinumerik's G words that a program changes: plane, exact stop and smoothing, inch and metric, absolute and
 /// relative, kind of feed.

@@ -1,10 +1,10 @@
 //! Words for the operator: where the pivot goes, how well that must be met, where the axes are parked.
 
 use super::coordinates::Coordinates;
-use super::dialect;
 use super::step::Step;
 use crate::machine::Machine;
 use crate::plan::PlannedTest;
+use crate::units::rounded;
 
 /// Where the pivot goes and how well that must be met.
 pub(super) fn pivot_words(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates) -> Vec<Step> {
@@ -29,7 +29,7 @@ pub fn placing_words(machine: &Machine, planned: &PlannedTest, coordinates: &Coo
     };
     let shown = |k: &usize| {
         let value = coordinates.reading(machine, *k, jog[*k]);
-        format!("{} {}", machine.axes[*k].name, dialect::rounded(value, 3))
+        format!("{} {}", machine.axes[*k].name, rounded(value, 3))
     };
     let is_linear = |k: &usize| machine.axes[*k].kind == crate::machine::AxisKind::Linear;
     let (linear, rotary): (Vec<usize>, Vec<usize>) = (0..jog.len()).partition(is_linear);

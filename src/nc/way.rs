@@ -5,6 +5,7 @@ use super::step::Step;
 use crate::chain::{Chain, Geometry};
 use crate::machine::{AxisKind, Machine};
 use crate::plan::PlannedTest;
+use crate::units::rounded;
 
 /// Beyond the bar's length, balls nearer than this are near, mm: what a rapid move of 20 m/min goes in the 0.3 s that a hand
 /// takes to the feed hold.
@@ -108,7 +109,7 @@ impl Balls<'_> {
         format!(
             "near the cups, next {} to {} at feed, hand on the feed hold",
             axis.name,
-            super::dialect::rounded(self.reading(leg, 1.0), 3)
+            rounded(self.reading(leg, 1.0), 3)
         )
     }
 }

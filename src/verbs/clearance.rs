@@ -12,6 +12,7 @@ use fiveaxis::machine::Machine;
 use fiveaxis::plan::{CutRunIn, cut_run_ins, rows_with_run_in};
 use fiveaxis::report::meetings::{can_touch_note, meetings_json, touching_json};
 use fiveaxis::session::{Motion, RunEnd, Test};
+use fiveaxis::units::rounded;
 use serde_json::{Map, Value, json};
 
 use super::output::{print_json, settle};
@@ -88,7 +89,7 @@ impl Measured {
         Measured {
             name: test.name.clone(),
             least: sweep_clearance(scene, &rows, tolerance_mm, scratch),
-            cone_left_deg: least_cone_rad(scene, &rows, scratch).map(|left| rounded(left.to_degrees(), 1e2)),
+            cone_left_deg: least_cone_rad(scene, &rows, scratch).map(|left| rounded(left.to_degrees(), 2)),
             cut: cut_run_ins(machine, test, motion),
         }
     }
@@ -96,7 +97,7 @@ impl Measured {
     /// Where each axis stands at the least clearance, mm or deg.
     fn positions<'m>(&'m self, machine: &'m Machine) -> impl Iterator<Item = (&'m str, f64)> {
         let axes = machine.axes.iter().zip(&self.least.positions);
-        axes.map(|(axis, &q)| (axis.name.as_str(), rounded(axis.kind.to_file_unit(q), 1e4)))
+        axes.map(|(axis, &q)| (axis.name.as_str(), rounded(axis.kind.to_file_unit(q), 4)))
     }
 
     fn json(&self, machine: &Machine) -> Value {
@@ -104,7 +105,7 @@ impl Measured {
             self.positions(machine).map(|(axis, q)| (axis.to_string(), json!(q))).collect();
         json!({
             "name": self.name,
-            "clearance_mm": rounded(self.least.mm, 1e3),
+            "clearance_mm": rounded(self.least.mm, 3),
             "pair": [self.least.pair.0, self.least.pair.1],
             "positions": positions,
             "cone_left_deg": self.cone_left_deg,
@@ -120,11 +121,6 @@ impl Measured {
             false => "",
         }
     }
-}
-
-/// A number with so many parts of one.
-fn rounded(value: f64, parts: f64) -> f64 {
-    (value * parts).round() / parts
 }
 
 fn print_tests(machine: &Machine, tests: &[Measured]) {
@@ -161,7 +157,7 @@ fn print_tests(machine: &Machine, tests: &[Measured]) {
 
 /// Where a cut run-in was to begin, or run-out to end, and the limit at which it does, mm or deg.
 fn cut_at(machine: &Machine, cut: &CutRunIn) -> [f64; 2] {
-    [cut.wanted, cut.limit].map(|q| rounded(machine.axes[cut.axis].kind.to_file_unit(q), 1e4) + 0.0)
+    [cut.wanted, cut.limit].map(|q| rounded(machine.axes[cut.axis].kind.to_file_unit(q), 4))
 }
 
 /// A cut run-in, positions in mm or deg.

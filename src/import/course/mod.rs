@@ -181,11 +181,6 @@ impl Course {
         self.read_mm.columns() - 2
     }
 
-    /// Path at a programmed time, deg or mm.
-    pub fn path_at(&self, gone_s: f64) -> f64 {
-        self.ends[0] + (self.ends[1] - self.ends[0]) * self.node(gone_s) / (self.read_mm.rows() - 1) as f64
-    }
-
     /// Path per programmed second in the middle of the run, deg/s or mm/s.
     pub fn rate(&self) -> f64 {
         (self.ends[1] - self.ends[0]).abs() / self.run_s
