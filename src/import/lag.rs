@@ -19,9 +19,7 @@ impl Lag {
             since_s + self.0 * (-since_s / self.0).exp_m1()
         }
     }
-}
 
-impl Lag {
     /// How long after its end a move at `speed` still has more than `left_mm` to go, s: `vτe^(−t/τ)` behind the command's end, which an
     /// end stands for that is later by the lag.
     pub fn tail_s(self, speed: f64, left_mm: f64) -> f64 {

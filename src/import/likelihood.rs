@@ -136,7 +136,8 @@ pub(super) const UNEVEN: [(f64, f64); 5] = [(0.0, 0.83), (5e-3, 0.05), (1e-2, 0.
 pub(super) const UNEVEN_S: f64 = 2e-2;
 
 /// Cost of a timing by what the program's marks tell: `Σ(t − t̂)²/σ²` over begins and ends of both runs, and the gap, but for a
-/// share of controls whose rests are uneven; the pace is that of the marks, but for a share of runs that are slower by themselves; the lag is theirs.
+/// share of controls whose rests are uneven; pace and lag are those of the marks, but for a share of runs that are slower by
+/// themselves.
 pub(super) fn of_marks(course: &Course, data: &Averages, timing: &Timing) -> f64 {
     let Some(seen) = &data.marks else { return 0.0 };
     // twice the negative logarithm of all four times' density, by how uneven the rests are

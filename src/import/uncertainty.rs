@@ -44,17 +44,20 @@ pub(super) fn covariance(course: &Course, data: &Averages, best: &Candidate) -> 
 const STEPS: [f64; 2] = [1e-4, 1.0];
 const FIRST_STEP: f64 = 1e-2;
 const MOST_STEPS: usize = 6;
+/// Rises of the cost that are aimed at and that are enough, and the least that a next step is reckoned by.
+const DUE: f64 = 1.5;
+const ENOUGH: std::ops::Range<f64> = 0.7..2.6;
+const LEAST_RISE: f64 = 1e-3;
 
 /// A step that raises the cost by about one: near its least a cost is a parabola.
 fn step_to_rise(rise: impl Fn(f64) -> f64) -> f64 {
     let mut step = FIRST_STEP;
     for _ in 0..MOST_STEPS {
         let rise = rise(step);
-        let next = step * (1.5 / rise.max(1e-3)).sqrt();
-        if (0.7..2.6).contains(&rise) {
+        if ENOUGH.contains(&rise) {
             break;
         }
-        step = next.clamp(STEPS[0], STEPS[1]);
+        step = (step * (DUE / rise.max(LEAST_RISE)).sqrt()).clamp(STEPS[0], STEPS[1]);
     }
     step
 }
