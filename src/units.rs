@@ -10,6 +10,9 @@ pub const UM_PER_MM: f64 = 1000.0;
 /// Arcseconds in a radian.
 pub const ARCSEC_PER_RAD: f64 = 180.0 * 3600.0 / PI;
 
+/// Milliseconds in a second.
+pub const MS_PER_S: f64 = 1000.0;
+
 /// Millimetres in an inch.
 pub const MM_PER_INCH: f64 = 25.4;
 

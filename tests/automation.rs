@@ -1,5 +1,6 @@
 //! What scripts rely on: errors as JSON, exit codes, alarms, silence, standard input, completions and manual pages.
 
+use crate::schema;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -18,6 +19,14 @@ fn json(output: &Output) -> Value {
     })
 }
 
+/// The error of a refusal, which its schema holds.
+fn refusal(arguments: &[&str]) -> Value {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas/error.json")).unwrap();
+    let (contract, refusal) = (serde_json::from_str(&text).unwrap(), json(&run(arguments)));
+    assert_eq!(schema::violations_of(&contract, &refusal), Vec::<String>::new(), "{arguments:?}");
+    refusal["error"].clone()
+}
+
 #[test]
 fn wrong_input_is_an_object_under_json() {
     let folder = tempfile::tempdir().unwrap();
@@ -26,7 +35,7 @@ fn wrong_input_is_an_object_under_json() {
     let name = file.to_str().unwrap();
     let output = run(&["check", name, "--json"]);
     assert_eq!(output.status.code(), Some(2));
-    let error = &json(&output)["error"];
+    let error = refusal(&["check", name, "--json"]);
     assert_eq!((&error["kind"], &error["exit_code"]), (&Value::from("wrong input"), &Value::from(2)));
     assert_eq!((&error["file"], &error["line"]), (&Value::from(name), &Value::from(4)));
     assert!(error["found"].as_str().unwrap().contains("unknown key 'rang'"), "{error}");
@@ -34,9 +43,9 @@ fn wrong_input_is_an_object_under_json() {
     assert!(error["allowed"].as_str().unwrap().contains("range"), "{error}");
     // the message for people stands on standard error as ever
     assert!(String::from_utf8_lossy(&output.stderr).starts_with("fiveaxis: "));
-    let output = run(&["plan", "--margn", "3", "--json"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(json(&output)["error"]["message"].as_str().unwrap().contains("--margn"));
+    let usage = refusal(&["plan", "--margn", "3", "--json"]);
+    assert_eq!(usage["exit_code"], 2, "{usage}");
+    assert!(usage["message"].as_str().unwrap().contains("--margn"), "{usage}");
 }
 
 #[test]
@@ -49,13 +58,12 @@ fn a_refusal_names_its_file_and_what_is_allowed() {
     let axes = "X: {range: [-300, 300]}, Y: {range: [-200, 200]}, Z: {range: [0, 400]}, A: {range: [-90, 20]}, C: {range: [-360, 360]}";
     std::fs::write(at("bare.yaml"), format!("name: bare\ncode: \"[wCAbYXZt]\"\naxes: {{{axes}}}\n")).unwrap();
     let session = "examples/captures/session.yaml";
-    let error = |arguments: &[&str]| json(&run(arguments))["error"].clone();
-    let flat = error(&["import", &at("flat.csv"), "--session", session, "--out", &at("out"), "--json"]);
+    let flat = refusal(&["import", &at("flat.csv"), "--session", session, "--out", &at("out"), "--json"]);
     assert_eq!((&flat["file"], &flat["exit_code"]), (&Value::from(at("flat.csv")), &Value::from(3)), "{flat}");
-    let bare = error(&["plan", &at("bare.yaml"), "--directions", "iso841", "--json"]);
+    let bare = refusal(&["plan", &at("bare.yaml"), "--directions", "iso841", "--json"]);
     assert_eq!((&bare["file"], &bare["exit_code"]), (&Value::from(at("bare.yaml")), &Value::from(2)), "{bare}");
     assert!(bare["found"].as_str().unwrap().starts_with("has no 'bodies'"), "{bare}");
-    let unknown = error(&["diagnose", session, "--fail-on", "foo", "--json"]);
+    let unknown = refusal(&["diagnose", session, "--fail-on", "foo", "--json"]);
     assert_eq!(unknown["allowed"], "finding, warning", "{unknown}");
 }
 

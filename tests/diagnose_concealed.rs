@@ -166,9 +166,10 @@ fn a_straight_scale_stays_straight_wherever_the_slide_was() {
 
 #[test]
 fn a_first_recording_with_two_clocks_is_no_slip_of_a_ball_after_it() {
-    let (found, noise_um) = diagnosed(171_717, 46);
+    let (_folder, session, noise_um) = concealed(171_717, 46);
+    let found = diagnose(&session, &Options::default()).expect("diagnosis");
     assert_eq!(found.verdict, Verdict::DataFault, "{:?}", told(&found));
-    let json = diagnosis_json(&found);
+    let json = diagnosis_json(&session.machine, &found, Vec::new());
     assert!(verdict_words(&json).starts_with("DATA FAULT, or what is named beside it"));
     let schema =
         serde_json::from_str(&std::fs::read_to_string("schemas/diagnose.json").expect("schema")).expect("JSON");

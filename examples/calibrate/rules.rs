@@ -17,16 +17,20 @@ pub fn diagnosed(place: &Path, thresholds: Thresholds) -> Answer {
         Ok(session) => {
             let leaner = lean(&session);
             let searched = leaner.as_ref().map_or(&session, |(searched, _)| searched);
-            diagnose_with(searched, &Options::default(), thresholds).map_err(|e| e.to_string())
+            let diagnosis = diagnose_with(searched, &Options::default(), thresholds);
+            diagnosis.map(|diagnosis| (session.machine, diagnosis)).map_err(|e| e.to_string())
         }
         Err(refusal) => load_session_with(&file, Rows::AsRecorded)
             .ok()
-            .and_then(|session| Diagnosis::of_implausible(&session))
+            .and_then(|session| Some((session.machine.clone(), Diagnosis::of_implausible(&session)?)))
             .ok_or_else(|| refusal.to_string()),
     };
     let seconds = start.elapsed().as_secs_f64();
     match diagnosis {
-        Ok(diagnosis) => Answer { json: serde_json::to_value(diagnosis_json(&diagnosis)).ok(), failed: None, seconds },
+        Ok((machine, diagnosis)) => {
+            let json = diagnosis_json(&machine, &diagnosis, Vec::new());
+            Answer { json: serde_json::to_value(json).ok(), failed: None, seconds }
+        }
         Err(message) => Answer { json: None, failed: Some(message), seconds },
     }
 }

@@ -10,7 +10,7 @@ use crate::report::pictures::frame::{plain, round_step};
 use crate::report::wording::markup::escape;
 use crate::report::wording::table::Table;
 use crate::session::Session;
-use crate::units::UM_PER_MM;
+use crate::units::{MS_PER_S, UM_PER_MM};
 
 /// One placed capture.
 #[derive(Debug, Clone, Serialize)]
@@ -118,8 +118,19 @@ pub fn placed_json(session: &Session, file: String, placement: &Placement, rows:
 
 /// What an import did, for a terminal.
 pub fn import_text(json: &ImportJson) -> String {
-    let mut table =
-        Table::new(&["capture", "tests", "rows", "begins s", "", "pace", "axis position", "left µm", "noise µm"]);
+    let mut table = Table::new(&[
+        "capture",
+        "tests",
+        "rows",
+        "begins s",
+        "",
+        "pace",
+        "ramp s",
+        "lag ms",
+        "axis position",
+        "left µm",
+        "noise µm",
+    ]);
     for placed in &json.captures {
         let start = |k: usize| format!("{:.3} ± {:.3}", placed.start_s[k], placed.start_sigma_s[k]);
         table.row(vec![
@@ -129,6 +140,8 @@ pub fn import_text(json: &ImportJson) -> String {
             start(0),
             start(1),
             format!("{:.4}", placed.pace),
+            format!("{:.3}", placed.ramp_s),
+            format!("{:.1}", placed.lag_s * MS_PER_S),
             format!("± {:.3} {}", placed.position_sigma, placed.position_unit),
             format!("{:.2}", placed.left_um),
             format!("{:.2}", placed.noise_um),
@@ -137,6 +150,9 @@ pub fn import_text(json: &ImportJson) -> String {
     let mut out = table.text();
     out.push_str(
         "  begins: after the first reading, by the gauge's clock; a constant delay of the gauge cannot be told from it and is part of it\n",
+    );
+    out.push_str(
+        "  pace: speed over the programmed feed; ramp: time to come to speed; lag: time constant of the servos\n",
     );
     out.push_str(match json.times {
         TimesOf::Captures => "  times within the session: as the captures state\n",

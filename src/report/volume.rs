@@ -234,24 +234,39 @@ fn map(errors: &[PoseError], across: &(String, Vec<f64>), up: &(String, Vec<f64>
     }
 }
 
+/// Colour of a share of the largest error: light to dark, readable on light and dark pages.
+fn colour(share: f64) -> String {
+    let share = share.clamp(0.0, 1.0);
+    format!("hsl({:.0} 75% {:.0}%)", 225.0 - 205.0 * share, 88.0 - 42.0 * share)
+}
+
 /// A map as SVG; `largest` is the error of full colour, µm.
 fn map_svg(map: &Map, largest: f64) -> String {
     let (left, top, side) = (58.0, 10.0, 300.0);
     let cell = side / CELLS as f64;
     let mut svg =
-        format!("<svg viewBox=\"0 0 400 360\" role=\"img\" aria-label=\"Mean position error over {}\">", map.title);
+        format!("<svg viewBox=\"0 0 430 360\" role=\"img\" aria-label=\"Mean position error over {}\">", map.title);
     for (index, value) in map.cells.iter().enumerate() {
         let Some(value) = value else { continue };
         let (row, column) = (index / CELLS, index % CELLS);
-        let share = (value / largest).clamp(0.0, 1.0);
-        // light to dark, readable on both grounds
-        let (hue, light) = (225.0 - 205.0 * share, 88.0 - 42.0 * share);
         let _ = write!(
             svg,
-            "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{w:.2}\" height=\"{w:.2}\" fill=\"hsl({hue:.0} 75% {light:.0}%)\"><title>{value:.1} µm</title></rect>",
+            "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{w:.2}\" height=\"{w:.2}\" fill=\"{}\"><title>{value:.1} µm</title></rect>",
             left + column as f64 * cell,
             top + side - (row + 1) as f64 * cell,
+            colour(value / largest),
             w = cell + 0.3
+        );
+    }
+    // what the colours mean, from below
+    let scale = left + side + 12.0;
+    for row in 0..CELLS {
+        let _ = write!(
+            svg,
+            "<rect x=\"{scale}\" y=\"{:.2}\" width=\"12\" height=\"{:.2}\" fill=\"{}\"/>",
+            top + side - (row + 1) as f64 * cell,
+            cell + 0.3,
+            colour((row as f64 + 0.5) / CELLS as f64)
         );
     }
     let (bottom, middle) = (top + side, left + 0.5 * side);
@@ -260,6 +275,9 @@ fn map_svg(map: &Map, largest: f64) -> String {
             "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-size=\"12\" fill=\"currentColor\">{text}</text>"
         )
     };
+    svg.push_str(&label(scale + 18.0, bottom, "start", "0"));
+    svg.push_str(&label(scale + 18.0, top + 0.5 * side, "start", &format!("{:.1}", 0.5 * largest)));
+    svg.push_str(&label(scale + 18.0, top + 10.0, "start", &format!("{largest:.1} µm")));
     svg.push_str(&label(left, bottom + 16.0, "start", &format!("{:.0}", map.across.1)));
     svg.push_str(&label(left + side, bottom + 16.0, "end", &format!("{:.0}", map.across.2)));
     svg.push_str(&label(middle, bottom + 32.0, "middle", &map.across.0));

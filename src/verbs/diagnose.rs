@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use fiveaxis::diagnose::{Diagnosis, MOST_ROWS, as_found, diagnose, lean};
 use fiveaxis::identify::{Options, parse_free};
 use fiveaxis::load::{LoadError, Rows, load_session, load_session_with};
+use fiveaxis::methods::circles;
 use fiveaxis::report::diagnosis::{DiagnosisJson, diagnosis_json};
 use fiveaxis::report::diagnosis_text::diagnosis_text;
 use fiveaxis::session::Session;
@@ -89,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Refusal> {
         sets.push((folder.clone(), saved(&arguments.session, &session, as_found(&session, &diagnosis)?)?));
     }
     drop(working);
-    let mut json = diagnosis_json(&diagnosis);
+    let mut json = diagnosis_json(&session.machine, &diagnosis, circles(searched)?);
     json.warnings.extend(remarks());
     if let Some(folder) = &arguments.report {
         sets.push((folder.clone(), diagnosis_report(searched, &diagnosis, &json)?));
@@ -122,5 +123,5 @@ fn tell_mistake(arguments: &Arguments, refusal: LoadError) -> Result<(), Refusal
     if arguments.save.is_some() || arguments.report.is_some() {
         return Err(refusal.into());
     }
-    tell(arguments, &session, &diagnosis, &diagnosis_json(&diagnosis))
+    tell(arguments, &session, &diagnosis, &diagnosis_json(&session.machine, &diagnosis, Vec::new()))
 }

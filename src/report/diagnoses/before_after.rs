@@ -4,7 +4,7 @@ use super::diagnosis::{FindingJson, RangeJson};
 use super::unrolled::unrolled;
 use crate::diagnose::TestBeforeAfter;
 use crate::machine::Machine;
-use crate::methods::{Course, Swept};
+use crate::methods::Course;
 use crate::report::pictures::polar::{Arrow, PolarPlot, PolarTrace, Stroke};
 use crate::report::pictures::trace_plots::{swept_label, swept_quarters};
 use crate::session::{Motion, Session, Test};
@@ -14,6 +14,8 @@ use crate::units::UM_PER_MM;
 #[derive(Debug, Clone, PartialEq)]
 pub struct BeforeAfterPlots {
     pub test: String,
+    /// The test that runs the same way back; it is in the polar plot too.
+    pub back: Option<String>,
     /// Absent for static poses and straight sweeps.
     pub polar: Option<String>,
     pub unrolled: String,
@@ -24,27 +26,36 @@ pub struct BeforeAfterPlots {
 /// Most points of a polar trace: finer than a pixel.
 const MOST_POINTS: usize = 721;
 
-/// Plots of a test with the ranges of the findings that show in it marked.
+/// A test with where its axes stand and its residuals.
+#[derive(Clone, Copy)]
+pub struct TestShown<'a> {
+    pub test: &'a Test,
+    pub course: &'a Course,
+    pub residuals: &'a TestBeforeAfter,
+}
+
+/// Plots of a test with the ranges of the findings that show in it marked; `back` runs the same way in the other sense.
 pub fn before_after_plots(
     session: &Session,
-    test: &Test,
-    Course { motion, swept }: &Course,
-    residuals: &TestBeforeAfter,
+    shown: TestShown,
+    back: Option<TestShown>,
     findings: &[FindingJson],
 ) -> BeforeAfterPlots {
+    let TestShown { test, course: Course { motion, swept }, residuals } = shown;
     let here: Vec<&RangeJson> = findings
         .iter()
         .filter(|finding| finding.located.tests.contains(&test.name))
         .filter_map(|finding| finding.located.range.as_ref())
         .collect();
     let located = located_rows(session, test, motion, &here);
-    let polar = swept.as_ref().and_then(|swept| polar(&session.machine, swept, residuals, &located));
+    let polar = polar(&session.machine, shown, back, &located);
     let (abscissa, label) = match swept {
         Some(swept) => (swept.value.clone(), swept_label(&session.machine, swept.over)),
         None => ((0..motion.rows()).map(|row| row as f64 + 1.0).collect(), "reading".to_string()),
     };
     let unrolled = unrolled(&test.name, &label, &abscissa, residuals, &located);
-    BeforeAfterPlots { test: test.name.clone(), polar, unrolled, is_located: !located.is_empty() }
+    let back = back.map(|back| back.test.name.clone());
+    BeforeAfterPlots { test: test.name.clone(), back, polar, unrolled, is_located: !located.is_empty() }
 }
 
 /// Runs of rows inside any located range; a range that covers a whole test marks nothing.
@@ -73,30 +84,63 @@ fn located_rows(session: &Session, test: &Test, motion: &Motion, ranges: &[&Rang
     if runs.iter().map(|(from, to)| to - from + 1).sum::<usize>() * 100 >= rows * 97 { Vec::new() } else { runs }
 }
 
-fn polar(machine: &Machine, swept: &Swept, residuals: &TestBeforeAfter, located: &[(usize, usize)]) -> Option<String> {
+/// Residuals round the circle: before and after, or before in both senses, with what is left of each in grey.
+fn polar(machine: &Machine, shown: TestShown, back: Option<TestShown>, located: &[(usize, usize)]) -> Option<String> {
+    let swept = shown.course.swept.as_ref()?;
     let angle = swept.angle_rad.as_ref()?;
-    let every = angle.len().div_ceil(MOST_POINTS).max(1);
-    let trace = |index: usize, label: &str, values: &[f64]| PolarTrace {
-        stroke: Stroke::Own(index),
-        label: label.into(),
-        points: (0..angle.len())
-            .step_by(every)
-            .map(|row| (angle[row], if residuals.kept[row] { values[row] * UM_PER_MM } else { f64::NAN }))
-            .collect(),
+    let (traces, arrows) = match back {
+        None => (before_and_after(shown, "", [Stroke::Own(0), Stroke::Own(1)])?, vec![arrow(shown, 0)?]),
+        Some(back) => {
+            let of = |index: usize, one: TestShown| {
+                let way = if is_ccw(one) { "ccw, " } else { "cw, " };
+                Some((before_and_after(one, way, [Stroke::Own(index), Stroke::Grey])?, arrow(one, index)?))
+            };
+            let ((there, arrow_there), (again, arrow_back)) = (of(0, shown)?, of(1, back)?);
+            ([there, again].concat(), vec![arrow_there, arrow_back])
+        }
     };
-    let (before, after) = residuals.rms_um();
-    let mut plot = PolarPlot::new(
-        &residuals.name,
-        vec![
-            trace(0, &format!("before, {before:.2} µm rms"), &residuals.before_mm),
-            trace(1, &format!("after, {after:.2} µm rms"), &residuals.after_mm),
-        ],
-    );
+    let names: Vec<&str> = [Some(shown), back].iter().flatten().map(|one| one.test.name.as_str()).collect();
+    let mut plot = PolarPlot::new(names.join(" and "), traces);
     plot.subtitle = "residual: measured − model".into();
     plot.heavy_circle = "residual zero · outward: read longer than the model";
     plot.label_quarters(swept_quarters(machine, swept.over));
-    let is_ccw = swept.value.first() <= swept.value.last();
-    plot.arrows = angle.first().map(|&from| Arrow { stroke: 0, from, is_ccw }).into_iter().collect();
+    plot.arrows = arrows;
     plot.arcs = located.iter().map(|&(from, to)| (angle[from], angle[to])).collect();
     Some(plot.to_svg())
+}
+
+/// Both residuals of a test as traces; `way` stands before their labels.
+fn before_and_after(shown: TestShown, way: &str, strokes: [Stroke; 2]) -> Option<Vec<PolarTrace>> {
+    let TestShown { course, residuals, .. } = shown;
+    let angle = course.swept.as_ref()?.angle_rad.as_ref()?;
+    let every = angle.len().div_ceil(MOST_POINTS).max(1);
+    let points = |values: &[f64]| {
+        let um = |row: usize| if residuals.kept[row] { values[row] * UM_PER_MM } else { f64::NAN };
+        (0..angle.len()).step_by(every).map(|row| (angle[row], um(row))).collect()
+    };
+    let (before, after) = residuals.rms_um();
+    let [of_before, of_after] = strokes;
+    Some(vec![
+        PolarTrace {
+            stroke: of_before,
+            label: format!("{way}before, {before:.2} µm rms"),
+            points: points(&residuals.before_mm),
+        },
+        PolarTrace {
+            stroke: of_after,
+            label: format!("{way}after, {after:.2} µm rms"),
+            points: points(&residuals.after_mm),
+        },
+    ])
+}
+
+/// Whether a test runs counter-clockwise in its picture.
+fn is_ccw(shown: TestShown) -> bool {
+    shown.course.swept.as_ref().is_some_and(|swept| swept.value.first() <= swept.value.last())
+}
+
+/// Where a test begins and which way it runs.
+fn arrow(shown: TestShown, stroke: usize) -> Option<Arrow> {
+    let from = *shown.course.swept.as_ref()?.angle_rad.as_ref()?.first()?;
+    Some(Arrow { stroke, from, is_ccw: is_ccw(shown) })
 }

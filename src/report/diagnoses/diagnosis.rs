@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::cause_title::what;
+use super::shape_words::shape_words;
 use crate::diagnose::{
     Cause, DataFault, Diagnosis, FaultKind, Finding, LeftOutSetup, MOST_RIVALS, Rival, ShareOfReadings,
     SignRandomisation, Source, Unseen,
 };
+use crate::machine::Machine;
+use crate::methods::CircleFigures;
 
 /// `fiveaxis diagnose --json`.
 #[derive(Debug, Clone, Serialize)]
@@ -26,6 +29,8 @@ pub struct DiagnosisJson {
     pub shares: Vec<ShareJson>,
     pub fit: FitBeforeAfterJson,
     pub location_errors: BTreeMap<String, MovedJson>,
+    /// ISO 230-4 figures of the planar circles, as `identify` gives them.
+    pub circles: Vec<CircleFigures>,
 }
 
 /// One finding.
@@ -39,6 +44,8 @@ pub struct FindingJson {
     pub place: String,
     pub components: Vec<String>,
     pub size: SizeJson,
+    /// Where on the axis, how often, how fast, driven by what, in words; null where there is nothing to say.
+    pub shape: Option<String>,
     #[serde(rename = "where")]
     pub located: WhereJson,
     pub probability: f64,
@@ -200,8 +207,8 @@ pub struct HangsOnJson {
     pub per_unit: f64,
 }
 
-/// The JSON value of a diagnosis.
-pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
+/// The JSON value of a diagnosis of a machine, with the figures of its planar circles.
+pub fn diagnosis_json(machine: &Machine, diagnosis: &Diagnosis, circles: Vec<CircleFigures>) -> DiagnosisJson {
     DiagnosisJson {
         verdict: diagnosis.verdict.name(),
         reason: diagnosis.unjudged.clone(),
@@ -212,7 +219,7 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
                 .findings
                 .iter()
                 .enumerate()
-                .map(|(index, finding)| finding_json(diagnosis, index, finding))
+                .map(|(index, finding)| finding_json(machine, diagnosis, index, finding))
                 .collect(),
         },
         blind_to: diagnosis.blind_to.iter().map(blind_json).collect(),
@@ -262,6 +269,7 @@ pub fn diagnosis_json(diagnosis: &Diagnosis) -> DiagnosisJson {
                 (moved.name.clone(), json)
             })
             .collect(),
+        circles,
     }
 }
 
@@ -351,6 +359,7 @@ fn fault_json(fault: &DataFault) -> FindingJson {
             sigma: None,
             meaning: fault.says.clone(),
         },
+        shape: None,
         located: WhereJson { tests: fault.tests.clone(), range: None },
         probability: fault.probability,
         cross_validated: None,
@@ -370,7 +379,7 @@ fn cross_validated(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Op
     Some(if held_out.passed { "passed" } else { "failed" })
 }
 
-fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> FindingJson {
+fn finding_json(machine: &Machine, diagnosis: &Diagnosis, index: usize, finding: &Finding) -> FindingJson {
     let finite = |value: f64| value.is_finite().then_some(value);
     FindingJson {
         fault: None,
@@ -384,6 +393,7 @@ fn finding_json(diagnosis: &Diagnosis, index: usize, finding: &Finding) -> Findi
             sigma: finite(finding.size.sigma),
             meaning: finding.size.meaning.clone(),
         },
+        shape: Some(shape_words(machine, finding.told_effects())).filter(|words| !words.is_empty()),
         located: WhereJson {
             tests: finding.tests.clone(),
             range: finding.range.as_ref().map(|range| RangeJson {

@@ -11,10 +11,8 @@ use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit, what,
     what_found,
 };
-use super::shape_words::shape_words;
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
-use crate::diagnose::{Diagnosis, Finding};
-use crate::methods::CircleFigures;
+use crate::diagnose::Diagnosis;
 use crate::report::fits::fit_page::{circles_section, identifier};
 use crate::report::pictures::cards::{Card, cards};
 use crate::report::wording::markup::{escape, session_head};
@@ -33,7 +31,6 @@ pub fn diagnosis_page(
     diagnosis: &Diagnosis,
     json: &DiagnosisJson,
     plots: &[BeforeAfterPlots],
-    circles: &[CircleFigures],
 ) -> String {
     let (title, code) = (format!("Diagnosis of {}", session.name), session.machine.code.to_string());
     let machine = (session.machine.name.as_str(), code.as_str());
@@ -63,7 +60,7 @@ pub fn diagnosis_page(
     if is_believed {
         shares(&mut page, json);
     }
-    circles_section(&mut page, circles);
+    circles_section(&mut page, &json.circles);
     if is_believed {
         blind(&mut page, session, json);
         errors(&mut page, diagnosis, json);
@@ -72,7 +69,7 @@ pub fn diagnosis_page(
     method(&mut page);
     let _ = write!(
         page,
-        "<footer>fiveaxis {} · causes, sizes, probabilities and location errors stand in <code>fiveaxis diagnose --json</code>, circles in <code>fiveaxis identify --json</code></footer>\n</main>\n</body>\n</html>\n",
+        "<footer>fiveaxis {} · the numbers stand in <code>fiveaxis diagnose --json</code></footer>\n</main>\n</body>\n</html>\n",
         env!("CARGO_PKG_VERSION")
     );
     page
@@ -137,7 +134,7 @@ fn section(
         ("components", finding.components.join(" ")),
         ("where", range),
         ("clearest in", tests_words(&finding.located.tests, 6)),
-        ("shape", shape_words(&session.machine, found.map_or(&[][..], Finding::told_effects))),
+        ("shape", finding.shape.clone().unwrap_or_default()),
         ("how sure", certainty_words(finding)),
         ("usual cause", cause),
         ("what to do", remedy),
@@ -153,9 +150,12 @@ fn section(
         finding.located.tests.iter().filter_map(|name| plots.iter().find(|plot| plot.test == *name)).collect();
     // a test in which the place can be pointed at says more than one in which it acts all along
     shown.sort_by_key(|plot| !plot.is_located);
-    for plot in shown.into_iter().take(TESTS_SHOWN) {
+    shown.truncate(TESTS_SHOWN);
+    for (k, plot) in shown.iter().enumerate() {
         page.push_str("<figure>\n");
-        if let Some(polar) = &plot.polar {
+        // both directions of a pass stand in one picture
+        let is_drawn = shown[..k].iter().any(|before| before.back.as_ref() == Some(&plot.test));
+        if let Some(polar) = plot.polar.as_ref().filter(|_| !is_drawn) {
             page.push_str(polar);
         }
         page.push_str(&plot.unrolled);

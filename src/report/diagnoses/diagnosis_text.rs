@@ -6,9 +6,8 @@ use super::diagnosis::{BlindJson, DiagnosisJson};
 use super::finding_words::{
     cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit,
 };
-use super::shape_words::shape_words;
 use super::unseen::{cures, kinds_words, minutes_words};
-use crate::diagnose::{Diagnosis, Finding, MOVED_SIGMAS, Moved};
+use crate::diagnose::{Diagnosis, MOVED_SIGMAS, Moved};
 use crate::report::wording::number::shown;
 use crate::report::wording::table::Table;
 use crate::session::Session;
@@ -40,8 +39,7 @@ pub fn diagnosis_text(session: &Session, diagnosis: &Diagnosis, json: &Diagnosis
             let _ = write!(place, "{lead}clearest in {}", tests_words(&finding.located.tests, 3));
         }
         line(&mut text, "where", &place);
-        let effects = diagnosis.findings.get(index).map_or(&[][..], Finding::told_effects);
-        line(&mut text, "shape", &shape_words(&session.machine, effects));
+        line(&mut text, "shape", finding.shape.as_deref().unwrap_or_default());
         line(&mut text, "how sure", &certainty_words(finding));
         let (cause, remedy) = cause_and_remedy(finding);
         line(&mut text, "usual cause", &cause);

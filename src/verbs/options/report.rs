@@ -3,8 +3,8 @@
 use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::Diagnosis;
 use fiveaxis::identify::Fit;
-use fiveaxis::methods::{Course, circles, recorded_passes};
-use fiveaxis::report::before_after::before_after_plots;
+use fiveaxis::methods::{Course, recorded_passes};
+use fiveaxis::report::before_after::{BeforeAfterPlots, TestShown, before_after_plots};
 use fiveaxis::report::chain_map::chain_map;
 use fiveaxis::report::diagnosis::DiagnosisJson;
 use fiveaxis::report::diagnosis_page::diagnosis_page;
@@ -45,13 +45,21 @@ pub fn diagnosis_report(
     json: &DiagnosisJson,
 ) -> Result<OutputFolder, Refusal> {
     let chain = Chain::of(&session.machine);
-    let mut plots = Vec::with_capacity(session.tests.len());
-    for (test, residuals) in session.tests.iter().zip(&diagnosis.tests) {
-        let course = Course::of(session, &chain, test)?;
-        plots.push(before_after_plots(session, test, &course, residuals, &json.findings));
-    }
+    let courses: Vec<Course> =
+        session.tests.iter().map(|test| Course::of(session, &chain, test)).collect::<Result<_, _>>()?;
+    let shown: Vec<TestShown> = (session.tests.iter().zip(&courses).zip(&diagnosis.tests))
+        .map(|((test, course), residuals)| TestShown { test, course, residuals })
+        .collect();
+    let passes = recorded_passes(session)?;
+    let back = |test: usize| {
+        let pass = passes.iter().find(|pass| pass.iter().any(|one| one.test == test))?;
+        pass.iter().map(|one| one.test).find(|other| *other != test).and_then(|other| shown.get(other).copied())
+    };
+    let plots: Vec<BeforeAfterPlots> = (shown.iter().enumerate())
+        .map(|(test, one)| before_after_plots(session, *one, back(test), &json.findings))
+        .collect();
     let mut output = OutputFolder::default();
-    output.add("report.html", diagnosis_page(session, diagnosis, json, &plots, &circles(session)?));
+    output.add("report.html", diagnosis_page(session, diagnosis, json, &plots));
     output.add("plots/map.svg", chain_map(session, &json.findings));
     for (index, plot) in plots.iter().enumerate() {
         let name = format!("{:02}-{}", index + 1, identifier(&plot.test));
