@@ -84,14 +84,12 @@ mod urdf;
 mod urdf_collision;
 mod volume;
 mod weights;
-mod white;
 mod written_files;
 
 // what several of them use
 mod captured;
 mod erring;
 mod finite_differences;
-mod four_tests;
 mod nc_reader;
 mod noisy;
 mod plain_machine;

@@ -8,7 +8,6 @@ mod absorbed;
 mod ambiguity;
 mod axis_lines;
 mod candidates;
-mod compressed;
 mod determined;
 mod estimate;
 mod fitted;
@@ -19,11 +18,9 @@ mod outliers;
 mod senses;
 mod solve;
 mod uncertainty;
-mod white;
 
 pub use ambiguity::Ambiguity;
 pub use axis_lines::{AxisLine, CentreReading, axis_lines};
-pub use compressed::{SweepBasis, SweepStatistics};
 pub use determined::DeterminedErrors;
 pub use estimate::{Estimate, Fit, FittedSlides, TestFit};
 pub use fitted::fitted_session;
@@ -35,4 +32,3 @@ pub use model::unknowns::{FreeError, FreePrior, Quantity, Unknown, default_free,
 pub use outliers::kept_rows;
 pub use senses::{SenseTest, TurnedSense, turned_senses};
 pub use solve::{Normal, Solution, Until, Weighting, minimise, minimise_until, residual_mm};
-pub use white::{Evidence, WhiteFit, fit_white};

@@ -16,6 +16,6 @@ pub use minimum::{least_along, minimise_few, minimise_smooth};
 pub use noise::{Absorbed, fit_noise, misfit};
 pub use noise_model::{NOISE_FLOOR_MM, NoiseModel};
 pub use principal::principal;
-pub use products::{Factor, ROW_STEP, add_cross_products, add_products, add_products_with, weighted_products};
+pub use products::{add_cross_products, add_products, add_products_with};
 pub use robust::{OF_THIRD_DIFFERENCES, median, noise_of_rows, rms, robust_sigma, third_differences};
 pub use whitener::Whitener;

@@ -14,14 +14,6 @@ pub enum FitError {
     NoRecording,
     #[error("the fit did not converge; check ball places, bar lengths and the signs of the axes in the session")]
     NoConvergence,
-    #[error(
-        "test '{test}' has component errors or effects, which a fit of constant errors leaves out; use the general fit"
-    )]
-    NotConstant { test: String },
-    #[error("errors of the linear axes are left out by a fit of constant errors; use the general fit")]
-    LinearAxes,
-    #[error("the recordings do not determine {unknown}, alone or beside the unknowns before it; give it a prior")]
-    Undetermined { unknown: String },
     #[error("only {readings} readings for {unknowns} unknowns; record more or free fewer errors")]
     TooFew { readings: usize, unknowns: usize },
 }

@@ -217,14 +217,14 @@ impl<'a> Problem<'a> {
     }
 
     /// True when nothing but constant errors acts on the lengths of a test: no component errors, no effects.
-    pub fn is_constant(&self, test: usize) -> bool {
+    fn is_constant(&self, test: usize) -> bool {
         self.disturbances.by_test[test].is_empty()
             && self.session.machine.axes.iter().all(|axis| axis.component_errors.is_empty())
             && self.session.tests[test].reading.part().is_none()
     }
 
     /// What the batch kernels differentiate with respect to for an unknown of a test; `None` for the reading of a bar.
-    pub(crate) fn column(&self, test: usize, unknown: usize) -> Option<Column> {
+    fn column(&self, test: usize, unknown: usize) -> Option<Column> {
         match self.unknowns[unknown].quantity {
             Quantity::Location { axis, component } => Some(Column::Location { axis, component: component.index() }),
             // of the carriage's displacement, which the shape multiplies
