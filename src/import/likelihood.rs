@@ -192,36 +192,50 @@ fn model(course: &Course, data: &Averages, timing: &Timing, freedom: Freedom) ->
     let (first, last) = (data.time_s[0], data.time_s[rows - 1]);
     let middle = course.middle_mm();
     let drift_mm = if freedom == Freedom::NONE { DRIFT_MM } else { DRIFT_MM * freedom.share };
-    let mut model = Vec::with_capacity(rows * (width(course, freedom) + 1));
-    for (&time, &value) in data.time_s.iter().zip(&data.value_mm) {
+    let (components, count) = (course.components(), width(course, freedom) + 1);
+    let mut model = vec![0.0; rows * count];
+    for (row, (&time, &value)) in model.chunks_exact_mut(count).zip(data.time_s.iter().zip(&data.value_mm)) {
         let (place, sense) = timing.place_s(time, course.run_s);
         let [node, sin, cos] = course.node_and_angle(place);
-        let (length_mm, cut_mm, forms) = course.read_at(node);
+        let (of_errors, others) = row.split_at_mut(components);
+        let [length_mm, cut_mm] = course.read_at(node, of_errors);
         let mut off = value - length_mm + middle;
         if timing.lag_s > 0.0 {
             let direction = usize::from(sense < 0.0);
             let square = timing.lagging_square(direction, time - timing.start_s[direction], course.run_s);
             off -= timing.lag_s.powi(2) * square * cut_mm;
         }
-        model.extend(forms);
-        model.push(ZERO_MM);
-        model.push(drift_mm * ((time - first) / (last - first) - 0.5));
-        if freedom != Freedom::NONE {
-            model.extend([1.0, sin, cos].map(|form| freedom.share * HYSTERESIS_MM * sense * form));
-            // each harmonic from the one before
-            let (mut sin_k, mut cos_k) = (sin, cos);
-            for _ in 0..FORM_HARMONICS {
-                model.extend([sin_k, cos_k].map(|form| freedom.share * FORM_MM * form));
-                (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
-            }
-        }
+        let [zero, drift, of_machine @ .., left] = others else { continue };
+        *zero = ZERO_MM;
+        *drift = drift_mm * ((time - first) / (last - first) - 0.5);
+        *left = off;
+        let of_form = if freedom == Freedom::NONE { 0 } else { FORMS };
+        let (of_form, of_lost_motion) = of_machine.split_at_mut(of_form);
+        write_forms(freedom.share, sense, [sin, cos], of_form);
         if freedom.lost_motion {
             let stretch = stretch(data.marks.as_ref(), time, sense);
-            model.extend(course.lost_motion.forms.at(course.lost_motion.entry(stretch, node)));
+            course.lost_motion.forms.write(course.lost_motion.entry(stretch, node), of_lost_motion);
         }
-        model.push(off);
     }
     model
+}
+
+/// Number of forms of hysteresis and of unknown physics.
+const FORMS: usize = 3 + 2 * FORM_HARMONICS;
+
+/// Hysteresis by the sense of motion, and harmonics over the run, each at its share of one standard deviation.
+fn write_forms(share: f64, sense: f64, [sin, cos]: [f64; 2], forms: &mut [f64]) {
+    let [constant, of_sin, of_cos, harmonics @ ..] = forms else { return };
+    [constant, of_sin, of_cos]
+        .into_iter()
+        .zip([1.0, sin, cos])
+        .for_each(|(to, form)| *to = share * HYSTERESIS_MM * sense * form);
+    // each harmonic from the one before
+    let (mut sin_k, mut cos_k) = (sin, cos);
+    for pair in harmonics.chunks_exact_mut(2) {
+        pair.iter_mut().zip([sin_k, cos_k]).for_each(|(to, form)| *to = share * FORM_MM * form);
+        (sin_k, cos_k) = (sin_k * cos + cos_k * sin, cos_k * cos - sin_k * sin);
+    }
 }
 
 /// Part of the program at a time, by its marks or, without them, by the sense of the last motion.
@@ -245,7 +259,7 @@ pub(super) fn cost_at_rest(data: &Averages) -> f64 {
 }
 
 fn width(course: &Course, freedom: Freedom) -> usize {
-    let of_form = if freedom == Freedom::NONE { 0 } else { 3 + 2 * FORM_HARMONICS };
+    let of_form = if freedom == Freedom::NONE { 0 } else { FORMS };
     let of_lost_motion = if freedom.lost_motion { course.lost_motion.forms.columns() } else { 0 };
     course.components() + 2 + of_form + of_lost_motion
 }

@@ -10,7 +10,8 @@ use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
 use super::refusals::{allowed_mm, may_run_between, other_runs, refuse_by_marks, refuse_cut_off, refuse_other_runs};
 use super::search::{
-    Levels, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion, standing,
+    Levels, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion,
+    standing, starts,
 };
 use super::seen_marks::Seen;
 use super::timing::Timing;
@@ -156,15 +157,17 @@ type Searched = (Pair, Course, Vec<Candidate>);
 
 /// Log odds, by few readings with their own wander, beyond which a test is not looked at with all of them.
 const FAR: f64 = 200.0;
+/// The same by one search from one start, which may end elsewhere than the best does.
+const FAR_AT_FIRST: f64 = 2000.0;
 
-/// Those that stand within [`FAR`] of the best by few readings.
-fn near(begun: Vec<Searched>, levels: &Levels) -> Vec<Searched> {
-    if begun.len() < 2 {
-        return begun;
+/// Those whose cost lies within some log odds of the least.
+fn near(tests: Vec<Searched>, far: f64, cost: impl Fn(&Course, &[Candidate]) -> f64 + Sync) -> Vec<Searched> {
+    if tests.len() < 2 {
+        return tests;
     }
-    let costs: Vec<f64> = begun.par_iter().map(|(_, course, rough)| standing(course, levels, &rough[0])).collect();
+    let costs: Vec<f64> = tests.par_iter().map(|(_, course, candidates)| cost(course, candidates)).collect();
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    begun.into_iter().zip(costs).filter(|(_, cost)| 0.5 * (cost - least) < FAR).map(|(searched, _)| searched).collect()
+    tests.into_iter().zip(costs).filter(|(_, cost)| 0.5 * (cost - least) < far).map(|(searched, _)| searched).collect()
 }
 
 /// The tests that the readings may be of, the best first.
@@ -189,8 +192,8 @@ fn searched(
             }
             continue;
         }
-        let rough = searched_roughly(&course, levels);
-        if rough.is_empty() {
+        let starts = starts(&course, levels);
+        if starts.is_empty() {
             let (first, last) = capture.ends_s();
             // the one that comes nearest
             if 2.0 * course.run_s < shortest_s {
@@ -199,13 +202,16 @@ fn searched(
             }
             continue;
         }
-        begun.push((pair, course, rough));
+        begun.push((pair, course, starts));
     }
-    let of_near = |(pair, course, rough): Searched| {
-        let candidates = searched_finely(&course, levels, &rough);
+    let searched = |(pair, course, begun): Searched, by: fn(&Course, &Levels, &[Candidate]) -> Vec<Candidate>| {
+        let candidates = by(&course, levels, &begun);
         (pair, course, candidates)
     };
-    let mut found: Vec<Searched> = near(begun, levels).into_iter().map(of_near).collect();
+    let begun = near(begun, FAR_AT_FIRST, |course, starts| first_look(course, levels, starts));
+    let roughly: Vec<Searched> = begun.into_iter().map(|test| searched(test, searched_roughly)).collect();
+    let likely = near(roughly, FAR, |course, rough| standing(course, levels, &rough[0]));
+    let mut found: Vec<Searched> = likely.into_iter().map(|test| searched(test, searched_finely)).collect();
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
     if found.is_empty() { Err(why) } else { Ok(found) }
 }
@@ -317,7 +323,7 @@ fn with_lost_motion(course: &Course, levels: &Levels, plain: Vec<Candidate>) -> 
     if course.lost_motion.forms.is_empty() {
         return plain;
     }
-    let with = settled_with_lost_motion(course, &levels.fine, &plain);
+    let Some(with) = settled_with_lost_motion(course, &levels.fine, &plain) else { return plain };
     let odds = 0.5 * (plain[0].cost - with[0].cost);
     let [off_marks, plainly_off] = [&with[0], &plain[0]].map(|one| of_marks(course, &levels.fine, &one.timing));
     if odds > CERTAIN && off_marks < plainly_off { with } else { plain }

@@ -10,7 +10,7 @@ use super::timing::Timing;
 use super::uncertainty::covariance;
 use super::variables::{Candidate, DIFFERENCES, RAMPS_S, VARIABLES, moved, units};
 use super::wander::Wander;
-use crate::statistics::minimise_few;
+use crate::statistics::{minimise_few, minimise_smooth};
 
 /// Averages of the grid, of the first descent and of the last.
 const ROUGH: usize = 120;
@@ -24,8 +24,20 @@ const RAMP_S: f64 = 0.15;
 const PACE_STEP: f64 = 0.02;
 /// Share of a run that may lie outside the capture, so that one which was cut off is seen to be.
 const OUTSIDE: f64 = 0.3;
-/// Starts of descents.
+/// Starts of descents where there are no marks, and places in time that are kept.
 const STARTS: usize = 10;
+const PLACES: usize = 3;
+
+/// First steps of searches, in units of the variables: from starts, from where few readings led, where it is near, from ramps and
+/// lags near by, and to where other freedoms or paces may lead.
+const FROM_START: f64 = 0.7;
+const FROM_FEW: f64 = 0.2;
+const NEAR: f64 = 0.1;
+const FROM_NEAR_BY: f64 = 0.3;
+const ELSEWHERE: f64 = 0.5;
+/// First steps of a search again, as a share of those before, and the gain for which it is worth its time: in twice the log likelihood.
+const SMALLER: f64 = 0.4;
+const WORTH_A_SEARCH: f64 = 0.05;
 
 /// A capture at three finenesses.
 pub(super) struct Levels {
@@ -42,41 +54,53 @@ impl Levels {
     }
 }
 
-/// Timings near the best ones, the best first, each in a valley of its own: by few readings.
-pub(super) fn searched_roughly(course: &Course, levels: &Levels) -> Vec<Candidate> {
-    let starts = match &levels.rough.marks {
+/// Timings from which searches begin, the best first.
+pub(super) fn starts(course: &Course, levels: &Levels) -> Vec<Candidate> {
+    let mut starts = match &levels.rough.marks {
         Some(seen) => between_marks(course, &levels.rough, seen),
-        None => {
-            let mut grid = grid(course, &levels.rough);
-            grid.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-            apart(course, grid, STARTS, 2.0)
-        }
+        None => grid(course, &levels.rough),
     };
-    let descended: Vec<Candidate> =
-        starts.par_iter().map(|start| descend(course, &levels.middle, start.timing, Freedom::ALL[1], 0.7)).collect();
-    let mut best = descended;
+    starts.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+    match &levels.rough.marks {
+        Some(_) => starts,
+        None => apart(course, starts, STARTS, APART_ON_GRID),
+    }
+}
+
+/// Cost that the first of a test's starts leads to by few readings.
+pub(super) fn first_look(course: &Course, levels: &Levels, starts: &[Candidate]) -> f64 {
+    starts.first().map_or(f64::INFINITY, |start| searched_from(course, levels, start).cost)
+}
+
+/// Timings near the best ones, the best first, each in a valley of its own: by few readings.
+pub(super) fn searched_roughly(course: &Course, levels: &Levels, starts: &[Candidate]) -> Vec<Candidate> {
+    let mut best: Vec<Candidate> = starts.par_iter().map(|start| searched_from(course, levels, start)).collect();
     best.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    apart(course, best, 3, 0.2)
+    apart(course, best, PLACES, APART_BY_FEW)
+}
+
+fn searched_from(course: &Course, levels: &Levels, start: &Candidate) -> Candidate {
+    descend(course, &levels.middle, start.timing, Freedom::ALL[1], FROM_START)
 }
 
 /// Cost of a timing by few readings, with the wander that they show: how a test stands beside others.
 pub(super) fn standing(course: &Course, levels: &Levels, near: &Candidate) -> f64 {
-    settled(course, &levels.middle, near, 0.1).cost
+    settled(course, &levels.middle, near, NEAR).cost
 }
 
 /// Best timings, the best first, by all readings: from those near them.
 pub(super) fn searched_finely(course: &Course, levels: &Levels, few: &[Candidate]) -> Vec<Candidate> {
     let mut fine: Vec<Candidate> = few
         .par_iter()
-        .map(|start| descend(course, &levels.fine, start.timing, start.freedom, 0.2))
-        .map(|start| settled(course, &levels.fine, &start, 0.1))
+        .map(|start| descend(course, &levels.fine, start.timing, start.freedom, FROM_FEW))
+        .map(|start| settled(course, &levels.fine, &start, NEAR))
         .collect();
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     if let Some(first) = fine.first_mut() {
-        *first = descend_apart(course, &levels.fine.with(first.wander), *first, 0.5);
+        *first = descend_apart(course, &levels.fine.with(first.wander), *first, ELSEWHERE);
     }
     fine.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    apart(course, fine, 3, 0.05)
+    apart(course, fine, PLACES, APART_BY_ALL)
 }
 
 /// Ramps from which searches between marks begin, s.
@@ -131,8 +155,13 @@ fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
     if count < 0.0 { Vec::new() } else { (0..=count as usize).map(|k| from + step * k as f64).collect() }
 }
 
-/// Share of a run's time from which another start or pace is another place.
+/// Share of a run's time from which another start or pace is another place, and by what part of it candidates have to lie apart: on the
+/// grid, by few readings, by all, and where others of one place are told from each other.
 const ANOTHER_PLACE: f64 = 0.05;
+const APART_ON_GRID: f64 = 2.0;
+const APART_BY_FEW: f64 = 0.2;
+const APART_BY_ALL: f64 = 0.05;
+const APART_AT_ONE_PLACE: f64 = 0.02;
 
 /// The first candidates that lie apart from all before, in a start or in the time of a run, by a share of what counts as another place.
 fn apart(course: &Course, sorted: Vec<Candidate>, most: usize, share: f64) -> Vec<Candidate> {
@@ -167,10 +196,10 @@ fn descend(course: &Course, data: &Averages, start: Timing, freedom: Freedom, si
         if gain > 0.0 {
             best = next;
         }
-        if gain < 0.05 {
+        if gain < WORTH_A_SEARCH {
             break;
         }
-        size *= 0.4;
+        size *= SMALLER;
     }
     best
 }
@@ -188,34 +217,44 @@ fn stepped(course: &Course, data: &Averages, from: &Candidate, size: f64, differ
 fn descend_apart(course: &Course, data: &Averages, from: Candidate, size: f64) -> Candidate {
     let apart = stepped(course, data, &from, size, DIFFERENCES[1]);
     // the two kinds of pace are two valleys: down to the ground of the other before they are compared
-    let apart = descend(course, data, apart.timing, apart.freedom, 0.3 * size);
+    let apart = descend(course, data, apart.timing, apart.freedom, SMALLER * size);
     if apart.cost < from.cost { apart } else { from }
 }
 
-/// The same with the freedom that the readings speak for.
-fn descend_freely(course: &Course, data: &Averages, start: &Candidate, size: f64) -> Candidate {
+/// A search from a start with the freedom that the readings speak for.
+fn descend_freely(start: &Candidate, descend: impl Fn(Timing, Freedom) -> Candidate) -> Candidate {
     let [first, others @ ..] = start.freedom.all();
-    let best = descend(course, data, start.timing, first, size);
+    let best = descend(start.timing, first);
     others
         .into_iter()
-        .map(|freedom| descend(course, data, best.timing, freedom, size))
+        .map(|freedom| descend(best.timing, freedom))
         .fold(best, |best, next| if next.cost < best.cost { next } else { best })
 }
 
 /// A candidate with the wander that its readings show: what is left of each timing says how its own readings wander.
 fn settled(course: &Course, fine: &Averages, start: &Candidate, size: f64) -> Candidate {
     let data = fine.with(wandering(course, fine, start));
-    descend_freely(course, &data, start, size)
+    descend_freely(start, |timing, freedom| descend(course, &data, timing, freedom, size))
 }
+
+/// Candidates that cost so much more than the best stay as they were found: settling gains far less. By odds of e⁻⁵⁰.
+const FAR: f64 = 100.0;
 
 /// Candidates of one test once more, each by its own wander and with directions at two paces, the best first.
 pub(super) fn settled_apart(course: &Course, fine: &Averages, candidates: &[Candidate]) -> Vec<Candidate> {
-    let mut again: Vec<Candidate> = candidates
-        .par_iter()
-        .map(|candidate| settled(course, fine, candidate, 0.1))
-        .map(|candidate| descend_apart(course, &fine.with(candidate.wander), candidate, 0.5))
-        .map(|candidate| descend_by_covariance(course, &fine.with(candidate.wander), candidate))
-        .collect();
+    let least = candidates.iter().map(|candidate| candidate.cost).fold(f64::INFINITY, f64::min);
+    let again = |candidate: &Candidate| {
+        if candidate.cost > least + FAR {
+            return *candidate;
+        }
+        let data = fine.with(wandering(course, fine, candidate));
+        let candidate = descend_freely(candidate, |start, freedom| {
+            descend_by_covariance(course, &data, Candidate::of(course, &data, start, freedom))
+        });
+        let candidate = descend_apart(course, &data, candidate, ELSEWHERE);
+        descend_by_covariance(course, &data, candidate)
+    };
+    let mut again: Vec<Candidate> = candidates.par_iter().map(again).collect();
     again.sort_by(|one, other| one.cost.total_cmp(&other.cost));
     again
 }
@@ -234,7 +273,8 @@ pub(super) fn nearly_as_likely(course: &Course, levels: &Levels, from: &Candidat
     let few = levels.middle.with(from.wander);
     let sought = |lag_s: &f64| {
         let starts = near_by(course, Timing { lag_s: *lag_s, ..from.timing }).into_par_iter();
-        let found: Vec<Candidate> = starts.map(|start| descend(course, &few, start, from.freedom, 0.3)).collect();
+        let found: Vec<Candidate> =
+            starts.map(|start| descend(course, &few, start, from.freedom, FROM_NEAR_BY)).collect();
         found.into_iter().min_by(|one, other| one.cost.total_cmp(&other.cost))
     };
     let data = fine.with(from.wander);
@@ -256,7 +296,7 @@ pub(super) fn nearly_as_likely(course: &Course, levels: &Levels, from: &Candidat
     };
     let mut settled: Vec<Candidate> = found.par_iter().map(own_wander).collect();
     settled.sort_by(|one, other| one.cost.total_cmp(&other.cost));
-    apart(course, settled, LAGS_S.len(), 0.02)
+    apart(course, settled, LAGS_S.len(), APART_AT_ONE_PLACE)
 }
 
 /// Timings near one from which others of its place are sought: directions at one pace, and ramps of several lengths whose runs take as
@@ -276,8 +316,8 @@ fn near_by(course: &Course, timing: Timing) -> Vec<Timing> {
 /// Searches along a narrow valley, at most.
 const ALONG: usize = 8;
 
-/// Down a narrow valley: Nelder–Mead with first steps of two standard deviations along its own axes, again from where it ends, for
-/// valleys are bent.
+/// Down a narrow valley: by slopes along its own axes, each in its standard deviations, again from where it ends, for valleys are
+/// bent.
 fn descend_by_covariance(course: &Course, data: &Averages, from: Candidate) -> Candidate {
     let mut best = from;
     for _ in 0..ALONG {
@@ -287,22 +327,27 @@ fn descend_by_covariance(course: &Course, data: &Averages, from: Candidate) -> C
             let by = std::array::from_fn(|k| (0..=k).map(|column| axes[(k, column)] * spreads[column]).sum());
             moved(course, &best.timing, &units, &by)
         };
-        let timing = at(&minimise_few([0.0; VARIABLES], 2.0, |x| cost(course, data, &at(x), best.freedom)));
+        let timing = at(&minimise_smooth([0.0; VARIABLES], |x| cost(course, data, &at(x), best.freedom)));
         let next = Candidate::of(course, data, timing, best.freedom);
         let gain = best.cost - next.cost;
         if gain > 0.0 {
             best = next;
         }
-        if gain < 0.05 {
+        if gain < WORTH_A_SEARCH {
             break;
         }
     }
     best
 }
 
-/// The same with lost motion among what a machine may do. Where it is at work, the timing without it may be far off, and the first
-/// wander stands for what that leaves: found twice, and sought from where the marks put the runs as well.
-pub(super) fn settled_with_lost_motion(course: &Course, fine: &Averages, candidates: &[Candidate]) -> Vec<Candidate> {
+/// The same with lost motion among what a machine may do; `None` where that explains the readings no better. Where it is at work, the
+/// timing without it may be far off, and the first wander stands for what that leaves: found twice, and sought from where the marks
+/// put the runs as well.
+pub(super) fn settled_with_lost_motion(
+    course: &Course,
+    fine: &Averages,
+    candidates: &[Candidate],
+) -> Option<Vec<Candidate>> {
     let by_marks = fine.marks.iter().flat_map(|seen| between_marks(course, fine, seen));
     let by_marks = by_marks.min_by(|one, other| one.cost.total_cmp(&other.cost));
     let by_marks = by_marks.map(|start| Candidate { freedom: candidates[0].freedom, ..start });
@@ -310,9 +355,10 @@ pub(super) fn settled_with_lost_motion(course: &Course, fine: &Averages, candida
     let near: Vec<Candidate> = starts
         .par_iter()
         .map(|candidate| Candidate { freedom: candidate.freedom.with_lost_motion(), ..*candidate })
-        .map(|candidate| settled(course, fine, &candidate, 0.5))
+        .map(|candidate| settled(course, fine, &candidate, ELSEWHERE))
         .collect();
-    settled_apart(course, fine, &near)
+    let is_better = near.iter().any(|candidate| candidate.cost < candidates[0].cost);
+    is_better.then(|| settled_apart(course, fine, &near))
 }
 
 /// The likeliest wander beside a timing.

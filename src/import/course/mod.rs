@@ -131,7 +131,7 @@ impl Course {
         let times = Table::of_columns(&[time_s.as_slice()]);
         let at = |value: f64| {
             let node = (value - ends[0]) / (ends[1] - ends[0]) * (time_s.len() - 1) as f64;
-            times.value(node, 0)
+            times.between(node).value(0)
         };
         let marks = test.marks;
         let along = motion.clone();
@@ -156,24 +156,24 @@ impl Course {
     /// Node, with its fraction, at a programmed time, and sine and cosine of the share of the run's time as an angle.
     pub(super) fn node_and_angle(&self, gone_s: f64) -> [f64; 3] {
         let at = (gone_s / self.run_s).clamp(0.0, 1.0) * (self.at_time.rows() - 1) as f64;
-        let mut columns = self.at_time.at(at);
-        [(); 3].map(|()| columns.next().unwrap_or(0.0))
+        let found = self.at_time.between(at);
+        [0, 1, 2].map(|column| found.value(column))
     }
 
     fn node(&self, gone_s: f64) -> f64 {
         self.node_and_angle(gone_s)[0]
     }
 
-    /// Nominal length at a node, what a lag of one second cuts off it, and the forms that errors may add, mm.
-    pub(super) fn read_at(&self, node: f64) -> (f64, f64, impl Iterator<Item = f64>) {
-        let mut columns = self.read_mm.at(node);
-        let [length_mm, cut_mm] = [(); 2].map(|()| columns.next().unwrap_or(0.0));
-        (length_mm, cut_mm, columns)
+    /// Nominal length at a node, and what a lag of one second cuts off it, mm; the forms that errors may add are written into `forms`.
+    pub(super) fn read_at(&self, node: f64, forms: &mut [f64]) -> [f64; 2] {
+        let found = self.read_mm.between(node);
+        found.write(2, forms);
+        [found.value(0), found.value(1)]
     }
 
     /// Nominal length in the middle of the run, mm.
     pub(super) fn middle_mm(&self) -> f64 {
-        self.read_at(0.5 * (self.read_mm.rows() - 1) as f64).0
+        self.read_mm.between(0.5 * (self.read_mm.rows() - 1) as f64).value(0)
     }
 
     /// Number of forms that errors of balls, bar and axes may add.

@@ -4,7 +4,17 @@
 #[derive(Debug, Clone)]
 pub struct Table {
     columns: usize,
+    rows: usize,
     values: Vec<f64>,
+}
+
+/// A place between two rows of a table.
+#[derive(Clone, Copy)]
+pub(super) struct Between<'t> {
+    /// Part of the way from one row to the next.
+    share: f64,
+    one: &'t [f64],
+    next: &'t [f64],
 }
 
 impl Table {
@@ -12,7 +22,7 @@ impl Table {
     pub fn of_columns<C: AsRef<[f64]>>(columns: &[C]) -> Table {
         let rows = columns.first().map_or(0, |column| column.as_ref().len());
         let values = (0..rows).flat_map(|row| columns.iter().map(move |column| column.as_ref()[row])).collect();
-        Table { columns: columns.len(), values }
+        Table { columns: columns.len(), rows, values }
     }
 
     /// Number of columns.
@@ -26,21 +36,35 @@ impl Table {
 
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.values.len() / self.columns.max(1)
+        self.rows
     }
 
-    /// Value of one column at a row with its fraction.
-    pub fn value(&self, at: f64, column: usize) -> f64 {
-        self.at(at).nth(column).unwrap_or(0.0)
-    }
-
-    /// All columns at a row with its fraction.
-    pub fn at(&self, at: f64) -> impl Iterator<Item = f64> {
-        // a negative row is the first one
-        let before = (at as usize).min(self.rows().saturating_sub(2));
-        let share = at - before as f64;
+    /// A row with its fraction; a negative one is the first.
+    pub(super) fn between(&self, at: f64) -> Between<'_> {
+        let before = (at as usize).min(self.rows.saturating_sub(2));
         let rows = self.values.get(before * self.columns..(before + 2) * self.columns).unwrap_or_default();
         let (one, next) = rows.split_at(rows.len() / 2);
-        one.iter().zip(next).map(move |(one, next)| one + share * (next - one))
+        Between { share: at - before as f64, one, next }
+    }
+
+    /// All columns at a row with its fraction, into as many places.
+    pub fn write(&self, at: f64, to: &mut [f64]) {
+        self.between(at).write(0, to);
+    }
+}
+
+impl Between<'_> {
+    /// Value of one column; zero where there is none.
+    pub fn value(self, column: usize) -> f64 {
+        match (self.one.get(column), self.next.get(column)) {
+            (Some(one), Some(next)) => one + self.share * (next - one),
+            _ => 0.0,
+        }
+    }
+
+    /// Values from a column on, into places.
+    pub fn write(self, from: usize, to: &mut [f64]) {
+        let (one, next) = (self.one.get(from..).unwrap_or_default(), self.next.get(from..).unwrap_or_default());
+        to.iter_mut().zip(one.iter().zip(next)).for_each(|(to, (one, next))| *to = one + self.share * (next - one));
     }
 }

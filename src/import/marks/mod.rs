@@ -6,7 +6,7 @@
 mod moves;
 mod stopped;
 
-use self::moves::{SecondHalf, ends_of};
+use self::moves::{SecondHalf, ends_of, ends_of_some};
 use self::stopped::{Direction, stopped_s};
 use super::capture::Capture;
 use super::lag::Lag;
@@ -196,7 +196,7 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
     let moves = ends_of(&halves, marks.move_mm, programmed * pace, noise_mm.max(LEVEL_MM))?;
     let way_s = marks.move_mm.abs() / moves.speed;
     // moves in order: each mark goes out, then back
-    let out_begins = |mark: usize| moves.end_s[2 * mark] - way_s - moves.ramp_s;
+    let out_begins = |mark: usize| moves.end_s[2 * mark] - way_s - moves.ramp_s();
     let is_back = |mark: usize| moves.end_s[2 * mark + 1];
     // a run begins a rest after the mark before it has come back, and ends a rest before the one after it goes out
     let run = |before: usize| [is_back(before) + marks.rest_s, out_begins(before + 1) - marks.rest_s];
@@ -206,7 +206,7 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
     };
     let (runs_s, run_sigma_s) = ([run(0), run(2)], [sigma(0), sigma(2)]);
     let direction = |k: usize| {
-        let own = ends_of(&halves[4 * k..4 * k + 4], marks.move_mm, moves.speed, noise_mm.max(LEVEL_MM))?;
+        let own = ends_of_some(&halves[4 * k..4 * k + 4], marks.move_mm, &moves, noise_mm.max(LEVEL_MM))?;
         let [begin_s, end_s] = runs_s[k];
         Some(Direction {
             run_s: end_s - begin_s,
@@ -221,9 +221,9 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
         stopped_s: direction(0).zip(direction(1)).and_then(|(there, back)| stopped_s([there, back])),
         pace: moves.speed / programmed,
         pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
-        lag_s: moves.lag_s,
+        lag_s: moves.lag_s(),
         lag_sigma_s: moves.lag_sigma_s().hypot(ALIKE_S),
-        tail_s: Lag(moves.lag_s).tail_s(moves.speed, TAIL_MM),
+        tail_s: Lag(moves.lag_s()).tail_s(moves.speed, TAIL_MM),
         gap_s: out_begins(2) - is_back(1),
         found: 4,
         last_four_s: four[0].begin_s,

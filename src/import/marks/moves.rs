@@ -33,10 +33,7 @@ pub(super) struct Moves {
     pub end_s: Vec<f64>,
     /// Speed, mm/s.
     pub speed: f64,
-    /// Time in which a move comes to rest, s.
-    pub ramp_s: f64,
-    /// Time constant of the servos' lag, s.
-    pub lag_s: f64,
+    ramp: Ramp,
     /// Covariance of the ends, s², then speed, ramp and lag.
     covariance: DMatrix<f64>,
 }
@@ -57,6 +54,16 @@ const STEPS: usize = 6;
 const SETTLED_S: f64 = 1e-7;
 
 impl Moves {
+    /// Time in which a move comes to rest, s.
+    pub fn ramp_s(&self) -> f64 {
+        self.ramp.lasts_s
+    }
+
+    /// Time constant of the servos' lag, s.
+    pub fn lag_s(&self) -> f64 {
+        self.ramp.lag.0
+    }
+
     /// Standard deviation of `end[k] + by_speed·speed + by_ramp·ramp`, s.
     pub fn sigma(&self, k: usize, by_speed: f64, by_ramp: f64) -> f64 {
         let ends = self.end_s.len();
@@ -198,6 +205,25 @@ fn prior(ramp_s: f64) -> (f64, f64) {
 /// Ends, speed and ramp of all moves of `move_mm`; `speed` is a first guess, mm/s, `sigma_mm` the noise of a reading. `None`
 /// where the readings do not determine them.
 pub(super) fn ends_of(halves: &[SecondHalf], move_mm: f64, speed: f64, sigma_mm: f64) -> Option<Moves> {
+    let starts = [false, true].into_iter().flat_map(|smooth| {
+        let of_ramp =
+            move |lasts_s: f64| LAGS_S.map(|lag_s| Ramp { lasts_s, smooth, lag: Lag(lag_s), whole_s: f64::INFINITY });
+        RAMPS_S.into_iter().flat_map(of_ramp)
+    });
+    ends_from(halves, move_mm, (speed, sigma_mm), starts)
+}
+
+/// The same of some of the moves, sought from what all of them told.
+pub(super) fn ends_of_some(halves: &[SecondHalf], move_mm: f64, all: &Moves, sigma_mm: f64) -> Option<Moves> {
+    ends_from(halves, move_mm, (all.speed, sigma_mm), std::iter::once(all.ramp))
+}
+
+fn ends_from(
+    halves: &[SecondHalf],
+    move_mm: f64,
+    (speed, sigma_mm): (f64, f64),
+    starts: impl Iterator<Item = Ramp>,
+) -> Option<Moves> {
     let at = |x: &[f64; 3], ramp: Ramp| {
         let lag = LAG.off(ramp.lag, x[2]);
         let speed = speed * (0.1 * x[0]).exp();
@@ -211,12 +237,7 @@ pub(super) fn ends_of(halves: &[SecondHalf], move_mm: f64, speed: f64, sigma_mm:
         let squares: f64 = halves.iter().map(|half| ended(half, speed, ramp).2).sum();
         squares / (sigma_mm * sigma_mm) + prior(ramp.lasts_s).0 + LAG.cost(ramp.lag)
     };
-    let (ramp, x) = [false, true]
-        .into_iter()
-        .flat_map(|smooth| RAMPS_S.map(|lasts_s| (lasts_s, smooth)))
-        .flat_map(|(lasts_s, smooth)| {
-            LAGS_S.map(|lag_s| Ramp { lasts_s, smooth, lag: Lag(lag_s), whole_s: f64::INFINITY })
-        })
+    let (ramp, x) = starts
         .map(|ramp| (ramp, minimise_few([0.0; 3], 0.2, |x| cost(x, ramp))))
         .min_by(|one, other| cost(&one.1, one.0).total_cmp(&cost(&other.1, other.0)))?;
     let (speed, ramp) = at(&x, ramp);
@@ -249,7 +270,7 @@ pub(super) fn ends_of(halves: &[SecondHalf], move_mm: f64, speed: f64, sigma_mm:
     normal[(ends + 2, ends + 2)] += LAG.sigma_s.powi(-2);
     let covariance = normal.cholesky()?.inverse().view((0, 0), (ends + SHARED, ends + SHARED)).into_owned();
     let is_found = speed > 0.0 && end_s.iter().all(|end| end.is_finite());
-    is_found.then_some(Moves { end_s, speed, ramp_s, lag_s: ramp.lag.0, covariance })
+    is_found.then_some(Moves { end_s, speed, ramp, covariance })
 }
 
 #[cfg(test)]
