@@ -12,7 +12,7 @@ use super::data_fault::{RECORDER, listed};
 use super::late_clock::between;
 use super::nearer::{Sized, descended};
 use super::quick_fit::{Refit, refit};
-use super::suspicion::{RARELY, Suspicion};
+use super::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
@@ -139,7 +139,8 @@ fn has_other_rows(name: &str, rows: f64, is_start: bool, undone: Session) -> Sus
         ),
     };
     let found = Suspicion::new(kind, RECORDER, vec![name.to_string()], says, undone);
-    Suspicion { weight: RARELY, log_figures: -PARAMETER_COST, ..found }
+    let detail = Detail::sizes(&[rows, f64::from(u8::from(is_start))], 1.0);
+    Suspicion { detail, weight: RARELY, log_figures: -PARAMETER_COST, ..found }
 }
 
 /// A recording whose positions belong to its rows but for so many at the start and at the end, which have no reading then; or to so many

@@ -53,9 +53,9 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.extend(other_directions(&thinned));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(sampled, &as_it_is));
-    // of mistakes that are told in the same words, figures rounded, the first is tried
-    let mut told = std::collections::HashSet::new();
-    list.retain(|suspicion| told.insert(suspicion.says.clone()));
+    // of mistakes that guess the same, sizes rounded, the first is tried
+    let mut guessed = std::collections::HashSet::new();
+    list.retain(|suspicion| guessed.insert(suspicion.guess()));
     let mut ranked: Vec<(f64, Suspicion)> = list
         .into_par_iter()
         .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (suspicion.diminished * misfit, suspicion)))
@@ -90,7 +90,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let rivals = judged
         .map(|other| (share(other.weight), other.suspicion))
         .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
-        .filter(|(_, other)| other.says != best.says)
+        .filter(|(_, other)| other.guess() != best.guess())
         .take(MOST_RIVALS)
         .map(|(probability, other)| other.rival(probability))
         .collect();

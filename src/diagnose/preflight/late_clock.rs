@@ -1,7 +1,7 @@
 //! Positions and lengths that were paired by different clocks.
 
 use super::data_fault::RECORDER;
-use super::suspicion::{RARELY, Suspicion};
+use super::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::session::{Clock, Recording};
@@ -24,7 +24,8 @@ pub(crate) fn shifted(sampled: Sampled<'_>, tests: &[usize], seconds: f64) -> Su
     };
     let says = shift_in_words(seconds, &names);
     let found = Suspicion::new(FaultKind::TimeShift, RECORDER, names, says, undone);
-    Suspicion { shift_ms: Some(1e3 * seconds), is_found: true, weight: RARELY, ..found }
+    let detail = Detail::sizes(&[seconds], 0.01);
+    Suspicion { detail, shift_ms: Some(1e3 * seconds), is_found: true, weight: RARELY, ..found }
 }
 
 /// A shift of all tests (no names) or some.

@@ -4,7 +4,7 @@ use super::misplaced::names;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
-use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, SOMETIMES, Suspicion};
 use crate::session::Recording;
 
 /// Rows on either side of a turn at least.
@@ -41,6 +41,8 @@ pub(crate) fn without_sign(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> 
         );
         let mut found = Suspicion::new(FaultKind::AxisSign, RECORDER, names, says, undone);
         (found.components, found.weight) = (vec![name.clone()], SOMETIMES);
+        // whichever part had the sign: the first that is tried stands for all
+        found.detail = Detail::Way("turns back at 0");
         Some(found)
     };
     if turns.is_empty() { Vec::new() } else { NEGATIVE_FIRST.iter().filter_map(with).collect() }

@@ -7,7 +7,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION, listed};
 use crate::diagnose::preflight::readings::figures::Linearised;
 use crate::diagnose::preflight::struck_together::StruckTogether;
-use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};
@@ -223,6 +223,7 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
     );
     let mut found = Suspicion::new(FaultKind::ColumnShifted, RECORDER, names(session, tests), says, undone);
     found.components = vec![name.clone()];
+    found.detail = Detail::sizes(&[kind.to_file_unit(shift)], 0.01);
     (found.weight, found.is_found) = (RARELY, true);
     Some(found)
 }
@@ -260,6 +261,7 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
     let mut found = Suspicion::new(FaultKind::StandingAxis, SESSION, names(session, tests), says, undone);
     (found.components, found.is_found) = (vec![axis_name.clone()], true);
     let (there, stated) = (kind.to_file_unit(stated + shift), kind.to_file_unit(stated));
+    found.detail = Detail::sizes(&[there], 0.01);
     let is_usual = there.abs() < AS_WRITTEN || (there + stated).abs() < AS_WRITTEN;
     if !is_usual {
         // the nearer of two places that fit alike is the likelier one

@@ -7,7 +7,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{SESSION, listed};
 use crate::diagnose::preflight::quick_fit::refit;
 use crate::diagnose::preflight::readings::figures::Linearised;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Path, Session};
@@ -104,6 +104,7 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
     );
     let mut suspicion = Suspicion::new(FaultKind::Arc, SESSION, names, says, undone);
     suspicion.components = vec![name.clone()];
+    suspicion.detail = Detail::sizes(&[found.0, found.1], 0.1);
     suspicion.log_figures = -2.0 * PARAMETER_COST;
     Some(suspicion)
 }

@@ -11,7 +11,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};
 use crate::statistics::noise_of_rows;
@@ -184,7 +184,7 @@ fn restored(
     let of = if matches!(what, TakenOff::Start | TakenOff::EndToEnd) { "" } else { " the readings of" };
     let says = format!("{}{of} {}: export them as they were read", what.words(), listed(&names));
     let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, names, says, undone);
-    found.components = vec!["length".into()];
+    (found.components, found.detail) = (vec!["length".into()], Detail::Way(what.words()));
     Some(Suspicion { log_figures: lacking.iter().map(|(_, log)| log).sum(), ..found })
 }
 

@@ -6,7 +6,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::statistics::noise_of_rows;
 
 /// Rows on either side of a place where a curve may turn at zero.
@@ -61,7 +61,7 @@ pub(crate) fn unsigned(sampled: Sampled<'_>, linearised: &Linearised) -> Option<
     let names = names(session, &tests);
     let says = format!("the deviations of {} lost their sign: export them with it", listed(&names));
     let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, names, says, undone);
-    found.components = vec!["length".into()];
+    (found.components, found.detail) = (vec!["length".into()], Detail::Way("sign lost"));
     Some(found)
 }
 
