@@ -17,7 +17,7 @@ use crate::machine::AxisKind;
 use crate::readings::{Kind, euler_xyz, quaternion, rotation, rotation_of_euler_xyz, rotation_of_quaternion};
 use crate::session::{Recording, Session, Setups, Test, sighted_misfit};
 use crate::statistics::{median, rms};
-use crate::units::MM_PER_INCH;
+use crate::units::OtherUnit;
 
 /// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
 /// wrong sense by the size of the machine.
@@ -29,7 +29,7 @@ const NEAR_NOMINAL_RAD: f64 = 0.05;
 const GAUGE_NEAR_NOMINAL_MM: f64 = 0.1;
 
 /// Mistakes that leave up to so many times as much are as likely: nothing but nominal dimensions was compared.
-const ALIKE: f64 = 1.5;
+const AS_LIKELY_UP_TO: f64 = 1.5;
 
 /// Rows by which readings may stand beside those of other poses: a header lost, a pose left out, a table pasted beside another.
 const MOST_ROWS_OFF: i64 = 3;
@@ -71,7 +71,7 @@ fn best(
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut alike = judged.into_iter();
     let (after, best) = alike.next().filter(|(after, _)| before > LEAST_RATIO * after)?;
-    let rivals = alike.take_while(|(other, _)| *other < ALIKE * after).take(MOST_RIVALS).map(|(_, other)| {
+    let rivals = alike.take_while(|(other, _)| *other < AS_LIKELY_UP_TO * after).take(MOST_RIVALS).map(|(_, other)| {
         let Undone { kind, place, components, says, .. } = other;
         Rival { kind, place: place.to_string(), components, says, probability: 0.0 }
     });
@@ -116,7 +116,7 @@ fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     let mut list = senses(session);
     list.extend(exchanged(session));
     list.extend(units_of_positions(session));
-    for (unit, factor) in [("metres", 1e3), ("inches", MM_PER_INCH)] {
+    for OtherUnit { name: unit, size: factor } in [OtherUnit::METRES, OtherUnit::INCHES] {
         let undone = with_coordinates(session, |point| point * factor);
         list.push(of_coordinates(
             FaultKind::Unit,
@@ -195,11 +195,15 @@ fn exchanged(session: &Session) -> Vec<Undone> {
 fn units_of_positions(session: &Session) -> Vec<Undone> {
     let machine = &session.machine;
     let units = [
-        (AxisKind::Rotary, "rotary", "radians", "degrees", 1f64.to_degrees()),
-        (AxisKind::Linear, "linear", "metres", "mm", 1e3),
-        (AxisKind::Linear, "linear", "inches", "mm", MM_PER_INCH),
+        (AxisKind::Rotary, OtherUnit::RADIANS),
+        (AxisKind::Linear, OtherUnit::METRES),
+        (AxisKind::Linear, OtherUnit::INCHES),
     ];
-    let of_unit = |(kind, word, unit, due, factor): (AxisKind, &str, &str, &str, f64)| {
+    let of_unit = |(kind, OtherUnit { name: unit, size: factor }): (AxisKind, OtherUnit)| {
+        let (word, due) = match kind {
+            AxisKind::Rotary => ("rotary", "degrees"),
+            AxisKind::Linear => ("linear", "mm"),
+        };
         let axes: Vec<usize> = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == kind).collect();
         let with = |struck: &[usize]| {
             with_positions(session, |axis, value| (axis, if struck.contains(&axis) { value * factor } else { value }))
@@ -381,7 +385,7 @@ fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
         (-1.0, FaultKind::ReadingSign, "has the other sign: turn its direction, or the sign of the column"),
         (1e3, FaultKind::Unit, "is in metres: convert the column to mm"),
         (1e-3, FaultKind::Unit, "is in µm: convert the column to mm"),
-        (MM_PER_INCH, FaultKind::Unit, "is in inches: convert the column to mm"),
+        (OtherUnit::INCHES.size, FaultKind::Unit, "is in inches: convert the column to mm"),
     ];
     let mut gauges: Vec<&Test> = Vec::new();
     for test in session.tests.iter().filter(|test| is_gauge(test)) {
