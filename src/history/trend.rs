@@ -36,7 +36,7 @@ pub struct Trend {
 
 /// A course is told when the odds for it are beyond these, as twice their logarithm: 1 in 45. Of machines that only scatter, eight
 /// numbers each, one in twenty at most is told as moving then (tests/history.rs).
-const TOLD: f64 = 7.6;
+const LEAST_TWICE_LOG_ODDS: f64 = 7.6;
 /// Fewer sessions tell no course: a line goes through any two.
 const LEAST_SESSIONS: usize = 4;
 /// Sessions on either side of a step.
@@ -72,7 +72,7 @@ pub fn trend(points: &[Point]) -> Trend {
     });
     let best = steps.fold(drift, |best, step| if step.0 > best.0 { step } else { best });
     let evidence = 2.0 * (best.0 - constant.log_likelihood);
-    match evidence > TOLD {
+    match evidence > LEAST_TWICE_LOG_ODDS {
         true => Trend { course: best.1, scatter: best.2, evidence, ..steady },
         false => steady,
     }

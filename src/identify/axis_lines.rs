@@ -56,7 +56,7 @@ const STEP: f64 = 1e-4;
 
 /// A component depends on an error whose millimetre or radian moves it by this, mm or rad: what errors do to each other in
 /// second order is left out.
-const DEPENDS: f64 = 1e-2;
+const LEAST_DEPENDENCE: f64 = 1e-2;
 
 /// Lines of all rotary axes, in the order of the structural code.
 pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
@@ -91,7 +91,8 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
             };
             let determined = all_determined(&|column| jacobian.column(column).amax() >= 1e-9);
             // steps of one error move some components and others not
-            let is_determined = |row: usize| all_determined(&|column| jacobian[(row, column)].abs() >= DEPENDS);
+            let is_determined =
+                |row: usize| all_determined(&|column| jacobian[(row, column)].abs() >= LEAST_DEPENDENCE);
             let determined_from = |from: usize| [0, 1, 2].map(|k| is_determined(from + k));
             let line = AxisLine {
                 axis,

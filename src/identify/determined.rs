@@ -7,7 +7,7 @@ use super::estimate::Fit;
 use crate::machine::{Component, Machine};
 
 /// Standard deviation that errors of machines have anyway, in units of what counts as open: 30 µm and 30 arcsec.
-const USUAL: f64 = 3.0;
+const USUAL_SIGMA_OVER_OPEN: f64 = 3.0;
 
 /// Location errors without what the readings leave open.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -64,7 +64,7 @@ fn determined_part(values: &[f64], covariance: &DMatrix<f64>, scale: &[f64]) -> 
     let mut kept = whole.clone();
     for k in (0..count).filter(|&k| eigen.eigenvalues[k] > 1.0) {
         let direction = eigen.eigenvectors.column(k);
-        let left = eigen.eigenvalues[k] / (USUAL * USUAL + eigen.eigenvalues[k]);
+        let left = eigen.eigenvalues[k] / (USUAL_SIGMA_OVER_OPEN * USUAL_SIGMA_OVER_OPEN + eigen.eigenvalues[k]);
         kept -= direction * (left * direction.dot(&whole));
     }
     kept.iter().zip(scale).map(|(kept, scale)| kept * scale).collect()

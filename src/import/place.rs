@@ -155,16 +155,21 @@ fn placed(
 type Searched = (Pair, Course, Vec<Candidate>);
 
 /// Log odds, by few readings with their own wander, beyond which a test is not looked at with all of them.
-const FAR: f64 = 200.0;
+const LOG_ODDS_OF_FEW: f64 = 200.0;
 
-/// Those that stand within [`FAR`] of the best by few readings.
+/// Those that stand within [`LOG_ODDS_OF_FEW`] of the best by few readings.
 fn near(begun: Vec<Searched>, levels: &Levels) -> Vec<Searched> {
     if begun.len() < 2 {
         return begun;
     }
     let costs: Vec<f64> = begun.par_iter().map(|(_, course, rough)| standing(course, levels, &rough[0])).collect();
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    begun.into_iter().zip(costs).filter(|(_, cost)| 0.5 * (cost - least) < FAR).map(|(searched, _)| searched).collect()
+    begun
+        .into_iter()
+        .zip(costs)
+        .filter(|(_, cost)| 0.5 * (cost - least) < LOG_ODDS_OF_FEW)
+        .map(|(searched, _)| searched)
+        .collect()
 }
 
 /// The tests that the readings may be of, the best first.

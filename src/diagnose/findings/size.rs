@@ -54,10 +54,10 @@ pub fn size_of(
             let is_slip = is_a(&cause.effect, Signature::Jump);
             let longer = match signature(&cause.effect) {
                 Some(Signature::Sag) => WIDENED_SAG,
-                _ if is_slip => WIDENED,
-                _ => WIDER,
+                _ if is_slip => WIDENED_JUMP,
+                _ => WIDENED_MOTION,
             };
-            let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer));
+            let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN_SHARE * prior, longer));
             let spread = over(longer).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)));
             // these have no favourite direction: the hidden part is likely as long as a seen one
             let even = match is_slip {
@@ -126,10 +126,10 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
 
 /// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump, a sag and another motion
 /// may then be larger.
-const HIDDEN: f64 = 0.6;
-const WIDENED: f64 = 2.5;
+const HIDDEN_SHARE: f64 = 0.6;
+const WIDENED_JUMP: f64 = 2.5;
 const WIDENED_SAG: f64 = 5.0;
-const WIDER: f64 = 1.5;
+const WIDENED_MOTION: f64 = 1.5;
 /// The same for orders of a whole turn: the largest of several components is a little more than a typical one.
 const HIDDEN_ORDERS: f64 = 1.15;
 /// Uncertainty of an error motion over part of a turn, as a share: what of it placement takes up differs from arc to arc.

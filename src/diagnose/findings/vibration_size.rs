@@ -201,7 +201,7 @@ fn same_direction(model: &LinearModel, one: &Term, other: &Term, test: usize) ->
 
 /// Fall of the weighted squares from which a test shows what the lead has no part in, and the least loudness there, as a share
 /// of the lead's own: a vibration along one direction shakes the others a little.
-const UNSEEN: f64 = 100.0;
+const LEAST_FALL_OF_SQUARES: f64 = 100.0;
 const UNSEEN_SHARE: f64 = 0.12;
 
 /// Whether a vibration moves tests that another one of its line, along one direction, cannot move: by what both were judged
@@ -230,5 +230,5 @@ pub(crate) fn moves_elsewhere(wider: &Candidate, lead: &Candidate, noise: &[Nois
         }
     }
     let loudness = |(sum, rows): (f64, usize)| (sum / rows.max(1) as f64).sqrt();
-    shown > UNSEEN && loudness(elsewhere) > UNSEEN_SHARE * loudness(own)
+    shown > LEAST_FALL_OF_SQUARES && loudness(elsewhere) > UNSEEN_SHARE * loudness(own)
 }

@@ -125,7 +125,7 @@ const FREE_MOTIONS: usize = 6;
 /// Poses with more readings than free motions that are needed.
 const LEAST_POSES: usize = 10;
 /// Singular values below this share of the largest are directions that the bars of a pose do not see.
-const UNSEEN: f64 = 1e-6;
+const LEAST_SINGULAR_SHARE: f64 = 1e-6;
 /// Turns count at this lever, rad per mm, so that shifts and turns are of like size.
 const PER_LEVER: f64 = 1e-2;
 
@@ -147,7 +147,7 @@ impl Left {
             let svd = free.svd(true, false);
             let Some(seen) = svd.u else { continue };
             let largest = svd.singular_values.max();
-            let rank = svd.singular_values.iter().filter(|value| **value > UNSEEN * largest).count();
+            let rank = svd.singular_values.iter().filter(|value| **value > LEAST_SINGULAR_SHARE * largest).count();
             let spare = rows.len().saturating_sub(rank);
             if spare == 0 {
                 continue;

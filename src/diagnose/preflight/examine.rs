@@ -138,11 +138,11 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
 }
 
 /// Misfits that differ by less, as a share, say the same.
-const ALIKE: f64 = 0.05;
+const SAME_MISFIT_SHARE: f64 = 0.05;
 
 /// Squared offsets of balls, bars and location errors in their spreads by which one sense of the readings is told from the
 /// other: five standard deviations.
-const TOLD: f64 = 25.0;
+const LEAST_CHI2_OF_A_SENSE: f64 = 25.0;
 
 /// What readings held otherwise would do.
 enum Sense {
@@ -185,25 +185,25 @@ fn sense_of_readings(session: &Session) -> Sense {
         // with the sign turned back bars have their lengths as well: else a bar is another than stated
         let back = if is_sign { BACK_OF_SIGN } else { BACK_AGAIN };
         let is_back = then.2 < back * bars(&other.session) as f64;
-        (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
+        (is_back && then.0 < (1.0 + SAME_MISFIT_SHARE) * now.0).then_some((less, then.0, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
-        Some((less, _, other)) if less > TOLD && other.kind == FaultKind::ReadingZero => {
+        Some((less, _, other)) if less > LEAST_CHI2_OF_A_SENSE && other.kind == FaultKind::ReadingZero => {
             Sense::Perhaps(format!("bars are off in all tests as if {}", other.says))
         }
         Some((less, _, other))
-            if less > TOLD
+            if less > LEAST_CHI2_OF_A_SENSE
                 && let Some(stood) = stood_instead(session, &of, now, less) =>
         {
             Sense::Perhaps(format!("balls and bars are off as if {}, or {stood}", other.says))
         }
-        Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {
+        Some((less, after_um, other)) if less > LEAST_CHI2_OF_A_SENSE => Sense::Wrong(DataFault {
             components: vec!["length".into()],
             before_um: now.0,
             after_um,
             ..DataFault::seen(other.kind, RECORDER, Vec::new(), other.says)
         }),
-        Some((less, _, other)) if less > -TOLD && other.kind == FaultKind::ReadingSign => Sense::Open,
+        Some((less, _, other)) if less > -LEAST_CHI2_OF_A_SENSE && other.kind == FaultKind::ReadingSign => Sense::Open,
         _ => Sense::Told,
     }
 }
@@ -218,7 +218,8 @@ fn stood_instead(
     let every: Vec<usize> = (0..session.tests.len()).collect();
     a_little_elsewhere(session, &every, &[]).into_iter().find_map(|stood| {
         let then = of(&stood.undone)?;
-        let does = now.1 + now.2 - then.1 - then.2 > less - TOLD && then.0 < (1.0 + ALIKE) * now.0;
+        let does = now.1 + now.2 - then.1 - then.2 > less - LEAST_CHI2_OF_A_SENSE
+            && then.0 < (1.0 + SAME_MISFIT_SHARE) * now.0;
         does.then_some(stood.says)
     })
 }

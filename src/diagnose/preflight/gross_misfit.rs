@@ -99,7 +99,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
 
 /// Of mistakes that put one ball nearly alike, the one that leaves least; of those that leave nearly as little, one that a person makes at once.
 fn keep_each_place_once(judged: &mut Vec<Settled>) {
-    let rank = |one: &Settled| if one.suspicion.weight >= OFTEN { one.left_um / NEARER } else { one.left_um };
+    let rank = |one: &Settled| if one.suspicion.weight >= OFTEN { one.left_um / LEAST_GAIN } else { one.left_um };
     judged.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
     let mut kept: Vec<Settled> = Vec::new();
     for one in judged.drain(..) {
@@ -113,7 +113,7 @@ fn keep_each_place_once(judged: &mut Vec<Settled>) {
 /// Axes that stood elsewhere are brought nearer to where they did than the nominal machine tells: so many that leave least, where
 /// that lowers what they leave so many times. What a fit takes up tells no place.
 const STANDING_AXES_BROUGHT_NEARER: usize = 3;
-const NEARER: f64 = 1.1;
+const LEAST_GAIN: f64 = 1.1;
 
 fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
@@ -124,7 +124,7 @@ fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     for k in stood {
         let left_um = judged[k].left_um;
         let nearer = finer_place(thinned, misfit_um, (left_um, &judged[k].suspicion));
-        let nearer = nearer.filter(|nearer| NEARER * nearer.left_um < left_um);
+        let nearer = nearer.filter(|nearer| LEAST_GAIN * nearer.left_um < left_um);
         if let Some(nearer) = nearer.and_then(|nearer| settled(nearer.suspicion)) {
             judged[k] = nearer;
         }
@@ -132,7 +132,7 @@ fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
 }
 
 /// Refits of a ball that was moved: the nominal machine puts it a tenth of a millimetre off.
-const SETTLING: usize = 2;
+const REFITS_OF_A_BALL: usize = 2;
 
 /// Brings the best choice of recordings that are written from the wrong end, by axis, to where turning one more or one less
 /// gains nothing.
@@ -167,7 +167,7 @@ struct Settled {
 fn settled(mut suspicion: Suspicion) -> Option<Settled> {
     let mut refitted = refit(&suspicion.undone, None)?;
     if [FaultKind::BallPlace, FaultKind::BarOther].contains(&suspicion.kind) {
-        for _ in 0..SETTLING {
+        for _ in 0..REFITS_OF_A_BALL {
             move_balls(&mut suspicion, &refitted);
             refitted = refit(&suspicion.undone, None)?;
         }

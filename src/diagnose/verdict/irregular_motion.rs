@@ -16,7 +16,7 @@ use crate::effects::{Driver, UNKNOWN};
 use crate::machine::{Outlet, Place};
 
 /// Neighbouring readings that count as one.
-const ALIKE: f64 = 10.0;
+const READINGS_COUNTED_AS_ONE: f64 = 10.0;
 /// Log odds by which a place must stand above readings that scatter equally everywhere.
 const LOCATED: f64 = 20.0;
 /// Log odds against a ball that is loose, beside slides and joints that do not run evenly.
@@ -171,7 +171,7 @@ pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseMo
         effects: Vec::new(),
         size: SizeFound {
             value,
-            sigma: value / (2.0 * best.readings / ALIKE).sqrt(),
+            sigma: value / (2.0 * best.readings / READINGS_COUNTED_AS_ONE).sqrt(),
             unit: unit(measure),
             meaning: "rms of an irregular motion".into(),
         },
@@ -215,7 +215,7 @@ fn scatter_explained(
                 (variance / noise_mm2).ln() + residual / variance
             })
             .sum();
-        -0.5 * sum / ALIKE
+        -0.5 * sum / READINGS_COUNTED_AS_ONE
     };
     let at = |step: f64| {
         let square = 0.1 * noise_mm2 / gains * STEP.powf(step);

@@ -50,7 +50,7 @@ const LEAST_MM: f64 = 2e-5;
 /// Columns that are nowhere larger than this are rounding, mm.
 const NOTHING_MM: f64 = 1e-9;
 /// Forms kept at most.
-const MOST: usize = 24;
+const MOST_FORMS: usize = 24;
 /// Nodes at either end of a run that are cut into parts: axes turn round there within a part of a node.
 const EDGE: usize = 4;
 const PARTS: usize = 16;
@@ -232,5 +232,5 @@ fn centred_forms(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     // components that do not move this bar
     columns.retain(|column| column.iter().any(|value| value.abs() > NOTHING_MM));
     let columns = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
-    principal_forms(&columns, (MOST, LEAST_MM))
+    principal_forms(&columns, (MOST_FORMS, LEAST_MM))
 }

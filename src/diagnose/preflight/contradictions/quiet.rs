@@ -14,7 +14,7 @@ use std::ops::Range;
 const QUIETER: f64 = 8.0;
 
 /// How near to an inch the ratio of two noises comes, as a factor: noise of some hundred rows is known to a tenth.
-const NEAR: f64 = 1.3;
+const NEAR_AN_INCH: f64 = 1.3;
 
 /// Recordings that scatter too little.
 pub(super) fn quiet(session: &Session) -> Option<DataFault> {
@@ -35,7 +35,7 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let names: Vec<String> = struck.iter().map(|(test, _)| test.name.clone()).collect();
     let own_mm = median(struck.iter().map(|(_, mm)| *mm))?;
     let ratio = usual_mm / own_mm;
-    let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / MM_PER_INCH));
+    let is_inch = (1.0 / NEAR_AN_INCH..NEAR_AN_INCH).contains(&(ratio / MM_PER_INCH));
     let of = |kind, what: &str| {
         let says = format!(
             "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",

@@ -20,7 +20,7 @@ use crate::session::{Session, Setups};
 const ANGLES: i32 = 12;
 
 /// Statements that are tried at most, those about the tests that fit worst first.
-const MOST: usize = 48;
+const MOST_STATEMENTS: usize = 48;
 
 /// Statements that leave the nominal lengths as they are; those of the worst tests first.
 pub(crate) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
@@ -43,7 +43,7 @@ pub(crate) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
     }
     of_tests.sort_by_key(|(is_worst, _)| !is_worst);
     list.extend(of_tests.into_iter().map(|(_, one)| one));
-    list.truncate(MOST);
+    list.truncate(MOST_STATEMENTS);
     list
 }
 

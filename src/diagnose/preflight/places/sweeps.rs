@@ -19,10 +19,10 @@ const STARTS: [f64; 3] = [0.0, 180.0, -180.0];
 const ROUNDS: usize = 5;
 
 /// Change of an end by which derivatives are found, and below which a fit has settled, deg.
-const SMALL: f64 = 0.05;
+const SMALL_DEG: f64 = 0.05;
 
 /// Ends that are nearer than this are those stated, deg: rows are some tenths of a degree apart.
-const LEAST: f64 = 0.7;
+const LEAST_DEG: f64 = 0.7;
 
 /// Sweeps of each rotary axis with other ends: in all tests without positions, and in those of one program.
 pub(crate) fn other_arcs(session: &Session) -> Vec<Suspicion> {
@@ -73,12 +73,12 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
         let now = moved(session, tests, ends);
         let linearised = Linearised::of(&now, &refit(&now, None)?)?;
         let figure = |by: [f64; 2]| {
-            linearised.figure_of(&moved(session, tests, [ends[0] + by[0], ends[1] + by[1]]), tests, SMALL)
+            linearised.figure_of(&moved(session, tests, [ends[0] + by[0], ends[1] + by[1]]), tests, SMALL_DEG)
         };
-        let sizes = linearised.fitted(&[figure([SMALL, 0.0])?, figure([0.0, SMALL])?])?;
+        let sizes = linearised.fitted(&[figure([SMALL_DEG, 0.0])?, figure([0.0, SMALL_DEG])?])?;
         let by = [sizes[0].0, sizes[1].0].map(|by| by.clamp(-MOST_STEP, MOST_STEP));
         ends = [ends[0] + by[0], ends[1] + by[1]];
-        if by.iter().all(|by| by.abs() < SMALL) {
+        if by.iter().all(|by| by.abs() < SMALL_DEG) {
             break;
         }
     }
@@ -88,7 +88,7 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
         _ => None,
     };
     let (stated, found) = (of(session)?, of(&undone)?);
-    if ends.iter().all(|end| end.abs() < LEAST) || (found.1 - found.0) * (stated.1 - stated.0) <= 0.0 {
+    if ends.iter().all(|end| end.abs() < LEAST_DEG) || (found.1 - found.0) * (stated.1 - stated.0) <= 0.0 {
         return None;
     }
     let names = names(session, tests);
