@@ -1,5 +1,7 @@
 //! The course of one number over time: scatter, drift or a step.
 
+use crate::statistics::mean;
+
 /// One session's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
@@ -92,7 +94,7 @@ struct Scatters(Vec<f64>);
 impl Scatters {
     /// From a thousandth to ten times the spread of the values, in steps of 12 %, and none at all.
     fn of(points: &[Point]) -> Scatters {
-        let mean = points.iter().map(|point| point.value).sum::<f64>() / points.len() as f64;
+        let mean = mean(points.iter().map(|point| point.value)).unwrap_or(f64::NAN);
         let spread = points.iter().map(|point| (point.value - mean).powi(2)).sum::<f64>().sqrt();
         Scatters(
             std::iter::once(0.0).chain((0..=80).map(|k| spread * 10f64.powf(-3.0 + 0.05 * f64::from(k)))).collect(),

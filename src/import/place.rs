@@ -17,6 +17,7 @@ use super::timing::Timing;
 use super::uncertainty::{Known, apart, known};
 use super::variables::Candidate;
 use crate::session::{Marks, Session};
+use crate::statistics::{rms, standard_deviation};
 
 /// A capture placed in time.
 #[derive(Debug, Clone)]
@@ -342,10 +343,8 @@ fn judged(
     let best = likely[0];
     let data = levels.fine.with(best.wander);
     let residual = residual_mm(&course, &data, &best.timing, best.freedom);
-    let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
-    let mean = data.value_mm.iter().sum::<f64>() / data.value_mm.len() as f64;
-    let size_mm =
-        (data.value_mm.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / residual.len() as f64).sqrt();
+    let left_mm = rms(residual.iter().copied());
+    let size_mm = standard_deviation(&data.value_mm);
     let noise_mm = capture.noise_mm();
     let odds = 0.5 * (cost_at_rest(&data) - best.cost);
     refuse_other_runs(test, &course, &data, &best.timing)?;

@@ -2,7 +2,7 @@
 //! any size while the sum is sure. It fits nothing.
 
 use crate::effects::VIBRATION;
-use crate::statistics::NoiseModel;
+use crate::statistics::{NoiseModel, mean};
 use nalgebra::DMatrix;
 
 use super::finding::SizeFound;
@@ -157,7 +157,7 @@ fn motions(
             return Motion { square: 0.0, weight: 0.0 };
         }
         let course = course(model, parts, direction, test, rows);
-        let mean_square = course.iter().map(|value| value * value).sum::<f64>() / rows.max(1) as f64;
+        let mean_square = mean(course.iter().map(|value| value * value)).unwrap_or(0.0);
         // noise alone has a square as well, of a cosine and of a sine
         Motion { square: 2.0 * mean_square / known.powi(2) - 2.0 * variance / known, weight: known / variance }
     };

@@ -1,8 +1,8 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
 use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, median, minimise_smooth, misfit,
-    rms,
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, mean, median, minimise_smooth,
+    misfit, rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -82,7 +82,7 @@ fn quietest(traces: &[Trace]) -> Vec<&Trace> {
     let is_alike = |trace: &&Trace| {
         let alike: Vec<&Trace> = traces.iter().filter(|other| other.duration() == trace.duration()).collect();
         let sure = &alike[..((SURELY_QUIET * alike.len() as f64).ceil() as usize).max(2).min(alike.len())];
-        let mean = |of: fn(&Trace) -> f64| sure.iter().map(|trace| of(trace)).sum::<f64>() / sure.len() as f64;
+        let mean = |of: fn(&Trace) -> f64| mean(sure.iter().map(|trace| of(trace))).unwrap_or(f64::NAN);
         let is_loud = |of: fn(&Trace) -> f64| of(trace) > NOT_ALIKE * mean(of);
         !is_loud(|trace| trace.rough_mm) || is_loud(|trace| trace.step_mm)
     };
@@ -116,7 +116,7 @@ pub fn wandering(noise: &NoiseModel, share: f64) -> NoiseModel {
 
 /// Mean variance of a reading's noise over all tests, mm².
 pub fn mean_noise_mm2(noise: &[NoiseModel]) -> f64 {
-    noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64
+    mean(noise.iter().map(|noise| noise.rms_mm().powi(2))).unwrap_or(0.0)
 }
 
 /// Slow noise may be so many times the floor's rms: more is missing physics, not noise.
@@ -283,7 +283,7 @@ impl<'t> Alike<'t> {
 
 /// Restricted maximum likelihood of white and AR(1) noise beside the free curves.
 fn fit(traces: &[&Trace]) -> NoiseModel {
-    let white = traces.iter().map(|trace| trace.rough_mm).sum::<f64>() / traces.len().max(1) as f64;
+    let white = mean(traces.iter().map(|trace| trace.rough_mm)).unwrap_or(0.0);
     let white = white.max(NOISE_FLOOR_MM);
     let start = [(0.7 * white).ln(), (0.7 * white).ln(), (-(0.95f64.ln())).ln()];
     let unpack = |x: &[f64; 3]| NoiseModel {

@@ -1,6 +1,6 @@
 //! Which readings belong to one pose, how far they count as one, and what of a residual they share. It fits no effects.
 
-use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, median, rms};
+use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, mean, median, rms};
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
@@ -74,7 +74,7 @@ pub fn readings_as_one(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f6
             (apart > 0.0).then_some(together / apart)
         })
         .collect();
-    (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
+    mean(ratios.into_iter()).map_or(1.0, |ratio| ratio.max(1.0))
 }
 
 /// Mean squares of the residual by noise class, mm², with the number of readings; zero where a class has none.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::chain::sines_and_cosines;
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::statistics::mean;
 
 /// A frequency at which the traces together are louder than beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,8 +214,8 @@ impl Trace {
         steps.sort_by(f64::total_cmp);
         let median_s = steps[steps.len() / 2];
         // from row to row without gaps: those would make the steps longer than they are
-        let whole: Vec<f64> = steps.into_iter().filter(|step| *step < GAP_IN_STEPS * median_s).collect();
-        let step_s = if whole.is_empty() { median_s } else { whole.iter().sum::<f64>() / whole.len() as f64 };
+        let whole = steps.into_iter().filter(|step| *step < GAP_IN_STEPS * median_s);
+        let step_s = mean(whole).unwrap_or(median_s);
         let whole = rows.windows(3).filter(|rows| time[rows[2]] - time[rows[0]] < 2.0 * GAP_IN_STEPS * step_s);
         let second = |rows: &[usize]| residual[rows[1]] - 0.5 * (residual[rows[0]] + residual[rows[2]]);
         let (time_s, value): (Vec<f64>, Vec<f64>) = whole.map(|rows| (time[rows[1]], second(rows))).unzip();

@@ -4,7 +4,7 @@
 //! what is small. A dwell that was left in bends it: the rows to cut are those with which such a curve fits best.
 
 use crate::diagnose::fault_kind::FaultKind;
-use crate::statistics::{noise_of_rows, rms};
+use crate::statistics::{mean, noise_of_rows, standard_deviation};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -223,7 +223,7 @@ fn belonging(session: &Session, test: &Test) -> Option<Rows> {
     let still_mm = (MOST_SCATTER_IN_NOISES * noise_mm).max(STILL_MM);
     if let Rows::Between(before, after) = best.1 {
         let ends = [&lengths[..before], &lengths[rows - after..]];
-        if !ends.iter().all(|end| scatter_mm(end) < still_mm) {
+        if !ends.iter().all(|end| standard_deviation(end) < still_mm) {
             best = (whole, Rows::Between(0, 0));
         }
     }
@@ -236,11 +236,6 @@ fn less(best: (f64, Rows), left: Option<f64>, how: Rows) -> (f64, Rows) {
         Some(left) if left < best.0 => (left, how),
         _ => best,
     }
-}
-
-fn scatter_mm(lengths: &[f64]) -> f64 {
-    let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-    rms(lengths.iter().map(|length| length - mean))
 }
 
 /// Angle of a row when the arc belongs to rows in such a way; `None` for rows outside it.
@@ -272,7 +267,7 @@ fn left_mm(angles: &[f64], lengths: &[f64], how: Rows) -> Option<f64> {
     }
     let functions: [fn(f64) -> f64; 5] = [|_| 1.0, f64::cos, f64::sin, |a| (2.0 * a).cos(), |a| (2.0 * a).sin()];
     let columns = DMatrix::from_fn(rows.len(), functions.len(), |row, k| functions[k](rows[row].0));
-    let mean = rows.iter().map(|(_, length)| length).sum::<f64>() / rows.len() as f64;
+    let mean = mean(rows.iter().map(|(_, length)| *length))?;
     let read = DVector::from_iterator(rows.len(), rows.iter().map(|(_, length)| length - mean));
     // short arcs hardly tell the functions apart
     let normal = columns.tr_mul(&columns) + DMatrix::identity(functions.len(), functions.len()) * 1e-9;

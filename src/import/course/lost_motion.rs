@@ -14,6 +14,7 @@ use crate::chain::{Chain, Geometry, Sensitivity};
 use crate::effects::{MemoryLaw, Past};
 use crate::machine::{AxisKind, Component, LinearClass, Machine, Outlet};
 use crate::session::{Motion, Test, marked};
+use crate::statistics::mean;
 
 /// Part of a program over which forms are told along the run, or stand still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -226,7 +227,7 @@ const STANDS: f64 = 1e-7;
 fn centred_forms(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(rows) = columns.first().map(Vec::len) else { return Vec::new() };
     for column in &mut columns {
-        let mean = column.iter().sum::<f64>() / rows as f64;
+        let mean = mean(column.iter().copied()).unwrap_or(f64::NAN);
         column.iter_mut().for_each(|value| *value -= mean);
     }
     // components that do not move this bar

@@ -12,7 +12,7 @@ use super::capture::Capture;
 use super::lag::Lag;
 use super::seen_marks::Seen;
 use crate::session::{Marks, times_beside_readings};
-use crate::statistics::median;
+use crate::statistics::{mean, median};
 
 /// What a capture shows of marks.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,7 +165,7 @@ fn of_form(rows: &[(f64, f64)], marks: &Marks, form: Form) -> Vec<Mark> {
         }
         let due = |row: &(f64, f64)| marks.move_mm * form.out(row.0 - begin_s);
         let scatter = |values: &[f64]| {
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
             values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
         };
         let flat = scatter(&near.iter().map(|row| row.1).collect::<Vec<f64>>());

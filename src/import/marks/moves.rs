@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use crate::import::lag::{LAG, Lag};
-use crate::statistics::minimise_few;
+use crate::statistics::{mean, minimise_few};
 
 /// The second half of a move and the rest behind it.
 pub(super) struct SecondHalf {
@@ -156,7 +156,7 @@ const SHARED: usize = 3;
 
 /// End and level of one move at a speed and a ramp, and the squares that are left.
 fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| half.rows.iter().map(of).sum::<f64>() / half.rows.len() as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| mean(half.rows.iter().map(of)).unwrap_or(f64::NAN);
     let mut end_s = half.end_s + 0.5 * ramp.lasts_s;
     let mut level = mean(&|row| row.1 + half.sense * speed * left_s(end_s - row.0, ramp).0);
     for _ in 0..STEPS {

@@ -5,7 +5,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::readings::steps::step_of_readings;
 use crate::session::{Session, Test};
-use crate::statistics::{OF_THIRD_DIFFERENCES, median, third_differences};
+use crate::statistics::{OF_THIRD_DIFFERENCES, mean, median, third_differences};
 use crate::units::MM_PER_INCH;
 use std::ops::Range;
 
@@ -83,8 +83,8 @@ fn scatter_mm(test: &Test) -> Option<f64> {
     let mut sizes: Vec<f64> = third.filter(|third| third.is_finite()).map(f64::abs).collect();
     sizes.sort_by(f64::total_cmp);
     sizes.truncate(9 * sizes.len() / 10);
-    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-    (mean > 0.0).then_some(mean / (OF_SIZES * OF_THIRD_DIFFERENCES.sqrt()))
+    let mean = mean(sizes.into_iter()).filter(|mean| *mean > 0.0)?;
+    Some(mean / (OF_SIZES * OF_THIRD_DIFFERENCES.sqrt()))
 }
 
 /// Mean size of the lower nine tenths of normal values of one.

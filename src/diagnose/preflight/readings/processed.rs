@@ -6,6 +6,7 @@ use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::{Detail, OFTEN, Suspicion};
 use crate::session::{Session, Test, Zero};
+use crate::statistics::mean;
 
 /// Deviations that differ by less are equal, mm: files have seven digits after the point at most.
 pub(crate) const NO_DIGIT_MM: f64 = 5e-8;
@@ -32,7 +33,7 @@ pub(crate) fn own_zeros(sampled: Sampled<'_>) -> Vec<Suspicion> {
         list.push(suspected(session, says, "first"));
     }
     let means: Vec<f64> =
-        deviations.iter().map(|deviations| deviations.iter().sum::<f64>() / deviations.len() as f64).collect();
+        deviations.iter().map(|deviations| mean(deviations.iter().copied()).unwrap_or(f64::NAN)).collect();
     if are_alike(&means) {
         let says = format!("the mean was taken off the readings of every recording: {own_zero}");
         list.push(suspected(session, says, "mean"));
