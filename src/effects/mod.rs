@@ -21,6 +21,8 @@ mod compliance;
 mod context;
 mod contract;
 mod control_centre;
+mod curve_driver;
+mod free_curves;
 mod friction_heat;
 mod gravity;
 mod harmonics;
