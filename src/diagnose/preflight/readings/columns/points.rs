@@ -1,118 +1,25 @@
-//! Mistakes in columns and statements of points, poses and displacements, which no chain explains as they stand. Lengths have theirs in `mistakes`.
-//!
-//! With instruments and targets where they fit best, readings lie millimetres from the nominal chain. A wrong sense, unit, link or order of
-//! columns puts them off by the size of the machine.
+//! Senses, units, order and links of points and poses that coordinates tell, undone. Which mistake was made is for others to judge.
 
-use std::sync::Arc;
+use nalgebra::Vector3;
 
-use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
-
+use super::undone::Undone;
 use crate::chain::Chain;
-use crate::diagnose::cause::MOST_RIVALS;
 use crate::diagnose::fault_kind::FaultKind;
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, SESSION};
-use crate::identify::{Problem, residual_mm};
+use crate::diagnose::preflight::data_fault::{RECORDER, SESSION};
 use crate::machine::AxisKind;
-use crate::readings::{Kind, euler_xyz, quaternion, rotation, rotation_of_euler_xyz, rotation_of_quaternion};
-use crate::session::{Recording, Session, Setups, Test, sighted_misfit};
-use crate::statistics::{median, rms};
+use crate::session::{Recording, Session, Test, sighted_misfit};
 use crate::units::OtherUnit;
-
-/// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
-/// wrong sense by the size of the machine.
-const LEAST_RATIO: f64 = 5.0;
-/// Readings this near to the nominal chain hold no mistake of this kind, mm and rad: arms are built to millimetres and tenths of a degree.
-const NEAR_NOMINAL_MM: f64 = 15.0;
-const NEAR_NOMINAL_RAD: f64 = 0.05;
-/// The same for a gauge, mm: it is used within its travel of some tenths.
-const GAUGE_NEAR_NOMINAL_MM: f64 = 0.1;
-
-/// Mistakes that leave up to so many times as much are as likely: nothing but nominal dimensions was compared.
-const AS_LIKELY_UP_TO: f64 = 1.5;
 
 /// Rows by which readings may stand beside those of other poses: a header lost, a pose left out, a table pasted beside another.
 const MOST_ROWS_OFF: i64 = 3;
 
-/// A mistake with the session as it would be without.
-struct Undone {
-    kind: FaultKind,
-    place: &'static str,
-    components: Vec<String>,
-    says: String,
-    session: Session,
-}
-
-/// What readings are compared by, over all of them: coordinates or rotations (mm or rad), or one gauge's displacements (mm).
-type Measure = fn(&Session) -> Option<f64>;
-
-/// A mistake in columns or statements that makes the readings fit the nominal chain once it is undone.
-pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
-    best(session, points_mm, NEAR_NOMINAL_MM, 1e3, mistakes_of_points)
-        .or_else(|| best(session, turns_rad, NEAR_NOMINAL_RAD, 1e3 * crate::readings::LEVER_MM, mistakes_of_rotations))
-}
-
-/// A gauge read with the other sign or in another unit. A fit turns the gauge round and leaves nothing of it: the stated direction tells.
-pub(crate) fn mistaken_gauge(session: &Session) -> Option<DataFault> {
-    best(session, gauges_mm, GAUGE_NEAR_NOMINAL_MM, 1e3, mistakes_of_gauges)
-}
-
-/// The mistake that leaves least by a measure, with those that leave as little.
-fn best(
-    session: &Session,
-    measure: Measure,
-    near: f64,
-    to_um: f64,
-    mistakes: fn(&Session) -> Vec<Undone>,
-) -> Option<DataFault> {
-    let before = measure(session).filter(|misfit| *misfit > near)?;
-    let judged = mistakes(session).into_par_iter().filter_map(|one| Some((measure(&one.session)?, one)));
-    let mut judged: Vec<(f64, Undone)> = judged.collect();
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut alike = judged.into_iter();
-    let (after, best) = alike.next().filter(|(after, _)| before > LEAST_RATIO * after)?;
-    let rivals = alike.take_while(|(other, _)| *other < AS_LIKELY_UP_TO * after).take(MOST_RIVALS).map(|(_, other)| {
-        let Undone { kind, place, components, says, .. } = other;
-        Rival { kind, place: place.to_string(), components, says, probability: 0.0 }
-    });
-    let fault = DataFault {
-        components: best.components,
-        before_um: to_um * before,
-        after_um: to_um * after,
-        rivals: rivals.collect(),
-        ..DataFault::seen(best.kind, best.place, Vec::new(), best.says)
-    };
-    Some(fault.shared_evenly())
-}
-
-fn points_mm(session: &Session) -> Option<f64> {
+/// Distance of the points from the nominal chain, mm; `None` without points.
+pub(super) fn points_mm(session: &Session) -> Option<f64> {
     sighted_misfit(session, &Chain::of(&session.machine)).map(|misfit| misfit.point_mm)
 }
 
-fn turns_rad(session: &Session) -> Option<f64> {
-    sighted_misfit(session, &Chain::of(&session.machine))?.turn_rad
-}
-
-/// The largest scatter of a gauge about the nominal chain, its zero wherever it fits best.
-fn gauges_mm(session: &Session) -> Option<f64> {
-    let chain = Chain::of(&session.machine);
-    let setups = Setups::of(session);
-    let problem = Problem::new(session, &chain, &setups, Vec::new()).ok()?;
-    let residual_mm = residual_mm(&problem, &[]);
-    let scatter = |test: usize| {
-        let read = || residual_mm[test].iter().copied().filter(|value| value.is_finite());
-        let zero = median(read())?;
-        Some(rms(read().map(|value| value - zero)))
-    };
-    (0..session.tests.len()).filter(|&test| is_gauge(&session.tests[test])).filter_map(scatter).max_by(f64::total_cmp)
-}
-
-fn is_gauge(test: &Test) -> bool {
-    test.reading.part().is_some_and(|part| part.kind == Kind::Displacement)
-}
-
 /// Every mistake of points and poses that coordinates tell, undone.
-fn mistakes_of_points(session: &Session) -> Vec<Undone> {
+pub(super) fn mistakes_of_points(session: &Session) -> Vec<Undone> {
     let mut list = senses(session);
     list.extend(exchanged(session));
     list.extend(units_of_positions(session));
@@ -229,9 +136,6 @@ fn units_of_positions(session: &Session) -> Vec<Undone> {
 /// Where a test states the link of one of its ends.
 type LinkOf = fn(&mut Test) -> &mut String;
 
-/// A rotation as it would be, read in another form.
-type Reread = fn(&Matrix3<f64>) -> Matrix3<f64>;
-
 /// Instruments and targets on another link than stated.
 fn other_links(session: &Session) -> Vec<Undone> {
     let chain = Chain::of(&session.machine);
@@ -310,112 +214,6 @@ fn moved_against_readings(recording: &mut Recording, off: i64) {
     }
 }
 
-/// Ways in which rotations are written by mistake: the column that shows their form (none for any), the fault, what to do, how they are
-/// read anew.
-const ROTATIONS: [(Option<&str>, FaultKind, &str, Reread); 6] = [
-    (
-        None,
-        FaultKind::RotationForm,
-        "rotations are those of the instrument in the target's axes: invert them (turn the signs of qx, qy and qz, or transpose the matrix)",
-        Matrix3::transpose,
-    ),
-    (
-        Some("qw"),
-        FaultKind::RotationForm,
-        "quaternions have their real part last: rename the columns to qx, qy, qz, qw",
-        real_part_last,
-    ),
-    (Some("rx_deg"), FaultKind::Unit, "angles of the rotations are in radians: convert them to degrees", |read| {
-        rotation_of_euler_xyz(euler_xyz(read).map(f64::to_degrees))
-    }),
-    (
-        Some("rx_deg"),
-        FaultKind::RotationForm,
-        "angles of the rotations are about fixed axes, x first (Rz·Ry·Rx): state the quaternion",
-        |read| about_fixed(euler_xyz(read)),
-    ),
-    (
-        Some("rx_deg"),
-        FaultKind::RotationForm,
-        "angles of the rotations are about z, then y, then x (as A, B, C of a robot): rename them",
-        |read| {
-            let [about_z, about_y, about_x] = euler_xyz(read);
-            about_fixed([about_x, about_y, about_z])
-        },
-    ),
-    (
-        Some("rx_deg"),
-        FaultKind::RotationForm,
-        "the three numbers of the rotations are a rotation vector: state the quaternion",
-        |read| rotation(&Vector3::from(euler_xyz(read))),
-    ),
-];
-
-fn real_part_last(read: &Matrix3<f64>) -> Matrix3<f64> {
-    let [w, x, y, z] = quaternion(read);
-    rotation_of_quaternion([z, w, x, y])
-}
-
-/// Every way in which rotations may have been written otherwise than the columns say, undone.
-fn mistakes_of_rotations(session: &Session) -> Vec<Undone> {
-    let columns = session.tests.iter().filter_map(|test| test.reading.part()).find(|part| part.kind == Kind::Pose);
-    let has = |name: &str| columns.is_some_and(|part| part.columns.iter().any(|column| column == name));
-    ROTATIONS
-        .into_iter()
-        .filter(|(column, ..)| column.is_none_or(has))
-        .map(|(_, kind, says, way)| Undone {
-            kind,
-            place: RECORDER,
-            components: vec!["rotations".into()],
-            says: says.into(),
-            session: with_rotations(session, way),
-        })
-        .collect()
-}
-
-/// Turns about fixed axes, x first: Rz·Ry·Rx.
-fn about_fixed([x, y, z]: [f64; 3]) -> Matrix3<f64> {
-    let about = |axis: Vector3<f64>, angle: f64| rotation(&(axis * angle));
-    about(Vector3::z(), z) * about(Vector3::y(), y) * about(Vector3::x(), x)
-}
-
-/// Senses and units of displacements: of one gauge, undone.
-fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
-    let factors = [
-        (-1.0, FaultKind::ReadingSign, "has the other sign: turn its direction, or the sign of the column"),
-        (1e3, FaultKind::Unit, "is in metres: convert the column to mm"),
-        (1e-3, FaultKind::Unit, "is in µm: convert the column to mm"),
-        (OtherUnit::INCHES.size, FaultKind::Unit, "is in inches: convert the column to mm"),
-    ];
-    let mut gauges: Vec<&Test> = Vec::new();
-    for test in session.tests.iter().filter(|test| is_gauge(test)) {
-        if !gauges.iter().any(|gauge| gauge.pivot == test.pivot && gauge.stated_name() == test.stated_name()) {
-            gauges.push(test);
-        }
-    }
-    let every: Vec<String> = gauges.iter().map(|gauge| gauge.name.clone()).collect();
-    let mut groups: Vec<Vec<String>> = every.iter().map(|name| vec![name.clone()]).collect();
-    if every.len() > 1 {
-        groups.push(every);
-    }
-    let of = |names: &Vec<String>| {
-        let whom = match names.len() {
-            1 => format!("the displacement of {}", names[0]),
-            _ => "every displacement".to_string(),
-        };
-        factors.map(|(factor, kind, words)| {
-            let mut undone = session.clone();
-            for test in undone.tests.iter_mut().filter(|test| names.contains(&test.name)) {
-                let lengths = test.recording.iter_mut().flat_map(|recording| &mut recording.length_mm);
-                lengths.for_each(|value| *value *= factor);
-            }
-            let (components, says) = (vec!["displacement".to_string()], format!("{whom} {words}"));
-            Undone { kind, place: RECORDER, components, says, session: undone }
-        })
-    };
-    groups.iter().flat_map(of).collect()
-}
-
 /// Positions changed: axis of a column and value to axis and value.
 fn with_positions(session: &Session, change: impl Fn(usize, f64) -> (usize, f64)) -> Session {
     let mut changed = session.clone();
@@ -443,15 +241,6 @@ fn with_coordinates(session: &Session, change: impl Fn(Vector3<f64>) -> Vector3<
                 }
             }
         }
-    }
-    changed
-}
-
-/// Rotations changed, row by row.
-fn with_rotations(session: &Session, change: Reread) -> Session {
-    let mut changed = session.clone();
-    for part in changed.tests.iter_mut().filter_map(|test| test.reading.part_mut()) {
-        part.measured = Arc::new(part.measured.iter().map(change).collect());
     }
     changed
 }
