@@ -35,6 +35,16 @@ const ASIDE: [f64; 2] = [20.0, 50.0];
 /// Least difference of the two lengths in a short test, mm: the stroke of a ball bar, so that it does not go on at all.
 const CLEAR_MM: f64 = 1.0;
 
+/// An error that would be another one with a sense turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovedError {
+    /// Index of the unknown.
+    pub unknown: usize,
+    /// Its value with the sense as stated and turned, mm or rad.
+    pub stated: f64,
+    pub turned: f64,
+}
+
 /// What the recordings say of the sense of one axis, or of several together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnedSense {
@@ -44,8 +54,8 @@ pub struct TurnedSense {
     pub worse_by: f64,
     /// Part of it that the marks of programs make, as captures show them.
     pub by_marks: f64,
-    /// Determined errors that would be other ones: index of the unknown, its value as stated and with the sense turned.
-    pub moved: Vec<(usize, f64, f64)>,
+    /// Determined errors that would be other ones.
+    pub moved: Vec<MovedError>,
     /// A short test that tells, where the recordings do not.
     pub test: Option<SenseTest>,
 }
@@ -218,7 +228,7 @@ fn refit(problem: &Problem, start: &[f64], (noise, kept): (&[NoiseModel], &[Vec<
 }
 
 /// Determined location errors that the turned sense would give otherwise, the farthest in its standard deviations first.
-fn moved(fit: &Fit, turned: &[f64]) -> Vec<(usize, f64, f64)> {
+fn moved(fit: &Fit, turned: &[f64]) -> Vec<MovedError> {
     let far = |k: usize| (turned[k] - fit.estimates[k].value).abs() / fit.estimates[k].sigma;
     let is_told = |k: &usize| {
         let is_error = matches!(fit.unknowns[*k].quantity, Quantity::Location { .. });
@@ -226,7 +236,7 @@ fn moved(fit: &Fit, turned: &[f64]) -> Vec<(usize, f64, f64)> {
     };
     let mut list: Vec<usize> = (0..turned.len()).filter(is_told).collect();
     list.sort_by(|&a, &b| far(b).total_cmp(&far(a)));
-    list.into_iter().map(|k| (k, fit.estimates[k].value, turned[k])).collect()
+    list.into_iter().map(|k| MovedError { unknown: k, stated: fit.estimates[k].value, turned: turned[k] }).collect()
 }
 
 /// The place at which the two senses differ most; places and bars are those of the session's tests.

@@ -9,8 +9,15 @@ const GRID: i32 = 40;
 /// Halvings of the grid's step, from some mm down to less than a µm.
 const HALVINGS: usize = 22;
 
-/// Where a function is least within 40 steps of zero, and how much it is there.
-pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
+/// Where a function is least, and how much it is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Least {
+    pub at: f64,
+    pub value: f64,
+}
+
+/// Where a function is least within 40 steps of zero.
+pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> Least {
     let at = |k: i32| f64::from(k) * step;
     let grid: Vec<(f64, f64)> = (-GRID..=GRID).into_par_iter().map(|k| (at(k), of(at(k)))).collect();
     // of equals the unmoved one
@@ -26,7 +33,7 @@ pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
             }
         }
     }
-    (best, least)
+    Least { at: best, value: least }
 }
 
 /// Nelder–Mead in a few variables from `start` with first steps of `size`, restarted once to leave a collapsed simplex.

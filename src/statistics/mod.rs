@@ -13,8 +13,8 @@ mod whitener;
 
 pub use digits::{ON_STEP, step_of};
 pub use evidence::{BlockEvidence, climbed, implausibility, judge, likeliest_priors, log_determinant, probability_of};
-pub use minimum::{least_along, minimise_few, minimise_smooth};
-pub use moments::{mean, rms, standard_deviation};
+pub use minimum::{Least, least_along, minimise_few, minimise_smooth};
+pub use moments::{Fitted, mean, rms, standard_deviation};
 pub use noise::{Absorbed, fit_noise, misfit};
 pub use noise_model::{NOISE_FLOOR_MM, NoiseModel};
 pub use principal::principal;

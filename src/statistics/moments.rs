@@ -1,5 +1,12 @@
 //! Mean and scatter of numbers that count alike. Where some may be gross, see `robust`.
 
+/// A number that was fitted, with its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fitted {
+    pub value: f64,
+    pub sigma: f64,
+}
+
 /// Mean; `None` of none.
 pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0usize), |(sum, count), value| (sum + value, count + 1));

@@ -44,8 +44,8 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
         let normal = DVector::from_fn(free.len(), |_, _| StandardNormal.sample(&mut random));
         let change: DVector<f64> = &root * normal;
         let mut one = machine.clone();
-        for (k, &(_, axis, component)) in free.iter().enumerate() {
-            one.axes[axis].location_errors[component] += change[k];
+        for (k, of) in free.iter().enumerate() {
+            one.axes[of.axis].location_errors[of.component] += change[k];
         }
         let mut errors = pose_errors(&one, &chain, tool, &poses);
         drawn.push(Figures::of(&errors));

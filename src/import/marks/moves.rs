@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use crate::import::lag::{LAG, Lag};
+use crate::import::likelihood::RampKind;
 use crate::statistics::{mean, minimise_few};
 
 /// The second half of a move and the rest behind it.
@@ -41,9 +42,9 @@ pub(super) struct Moves {
     covariance: DMatrix<f64>,
 }
 
-/// Two kinds of control, with the share of each and the middle, s, and the standard deviation of the logarithm of their ramps: the
-/// acceleration of slides of 0.2 to 1 m/s² at the speed of a mark, and a time constant whatever the speed.
-const KINDS: [(f64, f64, f64); 2] = [(0.8, 4e-3, 0.7), (0.2, 0.12, 0.6)];
+/// Two kinds of control: the acceleration of slides of 0.2 to 1 m/s² at the speed of a mark, and a time constant whatever the speed.
+const KINDS: [RampKind; 2] =
+    [RampKind { share: 0.8, middle_s: 4e-3, spread: 0.7 }, RampKind { share: 0.2, middle_s: 0.12, spread: 0.6 }];
 /// Ramps from which the search begins, s.
 const RAMPS_S: [f64; 2] = [0.005, 0.15];
 /// Lags from which the search begins, s.
@@ -188,11 +189,9 @@ fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
 
 /// Minus twice the logarithm of a ramp's prior density, and the standard deviation of its logarithm there.
 fn prior(ramp_s: f64) -> (f64, f64) {
-    let kinds = KINDS.map(|(share, middle_s, spread)| {
-        (share / spread * (-0.5 * ((ramp_s / middle_s).ln() / spread).powi(2)).exp(), spread)
-    });
-    let likeliest = if kinds[0].0 > kinds[1].0 { kinds[0].1 } else { kinds[1].1 };
-    (-2.0 * (kinds[0].0 + kinds[1].0).max(f64::MIN_POSITIVE).ln(), likeliest)
+    let [first, second] = KINDS.each_ref().map(|kind| kind.density(ramp_s));
+    let likeliest = if first > second { KINDS[0].spread } else { KINDS[1].spread };
+    (-2.0 * (first + second).max(f64::MIN_POSITIVE).ln(), likeliest)
 }
 
 /// Ends, speed and ramp of all moves of `move_mm`; `speed` is a first guess, mm/s, `sigma_mm` the noise of a reading. `None`

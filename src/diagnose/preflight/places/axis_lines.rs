@@ -106,9 +106,9 @@ fn descended(miss: &(impl Fn(Vector3<f64>) -> f64 + Sync), before: f64, order: &
         let before_round = least;
         for &k in order {
             let along = |mm: f64| miss(best + Vector3::ith(k, mm));
-            let (mm, left) = least_along(&along, GRID_MM);
-            if left < least {
-                (best[k], least) = (best[k] + mm, left);
+            let found = least_along(&along, GRID_MM);
+            if found.value < least {
+                (best[k], least) = (best[k] + found.at, found.value);
             }
         }
         if least >= before_round {

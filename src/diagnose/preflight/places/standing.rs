@@ -95,12 +95,12 @@ fn stood_elsewhere(session: &Session, chain: &Chain, axis: usize, tests: &[usize
     };
     let as_stated = miss(0.0);
     let [anywhere, nearby] = [step, NEARBY_SHARE_OF_GRID * step].map(|step| least_along(&miss, step));
-    let is_other = (anywhere.0 - nearby.0).abs() > NEARBY_SHARE_OF_GRID * step;
+    let is_other = (anywhere.at - nearby.at).abs() > NEARBY_SHARE_OF_GRID * step;
     [Some(nearby), Some(anywhere).filter(|_| is_other)]
         .into_iter()
         .flatten()
-        .filter(|(_, least)| *least < WORTH * as_stated)
-        .filter_map(|(shift, _)| stood_at(session, axis, tests, shift))
+        .filter(|least| least.value < WORTH * as_stated)
+        .filter_map(|least| stood_at(session, axis, tests, least.at))
         .collect()
 }
 
@@ -201,7 +201,7 @@ pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[V
     let of = |axis: usize, tests: &Vec<usize>| {
         let beside = column_off(session, axis, tests, SMALL_MM)?;
         let sizes = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?;
-        let off = column_off(session, axis, tests, sizes[0].0).filter(|_| sizes[0].0.abs() > LEAST_MM)?;
+        let off = column_off(session, axis, tests, sizes[0].value).filter(|_| sizes[0].value.abs() > LEAST_MM)?;
         Some(Suspicion { log_figures: -PARAMETER_COST, is_found: false, ..off })
     };
     linear.flat_map(|axis| groups.iter().filter_map(move |tests| of(axis, tests))).collect()

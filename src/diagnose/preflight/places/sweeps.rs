@@ -76,7 +76,7 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
             linearised.figure_of(&moved(session, tests, [ends[0] + by[0], ends[1] + by[1]]), tests, SMALL_DEG)
         };
         let sizes = linearised.fitted(&[figure([SMALL_DEG, 0.0])?, figure([0.0, SMALL_DEG])?])?;
-        let by = [sizes[0].0, sizes[1].0].map(|by| by.clamp(-MOST_STEP, MOST_STEP));
+        let by = [sizes[0].value, sizes[1].value].map(|by| by.clamp(-MOST_STEP, MOST_STEP));
         ends = [ends[0] + by[0], ends[1] + by[1]];
         if by.iter().all(|by| by.abs() < SMALL_DEG) {
             break;

@@ -68,7 +68,7 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
         let deviations = |&test: &usize| Some((test, deviations_mm(&session.tests[test])?));
         let figure = [Figure { by_test: tests.iter().map(deviations).collect::<Option<Vec<_>>>()? }];
         let sizes = linearised.fitted(&figure)?;
-        let factor = 1.0 / (1.0 + sizes[0].0);
+        let factor = 1.0 / (1.0 + sizes[0].value);
         let is_near = |other: f64| (factor / other - 1.0).abs() < LEAST_FACTOR;
         let is_other = factor > 0.0 && factor.is_finite() && !is_near(1.0);
         if !is_other || FACTORS.iter().any(|(other, _)| is_near(*other)) {

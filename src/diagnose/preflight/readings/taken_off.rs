@@ -171,7 +171,7 @@ fn restored(
     let sizes = linearised.fitted(&all)?;
     let lacks = |test: usize| {
         let of = all.iter().zip(&sizes).filter(|(figure, _)| figure.by_test[0].0 == test);
-        of.into_iter().any(|(_, (size, sigma))| size.abs() > LEAST_SIGMAS * sigma)
+        of.into_iter().any(|(_, size)| size.value.abs() > LEAST_SIGMAS * size.sigma)
     };
     let lacking: Vec<(usize, f64)> = agreeing.iter().copied().filter(|(test, _)| lacks(*test)).collect();
     if lacking.is_empty() {
