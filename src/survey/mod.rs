@@ -18,7 +18,8 @@ mod tally;
 
 pub use alike::representative;
 pub use codes::codes;
-pub use envelope::{ENVELOPE, envelope};
+pub(crate) use envelope::ENVELOPE;
+pub use envelope::envelope;
 pub use outcome::{Family, Outcome, outcome, outcome_of};
 pub use shard::{Shard, ShardError};
 pub use tally::{Tally, tallies};
