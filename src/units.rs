@@ -16,6 +16,23 @@ pub const MS_PER_S: f64 = 1000.0;
 /// Millimetres in an inch.
 pub const MM_PER_INCH: f64 = 25.4;
 
+/// A unit in which numbers may stand by mistake where mm or degrees are due.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherUnit {
+    /// As messages name it.
+    pub name: &'static str,
+    /// One of it in the unit that is due, mm or deg.
+    pub size: f64,
+}
+
+impl OtherUnit {
+    pub const METRES: OtherUnit = OtherUnit { name: "metres", size: 1e3 };
+    pub const INCHES: OtherUnit = OtherUnit { name: "inches", size: MM_PER_INCH };
+    pub const CENTIMETRES: OtherUnit = OtherUnit { name: "centimetres", size: 10.0 };
+    pub const MICROMETRES: OtherUnit = OtherUnit { name: "µm", size: 1e-3 };
+    pub const RADIANS: OtherUnit = OtherUnit { name: "radians", size: 180.0 / PI };
+}
+
 /// What a quantity measures: decides which units are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {

@@ -767,14 +767,14 @@ fn captures_state_when_they_were_recorded() {
         load_capture(&file, CaptureHints::default()).unwrap().began_at
     };
     let rows = "time_s;deviation_um\n5.0;1\n6.0;2\n";
-    let due = Moment::from_text("2026-11-26 10:15:32").map(|moment| moment.seconds(true));
+    let due = Moment::from_text("2026-11-26 10:15:32").map(|moment| moment.seconds_since_1970());
     for head in [
         "Recorded: 2026-11-26 10:15:32",
         "Calibrated: 01.02.2020 08:00\nDatum: 26.11.2026\nUhrzeit: 10:15:32",
         "Test;XY circle\nStart;11/26/2026 10:15:32 AM",
     ] {
         let found = zero(&format!("{head}\n{rows}"));
-        assert_eq!(found.map(|moment| moment.seconds(true)), due, "{head}");
+        assert_eq!(found.map(|moment| moment.seconds_since_1970()), due, "{head}");
     }
     assert_eq!(zero(&format!("Software version 1.2.2026\n{rows}")), None);
     // stamps of rows are nearer than the preamble, which may have the day of both
@@ -782,11 +782,11 @@ fn captures_state_when_they_were_recorded() {
         [("Recorded: 2026-11-26 10:00\n", "2026-11-26T10:00:59.5"), ("Date: 2026-11-26\n", "10:00:59.5")]
     {
         let stamped = zero(&format!("{head}time;deviation_um\n{first};1\n{};2\n", first.replace(":59.5", ":59.75")));
-        let due = Moment::from_text("2026-11-26 10:00:59.5").map(|moment| moment.seconds(true));
-        assert_eq!(stamped.map(|moment| moment.seconds(true)), due, "{head}");
+        let due = Moment::from_text("2026-11-26 10:00:59.5").map(|moment| moment.seconds_since_1970());
+        assert_eq!(stamped.map(|moment| moment.seconds_since_1970()), due, "{head}");
     }
     let columns = zero("Date;Time;deviation_um\n26.11.2026;10:15:32;1\n26.11.2026;10:15:33;2\n");
-    assert_eq!(columns.map(|moment| moment.seconds(true)), due);
+    assert_eq!(columns.map(|moment| moment.seconds_since_1970()), due);
     let values = "1 ".repeat(40);
     let xml = format!(
         "<Test date=\"26/11/2026\"><StartTime>10:15:32</StartTime><Rate>10</Rate><Unit>um</Unit><Readings>{values}</Readings></Test>"

@@ -227,12 +227,13 @@ fn chapter_5_cannot_tell_the_sense_of_its_axes() {
     let axis = other.machine.axis_index("A").unwrap();
     other.machine.axes[axis].reversed = true;
     let turned = identify(&other, &Options::default()).unwrap();
-    for &(k, value, with_turned) in &a.moved {
-        assert_eq!(value, fit.estimates[k].value);
-        let off = (turned.estimates[k].value - with_turned).abs() / turned.estimates[k].sigma;
+    for moved in &a.moved {
+        let k = moved.unknown;
+        assert_eq!(moved.stated, fit.estimates[k].value);
+        let off = (turned.estimates[k].value - moved.turned).abs() / turned.estimates[k].sigma;
         assert!(off < 0.1, "{}: {off} sigma", fit.unknowns[k].label);
     }
-    let names: Vec<&str> = a.moved.iter().map(|&(k, ..)| fit.unknowns[k].label.as_str()).collect();
+    let names: Vec<&str> = a.moved.iter().map(|moved| fit.unknowns[moved.unknown].label.as_str()).collect();
     // EB0A, -1.29 arcsec in this session, is too small to move EB0C with it
     assert!(names.contains(&"EZ0A"), "{names:?}");
     // the bar of the proposed test fits on with the sense as stated and not with the other

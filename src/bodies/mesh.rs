@@ -23,9 +23,9 @@ const CUTS: usize = 6;
 /// Cuts are kept when the pieces take at most this part of the volume of the hull they replace.
 const WORTHWHILE: f64 = 0.9;
 /// Hollows less deep than this part of the mesh's diagonal stay filled.
-const SHALLOW: f64 = 0.01;
+const DEPTH_SHARE: f64 = 0.01;
 /// A cut replaces another when it saves at least this part of the volume: between equals the first is taken.
-const BETTER: f64 = 1e-3;
+const LEAST_SAVING: f64 = 1e-3;
 /// Corners nearer than this are one, mm: STL repeats corners with rounding.
 const SAME_MM: f64 = 1e-4;
 
@@ -108,7 +108,7 @@ struct Node {
 ///
 /// A single cut through a frame gains nothing: the gain shows only when its parts are cut again, hence the tree.
 fn cut_up(whole: Piece) -> Vec<Hull> {
-    let shallow_mm = SHALLOW * whole.hull.diagonal_mm();
+    let shallow_mm = DEPTH_SHARE * whole.hull.diagonal_mm();
     let mut nodes = vec![Node { piece: whole, parts: None, is_settled: false }];
     let mut pieces = 1;
     while pieces < MAX_PIECES {
@@ -154,7 +154,7 @@ fn split(whole: &Piece) -> Option<[Piece; 2]> {
         for at in cuts(&coarse, k) {
             let Some([one, other]) = cut(&coarse, k, at, ROUGH_CORNERS) else { continue };
             let volume = one.hull.volume_mm3 + other.hull.volume_mm3;
-            if best.is_none_or(|(least, ..)| volume < (1.0 - BETTER) * least) {
+            if best.is_none_or(|(least, ..)| volume < (1.0 - LEAST_SAVING) * least) {
                 best = Some((volume, k, at));
             }
         }

@@ -5,7 +5,8 @@ mod mesh;
 mod solid;
 
 pub use kit::{Bar, Cup, Fixture, Kit, PivotStand};
-pub use mesh::{MAX_TRIANGLES, MeshError, Triangle, convex_pieces};
+pub(crate) use mesh::MAX_TRIANGLES;
+pub use mesh::{MeshError, Triangle, convex_pieces};
 pub use solid::{MAX_CORNERS, Solid, frame_along};
 
 use nalgebra::Vector3;

@@ -16,7 +16,7 @@ use super::structure::Chain;
 use crate::machine::{AxisKind, Machine};
 
 /// Parts of a direction below this are not named: 15° aside is hard to see in a short jog.
-const SEEN: f64 = 0.2588;
+const LEAST_PART_NAMED: f64 = 0.2588;
 /// Turns that tilt what they carry by less than this share of themselves are told as turns: within 30° of upright.
 const TILTS: f64 = 0.5;
 /// Turns about the tool's own direction, within 15°, do not swing the nose.
@@ -111,7 +111,7 @@ fn edge(view: &View, way: &Vector3<f64>) -> String {
 
 /// Names of the parts that an eye sees, the largest first.
 fn named(parts: [f64; 3], names: [[&'static str; 2]; 3]) -> Vec<&'static str> {
-    let mut seen: Vec<usize> = (0..3).filter(|&k| parts[k].abs() >= SEEN).collect();
+    let mut seen: Vec<usize> = (0..3).filter(|&k| parts[k].abs() >= LEAST_PART_NAMED).collect();
     // equal parts stay in the order right, away, up whatever the rounding
     seen.sort_by_key(|&k| (-parts[k].abs() * 1e6).round() as i64);
     seen.into_iter().map(|k| names[k][usize::from(parts[k] > 0.0)]).collect()

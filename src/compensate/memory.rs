@@ -166,8 +166,8 @@ impl Memories {
         let mut brackets = Brackets::default();
         for one in self.list.iter().filter(|one| one.what.own != 0.0) {
             let axis = one.what.driving;
-            let [low, high] = brackets.ends[axis].unwrap_or([start[axis] - SLACK, start[axis] + SLACK]);
-            let reach = REACH * one.what.own.abs();
+            let [low, high] = brackets.ends[axis].unwrap_or([start[axis] - TRIED_BEYOND, start[axis] + TRIED_BEYOND]);
+            let reach = TRIED_TO_EITHER_SIDE * one.what.own.abs();
             brackets.ends[axis] = Some([low - reach, high + reach]);
         }
         brackets
@@ -203,8 +203,8 @@ pub struct Brackets {
 }
 
 /// Sizes of what is left, to either side, and a little, mm or rad.
-const REACH: f64 = 2.2;
-const SLACK: f64 = 1e-4;
+const TRIED_TO_EITHER_SIDE: f64 = 2.2;
+const TRIED_BEYOND: f64 = 1e-4;
 
 impl Brackets {
     /// The next position of an axis after a step for a part that moves by a share of its command; halfway where the step leaves the bracket.

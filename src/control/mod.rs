@@ -22,4 +22,5 @@ pub use numbers::{Number, What, numbers};
 pub use parameters::{Control, Parameter, all_parameters, is_entered, parameters};
 pub use present::{OtherUnit, refuse_other_units};
 pub use remaining::{Enters, Remaining, Worsening, entered_effects, remaining};
-pub use tables::{CompensationTable, LINUXCNC_ROWS, tables};
+pub(crate) use tables::LINUXCNC_ROWS;
+pub use tables::{CompensationTable, tables};

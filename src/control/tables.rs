@@ -27,7 +27,7 @@ const LEAST: [f64; 2] = [0.05e-3, 0.05 / crate::units::ARCSEC_PER_RAD];
 /// Steps of a table at first and at most.
 const STEPS: (usize, usize) = (120, 15_360);
 /// Share of a table's largest value that straight lines between its rows may leave.
-const BENT: f64 = 0.02;
+const MOST_BEND: f64 = 0.02;
 /// Rows that LinuxCNC's compensation files take.
 pub const LINUXCNC_ROWS: usize = 256;
 
@@ -116,7 +116,7 @@ fn rows(value: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Vec<(f64, f64)> {
         let [rows, finer] = [of(steps), of(2 * steps)];
         let largest = finer.iter().fold(0.0f64, |largest, (_, value)| largest.max(value.abs()));
         let leaves = |k: usize| (finer[2 * k + 1].1 - 0.5 * (rows[k].1 + rows[k + 1].1)).abs();
-        let is_close = (0..steps).all(|k| leaves(k) <= BENT * largest);
+        let is_close = (0..steps).all(|k| leaves(k) <= MOST_BEND * largest);
         if is_close || steps >= STEPS.1 {
             return rows;
         }

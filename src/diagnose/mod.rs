@@ -15,24 +15,27 @@ mod thresholds;
 mod validation;
 mod verdict;
 
-pub use cause::{Cause, MOST_RIVALS};
+pub use cause::Cause;
+pub(crate) use cause::MOST_RIVALS;
 pub use fault_kind::FaultKind;
 pub use findings::finding::{Finding, NextTest, RangeFound, SizeFound};
-pub use findings::grouping::ONE_JUMP_S;
+pub(crate) use findings::grouping::ONE_JUMP_S;
 pub use model::long_recordings::{Averaged, MOST_ROWS, lean};
 pub use noise::pose_noise::Left;
 pub use preflight::data_fault::{DataFault, Rival};
 pub use preflight::examine::{Examination, examine};
 pub use thresholds::{Threshold, Thresholds};
 pub use validation::cross_validation::CrossValidation;
-pub use validation::detection_limits::{AXIS_SENSE, Unseen};
+pub(crate) use validation::detection_limits::AXIS_SENSE;
+pub use validation::detection_limits::Unseen;
 pub use validation::leave_setup_out::LeftOutSetup;
 pub use validation::sign_randomisation::SignRandomisation;
 pub use validation::uncovering::UncoveringTest;
 pub use verdict::claims::Verdict;
 pub use verdict::diagnosed_session::as_found;
 pub use verdict::diagnosis::{DiagnoseError, Diagnosis, TestBeforeAfter};
-pub use verdict::location_errors::{HangsOn, MOVED_SIGMAS, Moved};
+pub(crate) use verdict::location_errors::MOVED_SIGMAS;
+pub use verdict::location_errors::{HangsOn, Moved};
 pub use verdict::shares::{ShareOfReadings, Source};
 
 // Parts of the search that only `tests/diagnose_parts.rs` uses, beside this room: it compares each with what it stands for.

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 /// Steps over the travel of an axis at which an effect is read at first and at most.
 const STEPS: (usize, usize) = (1440, 16 * 1440);
 /// Share of an effect's largest value that a straight line over two steps may leave; over one it leaves a quarter of it.
-const BENT: f64 = 0.01;
+const MOST_BEND: f64 = 0.01;
 /// Travel of axes without a range, mm or rad on either side.
 const OPEN_TRAVEL: (f64, f64) = (1000.0, std::f64::consts::TAU);
 
@@ -148,7 +148,7 @@ fn evenly(from: f64, to: f64, steps: usize) -> Vec<f64> {
 fn is_coarse(error: &ComponentError) -> bool {
     let ComponentForm::Table { value, .. } = &error.form else { return false };
     let largest = value.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
-    value.windows(3).any(|near| (near[1] - 0.5 * (near[0] + near[2])).abs() > BENT * largest)
+    value.windows(3).any(|near| (near[1] - 0.5 * (near[0] + near[2])).abs() > MOST_BEND * largest)
 }
 
 /// Tables of an effect of an axis at positions of it; components that it does not move have none.

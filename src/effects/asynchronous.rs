@@ -82,7 +82,7 @@ const ORDERS: (f64, f64) = (0.3, 40.0);
 /// Amplitudes up to this are plausible, µm or arcsec.
 const PLAUSIBLE: f64 = 3.0;
 /// Log odds against it, as against any of the many ripples that were looked at: amplitudes of every test follow a gauge that drifts.
-const RARE: f64 = 15.0;
+const LOG_ODDS_AGAINST: f64 = 15.0;
 
 fn wobbles(seen: &Observations) -> Vec<CandidateFamily> {
     let of_axis = |(axis, (from, to)): (usize, (f64, f64))| {
@@ -95,7 +95,7 @@ fn wobbles(seen: &Observations) -> Vec<CandidateFamily> {
         [motion(axis, &d.across), motion(axis, &[d.along])].map(|outlets: Vec<Outlet>| {
             let family = CandidateFamily::new(ASYNCHRONOUS_ERROR_MOTION.name, place, outlets, PLAUSIBLE);
             let shape = vec![Refined::number("order", ORDERS, STEP * per_arc)];
-            family.over(grid.to_vec()).refine(shape).rare(RARE).by_test(seen.tests_moving(axis))
+            family.over(grid.to_vec()).refine(shape).rare(LOG_ODDS_AGAINST).by_test(seen.tests_moving(axis))
         })
     };
     seen.moving(AxisKind::Rotary).flat_map(of_axis).collect()

@@ -110,7 +110,7 @@ const RETURN_S: f64 = 60.0;
 /// Displacements up to this are plausible, µm or arcsec.
 const PLAUSIBLE: f64 = 30.0;
 /// Log odds against it beside a ball that slips: axes are held by their loops.
-const RARE: f64 = 5.0;
+const LOG_ODDS_AGAINST: f64 = 5.0;
 
 fn shifts(seen: &Observations) -> Vec<CandidateFamily> {
     let mut grid_of = Vec::new();
@@ -140,7 +140,7 @@ fn shifts(seen: &Observations) -> Vec<CandidateFamily> {
         CandidateFamily::new(AXIS_SHIFT.name, place, vec![Outlet::own(machine, axis)], PLAUSIBLE)
             .over(grid_of.iter().map(at).collect())
             .refine(shape.clone())
-            .rare(RARE)
+            .rare(LOG_ODDS_AGAINST)
             .ranked(1)
     };
     if grid_of.is_empty() {
@@ -168,7 +168,7 @@ fn shifts_of_joints(seen: &Observations) -> Vec<CandidateFamily> {
         CandidateFamily::new(AXIS_SHIFT.name, Place::Axis(axis), own, PLAUSIBLE_OF_ARMS)
             .over(grid.iter().map(at).collect())
             .refine(vec![Refined::number("pose", (first, last), 0.5 * step)])
-            .rare(RARE)
+            .rare(LOG_ODDS_AGAINST)
             .ranked(1)
     };
     let axes = 0..seen.machine().axes.len();

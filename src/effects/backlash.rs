@@ -299,7 +299,7 @@ fn plays(seen: &Observations) -> Vec<CandidateFamily> {
 
 /// Log odds against a joint that tips as another axis reverses, and against one that tips as an axis is only positioned:
 /// it shows from test to test alone, as much else does.
-const TIPS: f64 = 6.0;
+const LOG_ODDS_AGAINST_TIPPING: f64 = 6.0;
 const TIPS_BETWEEN: f64 = 8.0;
 
 /// Travels of another axis over which a joint tips from side to side, mm or deg.
@@ -321,7 +321,7 @@ fn tipping(seen: &Observations) -> Vec<CandidateFamily> {
         if driving == tipped || to - from < machine.axes[driving].kind.from_file_unit(LEAST_WAY) {
             continue;
         }
-        let rarity = if seen.context.travelled(driving).is_some() { TIPS } else { TIPS_BETWEEN };
+        let rarity = if seen.context.travelled(driving).is_some() { LOG_ODDS_AGAINST_TIPPING } else { TIPS_BETWEEN };
         let place = Place::Axis(tipped);
         // travels of the driving axis are written in the unit of the place
         let travel = |of: f64| machine.axes[tipped].kind.from_file_unit(of);

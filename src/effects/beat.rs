@@ -103,11 +103,11 @@ fn profiles(context: &Context, effect: &Effect) -> Result<Vec<Profile>, EffectEr
 }
 
 /// Log odds against one of the many ripples that were looked at, and amplitudes that are plausible, µm or arcsec.
-const RARE: f64 = 15.0;
+const LOG_ODDS_AGAINST: f64 = 15.0;
 const PLAUSIBLE: f64 = 10.0;
 /// First step of a frequency, in beats over the session, and of a period or order, as a share of one over the travel.
-const PHASE: f64 = 0.1;
-const ALONG: f64 = 0.05;
+const FIRST_STEP_BEATS: f64 = 0.1;
+const FIRST_STEP_ALONG: f64 = 0.05;
 
 /// The loudest ripples of each moving axis that wander with time.
 fn beats(seen: &Observations) -> Vec<CandidateFamily> {
@@ -126,11 +126,11 @@ fn beats(seen: &Observations) -> Vec<CandidateFamily> {
             let beat = with_number(BEAT.name, place, "frequency", ripple.hz).with(name, ParameterValue::Number(along));
             let ripples = ripple.per_unit * (to - from) / TAU;
             let shape = vec![
-                Refined::number("frequency", (ripple.least_hz, 1e3), PHASE / (session_s * ripple.hz)),
-                Refined::number(name, (0.9 * along, 1.1 * along), ALONG / ripples * along),
+                Refined::number("frequency", (ripple.least_hz, 1e3), FIRST_STEP_BEATS / (session_s * ripple.hz)),
+                Refined::number(name, (0.9 * along, 1.1 * along), FIRST_STEP_ALONG / ripples * along),
             ];
             let family = CandidateFamily::new(BEAT.name, place, vec![own], PLAUSIBLE);
-            list.push(family.over(vec![beat]).refine(shape).fast().rare(RARE));
+            list.push(family.over(vec![beat]).refine(shape).fast().rare(LOG_ODDS_AGAINST));
         }
     }
     list

@@ -119,7 +119,7 @@ struct Trend {
 
 /// A test's slope says how a gap begins or ends that is at most so many times as long as the test; the longer the gap, the
 /// straighter the bridge.
-const REACH: f64 = 3.0;
+const LONGEST_GAP_IN_TESTS: f64 = 3.0;
 /// Points on the bridge over a gap.
 const BRIDGE: usize = 16;
 
@@ -148,7 +148,7 @@ impl Trend {
         let (leaves, arrives) = (self.at(self.to_s), next.at(next.from_s));
         let straight = arrives - leaves;
         let bend = |trend: &Trend| {
-            let share = (REACH * (trend.to_s - trend.from_s) / gap.max(f64::MIN_POSITIVE)).min(1.0);
+            let share = (LONGEST_GAP_IN_TESTS * (trend.to_s - trend.from_s) / gap.max(f64::MIN_POSITIVE)).min(1.0);
             share * share * (trend.slope * gap - straight)
         };
         let (first, last) = (bend(self), bend(next));

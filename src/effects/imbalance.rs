@@ -91,14 +91,14 @@ fn speeds_of_turns(context: &Context, test: usize, axis: usize) -> Vec<f64> {
 const PLAUSIBLE: f64 = 3000.0;
 
 /// Ratio of the fastest to the slowest test from which what grows with speed may show.
-const SPEEDS: f64 = 1.3;
+const LEAST_SPEED_RATIO: f64 = 1.3;
 
 /// Imbalance of turning axes that displacement sensors look at, where tests have several speeds.
 fn turning(seen: &Observations) -> Vec<CandidateFamily> {
     let has_speeds = |axis: &usize| {
         let speeds = mean_speeds(seen.context, *axis);
         let (slowest, fastest) = speeds.iter().fold((f64::MAX, 0.0_f64), |(low, high), v| (low.min(*v), high.max(*v)));
-        fastest > SPEEDS * slowest
+        fastest > LEAST_SPEED_RATIO * slowest
     };
     let of_axis = |axis: usize| {
         let across = motion(axis, &directions(seen.machine(), axis).across);

@@ -21,6 +21,8 @@ mod compliance;
 mod context;
 mod contract;
 mod control_centre;
+mod curve_driver;
+mod free_curves;
 mod friction_heat;
 mod gravity;
 mod harmonics;
@@ -44,32 +46,23 @@ mod unknown;
 mod vibration;
 mod weight;
 
-pub use arrival::ARRIVAL_LAG;
-pub use backlash::{LATERAL_PLAY, LINEAR_BACKLASH, ROTARY_BACKLASH};
-pub use ball_seat::{BALL_FORM, CUP_STICTION};
-pub use beat::BEAT;
-pub use candidates::{
-    CandidateFamily, DESCRIBED_BY_CURVE, DESCRIBED_BY_NAME, Observations, PRESENT, Refined, Ripple, UNLISTED_BY_CURVES,
-};
-pub use clamp_lift::CLAMP_LIFT;
-pub use compliance::LOAD_COMPLIANCE;
+pub(crate) use backlash::ROTARY_BACKLASH;
+pub use candidates::{CandidateFamily, Observations, PRESENT, Refined, Ripple};
+pub(crate) use candidates::{DESCRIBED_BY_CURVE, DESCRIBED_BY_NAME, UNLISTED_BY_CURVES};
 pub use context::{Context, Profile};
 pub use contract::{
     Bounds, DefaultValue, Documented, Driver, EffectError, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen,
 };
-pub use gravity::GRAVITY_SAG;
-pub use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION, wave_numbers};
+pub(crate) use harmonics::{CYCLIC_ERROR, ROTARY_ERROR_MOTION, wave_numbers};
 pub use memory::{MemoryLaw, Past};
-pub use named_ball::{NamedBall, name_place};
-pub use reversal_spike::REVERSAL_SPIKE;
+pub use named_ball::NamedBall;
+pub(crate) use named_ball::name_place;
 pub use showing_test::{ShowingTest, ShownBy};
-pub use slide::{LINEAR_SCALE, SQUARENESS};
-pub use slip::{BALL_SLIP, PIVOT_SLIP};
-pub use straightness::STRAIGHTNESS;
-pub use thermal::{BAR_LENGTH, COLD, OWN, ROTARY, SLIDES, THERMAL_GROWTH, WARM};
-pub use timing::{RADIUS_LOSS, SERVO_LAG, TRIGGER_LATENCY};
-pub use unknown::UNKNOWN;
-pub use vibration::VIBRATION;
+pub(crate) use straightness::STRAIGHTNESS;
+pub use thermal::ROTARY;
+pub(crate) use thermal::{COLD, OWN, SLIDES, THERMAL_GROWTH, WARM};
+pub(crate) use unknown::UNKNOWN;
+pub(crate) use vibration::VIBRATION;
 pub use weight::WEIGHT_COMPLIANCE;
 
 use crate::machine::{Effect, Machine};

@@ -48,7 +48,7 @@ pub static REPEATABILITY: Kind = Kind {
 /// Displacements up to this are plausible, µm or arcsec.
 const PLAUSIBLE: f64 = 30.0;
 /// Log odds against it beside what repeats or happens once: the zero of a gauge differs from test to test as well.
-const RARE: f64 = 15.0;
+const LOG_ODDS_AGAINST: f64 = 15.0;
 /// Tests from which on what differs from test to test is told from what happens once.
 const LEAST_TESTS: usize = 4;
 
@@ -58,7 +58,7 @@ fn places(seen: &Observations) -> Vec<CandidateFamily> {
     }
     let family = |axis: usize, outlets: Vec<Outlet>| {
         CandidateFamily::new(REPEATABILITY.name, Place::Axis(axis), outlets, PLAUSIBLE)
-            .rare(RARE)
+            .rare(LOG_ODDS_AGAINST)
             .by_test((0..seen.context.tests()).collect())
     };
     let machine = seen.machine();

@@ -108,14 +108,14 @@ struct Friction {
 }
 
 /// What is left of friction that turned round, and of the servo's error, below which nothing more comes of it; of about one.
-const SETTLED: f64 = 1e-10;
+const LEAST_LEFT: f64 = 1e-10;
 
 impl Friction {
     /// Whether a row goes on in the direction in which friction and servo have settled.
     fn is_settled(&mut self, travel: &Travel) -> bool {
         let goes_on = travel.distance * self.past.direction >= 0.0 && travel.next * self.past.direction >= 0.0;
         let rest = (self.past.windup - self.past.direction).abs().max(self.error.abs()).max(self.rate.abs());
-        let is_settled = goes_on && rest < SETTLED;
+        let is_settled = goes_on && rest < LEAST_LEFT;
         if is_settled {
             (self.past.windup, self.error, self.rate) = (self.past.direction, 0.0, 0.0);
         }

@@ -1,5 +1,7 @@
 //! The course of one number over time: scatter, drift or a step.
 
+use crate::statistics::mean;
+
 /// One session's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
@@ -36,7 +38,7 @@ pub struct Trend {
 
 /// A course is told when the odds for it are beyond these, as twice their logarithm: 1 in 45. Of machines that only scatter, eight
 /// numbers each, one in twenty at most is told as moving then (tests/history.rs).
-const TOLD: f64 = 7.6;
+const LEAST_TWICE_LOG_ODDS: f64 = 7.6;
 /// Fewer sessions tell no course: a line goes through any two.
 const LEAST_SESSIONS: usize = 4;
 /// Sessions on either side of a step.
@@ -72,7 +74,7 @@ pub fn trend(points: &[Point]) -> Trend {
     });
     let best = steps.fold(drift, |best, step| if step.0 > best.0 { step } else { best });
     let evidence = 2.0 * (best.0 - constant.log_likelihood);
-    match evidence > TOLD {
+    match evidence > LEAST_TWICE_LOG_ODDS {
         true => Trend { course: best.1, scatter: best.2, evidence, ..steady },
         false => steady,
     }
@@ -92,7 +94,7 @@ struct Scatters(Vec<f64>);
 impl Scatters {
     /// From a thousandth to ten times the spread of the values, in steps of 12 %, and none at all.
     fn of(points: &[Point]) -> Scatters {
-        let mean = points.iter().map(|point| point.value).sum::<f64>() / points.len() as f64;
+        let mean = mean(points.iter().map(|point| point.value)).unwrap_or(f64::NAN);
         let spread = points.iter().map(|point| (point.value - mean).powi(2)).sum::<f64>().sqrt();
         Scatters(
             std::iter::once(0.0).chain((0..=80).map(|k| spread * 10f64.powf(-3.0 + 0.05 * f64::from(k)))).collect(),

@@ -56,7 +56,7 @@ const STEP: f64 = 1e-4;
 
 /// A component depends on an error whose millimetre or radian moves it by this, mm or rad: what errors do to each other in
 /// second order is left out.
-const DEPENDS: f64 = 1e-2;
+const LEAST_DEPENDENCE: f64 = 1e-2;
 
 /// Lines of all rotary axes, in the order of the structural code.
 pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
@@ -64,8 +64,8 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
     let chain = Chain::of(machine);
     let mut errors = machine.location_errors();
     let (free, covariance) = fit.location_covariance();
-    for &(k, axis, component) in &free {
-        errors[axis][component] = fit.estimates[k].value;
+    for one in &free {
+        errors[one.axis][one.component] = fit.estimates[one.unknown].value;
     }
     let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
     rotary
@@ -73,10 +73,10 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
             let quantities = |errors: &[[f64; 6]]| line_quantities(&chain, axis, errors);
             let at = quantities(&errors);
             let mut jacobian = DMatrix::zeros(at.len(), free.len());
-            for (column, &(_, of, component)) in free.iter().enumerate() {
+            for (column, one) in free.iter().enumerate() {
                 let mut moved = [errors.clone(), errors.clone()];
-                moved[0][of][component] += STEP;
-                moved[1][of][component] -= STEP;
+                moved[0][one.axis][one.component] += STEP;
+                moved[1][one.axis][one.component] -= STEP;
                 for (row, (up, down)) in quantities(&moved[0]).iter().zip(quantities(&moved[1])).enumerate() {
                     jacobian[(row, column)] = (up - down) / (2.0 * STEP);
                 }
@@ -87,11 +87,12 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
             // what no free error moves was not fitted
             let all_determined = |moves: &dyn Fn(usize) -> bool| {
                 let mut moving = free.iter().enumerate().filter(|(column, _)| moves(*column)).peekable();
-                moving.peek().is_some() && moving.all(|(_, &(k, ..))| fit.estimates[k].determined)
+                moving.peek().is_some() && moving.all(|(_, one)| fit.estimates[one.unknown].determined)
             };
             let determined = all_determined(&|column| jacobian.column(column).amax() >= 1e-9);
             // steps of one error move some components and others not
-            let is_determined = |row: usize| all_determined(&|column| jacobian[(row, column)].abs() >= DEPENDS);
+            let is_determined =
+                |row: usize| all_determined(&|column| jacobian[(row, column)].abs() >= LEAST_DEPENDENCE);
             let determined_from = |from: usize| [0, 1, 2].map(|k| is_determined(from + k));
             let line = AxisLine {
                 axis,

@@ -3,20 +3,27 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::ambiguity::{OPEN_ANGLE_RAD, OPEN_LENGTH_MM};
-use super::estimate::Fit;
+use super::estimate::{Fit, FreeLocation};
 use crate::machine::{Component, Machine};
 
 /// Standard deviation that errors of machines have anyway, in units of what counts as open: 30 µm and 30 arcsec.
-const USUAL: f64 = 3.0;
+const USUAL_SIGMA_OVER_OPEN: f64 = 3.0;
+
+/// What is determined of a location error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeterminedError {
+    pub axis: usize,
+    /// Index in [`Component::ALL`].
+    pub component: usize,
+    /// mm or rad.
+    pub value: f64,
+    /// It is another value than the fit's by more than half of what counts as open.
+    pub is_partial: bool,
+}
 
 /// Location errors without what the readings leave open.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct DeterminedErrors {
-    /// Axis, component and value, mm or rad.
-    pub values: Vec<(usize, usize, f64)>,
-    /// Those that are another value than the fit's by more than half of what counts as open.
-    pub left_out: Vec<(usize, usize)>,
-}
+pub struct DeterminedErrors(pub Vec<DeterminedError>);
 
 impl DeterminedErrors {
     /// Of a fit.
@@ -26,29 +33,30 @@ impl DeterminedErrors {
     /// Combinations that the readings see keep their value: of two errors of which only the sum is seen, each takes half of it.
     pub fn of(fit: &Fit) -> DeterminedErrors {
         let (free, covariance) = fit.location_covariance();
-        let scale: Vec<f64> = free
-            .iter()
-            .map(
-                |&(_, _, component)| if Component::ALL[component].is_angle() { OPEN_ANGLE_RAD } else { OPEN_LENGTH_MM },
-            )
-            .collect();
-        let fitted: Vec<f64> = free.iter().map(|&(k, ..)| fit.estimates[k].value).collect();
+        let is_angle = |one: &FreeLocation| Component::ALL[one.component].is_angle();
+        let scale: Vec<f64> =
+            free.iter().map(|one| if is_angle(one) { OPEN_ANGLE_RAD } else { OPEN_LENGTH_MM }).collect();
+        let fitted: Vec<f64> = free.iter().map(|one| fit.estimates[one.unknown].value).collect();
         let kept = determined_part(&fitted, &covariance, &scale);
-        let mut errors = DeterminedErrors::default();
-        for (k, &(_, axis, component)) in free.iter().enumerate() {
-            errors.values.push((axis, component, kept[k]));
-            if (kept[k] - fitted[k]).abs() > 0.5 * scale[k] {
-                errors.left_out.push((axis, component));
-            }
-        }
-        errors
+        let of = |(k, one): (usize, &FreeLocation)| DeterminedError {
+            axis: one.axis,
+            component: one.component,
+            value: kept[k],
+            is_partial: (kept[k] - fitted[k]).abs() > 0.5 * scale[k],
+        };
+        DeterminedErrors(free.iter().enumerate().map(of).collect())
     }
 
     /// Puts them into a machine.
     pub fn put_into(&self, machine: &mut Machine) {
-        for &(axis, component, value) in &self.values {
-            machine.axes[axis].location_errors[component] = value;
+        for error in &self.0 {
+            machine.axes[error.axis].location_errors[error.component] = error.value;
         }
+    }
+
+    /// Those of which a part is left out.
+    pub fn partial(&self) -> impl Iterator<Item = &DeterminedError> {
+        self.0.iter().filter(|error| error.is_partial)
     }
 }
 
@@ -64,7 +72,7 @@ fn determined_part(values: &[f64], covariance: &DMatrix<f64>, scale: &[f64]) -> 
     let mut kept = whole.clone();
     for k in (0..count).filter(|&k| eigen.eigenvalues[k] > 1.0) {
         let direction = eigen.eigenvectors.column(k);
-        let left = eigen.eigenvalues[k] / (USUAL * USUAL + eigen.eigenvalues[k]);
+        let left = eigen.eigenvalues[k] / (USUAL_SIGMA_OVER_OPEN * USUAL_SIGMA_OVER_OPEN + eigen.eigenvalues[k]);
         kept -= direction * (left * direction.dot(&whole));
     }
     kept.iter().zip(scale).map(|(kept, scale)| kept * scale).collect()

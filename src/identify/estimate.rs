@@ -26,15 +26,28 @@ pub struct Fit {
     pub ambiguities: Vec<Ambiguity>,
 }
 
+/// A location error among the unknowns of a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FreeLocation {
+    /// Its place among the unknowns.
+    pub unknown: usize,
+    pub axis: usize,
+    /// Index in [`Component::ALL`](crate::machine::Component::ALL).
+    pub component: usize,
+}
+
 impl Fit {
-    /// Location errors among the unknowns, as place in the list, axis and component, with their covariance, mm and rad.
-    pub fn location_covariance(&self) -> (Vec<(usize, usize, usize)>, DMatrix<f64>) {
+    /// Location errors among the unknowns with their covariance, mm and rad.
+    pub fn location_covariance(&self) -> (Vec<FreeLocation>, DMatrix<f64>) {
         let location = |(k, unknown): (usize, &Unknown)| match unknown.quantity {
-            Quantity::Location { axis, component } => Some((k, axis, component.index())),
+            Quantity::Location { axis, component } => {
+                Some(FreeLocation { unknown: k, axis, component: component.index() })
+            }
             _ => None,
         };
-        let free: Vec<(usize, usize, usize)> = self.unknowns.iter().enumerate().filter_map(location).collect();
-        let covariance = DMatrix::from_fn(free.len(), free.len(), |i, j| self.covariance[(free[i].0, free[j].0)]);
+        let free: Vec<FreeLocation> = self.unknowns.iter().enumerate().filter_map(location).collect();
+        let covariance =
+            DMatrix::from_fn(free.len(), free.len(), |i, j| self.covariance[(free[i].unknown, free[j].unknown)]);
         (free, covariance)
     }
 

@@ -21,19 +21,29 @@ use crate::machine::{AxisKind, Machine};
 use crate::session::{Session, Setups};
 
 /// Δχ² from which a sense is told: five standard deviations, one chance in a million of being misled.
-const TOLD: f64 = 25.0;
+const LEAST_CHI2_OF_A_SENSE: f64 = 25.0;
 /// Δχ² from which no further step can make the turned sense fit: lengths are linear in errors but for 1 part in 100.
-const HOPELESS: f64 = 1e9;
+const MOST_CHI2_WORTH_A_STEP: f64 = 1e9;
 /// Most Gauss–Newton steps; errors of a machine are small against its levers, so that two are the rule.
-const STEPS: usize = 8;
+const MOST_STEPS: usize = 8;
 /// A step that changes χ² by less than this is the last.
-const SETTLED: f64 = 0.1;
+const LEAST_CHI2_CHANGE: f64 = 0.1;
 /// Change of an estimate in its standard deviations from which it is told.
-const MOVED: f64 = 2.0;
+const LEAST_CHANGE_SIGMAS: f64 = 2.0;
 /// How far aside the axis stands in a short test, deg and mm, either way: seen by eye, and within most ranges.
 const ASIDE: [f64; 2] = [20.0, 50.0];
 /// Least difference of the two lengths in a short test, mm: the stroke of a ball bar, so that it does not go on at all.
 const CLEAR_MM: f64 = 1.0;
+
+/// An error that would be another one with a sense turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovedError {
+    /// Index of the unknown.
+    pub unknown: usize,
+    /// Its value with the sense as stated and turned, mm or rad.
+    pub stated: f64,
+    pub turned: f64,
+}
 
 /// What the recordings say of the sense of one axis, or of several together.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,8 +54,8 @@ pub struct TurnedSense {
     pub worse_by: f64,
     /// Part of it that the marks of programs make, as captures show them.
     pub by_marks: f64,
-    /// Determined errors that would be other ones: index of the unknown, its value as stated and with the sense turned.
-    pub moved: Vec<(usize, f64, f64)>,
+    /// Determined errors that would be other ones.
+    pub moved: Vec<MovedError>,
     /// A short test that tells, where the recordings do not.
     pub test: Option<SenseTest>,
 }
@@ -53,17 +63,17 @@ pub struct TurnedSense {
 impl TurnedSense {
     /// The recordings tell the sense.
     pub fn is_told(&self) -> bool {
-        self.worse_by.abs() >= TOLD
+        self.worse_by.abs() >= LEAST_CHI2_OF_A_SENSE
     }
 
     /// The marks alone would tell the sense.
     pub fn is_shown_by_marks(&self) -> bool {
-        self.by_marks.abs() >= TOLD
+        self.by_marks.abs() >= LEAST_CHI2_OF_A_SENSE
     }
 
     /// The recordings speak for the other sense.
     pub fn looks_wrong(&self) -> bool {
-        self.worse_by <= -TOLD
+        self.worse_by <= -LEAST_CHI2_OF_A_SENSE
     }
 
     /// The axes by name: `A`, `Y and C`.
@@ -157,16 +167,16 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
         let other_chain = Chain::of(&other.machine);
         let problem = Problem::new(&other, &other_chain, &setups, fit.unknowns.clone())?;
         let start: Vec<f64> = fit.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
-        let turned = refit(&problem, &start, (&fit.noise, &kept), as_stated.cost + HOPELESS);
-        let by_readings = turned.as_ref().map_or(HOPELESS, |turned| turned.cost - as_stated.cost);
+        let turned = refit(&problem, &start, (&fit.noise, &kept), as_stated.cost + MOST_CHI2_WORTH_A_STEP);
+        let by_readings = turned.as_ref().map_or(MOST_CHI2_WORTH_A_STEP, |turned| turned.cost - as_stated.cost);
         let by_marks = worse_by_marks([&stated, &problem]);
-        let worse_by = (by_readings + by_marks).min(HOPELESS);
+        let worse_by = (by_readings + by_marks).min(MOST_CHI2_WORTH_A_STEP);
         let mut sense = TurnedSense { axes, worse_by, by_marks, moved: Vec::new(), test: None };
         // of several together only what the recordings leave open is news
-        if sense.axes.len() > 1 && worse_by >= TOLD {
+        if sense.axes.len() > 1 && worse_by >= LEAST_CHI2_OF_A_SENSE {
             continue;
         }
-        if let Some(turned) = turned.filter(|_| worse_by < TOLD) {
+        if let Some(turned) = turned.filter(|_| worse_by < LEAST_CHI2_OF_A_SENSE) {
             sense.moved = moved(fit, &turned.values);
             let values = [&as_stated.values[..], &turned.values];
             let tests = sense.axes.iter().filter_map(|&axis| short_test(&stated, &problem, axis, values));
@@ -180,19 +190,19 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
 /// Axes whose senses turn where the machine is seen in a mirror across a coordinate: slides along it, and axes that turn about the others.
 fn mirrored(machine: &Machine, used: &[usize], across: usize) -> Vec<usize> {
     let turns = |&axis: &usize| {
-        let is_along = machine.axes[axis].direction[across].abs() > ALONG;
+        let is_along = machine.axes[axis].direction[across].abs() > LEAST_SHARE_ALONG;
         is_along == (machine.axes[axis].kind == AxisKind::Linear)
     };
     used.iter().copied().filter(turns).collect()
 }
 
 /// Part of a direction along a coordinate from which it is that coordinate's.
-const ALONG: f64 = 0.9;
+const LEAST_SHARE_ALONG: f64 = 0.9;
 
 /// Gauss–Newton from a start; `None` where χ² cannot come below the limit.
 fn refit(problem: &Problem, start: &[f64], (noise, kept): (&[NoiseModel], &[Vec<bool>]), limit: f64) -> Option<Fitted> {
     let mut values = start.to_vec();
-    for step in 0..STEPS {
+    for step in 0..MOST_STEPS {
         let (normal, _) = normal_equations(problem, &values, &Weighting::Whitened { noise, kept });
         let count = values.len();
         let off = DVector::from_iterator(
@@ -207,7 +217,7 @@ fn refit(problem: &Problem, start: &[f64], (noise, kept): (&[NoiseModel], &[Vec<
         if !(cost - gain).is_finite() || cost - gain > limit {
             return None;
         }
-        if gain < SETTLED || step + 1 == STEPS {
+        if gain < LEAST_CHI2_CHANGE || step + 1 == MOST_STEPS {
             return Some(Fitted { cost, values });
         }
         values.iter_mut().zip(problem.unknowns.iter().zip(scaled.iter())).for_each(|(value, (of, step))| {
@@ -218,15 +228,15 @@ fn refit(problem: &Problem, start: &[f64], (noise, kept): (&[NoiseModel], &[Vec<
 }
 
 /// Determined location errors that the turned sense would give otherwise, the farthest in its standard deviations first.
-fn moved(fit: &Fit, turned: &[f64]) -> Vec<(usize, f64, f64)> {
+fn moved(fit: &Fit, turned: &[f64]) -> Vec<MovedError> {
     let far = |k: usize| (turned[k] - fit.estimates[k].value).abs() / fit.estimates[k].sigma;
     let is_told = |k: &usize| {
         let is_error = matches!(fit.unknowns[*k].quantity, Quantity::Location { .. });
-        is_error && fit.estimates[*k].determined && far(*k) > MOVED
+        is_error && fit.estimates[*k].determined && far(*k) > LEAST_CHANGE_SIGMAS
     };
     let mut list: Vec<usize> = (0..turned.len()).filter(is_told).collect();
     list.sort_by(|&a, &b| far(b).total_cmp(&far(a)));
-    list.into_iter().map(|k| (k, fit.estimates[k].value, turned[k])).collect()
+    list.into_iter().map(|k| MovedError { unknown: k, stated: fit.estimates[k].value, turned: turned[k] }).collect()
 }
 
 /// The place at which the two senses differ most; places and bars are those of the session's tests.

@@ -51,7 +51,7 @@ const STEP_TOLERANCE: f64 = 1e-3;
 /// step or two more where its parts are within the tolerance by then, never less.
 const EXACT_BELOW: f64 = 50.0 * STEP_TOLERANCE;
 /// Share of a step at which its bend is measured: short enough for a second derivative, long enough for rounding.
-const AHEAD: f64 = 0.1;
+const BEND_SHARE_OF_STEP: f64 = 0.1;
 /// Largest correction for the bend, of the step; beyond it higher orders count (Transtrum and Sethna: 0.75).
 const MOST_BEND: f64 = 0.75;
 /// Huber's constant: residuals beyond so many scales count linearly.
@@ -186,7 +186,7 @@ fn factor(normal: &Normal, (damping, kind): (f64, Damping)) -> Option<Cholesky<f
 /// step, by a difference. The step itself where the correction is not small beside it.
 fn bent(problem: &Problem, values: &[f64], step: Step, weighting: &Weighting) -> DVector<f64> {
     let Step { by, factor, .. } = step;
-    let ahead: Vec<f64> = values.iter().zip(by.iter()).map(|(value, by)| value + AHEAD * by).collect();
+    let ahead: Vec<f64> = values.iter().zip(by.iter()).map(|(value, by)| value + BEND_SHARE_OF_STEP * by).collect();
     let (here, there) = (problem.geometry(values), problem.geometry(&ahead));
     let parts: Vec<Vec<f64>> = (0..problem.tests.len())
         .into_par_iter()
@@ -199,7 +199,7 @@ fn bent(problem: &Problem, values: &[f64], step: Step, weighting: &Weighting) ->
             let mut second = DVector::zeros(straight.len());
             for row in 0..straight.len() {
                 let change = prediction.residual_mm[row] - residual_there[row];
-                let value = 2.0 * (change - AHEAD * straight[row]) / AHEAD.powi(2);
+                let value = 2.0 * (change - BEND_SHARE_OF_STEP * straight[row]) / BEND_SHARE_OF_STEP.powi(2);
                 second[row] = if value.is_finite() { value } else { 0.0 };
             }
             let last = columns.len();

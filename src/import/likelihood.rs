@@ -66,15 +66,30 @@ fn of_mixture(off: f64, sigma: f64, wide: f64, share: f64) -> f64 {
     -2.0 * ((1.0 - share) * density(sigma) + share * density(wide)).max(f64::MIN_POSITIVE).ln()
 }
 
-/// Two kinds of control, with the share of each and the middle, s, and the standard deviation of the logarithm of their ramps: the
-/// accelerations of axes, 0.2 to 2 m/s² at 8 to 25 mm/s, and a time constant or a limited jerk.
-const RAMPS: [(f64, f64, f64); 2] = [(0.5, 0.025, 0.9), (0.5, 0.15, 0.7)];
+/// Ramps of a kind of control.
+pub(super) struct RampKind {
+    /// Share of all controls.
+    pub share: f64,
+    /// Middle ramp, s, and standard deviation of its logarithm.
+    pub middle_s: f64,
+    pub spread: f64,
+}
+
+impl RampKind {
+    /// Share times the density of the logarithm of a ramp, but for a constant factor.
+    pub fn density(&self, ramp_s: f64) -> f64 {
+        let RampKind { share, middle_s, spread } = self;
+        share / spread * (-0.5 * ((ramp_s / middle_s).ln() / spread).powi(2)).exp()
+    }
+}
+
+/// Two kinds of control: the accelerations of axes, 0.2 to 2 m/s² at 8 to 25 mm/s, and a time constant or a limited jerk.
+const RAMPS: [RampKind; 2] =
+    [RampKind { share: 0.5, middle_s: 0.025, spread: 0.9 }, RampKind { share: 0.5, middle_s: 0.15, spread: 0.7 }];
 
 /// Minus twice the logarithm of a ramp's prior density.
 fn of_ramp(ramp_s: f64) -> f64 {
-    let density = RAMPS
-        .map(|(share, middle_s, spread)| share / spread * (-0.5 * ((ramp_s / middle_s).ln() / spread).powi(2)).exp());
-    -2.0 * density.iter().sum::<f64>().max(f64::MIN_POSITIVE).ln()
+    -2.0 * RAMPS.iter().map(|kind| kind.density(ramp_s)).sum::<f64>().max(f64::MIN_POSITIVE).ln()
 }
 
 /// Priors of what the control did: paces about the programmed feed, and the ramp.

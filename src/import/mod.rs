@@ -52,6 +52,6 @@ pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
 pub use error::{ImportError, RunsDiffer};
 pub use place::{Placement, place, place_named};
-pub use session_times::{Began, SessionTimes, Stated, WhyPlanned};
+pub use session_times::{Began, Scale, SessionTimes, Stated, WhyPlanned};
 pub use split::{recordings, split_session};
 pub use timing::Timing;

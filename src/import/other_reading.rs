@@ -7,44 +7,56 @@ use super::marks::{Found, find};
 use crate::session::{Marks, Session};
 use crate::units::MM_PER_INCH;
 
-/// What a capture's numbers may be instead: factor of the readings, of the times, what is said, what is to be done.
-const OTHERS: [(f64, f64, &str, &str); 10] = [
-    (-1.0, 1.0, "the readings have the other sense", "change the sign of the readings"),
-    (
+/// What a capture's numbers may be instead.
+struct OtherNumbers {
+    /// Factor that the readings lack, and one that the times lack.
+    readings: f64,
+    times: f64,
+    says: &'static str,
+    cure: &'static str,
+}
+
+impl OtherNumbers {
+    const fn readings(factor: f64, says: &'static str, cure: &'static str) -> OtherNumbers {
+        OtherNumbers { readings: factor, times: 1.0, says, cure }
+    }
+
+    const fn times(factor: f64, says: &'static str, cure: &'static str) -> OtherNumbers {
+        OtherNumbers { readings: 1.0, times: factor, says, cure }
+    }
+}
+
+const OTHERS: [OtherNumbers; 10] = [
+    OtherNumbers::readings(-1.0, "the readings have the other sense", "change the sign of the readings"),
+    OtherNumbers::readings(
         1e3,
-        1.0,
         "the readings are a thousand times too small, millimetres taken as µm or metres as millimetres",
         "name the readings by their unit, e.g. deviation_mm, or say --unit deviation-mm",
     ),
-    (
+    OtherNumbers::readings(
         1e-3,
-        1.0,
         "the readings are a thousand times too large, µm taken as millimetres",
         "name the readings by their unit, e.g. deviation_um, or say --unit deviation-um",
     ),
-    (
+    OtherNumbers::readings(
         MM_PER_INCH,
-        1.0,
         "the readings are in inches, or in thousandths of one where they are named µm",
         "multiply the readings by 25.4",
     ),
-    (
+    OtherNumbers::readings(
         MM_PER_INCH * 1e-3,
-        1.0,
         "the readings are in thousandths of an inch, or in millionths of one where they are named µm",
         "multiply the readings by 0.0254",
     ),
-    (1.0 / MM_PER_INCH, 1.0, "the readings are 25.4 times too large", "divide the readings by 25.4"),
-    (10.0, 1.0, "the readings are ten times too small", "multiply the readings by 10"),
-    (0.1, 1.0, "the readings are ten times too large", "divide the readings by 10"),
-    (
-        1.0,
+    OtherNumbers::readings(1.0 / MM_PER_INCH, "the readings are 25.4 times too large", "divide the readings by 25.4"),
+    OtherNumbers::readings(10.0, "the readings are ten times too small", "multiply the readings by 10"),
+    OtherNumbers::readings(0.1, "the readings are ten times too large", "divide the readings by 10"),
+    OtherNumbers::times(
         1e-3,
         "the times are milliseconds and were taken as seconds",
         "state their unit, as time_ms in a table or unit=\"ms\" of the interval in XML, or say --rate",
     ),
-    (
-        1.0,
+    OtherNumbers::times(
         1e3,
         "the times are seconds and were taken as milliseconds",
         "state their unit, as time_s in a table or unit=\"s\" of the interval in XML, or say --rate",
@@ -84,7 +96,8 @@ pub(super) fn other_reading(session: &Session, among: &[Pair], capture: &Capture
             && by.abs() * range_mm < MOST_MM
             && (STEP_S.0..STEP_S.1).contains(&(time_by * step_s))
     };
-    OTHERS.iter().filter(|other| may_be(other.0, other.1)).find_map(|&(by, time_by, what, cure)| {
+    OTHERS.iter().filter(|other| may_be(other.readings, other.times)).find_map(|other| {
+        let OtherNumbers { readings: by, times: time_by, says: what, cure } = *other;
         let scaled = Capture {
             time_s: capture.time_s.iter().map(|time| time * time_by).collect(),
             reading_mm: capture.reading_mm.iter().map(|reading| reading * by).collect(),

@@ -18,6 +18,7 @@ use super::timing::Timing;
 use super::uncertainty::{Known, apart, known};
 use super::variables::Candidate;
 use crate::session::{Marks, Session};
+use crate::statistics::{rms, standard_deviation};
 
 /// A capture placed in time.
 #[derive(Debug, Clone)]
@@ -156,9 +157,9 @@ fn placed(
 type Searched = (Pair, Course, Vec<Candidate>);
 
 /// Log odds, by few readings with their own wander, beyond which a test is not looked at with all of them.
-const FAR: f64 = 200.0;
+const LOG_ODDS_OF_FEW: f64 = 200.0;
 /// The same by one search from one start, which may end elsewhere than the best does.
-const FAR_AT_FIRST: f64 = 2000.0;
+const LOG_ODDS_AT_FIRST: f64 = 2000.0;
 
 /// Those whose cost lies within some log odds of the least.
 fn near(tests: Vec<Searched>, far: f64, cost: impl Fn(&Course, &[Candidate]) -> f64 + Sync) -> Vec<Searched> {
@@ -208,9 +209,9 @@ fn searched(
         let candidates = by(&course, levels, &begun);
         (pair, course, candidates)
     };
-    let begun = near(begun, FAR_AT_FIRST, |course, starts| first_look(course, levels, starts));
+    let begun = near(begun, LOG_ODDS_AT_FIRST, |course, starts| first_look(course, levels, starts));
     let roughly: Vec<Searched> = begun.into_iter().map(|test| searched(test, searched_roughly)).collect();
-    let likely = near(roughly, FAR, |course, rough| standing(course, levels, &rough[0]));
+    let likely = near(roughly, LOG_ODDS_OF_FEW, |course, rough| standing(course, levels, &rough[0]));
     let mut found: Vec<Searched> = likely.into_iter().map(|test| searched(test, searched_finely)).collect();
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
     if found.is_empty() { Err(why) } else { Ok(found) }
@@ -343,10 +344,8 @@ fn judged(
     let best = likely[0];
     let data = levels.fine.with(best.wander);
     let residual = residual_mm(&course, &data, &best.timing, best.freedom);
-    let left_mm = (residual.iter().map(|off| off * off).sum::<f64>() / residual.len() as f64).sqrt();
-    let mean = data.value_mm.iter().sum::<f64>() / data.value_mm.len() as f64;
-    let size_mm =
-        (data.value_mm.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / residual.len() as f64).sqrt();
+    let left_mm = rms(residual.iter().copied());
+    let size_mm = standard_deviation(&data.value_mm);
     let noise_mm = capture.noise_mm();
     let odds = 0.5 * (cost_at_rest(&data) - best.cost);
     refuse_other_runs(test, &course, &data, &best.timing)?;

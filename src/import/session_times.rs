@@ -9,11 +9,20 @@ pub struct Stated {
     pub lasts_s: f64,
 }
 
+/// What times count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// From one day of all, s.
+    Days,
+    /// From midnight of a day that is not stated, s.
+    OfDay,
+}
+
 /// When a session began, s on the scale of its captures; a time of day is the last such before the earliest capture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Began {
     pub seconds: f64,
-    pub is_of_day: bool,
+    pub scale: Scale,
 }
 
 /// The times of captures in a session.
@@ -51,9 +60,9 @@ const MINUTE_S: f64 = 60.0;
 const DAY_S: f64 = 86400.0;
 
 impl SessionTimes {
-    /// Of captures that state their times, from the begin of the session on: a stated one, or that of the earliest capture. A scale of
-    /// times of day alone `is_clock`: it may have passed midnight.
-    pub fn of(stated: &[Stated], began: Option<Began>, is_clock: bool) -> SessionTimes {
+    /// Of captures that state their times, from the begin of the session on: a stated one, or that of the earliest capture. Times
+    /// of day may have passed midnight.
+    pub fn of(stated: &[Stated], began: Option<Began>, scale: Scale) -> SessionTimes {
         if stated.iter().all(|one| one.began_s.is_none()) {
             return SessionTimes::Planned(WhyPlanned::NoneStated);
         }
@@ -61,7 +70,7 @@ impl SessionTimes {
             return SessionTimes::Planned(WhyPlanned::OneWithout(without));
         }
         let mut begins: Vec<f64> = stated.iter().filter_map(|one| one.began_s).collect();
-        if is_clock {
+        if scale == Scale::OfDay {
             over_midnight(&mut begins);
         }
         let mut order: Vec<usize> = (0..stated.len()).collect();
@@ -81,9 +90,9 @@ impl SessionTimes {
             begins[pair[1]] = begins[pair[1]].max(ended_s);
         }
         let earliest_s = begins[order[0]];
-        let before_s = began.map_or(0.0, |began| match began.is_of_day {
-            true => (earliest_s - began.seconds + OVERLAP_S).rem_euclid(DAY_S) - OVERLAP_S,
-            false => earliest_s - began.seconds,
+        let before_s = began.map_or(0.0, |began| match began.scale {
+            Scale::OfDay => (earliest_s - began.seconds + OVERLAP_S).rem_euclid(DAY_S) - OVERLAP_S,
+            Scale::Days => earliest_s - began.seconds,
         });
         if before_s < -OVERLAP_S {
             return SessionTimes::Planned(WhyPlanned::BeforeBegin(order[0]));
@@ -115,45 +124,51 @@ mod tests {
     }
 
     fn at(seconds: f64) -> Option<Began> {
-        Some(Began { seconds, is_of_day: false })
+        Some(Began { seconds, scale: Scale::Days })
     }
 
     fn of_day(seconds: f64) -> Option<Began> {
-        Some(Began { seconds, is_of_day: true })
+        Some(Began { seconds, scale: Scale::OfDay })
     }
 
     #[test]
     fn captures_count_from_the_earliest_or_from_when_the_session_began() {
         let captures = [capture(1000.0), capture(400.0)];
-        assert_eq!(SessionTimes::of(&captures, None, false), SessionTimes::Stated(vec![600.0, 0.0]));
-        assert_eq!(SessionTimes::of(&captures, at(100.0), false), SessionTimes::Stated(vec![900.0, 300.0]));
+        assert_eq!(SessionTimes::of(&captures, None, Scale::Days), SessionTimes::Stated(vec![600.0, 0.0]));
+        assert_eq!(SessionTimes::of(&captures, at(100.0), Scale::Days), SessionTimes::Stated(vec![900.0, 300.0]));
         // written to the second
-        assert_eq!(SessionTimes::of(&captures, at(401.0), false), SessionTimes::Stated(vec![600.0, 0.0]));
+        assert_eq!(SessionTimes::of(&captures, at(401.0), Scale::Days), SessionTimes::Stated(vec![600.0, 0.0]));
     }
 
     #[test]
     fn times_to_the_minute_may_overlap_by_one() {
         let long = |began_s| Stated { began_s: Some(began_s), lasts_s: 100.0 };
-        assert_eq!(SessionTimes::of(&[long(600.0), long(660.0)], None, false), SessionTimes::Stated(vec![0.0, 100.0]));
-        let overlap = SessionTimes::of(&[long(601.0), long(660.0)], None, false);
+        assert_eq!(
+            SessionTimes::of(&[long(600.0), long(660.0)], None, Scale::Days),
+            SessionTimes::Stated(vec![0.0, 100.0])
+        );
+        let overlap = SessionTimes::of(&[long(601.0), long(660.0)], None, Scale::Days);
         assert_eq!(overlap, SessionTimes::Planned(WhyPlanned::Overlap(0, 1)));
     }
 
     #[test]
     fn a_clock_passes_midnight() {
         let captures = [capture(86300.0), capture(200.0), capture(500.0)];
-        assert_eq!(SessionTimes::of(&captures, None, true), SessionTimes::Stated(vec![0.0, 300.0, 600.0]));
-        assert_eq!(SessionTimes::of(&captures[1..], of_day(86000.0), true), SessionTimes::Stated(vec![600.0, 900.0]));
-        assert_eq!(SessionTimes::of(&captures[1..], None, true), SessionTimes::Stated(vec![0.0, 300.0]));
+        assert_eq!(SessionTimes::of(&captures, None, Scale::OfDay), SessionTimes::Stated(vec![0.0, 300.0, 600.0]));
+        assert_eq!(
+            SessionTimes::of(&captures[1..], of_day(86000.0), Scale::OfDay),
+            SessionTimes::Stated(vec![600.0, 900.0])
+        );
+        assert_eq!(SessionTimes::of(&captures[1..], None, Scale::OfDay), SessionTimes::Stated(vec![0.0, 300.0]));
         // beside captures that state their day: the same day, or the evening before
         let dated = [capture(10.0 * DAY_S + 200.0)];
-        assert_eq!(SessionTimes::of(&dated, of_day(100.0), false), SessionTimes::Stated(vec![100.0]));
-        assert_eq!(SessionTimes::of(&dated, of_day(86000.0), false), SessionTimes::Stated(vec![600.0]));
+        assert_eq!(SessionTimes::of(&dated, of_day(100.0), Scale::Days), SessionTimes::Stated(vec![100.0]));
+        assert_eq!(SessionTimes::of(&dated, of_day(86000.0), Scale::Days), SessionTimes::Stated(vec![600.0]));
     }
 
     #[test]
     fn times_that_cannot_be_are_not_taken() {
-        let planned = |captures: &[Stated], began| match SessionTimes::of(captures, began, false) {
+        let planned = |captures: &[Stated], began| match SessionTimes::of(captures, began, Scale::Days) {
             SessionTimes::Planned(why) => why,
             SessionTimes::Stated(times) => panic!("{times:?}"),
         };

@@ -3,7 +3,7 @@
 use super::lag::Lag;
 
 /// Time constants after which nothing is left of a change of speed.
-const SETTLED: f64 = 15.0;
+const TIME_CONSTANTS_TO_REST: f64 = 15.0;
 /// Nodes, in time constants, and weights of Gauss and Laguerre's rule: exact for cubics.
 const LAGUERRE: [(f64, f64); 2] =
     [(0.585_786_437_626_905, 0.853_553_390_593_273_8), (3.414_213_562_373_095, 0.146_446_609_406_726_2)];
@@ -58,7 +58,7 @@ impl Timing {
     pub(super) fn speed(&self, direction: usize, since_s: f64, run_s: f64) -> f64 {
         let (whole, pace, ramp) = (self.moving_s(direction, run_s), self.paces[direction], self.ramp_s.max(SHORTEST_S));
         let since_s = since_s + self.lag_s;
-        if since_s > ramp + SETTLED * self.lag_s && since_s < whole - ramp {
+        if since_s > ramp + TIME_CONSTANTS_TO_REST * self.lag_s && since_s < whole - ramp {
             return pace;
         }
         let rising = |from_s: f64| Lag(self.lag_s).of_rising(since_s - from_s);

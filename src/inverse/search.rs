@@ -13,7 +13,7 @@ const MOST_STEPS: usize = 80;
 /// Length that counts as much as a radian, mm: the reach of a small arm.
 const LENGTH_PER_RAD: f64 = 300.0;
 /// A target is met within this, mm and rad (times [`LENGTH_PER_RAD`]).
-const MET: f64 = 1e-9;
+const TARGET_TOLERANCE: f64 = 1e-9;
 /// Travel of axes without a range, mm or rad on either side.
 const OPEN_TRAVEL: (f64, f64) = (1000.0, std::f64::consts::PI);
 
@@ -57,7 +57,7 @@ impl Kinematics<'_> {
         let mut damping = 1e-3;
         let (mut off, mut jacobian) = self.distance(target, &positions, axes);
         for _ in 0..MOST_STEPS {
-            if off.amax() < MET * 1e-3 {
+            if off.amax() < TARGET_TOLERANCE * 1e-3 {
                 break;
             }
             let mut normal = jacobian.tr_mul(&jacobian);
@@ -77,7 +77,13 @@ impl Kinematics<'_> {
         }
         let pose = self.pose(&positions);
         let (off_mm, off_rad) = ((pose.tip_mm - target.tip_mm).norm(), pose.angle_to(&target.axis));
-        (off.amax() < MET).then_some(Solution { positions, outside: Vec::new(), free: None, off_mm, off_rad })
+        (off.amax() < TARGET_TOLERANCE).then_some(Solution {
+            positions,
+            outside: Vec::new(),
+            free: None,
+            off_mm,
+            off_rad,
+        })
     }
 
     /// What lacks to the target, in mm, and how each axis changes it.

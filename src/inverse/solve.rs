@@ -91,9 +91,9 @@ pub enum InverseError {
 /// Rounds of component errors: each brings a digit or more.
 const MOST_ROUNDS: usize = 60;
 /// Positions that move by less than this have arrived, mm and rad.
-const ARRIVED: f64 = 1e-13;
+const POSITION_TOLERANCE: f64 = 1e-13;
 /// A pole nearer than this to the reach counts as reached, rad: errors of a machine tip it by less than that.
-const POLE: f64 = 1e-3;
+const POLE_TOLERANCE_RAD: f64 = 1e-3;
 
 impl Kinematics<'_> {
     /// All axis positions that bring the tool to a target; `near` orders them and holds axes that are free.
@@ -137,7 +137,7 @@ impl Kinematics<'_> {
             about,
             angles_rad: [lowest, highest],
             from_pole_rad: from.min(std::f64::consts::PI - from),
-            has_pole: [lowest < POLE, highest > std::f64::consts::PI - POLE],
+            has_pole: [lowest < POLE_TOLERANCE_RAD, highest > std::f64::consts::PI - POLE_TOLERANCE_RAD],
         }
     }
 
@@ -241,7 +241,7 @@ impl Five<'_, '_> {
             let step = |(a, b): (&f64, &f64)| (a - b).abs() / (1.0 + a.abs());
             let moved = next.iter().zip(&positions).map(step).fold(0.0, f64::max);
             positions = next;
-            if moved < ARRIVED || round + 1 == MOST_ROUNDS {
+            if moved < POSITION_TOLERANCE || round + 1 == MOST_ROUNDS {
                 // the errors of other positions may put a direction at the edge out of reach: only those of the end count
                 if by_rad > 0.0 && branch > 0 {
                     return Ok(None);

@@ -18,7 +18,7 @@ pub enum TwoTurns {
 }
 
 /// Directions nearer to an axis than this are taken as along it, rad: rounding of products of rotations stays below.
-const ALONG: f64 = 1e-13;
+const ALONG_WITHIN_RAD: f64 = 1e-13;
 /// `to` beyond the reach by no more than this is at its edge, rad.
 const AT_THE_EDGE: f64 = 1e-12;
 
@@ -29,10 +29,10 @@ const AT_THE_EDGE: f64 = 1e-12;
 pub fn two_turns(k1: &Vector3<f64>, k2: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> TwoTurns {
     let normal = k1.cross(k2);
     let across = normal.norm_squared();
-    if across < ALONG * ALONG {
+    if across < ALONG_WITHIN_RAD * ALONG_WITHIN_RAD {
         return TwoTurns::Parallel;
     }
-    let [first_free, second_free] = [to.cross(k1).norm() < ALONG, from.cross(k2).norm() < ALONG];
+    let [first_free, second_free] = [to.cross(k1).norm() < ALONG_WITHIN_RAD, from.cross(k2).norm() < ALONG_WITHIN_RAD];
     let (along, one, two) = (k1.dot(k2), k1.dot(to), k2.dot(from));
     let (alpha, beta) = ((one - along * two) / across, (two - along * one) / across);
     let rest = 1.0 - alpha * alpha - beta * beta - 2.0 * alpha * beta * along;
@@ -91,7 +91,7 @@ pub(super) fn turn_between(k: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f
 fn nearest(k1: &Vector3<f64>, k2: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>, edge: f64) -> (f64, f64) {
     let aside = to - k1 * k1.dot(to);
     // along k1 every direction of the edge is as near as another
-    let aside = aside.try_normalize(ALONG).unwrap_or_else(|| (k2 - k1 * k1.dot(k2)).normalize());
+    let aside = aside.try_normalize(ALONG_WITHIN_RAD).unwrap_or_else(|| (k2 - k1 * k1.dot(k2)).normalize());
     let at_edge = k1 * edge.cos() + aside * edge.sin();
     let normal = k1.cross(k2);
     let (along, one, two) = (k1.dot(k2), k1.dot(&at_edge), k2.dot(from));

@@ -42,9 +42,9 @@ pub(super) struct MeshUse<F: Fn(f64) -> String> {
 }
 
 /// A mesh smaller than this part of the machine has most likely another unit.
-const TINY: f64 = 1.0 / 300.0;
+const LEAST_SHARE_OF_MACHINE: f64 = 1.0 / 300.0;
 /// A mesh larger than this many machines has most likely another unit.
-const HUGE: f64 = 20.0;
+const MOST_TIMES_MACHINE: f64 = 20.0;
 
 /// Size of a machine by its travels and the places of its axes, mm.
 pub(super) fn machine_size_mm(machine: &Machine) -> f64 {
@@ -111,10 +111,10 @@ fn mesh_solids<F: Fn(f64) -> String>(folder: &Path, name: &str, how: &MeshUse<F>
         machine_mm: how.machine_size_mm,
         other_scale: (how.other_scale)(factor),
     };
-    if size_mm.is_finite() && size_mm > HUGE * how.machine_size_mm {
+    if size_mm.is_finite() && size_mm > MOST_TIMES_MACHINE * how.machine_size_mm {
         return Err(off(1e-3));
     }
-    if size_mm > 0.0 && size_mm < TINY * how.machine_size_mm && !how.small_is_meant {
+    if size_mm > 0.0 && size_mm < LEAST_SHARE_OF_MACHINE * how.machine_size_mm && !how.small_is_meant {
         return Err(off(1e3));
     }
     convex_pieces(&triangles).map_err(|why| MeshFileError::Shape { file: name.into(), why })

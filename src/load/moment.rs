@@ -34,10 +34,15 @@ impl Moment {
         self.day.is_some()
     }
 
-    /// Seconds since the beginning of 1970 where days count, else since midnight.
-    pub fn seconds(&self, with_days: bool) -> f64 {
+    /// Seconds since midnight.
+    pub fn seconds_of_day(&self) -> f64 {
+        self.of_day_s
+    }
+
+    /// Seconds since the beginning of 1970; since midnight where no day is stated.
+    pub fn seconds_since_1970(&self) -> f64 {
         let days = |day: Date| day.duration_since(date(1970, 1, 1)).as_hours() as f64 / 24.0;
-        self.of_day_s + if with_days { self.day.map_or(0.0, days) * DAY_S } else { 0.0 }
+        self.of_day_s + self.day.map_or(0.0, days) * DAY_S
     }
 }
 
@@ -265,7 +270,7 @@ mod tests {
     fn since(one: &str, other: &str) -> f64 {
         let [one, other] = [one, other].map(|text| Moment::from_text(text).expect(text));
         assert!(one.has_day() == other.has_day());
-        one.seconds(one.has_day()) - other.seconds(one.has_day())
+        one.seconds_since_1970() - other.seconds_since_1970()
     }
 
     #[test]

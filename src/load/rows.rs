@@ -7,7 +7,7 @@ use crate::load::checked_text::message::LoadError;
 use crate::machine::Machine;
 use crate::session::{LengthColumn, Recording};
 use crate::statistics::median;
-use crate::units::MM_PER_INCH;
+use crate::units::OtherUnit;
 
 /// How far a reading may lie from the bar's calibrated length, mm: the stroke of long-range bars with room to spare.
 const STROKE_LIMIT_MM: f64 = 5.0;
@@ -148,10 +148,9 @@ fn refuse_outside_stroke(
         if recording.column.is_deviation() {
             return Err(LoadError::file(file, no_deviations(recording, middle - bar, bar, &stroke)));
         }
-        let hint = if near(1000.0) {
-            "the column seems to be in metres, length_mm is in mm"
-        } else if near(MM_PER_INCH) {
-            "the column seems to be in inches, length_mm is in mm"
+        let unit = [OtherUnit::METRES, OtherUnit::INCHES].into_iter().find(|unit| near(unit.size));
+        let hint = if let Some(OtherUnit { name, .. }) = unit {
+            &format!("the column seems to be in {name}, length_mm is in mm")
         } else if middle.abs() <= STROKE_LIMIT_MM {
             "the column seems to be the deviation, length_mm is the absolute ball-to-ball length; name it deviation_mm"
         } else {

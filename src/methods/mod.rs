@@ -41,5 +41,6 @@ pub use runs::{Bar, Runs, Scatter};
 pub use swept::{Course, Swept, SweptOver};
 pub use thesis::{ThesisEstimate, chapter4, chapter5, chapter6};
 pub use thesis_value::{ThesisMethod, ThesisValue};
-pub use trace::{TestTrace, TraceDeviations, common_centre, recorded_passes};
+pub(crate) use trace::common_centre;
+pub use trace::{TestTrace, TraceDeviations, recorded_passes};
 pub use turning::{TurningCircle, turning_circle};

@@ -6,6 +6,7 @@ use super::error::MethodError;
 use super::swept::Course;
 use crate::chain::Chain;
 use crate::session::{Session, Test};
+use crate::statistics::mean;
 use crate::units::UM_PER_MM;
 
 /// A recorded test of a session.
@@ -62,7 +63,7 @@ impl TestTrace {
         let bar_mm = test.bar_length_mm;
         let is_level = |radius: &f64| bar_mm.is_none_or(|bar| (bar - radius).abs() < LEVEL_MM);
         let commanded_mm = self.course.swept.as_ref().and_then(|swept| swept.radius_mm).filter(is_level);
-        let usual_mm = || finite.iter().sum::<f64>() / finite.len().max(1) as f64;
+        let usual_mm = || mean(finite.iter().copied()).unwrap_or(0.0);
         let nominal_mm = commanded_mm.or(bar_mm).unwrap_or_else(usual_mm);
         let (mut read_um, mut left_out_um, mut model_um) = (Vec::new(), Vec::new(), Vec::new());
         for (row, length) in lengths.iter().enumerate() {

@@ -18,17 +18,27 @@ pub(super) struct Rests {
     pub after: Vec<Step>,
 }
 
+/// Which of the two directions of a test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Direction {
+    /// The rising one.
+    First,
+    /// The falling one.
+    Second,
+}
+
 impl Rests {
-    /// Those of the rising direction, or of the falling one, which is the second.
-    pub fn of(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates, is_first: bool) -> Rests {
+    pub fn of(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates, direction: Direction) -> Rests {
         let rest = || vec![Step::Dwell(REST_S)];
         let (Some(marks), [low, .., high]) = (planned.test.marks, planned.run.as_slice()) else {
             return Rests { before: rest(), after: rest() };
         };
         let mark = |row: &[f64]| mark(machine, planned, coordinates, marks, row);
-        let (begin, end) = if is_first { (low, high) } else { (high, low) };
         // one gap between the two directions
-        let (lead, tail) = if is_first { (Some(REST_S), marks.gap_s) } else { (None, REST_S) };
+        let (begin, end, lead, tail) = match direction {
+            Direction::First => (low, high, Some(REST_S), marks.gap_s),
+            Direction::Second => (high, low, None, REST_S),
+        };
         let near = Step::Dwell(marks.rest_s);
         Rests {
             before: lead.map(Step::Dwell).into_iter().chain(mark(begin)).chain([near.clone()]).collect(),

@@ -26,10 +26,11 @@ mod work_zero;
 
 pub use coordinates::Coordinates;
 pub use dialect::Dialect;
-pub use dry_run::little_words;
-pub use head::{ball_speed, without_machine_zero};
+pub(crate) use dry_run::little_words;
+pub(crate) use head::ball_speed;
+pub use head::without_machine_zero;
 pub use program_text::{dry_run_program, program};
-pub use setup_words::placing_words;
+pub(crate) use setup_words::placing_words;
 pub use step::{Curves, Step};
 pub use test_steps::steps;
 pub use work_zero::zero_words;

@@ -1,7 +1,7 @@
 //! Steps of one planned test: park, way to the setup, runs both ways, way back.
 
 use super::coordinates::Coordinates;
-use super::marks::Rests;
+use super::marks::{Direction, Rests};
 use super::run::run;
 use super::setup_words::{park_words, pivot_words};
 use super::step::{Curves, Step};
@@ -37,10 +37,11 @@ pub fn steps(machine: &Machine, planned: &PlannedTest, coordinates: &Coordinates
     steps.extend(way::there(machine, planned, coordinates));
     steps.push(Step::Stop("mount the bar and start the recording".into()));
     let (from, to) = (planned.sweep.from_deg, planned.sweep.to_deg);
-    for (test, (first, second)) in planned.both_ways().iter().zip([(from, to), (to, from)]) {
+    let directions = [(Direction::First, from, to), (Direction::Second, to, from)];
+    for (test, (direction, first, second)) in planned.both_ways().iter().zip(directions) {
         steps.push(Step::Say(format!("{} capture {first} to {second}", test.name)));
         // the machine stands where the run-in begins, or where the last run-out ended
-        let rests = Rests::of(machine, planned, coordinates, from == first);
+        let rests = Rests::of(machine, planned, coordinates, direction);
         steps.extend(rests.before);
         steps.extend(run(machine, planned, test, coordinates, curves));
         steps.extend(rests.after);

@@ -43,7 +43,7 @@ pub struct Located {
 /// an arm. Poses of two joints alone are seen nearly as well by a target on the other side of them.
 const START_MM: [f64; 2] = [150.0, 1000.0];
 /// Rows that a start is judged on.
-const FEW: usize = 60;
+const ROWS_OF_A_START: usize = 60;
 /// Steps of Gauss–Newton.
 const STEPS: usize = 40;
 /// A step this small ends them, mm.
@@ -63,7 +63,7 @@ pub fn locate(sightings: &[Sighting], target: Target) -> Option<Located> {
     if sightings.len() < 3 {
         return None;
     }
-    let few: Vec<Sighting> = sightings.iter().step_by(sightings.len().div_ceil(FEW)).cloned().collect();
+    let few: Vec<Sighting> = sightings.iter().step_by(sightings.len().div_ceil(ROWS_OF_A_START)).cloned().collect();
     let sides = START_MM
         .into_iter()
         .flat_map(|size| [0, 1, 2].into_iter().flat_map(move |k| [size, -size].map(|size| Vector3::ith(k, size))));

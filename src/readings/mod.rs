@@ -15,9 +15,13 @@ mod rotation;
 mod same_point;
 mod scalar;
 
-pub use contract::{At, Kind, Mount, NOISE_CLASSES, Part, Reading};
-pub use locate::{Located, Sighting, Target, locate};
+pub(crate) use contract::NOISE_CLASSES;
+pub use contract::{At, Kind, Mount, Part, Reading};
+pub(crate) use locate::locate;
+pub use locate::{Located, Sighting, Target};
 pub use point::coordinate;
-pub use pose::{LEVER_MM, euler_xyz, quaternion, rotation_of_euler_xyz, rotation_of_quaternion, turn};
-pub use rotation::{nearest_rotation, rotation};
+pub use pose::{LEVER_MM, quaternion, turn};
+pub(crate) use pose::{euler_xyz, rotation_of_euler_xyz, rotation_of_quaternion};
+pub(crate) use rotation::nearest_rotation;
+pub use rotation::rotation;
 pub use scalar::{Mounted, Scalar};

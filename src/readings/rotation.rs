@@ -13,13 +13,13 @@ pub fn rotation_vector(matrix: &Matrix3<f64>) -> Vector3<f64> {
 }
 
 /// Angles below which the series are exact to rounding, rad.
-const SMALL: f64 = 1e-4;
+const SERIES_BELOW_RAD: f64 = 1e-4;
 
 /// `J` with `rotation(v + δ) ≈ rotation(J δ) · rotation(v)` (Barfoot, State Estimation for Robotics, 7.37).
 pub fn left_jacobian(vector: &Vector3<f64>) -> Matrix3<f64> {
     let cross = vector.cross_matrix();
     let angle = vector.norm();
-    let (first, second) = match angle < SMALL {
+    let (first, second) = match angle < SERIES_BELOW_RAD {
         true => (0.5, 1.0 / 6.0),
         false => ((1.0 - angle.cos()) / angle.powi(2), (angle - angle.sin()) / angle.powi(3)),
     };
@@ -30,7 +30,7 @@ pub fn left_jacobian(vector: &Vector3<f64>) -> Matrix3<f64> {
 pub fn inverse_right_jacobian(vector: &Vector3<f64>) -> Matrix3<f64> {
     let cross = vector.cross_matrix();
     let angle = vector.norm();
-    let second = match angle < SMALL {
+    let second = match angle < SERIES_BELOW_RAD {
         true => 1.0 / 12.0,
         false => angle.powi(-2) - (1.0 + angle.cos()) / (2.0 * angle * angle.sin()),
     };

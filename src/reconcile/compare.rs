@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::ReconcileError;
 use crate::machine::ErrorName;
+use crate::statistics::Fitted;
 
 /// What whitens stated errors and takes the machine's own out of them.
 pub struct Frame {
@@ -108,7 +109,7 @@ pub fn select(
 }
 
 /// Sizes of directions by least squares, with standard deviations; `None` when they are not independent.
-pub fn sizes(disagreement: &DVector<f64>, directions: &[&DVector<f64>]) -> Option<Vec<(f64, f64)>> {
+pub fn sizes(disagreement: &DVector<f64>, directions: &[&DVector<f64>]) -> Option<Vec<Fitted>> {
     if directions.is_empty() {
         return Some(Vec::new());
     }
@@ -116,5 +117,5 @@ pub fn sizes(disagreement: &DVector<f64>, directions: &[&DVector<f64>]) -> Optio
     let matrix = DMatrix::from_columns(&columns);
     let inverse = (matrix.transpose() * &matrix).cholesky()?.inverse();
     let found = &inverse * matrix.transpose() * disagreement;
-    Some(found.iter().enumerate().map(|(k, size)| (*size, inverse[(k, k)].sqrt())).collect())
+    Some(found.iter().enumerate().map(|(k, size)| Fitted { value: *size, sigma: inverse[(k, k)].sqrt() }).collect())
 }

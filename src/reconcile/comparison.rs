@@ -7,6 +7,7 @@ use super::compare::{Selection, select, sizes};
 use super::deciding::{DecidingTest, deciding};
 use super::prepared::Prepared;
 use super::verdict::{Difference, Disagreement, Verdict};
+use crate::statistics::Fitted;
 
 /// χ² by which a cause may do worse than the circle that it replaces: 1 % of one degree of freedom.
 const REPLACED_CHI2: f64 = 6.63;
@@ -54,9 +55,9 @@ impl Prepared {
     fn disagreements(&self, disagreement: &DVector<f64>, selection: &Selection) -> Vec<Disagreement> {
         let picked: Vec<&DVector<f64>> = selection.picks.iter().map(|pick| &self.circles[*pick].1).collect();
         let found = sizes(disagreement, &picked).unwrap_or_default();
-        let one = |((pick, alike), size): ((&usize, &Vec<usize>), (f64, f64))| {
+        let one = |((pick, alike), size): ((&usize, &Vec<usize>), Fitted)| {
             let circle = self.circles[*pick].0;
-            let moved = self.stacked(&self.causes[circle], &DVector::zeros(self.names.len())) * size.0;
+            let moved = self.stacked(&self.causes[circle], &DVector::zeros(self.names.len())) * size.value;
             let sigma = |k: usize| self.covariance[(k, k)].sqrt();
             // what moves by less than its own uncertainty is not part of it
             let moves = (0..self.names.len()).filter(|k| moved[*k].abs() > sigma(*k));
@@ -85,7 +86,7 @@ impl Prepared {
             sizes(&plain, &model).and_then(|found| found.first().copied())
         });
         let is_plausible = match (of.limit, size) {
-            (Some(limit), Some((size, sigma))) => size.abs() <= limit + 2.0 * sigma && sigma <= limit,
+            (Some(limit), Some(Fitted { value: size, sigma })) => size.abs() <= limit + 2.0 * sigma && sigma <= limit,
             (Some(_), None) => false,
             (None, _) => true,
         };

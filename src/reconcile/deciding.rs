@@ -73,7 +73,7 @@ fn predict(prepared: &Prepared, values: &DVector<f64>, verdict: &Verdict, candid
     let (Candidate::Again { claim, group } | Candidate::ShortInPlace { claim, group }) = candidate;
     let design = &prepared.designs[claim];
     let cause = &prepared.causes[verdict.cause];
-    let size = verdict.size.map_or(1.0, |(size, _)| size);
+    let size = verdict.size.map_or(1.0, |size| size.value);
     let corrected = match verdict.size {
         Some(_) => values - prepared.stacked(cause, values) * size,
         None => values + prepared.stacked(cause, values),

@@ -25,7 +25,7 @@ mod verdict;
 
 pub use budget::{Budget, Limits};
 pub use causes::{Cause, Kind};
-pub use chance::{FALSE_ALARMS, chance};
+pub use chance::chance;
 pub use comparison::Reconciliation;
 pub use deciding::{Candidate, DecidingTest};
 pub use design::{Design, Group};

@@ -1,6 +1,7 @@
 //! What a comparison says: differences of two claims, circles that would have to be off, what became of a cause. It compares nothing.
 
 use crate::machine::ErrorName;
+use crate::statistics::Fitted;
 
 /// One error stated by two claims.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,8 +23,8 @@ pub struct Difference {
 pub struct Disagreement {
     /// Index among the causes: the bar's reading of this circle.
     pub circle: usize,
-    /// µm, with its standard deviation.
-    pub size: (f64, f64),
+    /// µm.
+    pub size: Fitted,
     /// What it moves in its claim, µm and arcsec: these values are one disagreement.
     pub moves: Vec<(ErrorName, f64)>,
     /// Other circles that would do as well, as causes.
@@ -34,8 +35,8 @@ pub struct Disagreement {
 #[derive(Debug, Clone)]
 pub struct Verdict {
     pub cause: usize,
-    /// Fitted size with its standard deviation; `None` for an assumption.
-    pub size: Option<(f64, f64)>,
+    /// Fitted size, in the cause's unit; `None` for an assumption.
+    pub size: Option<Fitted>,
     /// Disagreements, by index, that it does away with.
     pub explains: Vec<usize>,
     /// How many circles still stand out.

@@ -9,7 +9,7 @@ use crate::machine::Machine;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 /// Blocks that stay, told in words up to this many.
-const TOLD: usize = 10;
+const MOST_BLOCKS_TOLD: usize = 10;
 /// Directions that stay off by less are told as met, arcsec.
 const MET_ARCSEC: f64 = 0.01;
 
@@ -79,10 +79,10 @@ pub fn summary_text(machine: &Machine, summary: &Summary, file: &str) -> String 
             off.join(" and ")
         );
     }
-    for marked in summary.marked.iter().take(TOLD) {
+    for marked in summary.marked.iter().take(MOST_BLOCKS_TOLD) {
         let _ = writeln!(text, "not corrected: {marked}");
     }
-    if summary.marked_count as usize > TOLD {
+    if summary.marked_count as usize > MOST_BLOCKS_TOLD {
         let _ = writeln!(text, "not corrected: {} blocks in all", summary.marked_count);
     }
     for (code, line) in &summary.unusual_m {

@@ -3,6 +3,7 @@
 pub mod capture;
 pub mod check;
 pub mod circles;
+pub mod clearance;
 pub mod compensate;
 pub mod control;
 mod diagnoses;

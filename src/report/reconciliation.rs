@@ -10,6 +10,7 @@ use crate::reconcile::{
 use crate::report::fits::fit_text::wrapped;
 use crate::report::wording::table::Table;
 use crate::session::Claim;
+use crate::statistics::Fitted;
 use crate::units::ARCSEC_PER_RAD;
 
 const COORDINATES: [char; 3] = ['x', 'y', 'z'];
@@ -80,7 +81,7 @@ fn unit(prepared: &Prepared, cause: usize) -> &'static str {
 
 fn size_text(prepared: &Prepared, verdict: &Verdict) -> String {
     match verdict.size {
-        Some((size, sigma)) => format!("{size:+.1} ± {sigma:.1} {}", unit(prepared, verdict.cause)),
+        Some(Fitted { value: size, sigma }) => format!("{size:+.1} ± {sigma:.1} {}", unit(prepared, verdict.cause)),
         None => "–".into(),
     }
 }
@@ -194,7 +195,7 @@ fn disagreement_text(claims: &[Claim], prepared: &Prepared, index: usize, disagr
         .iter()
         .map(|(name, value)| format!("{name} by {value:+.2} {}", error_unit(name.component.is_angle())))
         .collect();
-    let (size, sigma) = disagreement.size;
+    let Fitted { value: size, sigma } = disagreement.size;
     let mut words = format!(
         "{}. {} by {size:+.1} ± {sigma:.1} µm; with it go {}",
         index + 1,
@@ -297,8 +298,8 @@ pub fn reconciliation_json(claims: &[Claim], prepared: &Prepared, found: &Reconc
         json!({
             "cause": what(prepared, cause),
             "result": cause.claim.map(|claim| claims[claim].name.as_str()),
-            "size": verdict.size.map(|(size, _)| size),
-            "sigma": verdict.size.map(|(_, sigma)| sigma),
+            "size": verdict.size.map(|size| size.value),
+            "sigma": verdict.size.map(|size| size.sigma),
             "unit": verdict.size.map(|_| cause.unit),
             "limit": cause.limit,
             "explains": verdict.explains.iter().map(|k| k + 1).collect::<Vec<_>>(),
@@ -333,8 +334,8 @@ pub fn reconciliation_json(claims: &[Claim], prepared: &Prepared, found: &Reconc
         "degrees_of_freedom": found.degrees_of_freedom,
         "disagreements": found.disagreements.iter().map(|disagreement| json!({
             "circle": named(prepared, claims, disagreement.circle),
-            "size_um": disagreement.size.0,
-            "sigma_um": disagreement.size.1,
+            "size_um": disagreement.size.value,
+            "sigma_um": disagreement.size.sigma,
             "moves": disagreement.moves.iter().map(|(name, value)| (name.to_string(), json!(value))).collect::<serde_json::Map<_, _>>(),
             "alike": disagreement.alike.iter().map(|cause| named(prepared, claims, *cause)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),

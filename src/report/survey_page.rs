@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::survey::tallies;
-use crate::survey::{ENVELOPE, Family, Outcome};
+use crate::survey::{ENVELOPE, Family, Outcome, tallies};
 use crate::units::Measure;
 
 const STYLE: &str = "body{font:14px/1.5 sans-serif;margin:2em auto;max-width:76em;padding:0 1em;color:#222}\

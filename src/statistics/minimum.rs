@@ -9,8 +9,15 @@ const GRID: i32 = 40;
 /// Halvings of the grid's step, from some mm down to less than a µm.
 const HALVINGS: usize = 22;
 
-/// Where a function is least within 40 steps of zero, and how much it is there.
-pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
+/// Where a function is least, and how much it is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Least {
+    pub at: f64,
+    pub value: f64,
+}
+
+/// Where a function is least within 40 steps of zero.
+pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> Least {
     let at = |k: i32| f64::from(k) * step;
     let grid: Vec<(f64, f64)> = (-GRID..=GRID).into_par_iter().map(|k| (at(k), of(at(k)))).collect();
     // of equals the unmoved one
@@ -26,17 +33,17 @@ pub fn least_along(of: &(impl Fn(f64) -> f64 + Sync), step: f64) -> (f64, f64) {
             }
         }
     }
-    (best, least)
+    Least { at: best, value: least }
 }
 
 /// Nelder–Mead in a few variables from `start` with first steps of `size`, restarted once to leave a collapsed simplex.
 pub fn minimise_few<const N: usize>(start: [f64; N], size: f64, cost: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
-    let first = simplex(start, size, SETTLED, &cost);
-    simplex(first, size / 3.0, SETTLED, &cost)
+    let first = simplex(start, size, SETTLED_COST, &cost);
+    simplex(first, size / 3.0, SETTLED_COST, &cost)
 }
 
 /// Difference of costs over a simplex that has settled: twice a log likelihood tells no finer.
-const SETTLED: f64 = 0.02;
+const SETTLED_COST: f64 = 0.02;
 
 /// One round of Nelder–Mead, until costs over the simplex differ by less than `settled`.
 fn simplex<const N: usize>(start: [f64; N], size: f64, settled: f64, cost: &impl Fn(&[f64; N]) -> f64) -> [f64; N] {
@@ -87,9 +94,9 @@ const SLOPE_OVER: f64 = 1e-5;
 const CURVATURE_OVER: f64 = 1e-3;
 /// Longest step in any variable, and the longest first one of a start that is near.
 const LONGEST_STEP: f64 = 1.0;
-const NEAR: f64 = 0.3;
+const FIRST_STEP_NEAR: f64 = 0.3;
 /// First steps of the simplex that leads there from a start that is far, and differences of costs over it that are near.
-const FAR: f64 = 0.5;
+const FIRST_STEP_FAR: f64 = 0.5;
 const NEAR_COSTS: f64 = 1.0;
 /// Fall that is still worth a step: the cost is twice a log likelihood, where 0.01 is nothing.
 const WORTH_A_STEP: f64 = 0.005;
@@ -138,9 +145,10 @@ fn moved<const N: usize>(x: &[f64; N], variable: usize, by: f64) -> [f64; N] {
 pub fn minimise_smooth<const N: usize>(start: [f64; N], cost: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
     let (mut x, mut least) = (start, cost(&start));
     let mut slopes = Slopes::of(&cost, &x, least);
-    let is_near = slopes.second.eigenvalues.min() > 0.0 && (slopes.inverse() * slopes.gradient).amax() < NEAR;
+    let is_near =
+        slopes.second.eigenvalues.min() > 0.0 && (slopes.inverse() * slopes.gradient).amax() < FIRST_STEP_NEAR;
     if !is_near {
-        x = simplex(start, FAR, NEAR_COSTS, &cost);
+        x = simplex(start, FIRST_STEP_FAR, NEAR_COSTS, &cost);
         least = cost(&x);
         slopes = Slopes::of(&cost, &x, least);
     }

@@ -30,11 +30,3 @@ pub fn third_differences(values: &[f64]) -> impl Iterator<Item = f64> {
 pub fn noise_of_rows(values: &[f64]) -> f64 {
     robust_sigma(third_differences(values)) / OF_THIRD_DIFFERENCES.sqrt()
 }
-
-/// Root mean square of the finite values.
-pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values
-        .filter(|value| value.is_finite())
-        .fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
-    (sum / count.max(1) as f64).sqrt()
-}

@@ -6,6 +6,7 @@
 //! | `alike` | which of them are one machine on the envelope? |
 //! | `envelope` | what machine stands for a topology? |
 //! | `outcome` | what does its plan reach, and from one pivot setup? |
+//! | `tally` | how many of each family are determined in full? |
 //! | `shard` | which topologies are one shard's? |
 
 mod alike;
@@ -13,12 +14,15 @@ mod codes;
 mod envelope;
 mod outcome;
 mod shard;
+mod tally;
 
 pub use alike::representative;
 pub use codes::codes;
-pub use envelope::{ENVELOPE, envelope};
+pub(crate) use envelope::ENVELOPE;
+pub use envelope::envelope;
 pub use outcome::{Family, Outcome, outcome, outcome_of};
 pub use shard::{Shard, ShardError};
+pub use tally::{Tally, tallies};
 
 use crate::bodies::Kit;
 use crate::machine::StructuralCode;

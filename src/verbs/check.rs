@@ -8,7 +8,9 @@ use fiveaxis::chain::{Chain, Composition, Geometry, sense_in_words};
 use fiveaxis::collision::{Meeting, World};
 use fiveaxis::load::{LinkChoice, load_machine_and_bodies_with_links, load_session, names_tests, positions_from_text};
 use fiveaxis::machine::{Directions, Machine};
-use fiveaxis::report::check::{LinkPose, Placement, Senses, SessionCheck, TestCheck, check_json, check_text};
+use fiveaxis::report::check::{
+    LinkPose, MovingAxis, Placement, Senses, SessionCheck, TestCheck, check_json, check_text,
+};
 use fiveaxis::report::meetings::BodyPairs;
 use fiveaxis::session::{Session, Setups};
 use fiveaxis::simulate::{component_errors_of, simulate};
@@ -155,8 +157,9 @@ fn session_check(session: &Session) -> Result<SessionCheck, Refusal> {
                 .iter()
                 .map(|&axis| {
                     let column = (0..trace.motion.rows()).map(|row| trace.motion.row(row)[axis]);
-                    let (from, to) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
-                    (axis, from, to)
+                    let (lowest, highest) =
+                        column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
+                    MovingAxis { axis, lowest, highest }
                 })
                 .collect();
             TestCheck {

@@ -8,7 +8,7 @@ use clap::Args;
 use fiveaxis::chain::Chain;
 use fiveaxis::compensate::{Compensator, Coordinates, LETTERS, LONGEST_LINE, OFFSET_NAMES, OffsetTable, Settings};
 use fiveaxis::disturbances::{into_component_errors_within, positions_seen, steps_seen, take_remembered};
-use fiveaxis::identify::DeterminedErrors;
+use fiveaxis::identify::{DeterminedError, DeterminedErrors};
 use fiveaxis::load::LoadError;
 use fiveaxis::machine::{Component, Effect, ErrorName};
 use fiveaxis::report::compensate::{summary_json, summary_text};
@@ -138,10 +138,10 @@ fn leave_out_undetermined(erring: &mut ErringMachine) {
     let Some((_, fit)) = &erring.fit else { return };
     let determined = DeterminedErrors::of(fit);
     determined.put_into(&mut erring.machine);
-    let name = |&(axis, component): &(usize, usize)| {
-        ErrorName::location(Component::ALL[component], &erring.machine.axes[axis].name).to_string()
+    let name = |error: &DeterminedError| {
+        ErrorName::location(Component::ALL[error.component], &erring.machine.axes[error.axis].name).to_string()
     };
-    let names: Vec<String> = determined.left_out.iter().map(name).collect();
+    let names: Vec<String> = determined.partial().map(name).collect();
     if !names.is_empty() {
         eprintln!(
             "fiveaxis: the readings leave {} uncertain by more than 10 µm or 10 arcsec: what they do not determine is corrected in part; identify says which tests would determine it",

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use fiveaxis::chain::Chain;
 use fiveaxis::import::{
-    Began, Capture, Feeds, ImportError, Pair, Placement, SessionTimes, Stated, WhyPlanned, pairs, place_named,
+    Began, Capture, Feeds, ImportError, Pair, Placement, Scale, SessionTimes, Stated, WhyPlanned, pairs, place_named,
     recordings, split_session,
 };
 use fiveaxis::load::printable::shortened;
@@ -261,19 +261,24 @@ fn began(arguments: &Arguments) -> Result<Option<Moment>, Refusal> {
 /// When captures were recorded within their session. What some of them state and cannot be is told; with `--began` it is refused.
 fn session_times(files: &[PathBuf], read: &[CaptureFile], began: Option<Moment>) -> Result<SessionTimes, Refusal> {
     // beside captures that state their day, one without states too little
-    let with_days = read.iter().filter_map(|capture| capture.began_at).any(|moment| moment.has_day());
-    let moment_of = |read: &CaptureFile| read.began_at.filter(|moment| moment.has_day() || !with_days);
+    let states_day = read.iter().filter_map(|capture| capture.began_at).any(|moment| moment.has_day());
+    let scale = if states_day { Scale::Days } else { Scale::OfDay };
+    let moment_of = |read: &CaptureFile| read.began_at.filter(|moment| moment.has_day() || !states_day);
+    let seconds_on = |scale: Scale, moment: Moment| match scale {
+        Scale::Days => moment.seconds_since_1970(),
+        Scale::OfDay => moment.seconds_of_day(),
+    };
     let stated: Vec<Stated> = (read.iter())
         .map(|read| Stated {
-            began_s: moment_of(read).map(|moment| moment.seconds(with_days)),
+            began_s: moment_of(read).map(|moment| seconds_on(scale, moment)),
             lasts_s: read.time_s.last().copied().unwrap_or(0.0),
         })
         .collect();
     let as_began = |began: Moment| {
-        let is_of_day = !(with_days && began.has_day());
-        Began { seconds: began.seconds(!is_of_day), is_of_day }
+        let scale = if began.has_day() { scale } else { Scale::OfDay };
+        Began { seconds: seconds_on(scale, began), scale }
     };
-    let times = SessionTimes::of(&stated, began.map(as_began), !with_days);
+    let times = SessionTimes::of(&stated, began.map(as_began), scale);
     let SessionTimes::Planned(why) = &times else { return Ok(times) };
     let file = |k: usize| files[k].display();
     let says = match *why {

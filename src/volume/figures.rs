@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::chain::Chain;
 use crate::inverse::{Kinematics, Tool};
 use crate::machine::Machine;
+use crate::statistics::mean;
 
 /// Error of the tool at one pose.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +56,7 @@ pub fn share(mut amounts: Vec<f64>) -> Share {
     amounts.sort_by(f64::total_cmp);
     let count = amounts.len();
     let at = ((0.95 * count as f64).ceil() as usize).clamp(1, count) - 1;
-    Share { mean: amounts.iter().sum::<f64>() / count as f64, p95: amounts[at], largest: amounts[count - 1] }
+    Share { mean: mean(amounts.iter().copied()).unwrap_or(f64::NAN), p95: amounts[at], largest: amounts[count - 1] }
 }
 
 impl Figures {

@@ -10,6 +10,7 @@ use crate::chain::Chain;
 use crate::identify::Fit;
 use crate::inverse::{Kinematics, Tool};
 use crate::machine::Machine;
+use crate::statistics::mean;
 
 /// Standard deviations of figures by the fit, and what stays unknown of the tool's pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +44,8 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
         let normal = DVector::from_fn(free.len(), |_, _| StandardNormal.sample(&mut random));
         let change: DVector<f64> = &root * normal;
         let mut one = machine.clone();
-        for (k, &(_, axis, component)) in free.iter().enumerate() {
-            one.axes[axis].location_errors[component] += change[k];
+        for (k, of) in free.iter().enumerate() {
+            one.axes[of.axis].location_errors[of.component] += change[k];
         }
         let mut errors = pose_errors(&one, &chain, tool, &poses);
         drawn.push(Figures::of(&errors));
@@ -63,7 +64,7 @@ pub fn spread(machine: &Machine, fit: &Fit, tool: Tool, poses: &[Vec<f64>]) -> S
 fn deviations(drawn: &[Figures]) -> Figures {
     let of = |figure: &dyn Fn(&Figures) -> f64| -> f64 {
         let values: Vec<f64> = drawn.iter().map(figure).collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
         (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1).max(1) as f64).sqrt()
     };
     let share = |pick: fn(&Figures) -> Share| Share {

@@ -31,7 +31,7 @@ pub struct Finding {
 const THERE_AND_BACK: f64 = 0.2;
 
 /// A rival of at least this share of a finding's probability leaves its cause open: worse than two to one.
-const NEAR: f64 = 0.5;
+const LEAST_SHARE_OF_A_RIVAL: f64 = 0.5;
 
 impl Finding {
     /// Effects whose form is told: none where the place stands and the form does not.
@@ -45,7 +45,7 @@ impl Finding {
     /// The most probable rival where it leaves the cause open, in words.
     pub(crate) fn near_rival(&self) -> Option<String> {
         let (rival, probability) = self.rivals.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (*probability >= NEAR * self.probability).then(|| {
+        (*probability >= LEAST_SHARE_OF_A_RIVAL * self.probability).then(|| {
             let components =
                 if rival.components.is_empty() { String::new() } else { format!(" ({})", rival.components.join(" ")) };
             format!(

@@ -17,6 +17,7 @@ use crate::diagnose::selection::shapes::trajectory::{growing_outlets, growth};
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, UNKNOWN, is_a, kind, signature};
 use crate::machine::{Effect, Outlet, ParameterValue, Size};
+use crate::statistics::{rms, standard_deviation};
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -285,14 +286,12 @@ fn shows(model: &LinearModel, columns: &[Accepted], own: &[usize], regression: &
                 *total += size * value;
             }
         }
-        let mean = sum.iter().sum::<f64>() / rows.max(1) as f64;
-        let rms = (sum.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rows.max(1) as f64).sqrt();
-        shares.push((test, rms * 1e3));
+        shares.push((test, standard_deviation(&sum) * 1e3));
     }
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let largest = shares.first().map_or(0.0, |(_, rms)| *rms);
     shares.retain(|(_, rms)| *rms > 0.3 * largest);
-    let rms = (shares.iter().map(|(_, rms)| rms * rms).sum::<f64>() / shares.len().max(1) as f64).sqrt();
+    let rms = rms(shares.iter().map(|(_, rms_um)| *rms_um));
     (shares.iter().take(12).map(|(test, _)| model.context.session().tests[*test].name.clone()).collect(), rms)
 }
 

@@ -16,9 +16,9 @@ use crate::effects::DESCRIBED_BY_NAME;
 /// Rise of the probability below which a test is not worth proposing.
 const LEAST_RISE: f64 = 0.02;
 /// Probabilities this close count as equal: the shorter test is proposed then.
-const ALIKE: f64 = 0.01;
+const EQUAL_PROBABILITY: f64 = 0.01;
 /// Amplitudes of a rival may be so many times those that it has now.
-const LOOSE: f64 = 10.0;
+const MOST_TIMES_AMPLITUDE: f64 = 10.0;
 
 /// Proposes a test for a finding with rivals; `candidates` are lead and rivals, the lead first, as the search left them.
 pub fn next_test(layout: &Layout, finding: &Finding, candidates: &[(Cause, &Candidate)]) -> Option<NextTest> {
@@ -58,7 +58,7 @@ fn judged(
     let gaps = |run: &[usize]| -> Vec<f64> {
         let rows = longer.rows_with(run);
         let gap = |truth: (&Candidate, &[Column]), imitator: (&Candidate, &[Column])| -> f64 {
-            let loose = LOOSE * imitator.0.judgement.tau.max(1.0);
+            let loose = MOST_TIMES_AMPLITUDE * imitator.0.judgement.tau.max(1.0);
             let joint: Vec<Accepted> =
                 imitator.1.iter().map(|column| Accepted { column: column.clone(), prior: loose }).collect();
             let regression = Regression::new(model, &longer.noise, &joint, &rows);
@@ -91,7 +91,7 @@ fn judged(
         .collect();
     let best = judged.iter().map(|(odds, ..)| *odds).fold(0.0, f64::max);
     let (odds_after, minutes, index) =
-        judged.into_iter().filter(|(odds, ..)| *odds > best - ALIKE).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        judged.into_iter().filter(|(odds, ..)| *odds > best - EQUAL_PROBABILITY).min_by(|a, b| a.1.total_cmp(&b.1))?;
     (odds_after > finding.probability + LEAST_RISE).then(|| NextTest {
         says: format!("{}: {:.0} min", proposals[index].says, minutes.max(1.0)),
         odds_after,

@@ -15,6 +15,7 @@ use crate::diagnose::selection::selected::Candidate;
 use crate::diagnose::selection::shapes::trajectory::{Trajectories, grows, is_once_per_turn, told_along_its_axis};
 use crate::effects::{Signature, is_a, kind, signature};
 use crate::machine::{Effect, Outlet};
+use crate::statistics::{mean, rms, standard_deviation};
 use crate::units::Measure;
 
 /// Size of a finding's leading effect; `parts` are the accepted columns of its terms, once for every shape whose
@@ -54,10 +55,10 @@ pub fn size_of(
             let is_slip = is_a(&cause.effect, Signature::Jump);
             let longer = match signature(&cause.effect) {
                 Some(Signature::Sag) => WIDENED_SAG,
-                _ if is_slip => WIDENED,
-                _ => WIDER,
+                _ if is_slip => WIDENED_JUMP,
+                _ => WIDENED_MOTION,
             };
-            let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN * prior, longer));
+            let over = |longer: f64| drawn(&value_at, &amplitudes, &sub, &held, (HIDDEN_SHARE * prior, longer));
             let spread = over(longer).unwrap_or((value, first_order(&value_at, &amplitudes, &sub)));
             // these have no favourite direction: the hidden part is likely as long as a seen one
             let even = match is_slip {
@@ -126,10 +127,10 @@ fn first_order(value_at: &impl Fn(&[f64]) -> f64, amplitudes: &[f64], covariance
 
 /// Share of the prior that a direction keeps when it is hidden, and the factors by which a jump, a sag and another motion
 /// may then be larger.
-const HIDDEN: f64 = 0.6;
-const WIDENED: f64 = 2.5;
+const HIDDEN_SHARE: f64 = 0.6;
+const WIDENED_JUMP: f64 = 2.5;
 const WIDENED_SAG: f64 = 5.0;
-const WIDER: f64 = 1.5;
+const WIDENED_MOTION: f64 = 1.5;
 /// The same for orders of a whole turn: the largest of several components is a little more than a typical one.
 const HIDDEN_ORDERS: f64 = 1.15;
 /// Uncertainty of an error motion over part of a turn, as a share: what of it placement takes up differs from arc to arc.
@@ -151,8 +152,7 @@ fn drawn(
     let spread: Vec<f64> = eigen.eigenvalues.iter().map(|value| value.max(0.0).sqrt()).collect();
     // what is hidden is as large as what is seen
     let along = eigen.eigenvectors.tr_mul(&DVector::from_column_slice(amplitudes));
-    let seen: Vec<f64> = (0..count).filter(|&k| spread[k] <= hidden_from).map(|k| along[k].powi(2)).collect();
-    let typical = (seen.iter().sum::<f64>() / seen.len().max(1) as f64).sqrt();
+    let typical = rms((0..count).filter(|&k| spread[k] <= hidden_from).map(|k| along[k]));
     let spread: Vec<f64> =
         spread.into_iter().map(|own| if own > hidden_from { longer * own.min(typical) } else { own }).collect();
     // the symmetric root: it does not depend on the signs of the eigenvectors, which are chance
@@ -167,9 +167,8 @@ fn drawn(
             value_at(&amplitudes)
         })
         .collect();
-    let mean = sizes.iter().sum::<f64>() / DRAWS as f64;
-    let variance = sizes.iter().map(|size| (size - mean).powi(2)).sum::<f64>() / DRAWS as f64;
-    mean.is_finite().then_some((mean, variance.sqrt()))
+    let mean = mean(sizes.iter().copied()).filter(|mean| mean.is_finite())?;
+    Some((mean, standard_deviation(&sizes)))
 }
 
 /// Size of a candidate with the amplitudes that it was judged with.

@@ -2,7 +2,7 @@
 //! any size while the sum is sure. It fits nothing.
 
 use crate::effects::VIBRATION;
-use crate::statistics::NoiseModel;
+use crate::statistics::{NoiseModel, mean};
 use nalgebra::DMatrix;
 
 use super::finding::SizeFound;
@@ -157,7 +157,7 @@ fn motions(
             return Motion { square: 0.0, weight: 0.0 };
         }
         let course = course(model, parts, direction, test, rows);
-        let mean_square = course.iter().map(|value| value * value).sum::<f64>() / rows.max(1) as f64;
+        let mean_square = mean(course.iter().map(|value| value * value)).unwrap_or(0.0);
         // noise alone has a square as well, of a cosine and of a sine
         Motion { square: 2.0 * mean_square / known.powi(2) - 2.0 * variance / known, weight: known / variance }
     };
@@ -201,7 +201,7 @@ fn same_direction(model: &LinearModel, one: &Term, other: &Term, test: usize) ->
 
 /// Fall of the weighted squares from which a test shows what the lead has no part in, and the least loudness there, as a share
 /// of the lead's own: a vibration along one direction shakes the others a little.
-const UNSEEN: f64 = 100.0;
+const LEAST_FALL_OF_SQUARES: f64 = 100.0;
 const UNSEEN_SHARE: f64 = 0.12;
 
 /// Whether a vibration moves tests that another one of its line, along one direction, cannot move: by what both were judged
@@ -230,5 +230,5 @@ pub(crate) fn moves_elsewhere(wider: &Candidate, lead: &Candidate, noise: &[Nois
         }
     }
     let loudness = |(sum, rows): (f64, usize)| (sum / rows.max(1) as f64).sqrt();
-    shown > UNSEEN && loudness(elsewhere) > UNSEEN_SHARE * loudness(own)
+    shown > LEAST_FALL_OF_SQUARES && loudness(elsewhere) > UNSEEN_SHARE * loudness(own)
 }

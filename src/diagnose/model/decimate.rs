@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::session::{Clock, Recording, Session};
+use crate::statistics::mean;
 
 /// Rows of a trace that slow effects need.
 const ROWS: usize = 150;
@@ -63,7 +64,7 @@ pub fn keep_few_rows(recording: &mut Recording) {
 
 /// Means over the rows of each group that take part; over all of them where none does.
 fn average(recording: &mut Recording, groups: &[Range<usize>], kept: &[bool]) {
-    let mean = |column: &[f64]| -> Vec<f64> {
+    let means = |column: &[f64]| -> Vec<f64> {
         groups
             .iter()
             .map(|group| {
@@ -75,20 +76,20 @@ fn average(recording: &mut Recording, groups: &[Range<usize>], kept: &[bool]) {
             .collect()
     };
     // a thermometer may be read less often than the bar
-    let mean_read = |column: &[f64]| -> Vec<f64> {
+    let means_read = |column: &[f64]| -> Vec<f64> {
         groups
             .iter()
             .map(|group| {
-                let read: Vec<f64> = column[group.clone()].iter().copied().filter(|value| value.is_finite()).collect();
-                if read.is_empty() { f64::NAN } else { read.iter().sum::<f64>() / read.len() as f64 }
+                let read = column[group.clone()].iter().copied().filter(|value| value.is_finite());
+                mean(read).unwrap_or(f64::NAN)
             })
             .collect()
     };
     if let Clock::TimeS(time) = &recording.clock {
-        recording.clock = Clock::TimeS(mean(time));
+        recording.clock = Clock::TimeS(means(time));
     }
-    recording.positions = recording.positions.iter().map(|column| mean(column)).collect();
-    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), mean_read(column))).collect();
-    recording.length_mm = mean(&recording.length_mm);
+    recording.positions = recording.positions.iter().map(|column| means(column)).collect();
+    recording.channels = recording.channels.iter().map(|(name, column)| (name.clone(), means_read(column))).collect();
+    recording.length_mm = means(&recording.length_mm);
     recording.leading_texts = Arc::default();
 }

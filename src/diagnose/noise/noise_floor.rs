@@ -1,8 +1,8 @@
 //! Noise of the recordings whatever physics is missing: fitted beside a free smooth curve per trace, so that effects do not count as noise.
 
 use crate::statistics::{
-    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, median, minimise_smooth, misfit,
-    rms,
+    NOISE_FLOOR_MM, NoiseModel, Whitener, add_products, fit_noise, log_determinant, mean, median, minimise_smooth,
+    misfit, rms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -14,10 +14,10 @@ const HALF_WAVES: usize = 12;
 /// Traces used at most.
 const MOST_TRACES: usize = 14;
 /// Share of the traces in which no fast effect acts, as long as none is known, and when all are.
-const QUIETER: f64 = 0.5;
-const MOST: f64 = 0.75;
+const QUIETER_SHARE: f64 = 0.5;
+const COMMON_SHARE: f64 = 0.75;
 /// Noise of most traces over that of the quieter ones, at most: more is something that acts in some of them.
-const LOUDER: f64 = 1.3;
+const MOST_LOUDER: f64 = 1.3;
 /// Readings of a trace from which noise is learnt: twice the functions of a free curve that follows lines.
 const SHORTEST: usize = 2 * (HALF_WAVES + 1 + 2 * MOST_LINES * (LINE_HALF_WAVES + 1));
 /// Prominence from which a line of the spectrum is no noise: an instrument has none, and correlated noise would take it in.
@@ -44,7 +44,7 @@ pub fn noise_floor(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<NoiseMo
 pub fn noise_left_mm(model: &LinearModel, residual_mm: &[Vec<f64>]) -> f64 {
     let traces = traces_by_noise(model, residual_mm);
     let rms_mm = |chosen: &[&Trace]| mean_noise_mm2(&noise_of(model, residual_mm, chosen)).sqrt();
-    WITH_OFFSETS * rms_mm(&most(&traces)).min(LOUDER * rms_mm(&quietest(&traces)))
+    WITH_OFFSETS * rms_mm(&most(&traces)).min(MOST_LOUDER * rms_mm(&quietest(&traces)))
 }
 
 /// Residual of a test, NaN where a row takes no part.
@@ -78,11 +78,11 @@ const NOT_ALIKE: f64 = 1.6;
 
 /// The quieter traces, the quietest where they are many.
 fn quietest(traces: &[Trace]) -> Vec<&Trace> {
-    let quieter = &traces[..count(traces, QUIETER).min(MOST_TRACES)];
+    let quieter = &traces[..count(traces, QUIETER_SHARE).min(MOST_TRACES)];
     let is_alike = |trace: &&Trace| {
         let alike: Vec<&Trace> = traces.iter().filter(|other| other.duration() == trace.duration()).collect();
         let sure = &alike[..((SURELY_QUIET * alike.len() as f64).ceil() as usize).max(2).min(alike.len())];
-        let mean = |of: fn(&Trace) -> f64| sure.iter().map(|trace| of(trace)).sum::<f64>() / sure.len() as f64;
+        let mean = |of: fn(&Trace) -> f64| mean(sure.iter().map(|trace| of(trace))).unwrap_or(f64::NAN);
         let is_loud = |of: fn(&Trace) -> f64| of(trace) > NOT_ALIKE * mean(of);
         !is_loud(|trace| trace.rough_mm) || is_loud(|trace| trace.step_mm)
     };
@@ -91,7 +91,7 @@ fn quietest(traces: &[Trace]) -> Vec<&Trace> {
 
 /// Most traces, evenly drawn where they are many.
 fn most(traces: &[Trace]) -> Vec<&Trace> {
-    let all = count(traces, MOST);
+    let all = count(traces, COMMON_SHARE);
     let drawn = all.min(MOST_TRACES);
     (0..drawn).map(|k| &traces[k * all / drawn]).collect()
 }
@@ -116,7 +116,7 @@ pub fn wandering(noise: &NoiseModel, share: f64) -> NoiseModel {
 
 /// Mean variance of a reading's noise over all tests, mm².
 pub fn mean_noise_mm2(noise: &[NoiseModel]) -> f64 {
-    noise.iter().map(|noise| noise.rms_mm().powi(2)).sum::<f64>() / noise.len().max(1) as f64
+    mean(noise.iter().map(|noise| noise.rms_mm().powi(2))).unwrap_or(0.0)
 }
 
 /// Slow noise may be so many times the floor's rms: more is missing physics, not noise.
@@ -283,7 +283,7 @@ impl<'t> Alike<'t> {
 
 /// Restricted maximum likelihood of white and AR(1) noise beside the free curves.
 fn fit(traces: &[&Trace]) -> NoiseModel {
-    let white = traces.iter().map(|trace| trace.rough_mm).sum::<f64>() / traces.len().max(1) as f64;
+    let white = mean(traces.iter().map(|trace| trace.rough_mm)).unwrap_or(0.0);
     let white = white.max(NOISE_FLOOR_MM);
     let start = [(0.7 * white).ln(), (0.7 * white).ln(), (-(0.95f64.ln())).ln()];
     let unpack = |x: &[f64; 3]| NoiseModel {

@@ -1,6 +1,6 @@
 //! Which readings belong to one pose, how far they count as one, and what of a residual they share. It fits no effects.
 
-use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, median, rms};
+use crate::statistics::{NOISE_FLOOR_MM, NoiseModel, mean, median, rms};
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
@@ -74,7 +74,7 @@ pub fn readings_as_one(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f6
             (apart > 0.0).then_some(together / apart)
         })
         .collect();
-    (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
+    mean(ratios.into_iter()).map_or(1.0, |ratio| ratio.max(1.0))
 }
 
 /// Mean squares of the residual by noise class, mm², with the number of readings; zero where a class has none.
@@ -125,7 +125,7 @@ const FREE_MOTIONS: usize = 6;
 /// Poses with more readings than free motions that are needed.
 const LEAST_POSES: usize = 10;
 /// Singular values below this share of the largest are directions that the bars of a pose do not see.
-const UNSEEN: f64 = 1e-6;
+const LEAST_SINGULAR_SHARE: f64 = 1e-6;
 /// Turns count at this lever, rad per mm, so that shifts and turns are of like size.
 const PER_LEVER: f64 = 1e-2;
 
@@ -147,7 +147,7 @@ impl Left {
             let svd = free.svd(true, false);
             let Some(seen) = svd.u else { continue };
             let largest = svd.singular_values.max();
-            let rank = svd.singular_values.iter().filter(|value| **value > UNSEEN * largest).count();
+            let rank = svd.singular_values.iter().filter(|value| **value > LEAST_SINGULAR_SHARE * largest).count();
             let spare = rows.len().saturating_sub(rank);
             if spare == 0 {
                 continue;

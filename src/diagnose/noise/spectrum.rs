@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::chain::sines_and_cosines;
 use crate::diagnose::model::linear_model::LinearModel;
+use crate::statistics::mean;
 
 /// A frequency at which the traces together are louder than beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +19,7 @@ const MOST_FREQUENCIES: usize = 1200;
 /// Cycles that the longest trace must show.
 const LEAST_IN_LONGEST: f64 = 12.0;
 /// Frequencies on each side that make a neighbourhood.
-const BESIDE: usize = 15;
+const FREQUENCIES_BESIDE: usize = 15;
 /// Frequencies nearer than this belong to one line.
 const ONE_LINE: usize = 3;
 
@@ -41,7 +42,7 @@ pub fn lines(model: &LinearModel, residual_mm: &[Vec<f64>]) -> Vec<Line> {
         power.iter_mut().zip(trace.powers(&all)).for_each(|(sum, own)| *sum += own);
     }
     let prominence = |k: usize| {
-        let mut near = power[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(count)].to_vec();
+        let mut near = power[k.saturating_sub(FREQUENCIES_BESIDE)..(k + FREQUENCIES_BESIDE + 1).min(count)].to_vec();
         near.sort_by(f64::total_cmp);
         power[k] / near[near.len() / 2].max(f64::MIN_POSITIVE)
     };
@@ -188,7 +189,7 @@ const RENEWED: usize = 64;
 const SHORTEST: usize = 60;
 
 /// Steps from which there is a gap between rows: readings are missing, or held out.
-const GAP: f64 = 1.5;
+const GAP_IN_STEPS: f64 = 1.5;
 
 /// A trace in time without its trend.
 struct Trace {
@@ -213,9 +214,9 @@ impl Trace {
         steps.sort_by(f64::total_cmp);
         let median_s = steps[steps.len() / 2];
         // from row to row without gaps: those would make the steps longer than they are
-        let whole: Vec<f64> = steps.into_iter().filter(|step| *step < GAP * median_s).collect();
-        let step_s = if whole.is_empty() { median_s } else { whole.iter().sum::<f64>() / whole.len() as f64 };
-        let whole = rows.windows(3).filter(|rows| time[rows[2]] - time[rows[0]] < 2.0 * GAP * step_s);
+        let whole = steps.into_iter().filter(|step| *step < GAP_IN_STEPS * median_s);
+        let step_s = mean(whole).unwrap_or(median_s);
+        let whole = rows.windows(3).filter(|rows| time[rows[2]] - time[rows[0]] < 2.0 * GAP_IN_STEPS * step_s);
         let second = |rows: &[usize]| residual[rows[1]] - 0.5 * (residual[rows[0]] + residual[rows[2]]);
         let (time_s, value): (Vec<f64>, Vec<f64>) = whole.map(|rows| (time[rows[1]], second(rows))).unzip();
         let squares = value.iter().map(|value| value * value).sum();
@@ -265,7 +266,8 @@ impl Trace {
     /// behind every gap.
     fn runs(&self) -> Vec<Range<usize>> {
         let is_new = |row: &usize| {
-            row.is_multiple_of(RENEWED) || self.time_s[*row] - self.time_s[row.saturating_sub(1)] > GAP * self.step_s
+            row.is_multiple_of(RENEWED)
+                || self.time_s[*row] - self.time_s[row.saturating_sub(1)] > GAP_IN_STEPS * self.step_s
         };
         let begins: Vec<usize> = (0..self.value.len()).filter(is_new).collect();
         let ends = begins.iter().skip(1).copied().chain([self.value.len()]);

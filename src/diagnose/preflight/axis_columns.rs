@@ -9,7 +9,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::machine::{AxisKind, Directions};
 use crate::session::{Recording, Session};
-use crate::units::MM_PER_INCH;
+use crate::units::OtherUnit;
 
 /// Columns of one axis in another sense or unit, in all tests or in some.
 pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
@@ -19,16 +19,14 @@ pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
         let found = Suspicion::new(kind, RECORDER, Vec::new(), says, scale_axis(session, axis, factor));
         Suspicion { components: vec![name.clone()], weight: OFTEN, ..found }
     };
+    let in_unit = |unit: OtherUnit, due: &str| {
+        scaled(FaultKind::Unit, unit.size, format!("{name} is in {}: convert the column to {due}", unit.name))
+    };
     let backwards = format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'");
     let mut list = vec![scaled(FaultKind::AxisSign, -1.0, backwards)];
     list.push(match kind {
-        AxisKind::Linear => {
-            scaled(FaultKind::Unit, MM_PER_INCH, format!("{name} is in inches: convert the column to mm"))
-        }
-        AxisKind::Rotary => {
-            let says = format!("{name} is in radians: convert the column to degrees");
-            scaled(FaultKind::Unit, 180.0 / std::f64::consts::PI, says)
-        }
+        AxisKind::Linear => in_unit(OtherUnit::INCHES, "mm"),
+        AxisKind::Rotary => in_unit(OtherUnit::RADIANS, "degrees"),
     });
     if kind == AxisKind::Linear {
         return list;

@@ -4,7 +4,7 @@
 //! what is small. A dwell that was left in bends it: the rows to cut are those with which such a curve fits best.
 
 use crate::diagnose::fault_kind::FaultKind;
-use crate::statistics::{noise_of_rows, rms};
+use crate::statistics::{mean, noise_of_rows, standard_deviation};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -12,27 +12,27 @@ use super::data_fault::{RECORDER, listed};
 use super::late_clock::between;
 use super::nearer::{Sized, descended};
 use super::quick_fit::{Refit, refit};
-use super::suspicion::{RARELY, Suspicion};
+use super::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
-use crate::session::{Clock, Follow, Path, Recording, Session, Test};
+use crate::session::{Clock, Follow, Path, Recording, RunEnd, Session, Test};
 
 /// Steps in which the ends of a recording are cut, as a share of its rows, and how many of them at most.
 const STEPS: usize = 40;
 const MOST_STEPS: usize = 16;
 
 /// What the curve leaves of a whole recording, at least, in noises from row to row.
-const BENT: f64 = 3.0;
+const LEAST_BEND_IN_NOISES: f64 = 3.0;
 
 /// Rows that tell how well a curve fits.
 const ROWS: usize = 72;
 
 /// The curve fits so many times better without the dwell.
-const BETTER: f64 = 1.5;
+const LEAST_GAIN: f64 = 1.5;
 
 /// Scatter of the readings of a dwell, at most, in noises from row to row (correlated noise adds to it), and in mm.
-const STILL: f64 = 4.0;
+const MOST_SCATTER_IN_NOISES: f64 = 4.0;
 const STILL_MM: f64 = 2e-4;
 
 /// How the rows of a recording belong to its arc.
@@ -89,11 +89,12 @@ const LEAST_ROWS: f64 = 2.0;
 /// Recordings with rows too many at an end, a dwell or a run-in, or with rows too few, over which the positions of the arc were spread all
 /// the same: as many as leave least.
 pub(crate) fn other_rows(sampled: Sampled<'_>, as_it_is: &Refit, tests: &[usize]) -> Vec<Suspicion> {
-    let ends: Vec<(usize, bool)> = tests.iter().flat_map(|&test| [(test, true), (test, false)]).collect();
+    let ends: Vec<(usize, RunEnd)> =
+        tests.iter().flat_map(|&test| [RunEnd::Start, RunEnd::End].map(|end| (test, end))).collect();
     ends.into_par_iter().filter_map(|end| with_other_rows(sampled, as_it_is, end)).collect()
 }
 
-fn with_other_rows(sampled: Sampled<'_>, as_it_is: &Refit, (test, is_start): (usize, bool)) -> Option<Suspicion> {
+fn with_other_rows(sampled: Sampled<'_>, as_it_is: &Refit, (test, end): (usize, RunEnd)) -> Option<Suspicion> {
     let Sampled { few_rows: thinned, all_rows: session } = sampled;
     let recording = session.tests[test].recording.as_ref()?;
     if recording.time_s().is_none() || recording.len() < ROWS {
@@ -101,10 +102,14 @@ fn with_other_rows(sampled: Sampled<'_>, as_it_is: &Refit, (test, is_start): (us
     }
     let with = |rows: f64| {
         let mut undone = thinned.clone();
-        let mut spread = spread_between(recording, if is_start { [rows, 0.0] } else { [0.0, rows] });
+        let beside = match end {
+            RunEnd::Start => [rows, 0.0],
+            RunEnd::End => [0.0, rows],
+        };
+        let mut spread = spread_between(recording, beside);
         keep_few_rows(&mut spread);
         undone.tests[test].recording = Some(spread);
-        Some(has_other_rows(&session.tests[test].name, rows, is_start, undone))
+        Some(has_other_rows(&session.tests[test].name, rows, end, undone))
     };
     let misfit_um = |undone: &Session| Some(refit(undone, Some(&as_it_is.values))?.misfit_um);
     let of_share = |share: f64| {
@@ -119,8 +124,11 @@ fn with_other_rows(sampled: Sampled<'_>, as_it_is: &Refit, (test, is_start): (us
 }
 
 /// A recording with so many rows too many at an end, or too few where they are negative, with the session as it would be without.
-fn has_other_rows(name: &str, rows: f64, is_start: bool, undone: Session) -> Suspicion {
-    let at = if is_start { "start" } else { "end" };
+fn has_other_rows(name: &str, rows: f64, end: RunEnd, undone: Session) -> Suspicion {
+    let at = match end {
+        RunEnd::Start => "start",
+        RunEnd::End => "end",
+    };
     let (kind, says) = match rows > 0.0 {
         true => (
             FaultKind::Dwell,
@@ -139,7 +147,8 @@ fn has_other_rows(name: &str, rows: f64, is_start: bool, undone: Session) -> Sus
         ),
     };
     let found = Suspicion::new(kind, RECORDER, vec![name.to_string()], says, undone);
-    Suspicion { weight: RARELY, log_figures: -PARAMETER_COST, ..found }
+    let detail = Detail::sizes(&[rows, f64::from(u8::from(end == RunEnd::Start))], 1.0);
+    Suspicion { detail, weight: RARELY, log_figures: -PARAMETER_COST, ..found }
 }
 
 /// A recording whose positions belong to its rows but for so many at the start and at the end, which have no reading then; or to so many
@@ -192,7 +201,7 @@ fn belonging(session: &Session, test: &Test) -> Option<Rows> {
     }
     let left = |how: Rows| left_mm(&angles, lengths, how);
     let noise_mm = noise_of_rows(lengths);
-    let whole = left(Rows::Between(0, 0)).filter(|whole| *whole > BENT * noise_mm)?;
+    let whole = left(Rows::Between(0, 0)).filter(|whole| *whole > LEAST_BEND_IN_NOISES * noise_mm)?;
     let mut best = (whole, Rows::Between(0, 0));
     let step = (rows / STEPS).max(1);
     for before in 0..=MOST_STEPS {
@@ -211,15 +220,15 @@ fn belonging(session: &Session, test: &Test) -> Option<Rows> {
             }
         }
     }
-    let still_mm = (STILL * noise_mm).max(STILL_MM);
+    let still_mm = (MOST_SCATTER_IN_NOISES * noise_mm).max(STILL_MM);
     if let Rows::Between(before, after) = best.1 {
         let ends = [&lengths[..before], &lengths[rows - after..]];
-        if !ends.iter().all(|end| scatter_mm(end) < still_mm) {
+        if !ends.iter().all(|end| standard_deviation(end) < still_mm) {
             best = (whole, Rows::Between(0, 0));
         }
     }
     best = less(best, left(Rows::ThereAndBack), Rows::ThereAndBack);
-    (whole > BETTER * best.0).then_some(best.1)
+    (whole > LEAST_GAIN * best.0).then_some(best.1)
 }
 
 fn less(best: (f64, Rows), left: Option<f64>, how: Rows) -> (f64, Rows) {
@@ -227,11 +236,6 @@ fn less(best: (f64, Rows), left: Option<f64>, how: Rows) -> (f64, Rows) {
         Some(left) if left < best.0 => (left, how),
         _ => best,
     }
-}
-
-fn scatter_mm(lengths: &[f64]) -> f64 {
-    let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-    rms(lengths.iter().map(|length| length - mean))
 }
 
 /// Angle of a row when the arc belongs to rows in such a way; `None` for rows outside it.
@@ -263,7 +267,7 @@ fn left_mm(angles: &[f64], lengths: &[f64], how: Rows) -> Option<f64> {
     }
     let functions: [fn(f64) -> f64; 5] = [|_| 1.0, f64::cos, f64::sin, |a| (2.0 * a).cos(), |a| (2.0 * a).sin()];
     let columns = DMatrix::from_fn(rows.len(), functions.len(), |row, k| functions[k](rows[row].0));
-    let mean = rows.iter().map(|(_, length)| length).sum::<f64>() / rows.len() as f64;
+    let mean = mean(rows.iter().map(|(_, length)| *length))?;
     let read = DVector::from_iterator(rows.len(), rows.iter().map(|(_, length)| length - mean));
     // short arcs hardly tell the functions apart
     let normal = columns.tr_mul(&columns) + DMatrix::identity(functions.len(), functions.len()) * 1e-9;

@@ -138,11 +138,21 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
 }
 
 /// Misfits that differ by less, as a share, say the same.
-const ALIKE: f64 = 0.05;
+const SAME_MISFIT_SHARE: f64 = 0.05;
 
 /// Squared offsets of balls, bars and location errors in their spreads by which one sense of the readings is told from the
 /// other: five standard deviations.
-const TOLD: f64 = 25.0;
+const LEAST_CHI2_OF_A_SENSE: f64 = 25.0;
+
+/// A fit of readings held in one way.
+#[derive(Clone, Copy)]
+struct HeldSo {
+    /// Robust misfit, µm.
+    left_um: f64,
+    /// Squared offsets in their spreads: of balls and bars, and of bars alone.
+    of_all: f64,
+    of_bars: f64,
+}
 
 /// What readings held otherwise would do.
 enum Sense {
@@ -169,7 +179,7 @@ fn sense_of_readings(session: &Session) -> Sense {
             let offsets = refitted.unknowns.iter().zip(&refitted.values).filter(|(unknown, _)| of(unknown));
             offsets.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).powi(2)).sum()
         };
-        Some((left_um, squares(false), squares(true)))
+        Some(HeldSo { left_um, of_all: squares(false), of_bars: squares(true) })
     };
     let Some(now) = of(session).filter(|_| !others.is_empty()) else { return Sense::Told };
     let judged = others.into_iter().filter_map(|other| {
@@ -177,33 +187,33 @@ fn sense_of_readings(session: &Session) -> Sense {
         // another zero concerns the bars alone, and brings each of them back
         let is_sign = other.kind == FaultKind::ReadingSign;
         let less = match other.kind {
-            FaultKind::ReadingSign => now.1 - then.1,
+            FaultKind::ReadingSign => now.of_all - then.of_all,
             // what software took off each recording, balls make up for as well as bars
-            FaultKind::ReadingsProcessed => now.1 + now.2 - then.1 - then.2,
-            _ => now.2 - then.2,
+            FaultKind::ReadingsProcessed => now.of_all + now.of_bars - then.of_all - then.of_bars,
+            _ => now.of_bars - then.of_bars,
         };
         // with the sign turned back bars have their lengths as well: else a bar is another than stated
         let back = if is_sign { BACK_OF_SIGN } else { BACK_AGAIN };
-        let is_back = then.2 < back * bars(&other.session) as f64;
-        (is_back && then.0 < (1.0 + ALIKE) * now.0).then_some((less, then.0, other))
+        let is_back = then.of_bars < back * bars(&other.session) as f64;
+        (is_back && then.left_um < (1.0 + SAME_MISFIT_SHARE) * now.left_um).then_some((less, then.left_um, other))
     });
     match judged.max_by(|one, other| one.0.total_cmp(&other.0)) {
-        Some((less, _, other)) if less > TOLD && other.kind == FaultKind::ReadingZero => {
+        Some((less, _, other)) if less > LEAST_CHI2_OF_A_SENSE && other.kind == FaultKind::ReadingZero => {
             Sense::Perhaps(format!("bars are off in all tests as if {}", other.says))
         }
         Some((less, _, other))
-            if less > TOLD
+            if less > LEAST_CHI2_OF_A_SENSE
                 && let Some(stood) = stood_instead(session, &of, now, less) =>
         {
             Sense::Perhaps(format!("balls and bars are off as if {}, or {stood}", other.says))
         }
-        Some((less, after_um, other)) if less > TOLD => Sense::Wrong(DataFault {
+        Some((less, after_um, other)) if less > LEAST_CHI2_OF_A_SENSE => Sense::Wrong(DataFault {
             components: vec!["length".into()],
-            before_um: now.0,
+            before_um: now.left_um,
             after_um,
             ..DataFault::seen(other.kind, RECORDER, Vec::new(), other.says)
         }),
-        Some((less, _, other)) if less > -TOLD && other.kind == FaultKind::ReadingSign => Sense::Open,
+        Some((less, _, other)) if less > -LEAST_CHI2_OF_A_SENSE && other.kind == FaultKind::ReadingSign => Sense::Open,
         _ => Sense::Told,
     }
 }
@@ -211,14 +221,15 @@ fn sense_of_readings(session: &Session) -> Sense {
 /// An axis that stood a little elsewhere, in words, if that brings balls and bars as near to their places: by squares `less`.
 fn stood_instead(
     session: &Session,
-    of: &impl Fn(&Session) -> Option<(f64, f64, f64)>,
-    now: (f64, f64, f64),
+    of: &impl Fn(&Session) -> Option<HeldSo>,
+    now: HeldSo,
     less: f64,
 ) -> Option<String> {
     let every: Vec<usize> = (0..session.tests.len()).collect();
     a_little_elsewhere(session, &every, &[]).into_iter().find_map(|stood| {
         let then = of(&stood.undone)?;
-        let does = now.1 + now.2 - then.1 - then.2 > less - TOLD && then.0 < (1.0 + ALIKE) * now.0;
+        let does = now.of_all + now.of_bars - then.of_all - then.of_bars > less - LEAST_CHI2_OF_A_SENSE
+            && then.left_um < (1.0 + SAME_MISFIT_SHARE) * now.left_um;
         does.then_some(stood.says)
     })
 }

@@ -53,9 +53,9 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.extend(other_directions(&thinned));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(sampled, &as_it_is));
-    // of mistakes that are told in the same words, figures rounded, the first is tried
-    let mut told = std::collections::HashSet::new();
-    list.retain(|suspicion| told.insert(suspicion.says.clone()));
+    // of mistakes that guess the same, sizes rounded, the first is tried
+    let mut guessed = std::collections::HashSet::new();
+    list.retain(|suspicion| guessed.insert(suspicion.guess()));
     let mut ranked: Vec<(f64, Suspicion)> = list
         .into_par_iter()
         .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (suspicion.diminished * misfit, suspicion)))
@@ -90,7 +90,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let rivals = judged
         .map(|other| (share(other.weight), other.suspicion))
         .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
-        .filter(|(_, other)| other.says != best.says)
+        .filter(|(_, other)| other.guess() != best.guess())
         .take(MOST_RIVALS)
         .map(|(probability, other)| other.rival(probability))
         .collect();
@@ -99,7 +99,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
 
 /// Of mistakes that put one ball nearly alike, the one that leaves least; of those that leave nearly as little, one that a person makes at once.
 fn keep_each_place_once(judged: &mut Vec<Settled>) {
-    let rank = |one: &Settled| if one.suspicion.weight >= OFTEN { one.left_um / NEARER } else { one.left_um };
+    let rank = |one: &Settled| if one.suspicion.weight >= OFTEN { one.left_um / LEAST_GAIN } else { one.left_um };
     judged.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
     let mut kept: Vec<Settled> = Vec::new();
     for one in judged.drain(..) {
@@ -113,7 +113,7 @@ fn keep_each_place_once(judged: &mut Vec<Settled>) {
 /// Axes that stood elsewhere are brought nearer to where they did than the nominal machine tells: so many that leave least, where
 /// that lowers what they leave so many times. What a fit takes up tells no place.
 const STANDING_AXES_BROUGHT_NEARER: usize = 3;
-const NEARER: f64 = 1.1;
+const LEAST_GAIN: f64 = 1.1;
 
 fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     let misfit_um = |undone: &Session| refit(undone, None).map(|refit| refit.misfit_um);
@@ -124,7 +124,7 @@ fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
     for k in stood {
         let left_um = judged[k].left_um;
         let nearer = finer_place(thinned, misfit_um, (left_um, &judged[k].suspicion));
-        let nearer = nearer.filter(|nearer| NEARER * nearer.left_um < left_um);
+        let nearer = nearer.filter(|nearer| LEAST_GAIN * nearer.left_um < left_um);
         if let Some(nearer) = nearer.and_then(|nearer| settled(nearer.suspicion)) {
             judged[k] = nearer;
         }
@@ -132,7 +132,7 @@ fn bring_standing_axes_nearer(judged: &mut [Settled], thinned: &Session) {
 }
 
 /// Refits of a ball that was moved: the nominal machine puts it a tenth of a millimetre off.
-const SETTLING: usize = 2;
+const REFITS_OF_A_BALL: usize = 2;
 
 /// Brings the best choice of recordings that are written from the wrong end, by axis, to where turning one more or one less
 /// gains nothing.
@@ -167,7 +167,7 @@ struct Settled {
 fn settled(mut suspicion: Suspicion) -> Option<Settled> {
     let mut refitted = refit(&suspicion.undone, None)?;
     if [FaultKind::BallPlace, FaultKind::BarOther].contains(&suspicion.kind) {
-        for _ in 0..SETTLING {
+        for _ in 0..REFITS_OF_A_BALL {
             move_balls(&mut suspicion, &refitted);
             refitted = refit(&suspicion.undone, None)?;
         }

@@ -1,7 +1,7 @@
 //! Positions and lengths that were paired by different clocks.
 
 use super::data_fault::RECORDER;
-use super::suspicion::{RARELY, Suspicion};
+use super::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::session::{Clock, Recording};
@@ -24,7 +24,8 @@ pub(crate) fn shifted(sampled: Sampled<'_>, tests: &[usize], seconds: f64) -> Su
     };
     let says = shift_in_words(seconds, &names);
     let found = Suspicion::new(FaultKind::TimeShift, RECORDER, names, says, undone);
-    Suspicion { shift_ms: Some(1e3 * seconds), is_found: true, weight: RARELY, ..found }
+    let detail = Detail::sizes(&[seconds], 0.01);
+    Suspicion { detail, shift_ms: Some(1e3 * seconds), is_found: true, weight: RARELY, ..found }
 }
 
 /// A shift of all tests (no names) or some.
@@ -51,12 +52,12 @@ fn shift(recording: &mut Recording, seconds: f64) {
 }
 
 /// Rows through which positions are read between rows: a chord across an arc of 100 mm is a µm short.
-const THROUGH: usize = 4;
+const ROWS_OF_THE_POLYNOMIAL: usize = 4;
 
 /// Position at a time between rows `above - 1` and `above`, by the polynomial through the nearest rows (Lagrange).
 pub(crate) fn between(time: &[f64], position: &[f64], above: usize, at: f64) -> f64 {
-    let first = above.saturating_sub(THROUGH / 2).min(time.len().saturating_sub(THROUGH));
-    let rows = first..(first + THROUGH).min(time.len());
+    let first = above.saturating_sub(ROWS_OF_THE_POLYNOMIAL / 2).min(time.len().saturating_sub(ROWS_OF_THE_POLYNOMIAL));
+    let rows = first..(first + ROWS_OF_THE_POLYNOMIAL).min(time.len());
     let weight =
         |k: usize| -> f64 { rows.clone().filter(|&j| j != k).map(|j| (at - time[j]) / (time[k] - time[j])).product() };
     rows.clone().map(|k| weight(k) * position[k]).sum()

@@ -22,7 +22,7 @@ const REFITS: usize = 6;
 const QUICK: Until = Until { least_gain: 1e-3, steps: 40 };
 
 /// A robust scale that falls by less than this share has settled.
-const SETTLED: f64 = 0.7;
+const SETTLED_SHARE: f64 = 0.7;
 
 /// Largest offset of a ball or bar from its stated place, in its spreads as stated.
 pub fn strain(problem: &Problem, values: &[f64], widened: f64) -> f64 {
@@ -63,7 +63,7 @@ pub(crate) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
         let solution = minimise_until(&problem, &values, &Weighting::Huber { scale_mm: scale }, QUICK);
         (values, residual_mm) = (solution.values, solution.residual_mm);
         let next = scale_of(&residual_mm);
-        let settled = next > SETTLED * scale;
+        let settled = next > SETTLED_SHARE * scale;
         scale = next;
         if settled {
             break;

@@ -29,7 +29,7 @@ use super::readings::steps::step_of_readings;
 use super::suspicion::{Judged, Suspicion, Tried};
 use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::session::{Path, Session, Test};
-use crate::units::MM_PER_INCH;
+use crate::units::OtherUnit;
 
 /// Undoing a mistake lowers the residual at least so many times: one that lies below so many noise floors needs no preflight.
 const LEAST_RATIO: f64 = 1.6;
@@ -37,10 +37,10 @@ const LEAST_RATIO: f64 = 1.6;
 /// Undoing a mistake leaves at most so many noise floors, or lowers the residual so many times.
 const NEAR_NOISE: f64 = 1.6;
 
-const ENORMOUS: f64 = 6.0;
+const ENORMOUS_RATIO: f64 = 6.0;
 
 /// Undoing a mistake lowers the residual at least so many times, or the readings with it undone are not searched for physics.
-const WORTH_A_SEARCH: f64 = 1.2;
+const LEAST_RATIO_FOR_A_SEARCH: f64 = 1.2;
 
 /// Share of readings left out as outliers that is suspicious by itself.
 const SUSPICIOUS_SHARE: f64 = 0.02;
@@ -82,13 +82,13 @@ impl Mistake {
     /// Whether effects may explain what this mistake does: as it looks like one, has figures, gains no more than physics may, or
     /// others do as much, which happens where few tests let anything explain them.
     pub(crate) fn may_be_physics(&self) -> bool {
-        let gains_little = self.fault.before_um < ENORMOUS * self.fault.after_um;
+        let gains_little = self.fault.before_um < ENORMOUS_RATIO * self.fault.after_um;
         gains_little || self.has_figures || !self.fault.rivals.is_empty() || self.fault.looks_like_an_effect()
     }
 
     /// Whether undoing it leaves no more than something else does, µm, nearly.
     pub(crate) fn leaves_as_little(&self, left_um: f64) -> bool {
-        self.fault.after_um < AS_NEAR * left_um
+        self.fault.after_um < NEARLY_SAME_RATIO * left_um
     }
 }
 
@@ -119,7 +119,8 @@ impl<'s> Preflight<'s> {
     pub(crate) fn mistakes(&self, misfit: Misfit) -> Vec<Mistake> {
         let Misfit { residual_um, noise_um, left_out_share, strain } = misfit;
         let session = self.session;
-        let is_noise = residual_um < WORTH_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
+        let is_noise =
+            residual_um < LEAST_RATIO_FOR_A_SEARCH * noise_um && !exceeds(residual_um, rows_repeat_to_um(session));
         // what lacks digits may have been cut to those it has, which is little beside noise and yet looks like an effect
         let has_all_digits = step_of_readings(session).is_none();
         if is_noise && has_all_digits && left_out_share < SUSPICIOUS_SHARE && strain < MOST_STRAIN {
@@ -136,10 +137,10 @@ impl Suspected {
         let Suspected { best, rivals, before_um, after_um, log_odds } = self;
         let (before, after) = (*before_um, *after_um);
         let is_near_noise = after < NEAR_NOISE * noise_um;
-        let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS * after;
+        let is_plain = (before > LEAST_RATIO * after && is_near_noise) || before > ENORMOUS_RATIO * after;
         // the digits speak for a cut by themselves; how much it gains the likelihood says
         let is_shown = best.kind == FaultKind::ValuesRounded && before > after;
-        (is_shown || before > WORTH_A_SEARCH * after).then(|| {
+        (is_shown || before > LEAST_RATIO_FOR_A_SEARCH * after).then(|| {
             let is_found_place = best.kind == FaultKind::BallPlace && best.is_found;
             let (undone, has_figures) = (best.undone.clone(), best.log_figures != 0.0);
             let fault = DataFault { rivals: rivals.clone(), ..best.clone().fault(before, after) };
@@ -198,8 +199,9 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
         Suspected { best, rivals, before_um: as_it_is.misfit_um, after_um, log_odds }
     };
-    let alike: Vec<Judged> = others.into_iter().filter(|other| other.left_um < (1.0 + ALIKE) * after_um).collect();
-    let foreign = foreign.filter(|foreign| foreign.left_um < AS_NEAR * after_um);
+    let alike: Vec<Judged> =
+        others.into_iter().filter(|other| other.left_um < (1.0 + SAME_MISFIT_SHARE) * after_um).collect();
+    let foreign = foreign.filter(|foreign| foreign.left_um < NEARLY_SAME_RATIO * after_um);
     let foreign = foreign.map(|foreign| with_odds(foreign, Vec::new()));
     let best = with_odds(best, alike);
     match foreign {
@@ -229,10 +231,10 @@ fn contradicts_a_sweep(session: &Session, suspicion: &Suspicion) -> bool {
 const FOREIGN_GAIN: f64 = 1.5;
 
 /// Misfits by different rows and weights that differ by less, as a ratio, say the same.
-const AS_NEAR: f64 = 1.1;
+const NEARLY_SAME_RATIO: f64 = 1.1;
 
 /// Residuals that differ by less, as a share, say the same.
-const ALIKE: f64 = 0.02;
+const SAME_MISFIT_SHARE: f64 = 0.02;
 
 /// The mistake that leaves least, with the others: of those that leave the same, a column written from the wrong end,
 /// which happens as files are put together, comes before a sign that is wrong in some recordings only, and what needs no fitted figure
@@ -240,7 +242,7 @@ const ALIKE: f64 = 0.02;
 fn likeliest(mut judged: Vec<Judged>) -> Option<(Judged, Vec<Judged>)> {
     let Judged { left_um: least, suspicion: first } = judged.first()?;
     let is_partial_sign = first.kind == FaultKind::AxisSign && !first.tests.is_empty();
-    let alike = (1.0 + ALIKE) * least;
+    let alike = (1.0 + SAME_MISFIT_SHARE) * least;
     let turned = judged.iter().position(|one| one.left_um < alike && one.suspicion.kind == FaultKind::AngleReversed);
     let log_cost = |judged: &Judged| judged.suspicion.log_cost();
     let fewest_figures =
@@ -275,8 +277,9 @@ pub fn implausible(session: &Session) -> Option<DataFault> {
     })
 }
 
-/// Units in which lengths may have been written, with their size in mm.
-const LENGTH_UNITS: [(&str, f64); 4] = [("metres", 1e3), ("inches", MM_PER_INCH), ("centimetres", 10.0), ("µm", 1e-3)];
+/// Units in which lengths may have been written.
+const LENGTH_UNITS: [OtherUnit; 4] =
+    [OtherUnit::METRES, OtherUnit::INCHES, OtherUnit::CENTIMETRES, OtherUnit::MICROMETRES];
 
 /// How far the middle of a recording may lie from the bar's length, as a share of it.
 const NEAR_THE_BAR: f64 = 0.05;
@@ -294,7 +297,7 @@ fn unit_of_lengths(session: &Session) -> Option<DataFault> {
     let fits = |factor: f64| {
         !middles.is_empty() && middles.iter().all(|(middle, bar)| (middle * factor - bar).abs() < NEAR_THE_BAR * bar)
     };
-    let (unit, factor) = LENGTH_UNITS.into_iter().find(|(_, factor)| fits(*factor))?;
+    let OtherUnit { name: unit, size: factor } = LENGTH_UNITS.into_iter().find(|unit| fits(unit.size))?;
     let off_um = |factor: f64| 1e3 * rms(middles.iter().map(|(middle, bar)| middle * factor - bar));
     let says = format!("lengths are in {unit}: convert the column length_mm to mm");
     Some(DataFault {

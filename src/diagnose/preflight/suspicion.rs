@@ -14,6 +14,7 @@ pub(crate) struct Suspicion {
     pub(crate) components: Vec<String>,
     pub(crate) tests: Vec<String>,
     pub(crate) says: String,
+    pub(crate) detail: Detail,
     pub(crate) shift_ms: Option<f64>,
     /// Readings undone are so many times smaller than recorded, in the geometric mean: what is left of them counts as recorded.
     pub(crate) diminished: f64,
@@ -24,6 +25,44 @@ pub(crate) struct Suspicion {
     /// How usual the mistake is beside the others.
     pub(crate) weight: f64,
     pub(crate) undone: Session,
+}
+
+/// What tells a guess from others of the same kind, place, columns and tests.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) enum Detail {
+    /// There are no others.
+    OnlyOne,
+    /// One way of several in which the same may be wrong.
+    Way(&'static str),
+    /// The link that it names.
+    Link(String),
+    /// Its sizes, each in whole steps of the last digit that is told.
+    Sizes(Vec<i64>),
+}
+
+impl Detail {
+    /// Sizes that are told to a step of their own unit.
+    pub(crate) fn sizes(values: &[f64], step: f64) -> Detail {
+        Detail::Sizes(values.iter().map(|value| (value / step).round() as i64).collect())
+    }
+
+    /// The same with one more size, told to another step.
+    pub(crate) fn and_size(self, value: f64, step: f64) -> Detail {
+        match (self, Detail::sizes(&[value], step)) {
+            (Detail::Sizes(sizes), Detail::Sizes(more)) => Detail::Sizes([sizes, more].concat()),
+            (_, more) => more,
+        }
+    }
+}
+
+/// What a mistake guesses: two that guess the same are one.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) struct Guess {
+    kind: FaultKind,
+    place: String,
+    components: Vec<String>,
+    tests: Vec<String>,
+    detail: Detail,
 }
 
 /// A mistake with what undoing it leaves.
@@ -43,12 +82,26 @@ impl Suspicion {
             components,
             tests,
             says,
+            detail: Detail::OnlyOne,
             shift_ms: None,
             diminished: 1.0,
             log_figures: 0.0,
             is_found: false,
             weight: SOMETIMES,
             undone,
+        }
+    }
+
+    /// What it guesses. Recordings of an axis that are written from the wrong end are one guess, whichever they are: the first of these
+    /// is tried, and the others are found one by one from there.
+    pub(crate) fn guess(&self) -> Guess {
+        let is_found_one_by_one = self.kind == FaultKind::AngleReversed;
+        Guess {
+            kind: self.kind,
+            place: self.place.clone(),
+            components: self.components.clone(),
+            tests: if is_found_one_by_one { Vec::new() } else { self.tests.clone() },
+            detail: self.detail.clone(),
         }
     }
 

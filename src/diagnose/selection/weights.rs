@@ -10,7 +10,7 @@ use crate::effects::{CandidateFamily, Signature, is_a};
 use crate::statistics::{BlockEvidence, likeliest_priors};
 
 /// Log evidence that a part must add beside the others: the odds against a cause that may or may not be there.
-const LEAST: f64 = 3.0;
+const LEAST_LOG_EVIDENCE: f64 = 3.0;
 /// Times that the parts are weighed anew under the noise that they leave.
 const ROUNDS: usize = 4;
 
@@ -32,7 +32,7 @@ impl State<'_, '_> {
             let plausible = parts.iter().map(|part| families[part.family].plausible).fold(0.0, f64::max);
             let joint = self.joint.clone();
             let (information, z) = self.regression(&joint).project(&columns);
-            let (priors, evidence) = likeliest_priors((&information, &z), &ranges, plausible, LEAST);
+            let (priors, evidence) = likeliest_priors((&information, &z), &ranges, plausible, LEAST_LOG_EVIDENCE);
             if evidence < self.model.thresholds.accept {
                 let left = self.residual_mm.clone();
                 return self.set_noise(poses, &left);

@@ -141,7 +141,7 @@ pub fn prove(
 }
 
 /// Share of a finding's probability from which a rival of another kind stands for the same class.
-const NEAR: f64 = 0.5;
+const LEAST_SHARE_OF_A_RIVAL: f64 = 0.5;
 
 /// Whether a fold found what a finding says, or a stated rival where the fewer readings of a fold may favour it: of static
 /// poses any, of sweeps one of the same kind or nearly as likely.
@@ -151,7 +151,7 @@ fn is_found_again(resolutions: &Resolutions, findings: &[Finding], finding: &Fin
     let is_near = |(rival, probability): &&(Cause, f64)| {
         !resolutions.fine.has_sweeps()
             || rival.effect == finding.cause.effect
-            || *probability > NEAR * finding.probability
+            || *probability > LEAST_SHARE_OF_A_RIVAL * finding.probability
     };
     let rivals = finding.rivals.iter().filter(is_near).map(|(rival, _)| rival);
     let says = |cause: &Cause| {

@@ -51,11 +51,11 @@ impl Hidden<'_> {
 pub const AXIS_SENSE: &str = FaultKind::AxisSign.name();
 
 /// χ² from which a cause counts as visible: what the search demands, with the cost of shapes.
-const VISIBLE: f64 = 50.0;
+const LEAST_CHI2: f64 = 50.0;
 
 /// Smallest size that shows where a size of one has so much information; `None`: no size does.
 fn smallest(information: f64) -> Option<f64> {
-    (information > 1e-12).then(|| (VISIBLE / information).sqrt())
+    (information > 1e-12).then(|| (LEAST_CHI2 / information).sqrt())
 }
 
 /// Smallest size, µm or arcsec, from which a motion counts as hidden in any form: named forms have bounds of their own.

@@ -23,18 +23,18 @@ pub struct LeftOutSetup {
 
 /// Sigmas and share by which a slope may be off where the cause is at the right place.
 const OFF_SIGMAS: f64 = 3.0;
-const OFF: f64 = 0.3;
+const OFF_SHARE: f64 = 0.3;
 
 impl LeftOutSetup {
     /// Whether the readings of setups left out are as predicted.
     pub fn is_right(&self) -> bool {
         let off = (self.slope - 1.0).abs();
-        off < OFF || off < OFF_SIGMAS * self.sigma
+        off < OFF_SHARE || off < OFF_SIGMAS * self.sigma
     }
 }
 
 /// Weighted square of a prediction, in units of the noise, from which on a setup can say something of it.
-const TELLING: f64 = 50.0;
+const LEAST_SQUARES_TELLING: f64 = 50.0;
 
 /// By finding: its transfer to other setups; `None` for single events, for amplitudes that each test has for itself, and where
 /// fewer than two setups show it.
@@ -94,7 +94,7 @@ fn slope(
     let predicted = nalgebra::DVector::from_iterator(mine.len(), finding.columns.iter().map(|&k| others.accepted(k)));
     let response = &information * &predicted;
     let weight = response.dot(&predicted);
-    if weight < TELLING {
+    if weight < LEAST_SQUARES_TELLING {
         return None;
     }
     let nuisance = model.problem.unknowns.len();

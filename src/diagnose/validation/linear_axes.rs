@@ -9,7 +9,7 @@ use crate::machine::{AxisKind, Effect};
 use crate::statistics::{NoiseModel, probability_of};
 
 /// Shapes that a search tries, about: a few thousand.
-const TRIED: f64 = 3000.0;
+const SHAPES_TRIED: f64 = 3000.0;
 
 /// Leaves to the linear axes what they explain as well within their class: it is taken out of what was found, and their columns stand
 /// beside the rest. In words, what that is.
@@ -21,7 +21,7 @@ pub(crate) fn leave_to_linear_axes(model: &LinearModel, search: &mut Search) -> 
     let columns: Vec<Vec<Accepted>> = search.found.iter().map(|found| found.chosen.accepted().collect()).collect();
     let left = |k: usize| class.left_of(model, &search.noise_after, (&search.found[k].chosen.effect, k), &columns);
     // as probable as what is left of its evidence makes one of all shapes that were tried
-    let share = |evidence: f64| probability_of(evidence - TRIED.ln());
+    let share = |evidence: f64| probability_of(evidence - SHAPES_TRIED.ln());
     let shares: Vec<f64> = (0..columns.len()).map(|k| left(k).map_or(1.0, share)).collect();
     let mut warnings = Vec::new();
     let mut stays = Vec::new();

@@ -1,6 +1,6 @@
 //! What a finding driven by motion would gain if the sense of motion were drawn at random: hardly anything, or it is chance.
 
-use crate::statistics::NoiseModel;
+use crate::statistics::{NoiseModel, mean};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -79,7 +79,7 @@ fn placebo(
         .collect();
     Some(SignRandomisation {
         gain: gain(None),
-        mean: drawn.iter().sum::<f64>() / drawn.len() as f64,
+        mean: mean(drawn.iter().copied()).unwrap_or(f64::NAN),
         largest: drawn.iter().copied().fold(0.0, f64::max),
         runs,
         draws: drawn.len(),

@@ -4,7 +4,7 @@
 //! scatter of the residuals says where it acts (stick-slip, chatter, a loose part), though not how it runs.
 
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY, MOST_RIVALS};
-use crate::statistics::NoiseModel;
+use crate::statistics::{NoiseModel, mean, rms};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::diagnose::findings::finding::{Finding, SizeFound};
@@ -16,7 +16,7 @@ use crate::effects::{Driver, UNKNOWN};
 use crate::machine::{Outlet, Place};
 
 /// Neighbouring readings that count as one.
-const ALIKE: f64 = 10.0;
+const READINGS_COUNTED_AS_ONE: f64 = 10.0;
 /// Log odds by which a place must stand above readings that scatter equally everywhere.
 const LOCATED: f64 = 20.0;
 /// Log odds against a ball that is loose, beside slides and joints that do not run evenly.
@@ -171,7 +171,7 @@ pub fn irregular(model: &LinearModel, residual_mm: &[Vec<f64>], noise: &[NoiseMo
         effects: Vec::new(),
         size: SizeFound {
             value,
-            sigma: value / (2.0 * best.readings / ALIKE).sqrt(),
+            sigma: value / (2.0 * best.readings / READINGS_COUNTED_AS_ONE).sqrt(),
             unit: unit(measure),
             meaning: "rms of an irregular motion".into(),
         },
@@ -203,7 +203,7 @@ fn scatter_explained(
     }
     let reached = readings.iter().filter(|(gain, ..)| *gain > 0.0).count() as f64;
     let gains: f64 = readings.iter().map(|(gain, ..)| gain).sum::<f64>() / reached;
-    let noise_mm2 = readings.iter().map(|(_, noise, _)| noise).sum::<f64>() / readings.len() as f64;
+    let noise_mm2 = mean(readings.iter().map(|(_, noise, _)| *noise)).unwrap_or(f64::NAN);
     if !(gains > 0.0 && noise_mm2 > 0.0) {
         return None;
     }
@@ -215,7 +215,7 @@ fn scatter_explained(
                 (variance / noise_mm2).ln() + residual / variance
             })
             .sum();
-        -0.5 * sum / ALIKE
+        -0.5 * sum / READINGS_COUNTED_AS_ONE
     };
     let at = |step: f64| {
         let square = 0.1 * noise_mm2 / gains * STEP.powf(step);
@@ -234,10 +234,10 @@ fn most_scattered(model: &LinearModel, residual_mm: &[Vec<f64>], best: &ScatterA
         .filter(|&test| !gains[test].is_empty() && acts(model, best.place, test))
         .map(|test| {
             let kept = residual_mm[test].iter().zip(&model.kept[test]).filter(|(_, kept)| **kept);
-            (test, 1e3 * crate::statistics::rms(kept.map(|(value, _)| *value)))
+            (test, 1e3 * rms(kept.map(|(value, _)| *value)))
         })
         .collect();
     tests.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let rms_um = (tests.iter().map(|(_, rms)| rms * rms).sum::<f64>() / tests.len().max(1) as f64).sqrt();
+    let rms_um = rms(tests.iter().map(|(_, rms_um)| *rms_um));
     (tests.iter().take(12).map(|(test, _)| model.context.session().tests[*test].name.clone()).collect(), rms_um)
 }

@@ -53,7 +53,7 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
         };
         // in units of the prior: where the fit stands, and what the findings have changed
         let amplitude = model.beyond[k] + unknown.prior_mean / unknown.prior_sigma + told.regression.nuisance(k);
-        if source != Source::Other && covariance[(k, k)] > TOLD && !untold.contains(&source) {
+        if source != Source::Other && covariance[(k, k)] > MOST_VARIANCE_LEFT && !untold.contains(&source) {
             untold.push(source.clone());
         }
         let index = part_of(&mut parts, source, model);
@@ -76,7 +76,7 @@ pub fn shares_of_readings(model: &LinearModel, setups: &Setups, told: &Explanati
 }
 
 /// Share of its prior variance that is left of a place or a location error which the readings tell by itself: half its spread.
-const TOLD: f64 = 0.25;
+const MOST_VARIANCE_LEFT: f64 = 0.25;
 
 /// Places and location errors that the readings tell together alone, as one part: how a fit divides it among them is for the priors to say.
 fn as_one(parts: Vec<(Source, Vec<Vec<f64>>)>, untold: &[Source]) -> Vec<Part> {

@@ -14,6 +14,7 @@ use crate::chain::{Chain, Geometry, Sensitivity};
 use crate::effects::{MemoryLaw, Past};
 use crate::machine::{AxisKind, Component, LinearClass, Machine, Outlet};
 use crate::session::{Motion, Test, marked};
+use crate::statistics::mean;
 
 /// Part of a program over which forms are told along the run, or stand still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +51,7 @@ const LEAST_MM: f64 = 2e-5;
 /// Columns that are nowhere larger than this are rounding, mm.
 const NOTHING_MM: f64 = 1e-9;
 /// Forms kept at most.
-const MOST: usize = 24;
+const MOST_FORMS: usize = 24;
 /// Nodes at either end of a run that are cut into parts: axes turn round there within a part of a node.
 const EDGE: usize = 4;
 const PARTS: usize = 16;
@@ -226,11 +227,11 @@ const STANDS: f64 = 1e-7;
 fn centred_forms(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let Some(rows) = columns.first().map(Vec::len) else { return Vec::new() };
     for column in &mut columns {
-        let mean = column.iter().sum::<f64>() / rows as f64;
+        let mean = mean(column.iter().copied()).unwrap_or(f64::NAN);
         column.iter_mut().for_each(|value| *value -= mean);
     }
     // components that do not move this bar
     columns.retain(|column| column.iter().any(|value| value.abs() > NOTHING_MM));
     let columns = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
-    principal_forms(&columns, (MOST, LEAST_MM))
+    principal_forms(&columns, (MOST_FORMS, LEAST_MM))
 }

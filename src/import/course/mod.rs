@@ -104,7 +104,7 @@ const LOCATION: FreePrior = FreePrior { length_mm: 0.1, angle_rad: 3.5e-4 };
 /// Components smaller than this are below what a gauge reads, mm.
 const LEAST_MM: f64 = 2e-5;
 /// Components kept at most: a sweep of one axis has seven, its harmonics up to the third.
-const MOST: usize = 10;
+const MOST_COMPONENTS: usize = 10;
 
 impl Course {
     /// The run of the first test of a pair.
@@ -249,7 +249,7 @@ fn read_along(session: &Session, chain: &Chain, machine: &Machine) -> Result<Tab
     let cut_mm = cut.residual_mm.iter().zip(&length_mm).map(|(off, length)| (-off - length) / CUT_LAG_S.powi(2));
     let cut_mm: Vec<f64> = cut_mm.collect();
     let columns: Vec<Vec<f64>> =
-        [length_mm, cut_mm].into_iter().chain(principal_forms(&columns, (MOST, LEAST_MM))).collect();
+        [length_mm, cut_mm].into_iter().chain(principal_forms(&columns, (MOST_COMPONENTS, LEAST_MM))).collect();
     Ok(Table::of_columns(&columns))
 }
 

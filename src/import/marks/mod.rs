@@ -12,7 +12,7 @@ use super::capture::Capture;
 use super::lag::Lag;
 use super::seen_marks::Seen;
 use crate::session::{Marks, times_beside_readings};
-use crate::statistics::median;
+use crate::statistics::{mean, median};
 
 /// What a capture shows of marks.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ const PACE_STEP: f64 = 1.1;
 /// Share of the readings' scatter that a mark must explain.
 const EXPLAINED: f64 = 0.9;
 /// Least share of a mark's move that is seen around it.
-const SEEN: f64 = 0.7;
+const LEAST_SHARE_SEEN: f64 = 0.7;
 /// Fewest readings in and around a mark.
 const FEWEST: usize = 8;
 /// Readings this near to a move are none of a level, s.
@@ -160,12 +160,12 @@ fn of_form(rows: &[(f64, f64)], marks: &Marks, form: Form) -> Vec<Mark> {
         let thin = ((to - from) / 200).max(1);
         let near: Vec<(f64, f64)> = rows[from..to].iter().copied().step_by(thin).collect();
         let (low, high) = near.iter().fold((f64::MAX, f64::MIN), |(low, high), row| (low.min(row.1), high.max(row.1)));
-        if near.len() < FEWEST || high - low < SEEN * marks.move_mm.abs() {
+        if near.len() < FEWEST || high - low < LEAST_SHARE_SEEN * marks.move_mm.abs() {
             continue;
         }
         let due = |row: &(f64, f64)| marks.move_mm * form.out(row.0 - begin_s);
         let scatter = |values: &[f64]| {
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
             values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
         };
         let flat = scatter(&near.iter().map(|row| row.1).collect::<Vec<f64>>());

@@ -15,7 +15,8 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use crate::import::lag::{LAG, Lag};
-use crate::statistics::minimise_few;
+use crate::import::likelihood::RampKind;
+use crate::statistics::{mean, minimise_few};
 
 /// The second half of a move and the rest behind it.
 pub(super) struct SecondHalf {
@@ -38,9 +39,9 @@ pub(super) struct Moves {
     covariance: DMatrix<f64>,
 }
 
-/// Two kinds of control, with the share of each and the middle, s, and the standard deviation of the logarithm of their ramps: the
-/// acceleration of slides of 0.2 to 1 m/s² at the speed of a mark, and a time constant whatever the speed.
-const KINDS: [(f64, f64, f64); 2] = [(0.8, 4e-3, 0.7), (0.2, 0.12, 0.6)];
+/// Two kinds of control: the acceleration of slides of 0.2 to 1 m/s² at the speed of a mark, and a time constant whatever the speed.
+const KINDS: [RampKind; 2] =
+    [RampKind { share: 0.8, middle_s: 4e-3, spread: 0.7 }, RampKind { share: 0.2, middle_s: 0.12, spread: 0.6 }];
 /// Ramps from which the search begins, s.
 const RAMPS_S: [f64; 2] = [0.005, 0.15];
 /// Lags from which the search begins, s.
@@ -163,7 +164,7 @@ const SHARED: usize = 3;
 
 /// End and level of one move at a speed and a ramp, and the squares that are left.
 fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| half.rows.iter().map(of).sum::<f64>() / half.rows.len() as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| mean(half.rows.iter().map(of)).unwrap_or(f64::NAN);
     let mut end_s = half.end_s + 0.5 * ramp.lasts_s;
     let mut level = mean(&|row| row.1 + half.sense * speed * left_s(end_s - row.0, ramp).0);
     for _ in 0..STEPS {
@@ -195,11 +196,9 @@ fn ended(half: &SecondHalf, speed: f64, ramp: Ramp) -> (f64, f64, f64) {
 
 /// Minus twice the logarithm of a ramp's prior density, and the standard deviation of its logarithm there.
 fn prior(ramp_s: f64) -> (f64, f64) {
-    let kinds = KINDS.map(|(share, middle_s, spread)| {
-        (share / spread * (-0.5 * ((ramp_s / middle_s).ln() / spread).powi(2)).exp(), spread)
-    });
-    let likeliest = if kinds[0].0 > kinds[1].0 { kinds[0].1 } else { kinds[1].1 };
-    (-2.0 * (kinds[0].0 + kinds[1].0).max(f64::MIN_POSITIVE).ln(), likeliest)
+    let [first, second] = KINDS.each_ref().map(|kind| kind.density(ramp_s));
+    let likeliest = if first > second { KINDS[0].spread } else { KINDS[1].spread };
+    (-2.0 * (first + second).max(f64::MIN_POSITIVE).ln(), likeliest)
 }
 
 /// Ends, speed and ramp of all moves of `move_mm`; `speed` is a first guess, mm/s, `sigma_mm` the noise of a reading. `None`

@@ -1,5 +1,7 @@
 //! Fields of a table's rows to numbers, readings and times. What they mean is told by names.
 
+use crate::load::checked_text::decimal::{Comma, with_decimal_point};
+
 /// Fields of a line; a decimal comma is one where the separator is none.
 pub(super) fn fields(line: &str, separator: char) -> Vec<&str> {
     let parts: Vec<&str> = match separator {
@@ -19,8 +21,7 @@ pub(super) fn row_of(line: &str, separator: char, names: usize) -> Vec<&str> {
 }
 
 pub(super) fn number(field: &str, separator: char) -> Option<f64> {
-    let plain = if separator == ',' { field.to_string() } else { field.replacen(',', ".", 1) };
-    plain.parse().ok().filter(|value: &f64| value.is_finite())
+    with_decimal_point(field, Comma::beside(separator)).parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 /// What gauges write where there is no reading.

@@ -10,7 +10,7 @@ use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 use crate::load::moment::is_of_other;
 
 /// Fewest numbers of a list of readings in XML.
-const SERIES: usize = 30;
+const LEAST_OF_A_SERIES: usize = 30;
 /// Most open elements of XML among which the one is looked for that an end tag closes.
 const MOST_OPEN: usize = 1000;
 
@@ -147,14 +147,14 @@ fn with_series(file: &Path, mut raw: Raw, mut series: Vec<Series<'_>>, unit: &st
     let named =
         |name: &str| u8::from(plain_name(name).split('_').any(|word| READINGS.iter().any(|r| word.starts_with(r))));
     let best = (0..series.len())
-        .filter(|&k| series[k].numbers.len() >= SERIES && !is_time(series[k].name))
+        .filter(|&k| series[k].numbers.len() >= LEAST_OF_A_SERIES && !is_time(series[k].name))
         .max_by_key(|&k| (named(series[k].name), series[k].numbers.len()));
     let Some(best) = best else {
         let names: Vec<&str> = series.iter().map(|one| one.name).collect();
         return Err(LoadError::file(
             file,
             format!(
-                "is XML without a list of at least {SERIES} readings (numbers found in: {}); export the readings as a table with time_s and deviation_um",
+                "is XML without a list of at least {LEAST_OF_A_SERIES} readings (numbers found in: {}); export the readings as a table with time_s and deviation_um",
                 if names.is_empty() { "none".into() } else { names.join(" ") }
             ),
         ));
@@ -179,7 +179,7 @@ fn with_series(file: &Path, mut raw: Raw, mut series: Vec<Series<'_>>, unit: &st
     }
     raw.not_read.extend(series.iter().map(|one| match one.numbers.len() {
         // another run, or a channel beside the readings
-        count if count >= SERIES => format!("{} ({count} numbers)", one.name),
+        count if count >= LEAST_OF_A_SERIES => format!("{} ({count} numbers)", one.name),
         _ => one.name.to_string(),
     }));
     raw.not_read.sort();

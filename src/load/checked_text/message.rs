@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::printable::{escaped, escaped_lines, shortened};
 
 /// Longest message, characters: lists of names are cut after it.
-const LONGEST: usize = 2000;
+const LONGEST_MESSAGE: usize = 2000;
 /// Longest misspelt word for which a near one is looked for, bytes.
 const LONGEST_WORD: usize = 100;
 
@@ -45,7 +45,7 @@ impl fmt::Display for LoadError {
         if let (Some(_), Some(column)) = (self.line, self.column) {
             write!(out, ":{column}")?;
         }
-        write!(out, ": {}", escaped_lines(&shortened(&self.message, LONGEST)))
+        write!(out, ": {}", escaped_lines(&shortened(&self.message, LONGEST_MESSAGE)))
     }
 }
 

@@ -11,7 +11,7 @@ use crate::units::Measure;
 const KEY: Step = Step::Key("linear_axes");
 const NUMBERS: [&str; 3] = ["positioning", "straightness", "squareness"];
 /// Largest budget: 1 mm per metre and 1 mrad; a machine beyond it is to be set right, not measured.
-const LARGEST: f64 = 1e-3;
+const LARGEST_BUDGET: f64 = 1e-3;
 
 /// `linear_axes: used`, or `linear_axes: {positioning: 8 um/m, straightness: 5 um/m, squareness: 15 urad}`.
 pub(crate) fn linear_axes(document: &Document, raw: Option<&Value>) -> Result<LinearAxes, LoadError> {
@@ -30,7 +30,7 @@ pub(crate) fn linear_axes(document: &Document, raw: Option<&Value>) -> Result<Li
                     other => return Err(document.refuse(&[KEY], unknown(other, &NUMBERS))),
                 };
                 *target = quantity(document, &place, value, measure)?;
-                if !(0.0..=LARGEST).contains(target) {
+                if !(0.0..=LARGEST_BUDGET).contains(target) {
                     return Err(document.refuse(
                         &place,
                         format!(

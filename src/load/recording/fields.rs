@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use crate::load::checked_text::decimal::{Comma, with_decimal_point};
+
 /// Fields of a line without the spaces around them; separators between quotes separate nothing.
 pub fn fields_of(line: &str, separator: char) -> impl Iterator<Item = &str> {
     let mut quoted = false;
@@ -25,8 +27,5 @@ pub fn plain(field: &str, separator: char) -> Cow<'_, str> {
     let bare = field.trim_matches('"').trim();
     // between quotes a comma separates nothing, whatever the separator
     let is_quoted = field.len() != bare.len();
-    match (separator != ',' || is_quoted) && bare.contains(',') {
-        true => Cow::Owned(bare.replacen(',', ".", 1)),
-        false => Cow::Borrowed(bare),
-    }
+    with_decimal_point(bare, if is_quoted { Comma::IsDecimal } else { Comma::beside(separator) })
 }

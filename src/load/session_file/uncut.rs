@@ -15,7 +15,7 @@ const LEVEL_S: f64 = 0.3;
 const NEAR_S: f64 = 0.05;
 /// Share of a mark's move by which its height may be off, and by which a level may wander.
 const HEIGHT_OFF: f64 = 0.2;
-const WANDER: f64 = 0.15;
+const LEVEL_WANDER: f64 = 0.15;
 /// Readings without times are spread over the arc's own time, and over longer ones up to three times that, by such steps.
 const STRETCHES: [f64; 9] = [1.0, 1.15, 1.3, 1.5, 1.75, 2.0, 2.3, 2.6, 3.0];
 
@@ -83,7 +83,7 @@ fn shows_a_mark(time_s: &[f64], reading_mm: &[f64], marks: &Marks) -> bool {
         let to = time_s.partition_point(|time| *time <= to_s).max(from);
         let values = || reading_mm[from..to].iter().copied().filter(|reading| reading.is_finite());
         let (low, high) = values().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
-        let is_level = values().count() >= 2 && high - low < WANDER * marks.move_mm.abs();
+        let is_level = values().count() >= 2 && high - low < LEVEL_WANDER * marks.move_mm.abs();
         median(values()).filter(|_| is_level)
     };
     let (move_s, is_near) = (marks.move_s(), |mm: f64| (mm / marks.move_mm - 1.0).abs() < HEIGHT_OFF);

@@ -9,6 +9,7 @@ use crate::machine::AxisKind;
 use crate::methods::bar_turn::unwrapped;
 use crate::methods::error::MethodError;
 use crate::session::{Motion, Session};
+use crate::statistics::mean;
 
 /// Direction of contouring in the plane, seen from the positive end of the third axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -138,7 +139,7 @@ fn circle_run(session: &Session, chain: &Chain, test_index: usize) -> Result<Opt
     if angle_rad.len() < FEWEST_READINGS {
         return Ok(None);
     }
-    let radius_mm = radii.iter().sum::<f64>() / radii.len() as f64;
+    let radius_mm = mean(radii.iter().copied()).unwrap_or(f64::NAN);
     let turn = angle_rad[angle_rad.len() - 1] - angle_rad[0];
     let one_way = angle_rad.windows(2).all(|pair| (pair[1] - pair[0]) * turn > 0.0);
     if !one_way || turn.abs() < SHORTEST_ARC_RAD || radii.iter().any(|radius| (radius - radius_mm).abs() > ROUND_MM) {

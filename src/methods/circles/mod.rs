@@ -37,6 +37,7 @@ use super::error::MethodError;
 use crate::chain::Chain;
 use crate::machine::{Component, ErrorName, Machine};
 use crate::session::{Session, Setups, Zero};
+use crate::statistics::mean;
 use crate::units::{ARCSEC_PER_RAD, UM_PER_MM};
 
 use deviations::circle_runs;
@@ -237,8 +238,7 @@ fn squareness(machine: &Machine, run: &CircleRun, angle_rad: f64) -> Squareness 
 fn reversals(letters: [String; 2], parts: &Parts) -> Vec<AxisReversals> {
     let of_axis = |(index, letter): (usize, String)| {
         let ends: Vec<_> = parts.ends.iter().filter(|end| end.axis == index).collect();
-        let backlash_um =
-            (!ends.is_empty()).then(|| ends.iter().map(|end| end.step_mm).sum::<f64>() / ends.len() as f64 * UM_PER_MM);
+        let backlash_um = mean(ends.iter().map(|end| end.step_mm)).map(|step_mm| step_mm * UM_PER_MM);
         AxisReversals {
             backlash_um,
             half_gap_um: backlash_um.map(|backlash| backlash / 2.0),

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{DMatrix, DVector};
 
 use super::deviations::CircleRun;
+use crate::statistics::mean;
 
 /// Deviations about the least-squares circle.
 pub struct Centred {
@@ -116,7 +117,7 @@ pub fn fit_parts(runs: &[CircleRun]) -> Option<Parts> {
                 spike_mm: spike(quadrant),
             })
             .collect(),
-        rms_mm: (squares.iter().sum::<f64>() / squares.len() as f64).sqrt(),
+        rms_mm: mean(squares.iter().copied()).unwrap_or(f64::NAN).sqrt(),
     })
 }
 

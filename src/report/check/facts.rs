@@ -40,15 +40,24 @@ pub struct SessionCheck {
     pub bars: Vec<String>,
 }
 
+/// How far an axis moves in a test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingAxis {
+    /// Its index in the machine.
+    pub axis: usize,
+    /// Lowest and highest position, mm or rad.
+    pub lowest: f64,
+    pub highest: f64,
+}
+
 /// One test of a session.
 #[derive(Debug, Clone, Serialize)]
 pub struct TestCheck {
     pub name: String,
     pub rows: usize,
     pub readings: usize,
-    /// Axis index, lowest and highest position (mm or rad).
     #[serde(skip)]
-    pub moving: Vec<(usize, f64, f64)>,
+    pub moving: Vec<MovingAxis>,
     pub bar_length_mm: Option<f64>,
     /// Median of reading minus the length that the machine file predicts, mm.
     pub median_off_mm: Option<f64>,

@@ -4,6 +4,6 @@ mod facts;
 mod json;
 mod text;
 
-pub use facts::{LinkPose, Placement, Senses, SessionCheck, TestCheck};
+pub use facts::{LinkPose, MovingAxis, Placement, Senses, SessionCheck, TestCheck};
 pub use json::{AxisJson, CheckJson, ErrorJson, LinkJson, PlacementJson, check_json};
 pub use text::check_text;

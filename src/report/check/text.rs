@@ -165,10 +165,16 @@ fn session_text(machine: &Machine, session: &SessionCheck) -> String {
         let moving: Vec<String> = test
             .moving
             .iter()
-            .map(|&(index, from, to)| {
-                let axis = &machine.axes[index];
+            .map(|moving| {
+                let axis = &machine.axes[moving.axis];
                 let end = |value| axis.kind.to_file_unit(value);
-                format!("{} {:.2} … {:.2} {}", axis.name, end(from), end(to), axis.kind.position_unit())
+                format!(
+                    "{} {:.2} … {:.2} {}",
+                    axis.name,
+                    end(moving.lowest),
+                    end(moving.highest),
+                    axis.kind.position_unit()
+                )
             })
             .collect();
         table.row(vec![

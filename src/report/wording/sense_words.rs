@@ -44,12 +44,12 @@ pub fn senses_json(session: &Session, fit: &Fit, senses: &[TurnedSense]) -> Vec<
         let instead: Vec<InsteadJson> = sense
             .moved
             .iter()
-            .map(|&(k, value, turned)| {
-                let unknown = &fit.unknowns[k];
+            .map(|moved| {
+                let unknown = &fit.unknowns[moved.unknown];
                 InsteadJson {
                     error: unknown.label.clone(),
-                    value: unknown.measure.to_output(value),
-                    turned: unknown.measure.to_output(turned),
+                    value: unknown.measure.to_output(moved.stated),
+                    turned: unknown.measure.to_output(moved.turned),
                     unit: unknown.measure.output_unit(),
                 }
             })
@@ -91,11 +91,11 @@ fn says(session: &Session, fit: &Fit, sense: &TurnedSense) -> String {
         .moved
         .iter()
         .take(NAMED)
-        .map(|&(k, value, turned)| {
-            let (unknown, sigma) = (&fit.unknowns[k], fit.estimates[k].sigma);
+        .map(|moved| {
+            let (unknown, sigma) = (&fit.unknowns[moved.unknown], fit.estimates[moved.unknown].sigma);
             let out = |value: f64| shown(unknown.measure.to_output(value), unknown.measure.to_output(sigma)).0;
             let unit = unknown.measure.shown_unit();
-            format!("{} {} for {} {unit}", unknown.label, out(turned), out(value))
+            format!("{} {} for {} {unit}", unknown.label, out(moved.turned), out(moved.stated))
         })
         .collect();
     if !instead.is_empty() {

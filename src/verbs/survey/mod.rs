@@ -11,10 +11,10 @@ use fiveaxis::bodies::Kit;
 use fiveaxis::load::{load_kit, load_shard, standard_kit};
 use fiveaxis::machine::StructuralCode;
 use fiveaxis::plan::Settings;
-use fiveaxis::report::survey::{HEADER, csv, survey_json, tallies};
+use fiveaxis::report::survey::{HEADER, csv, survey_json};
 use fiveaxis::report::survey_page::{PAGE_HEAD, survey_page};
 use fiveaxis::report::table::Table;
-use fiveaxis::survey::{Outcome, Shard, codes, conditions, outcome, representative, settings};
+use fiveaxis::survey::{Outcome, Shard, codes, conditions, outcome, representative, settings, tallies};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 

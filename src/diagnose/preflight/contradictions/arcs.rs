@@ -63,7 +63,7 @@ pub(super) fn uncut(session: &Session) -> Option<DataFault> {
 
 /// Whether a recording has both ends where the sweep of its test states them, as recordings have that were made by its program.
 pub(crate) fn agrees_with_sweep(session: &Session, test: &Test) -> bool {
-    off_sweep(session, test).is_some_and(|(_, off)| off.iter().all(|off| off.abs() < BESIDE))
+    off_sweep(session, test).is_some_and(|(_, off)| off.iter().all(|off| off.abs() < END_TOLERANCE_DEG))
 }
 
 /// How far both ends of a recorded arc lie from the stated ones, mm or degrees, with the axis.
@@ -74,7 +74,7 @@ fn off_sweep(session: &Session, test: &Test) -> Option<(usize, [f64; 2])> {
 }
 
 /// Degrees by which both ends of an arc may lie beside the stated ones: rows are some tenths apart.
-const BESIDE: f64 = 0.7;
+const END_TOLERANCE_DEG: f64 = 0.7;
 
 /// How far the arc's own length may then be off, as a share of how far it lies beside.
 const AS_LONG: f64 = 0.2;
@@ -86,7 +86,7 @@ fn beside_sweep(session: &Session) -> Option<DataFault> {
         let (axis, [first, last]) = off_sweep(session, test)?;
         let beside = 0.5 * (first + last);
         let axis = Some(&session.machine.axes[axis]).filter(|axis| axis.kind == AxisKind::Rotary)?;
-        if beside.abs() < BESIDE || (last - first).abs() > AS_LONG * beside.abs() {
+        if beside.abs() < END_TOLERANCE_DEG || (last - first).abs() > AS_LONG * beside.abs() {
             return None;
         }
         let says = format!(

@@ -5,7 +5,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::readings::steps::step_of_readings;
 use crate::session::{Session, Test};
-use crate::statistics::{OF_THIRD_DIFFERENCES, median, third_differences};
+use crate::statistics::{OF_THIRD_DIFFERENCES, mean, median, third_differences};
 use crate::units::MM_PER_INCH;
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use std::ops::Range;
 const QUIETER: f64 = 8.0;
 
 /// How near to an inch the ratio of two noises comes, as a factor: noise of some hundred rows is known to a tenth.
-const NEAR: f64 = 1.3;
+const NEAR_AN_INCH: f64 = 1.3;
 
 /// Recordings that scatter too little.
 pub(super) fn quiet(session: &Session) -> Option<DataFault> {
@@ -35,7 +35,7 @@ pub(super) fn quiet(session: &Session) -> Option<DataFault> {
     let names: Vec<String> = struck.iter().map(|(test, _)| test.name.clone()).collect();
     let own_mm = median(struck.iter().map(|(_, mm)| *mm))?;
     let ratio = usual_mm / own_mm;
-    let is_inch = (1.0 / NEAR..NEAR).contains(&(ratio / MM_PER_INCH));
+    let is_inch = (1.0 / NEAR_AN_INCH..NEAR_AN_INCH).contains(&(ratio / MM_PER_INCH));
     let of = |kind, what: &str| {
         let says = format!(
             "readings of {} scatter by {:.3} µm from row to row where those of the others scatter by {:.2} µm: {what}",
@@ -83,8 +83,8 @@ fn scatter_mm(test: &Test) -> Option<f64> {
     let mut sizes: Vec<f64> = third.filter(|third| third.is_finite()).map(f64::abs).collect();
     sizes.sort_by(f64::total_cmp);
     sizes.truncate(9 * sizes.len() / 10);
-    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-    (mean > 0.0).then_some(mean / (OF_SIZES * OF_THIRD_DIFFERENCES.sqrt()))
+    let mean = mean(sizes.into_iter()).filter(|mean| *mean > 0.0)?;
+    Some(mean / (OF_SIZES * OF_THIRD_DIFFERENCES.sqrt()))
 }
 
 /// Mean size of the lower nine tenths of normal values of one.

@@ -20,7 +20,7 @@ const WORTH_UM: f64 = 0.2;
 const UNEVEN: f64 = 0.05;
 
 /// Rows of a test at which lengths are held against positions.
-const FEW: usize = 24;
+const ROWS_OF_A_TEST: usize = 24;
 
 /// Lengths or positions that were rounded.
 pub(super) fn rounded(session: &Session) -> Option<DataFault> {
@@ -117,7 +117,7 @@ fn change_per(session: &Session, chain: &Chain, test: &Test, axis: usize) -> Opt
         below[axis] -= HALF_STEP;
         (length(&above) - length(&below)) / (2.0 * HALF_STEP)
     };
-    Some(rms((0..motion.rows()).step_by((motion.rows() / FEW).max(1)).map(change)))
+    Some(rms((0..motion.rows()).step_by((motion.rows() / ROWS_OF_A_TEST).max(1)).map(change)))
 }
 
 /// Half a step of differences, mm or rad.

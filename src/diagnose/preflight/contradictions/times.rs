@@ -3,10 +3,10 @@
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
-use crate::machine::AxisKind;
+use crate::machine::{Axis, AxisKind};
 use crate::session::{Motion, Session, Test, way_mm};
 use crate::statistics::median;
-use crate::units::MM_PER_INCH;
+use crate::units::OtherUnit;
 
 /// How far two tests may overlap, s: beginnings are written down by hand.
 const OVERLAP_S: f64 = 1.0;
@@ -45,9 +45,14 @@ const SPEEDS: std::ops::Range<f64> = 2.0..60_000.0;
 /// Units in which times may have been written, with the speed that they seem to give over the true one.
 const TIME_UNITS: [(&str, f64); 3] = [("milliseconds", 1e-3), ("minutes", 60.0), ("microseconds", 1e-6)];
 
-/// Units in which positions may have been written, with the speed that they seem to give over the true one: of rotary axes, of
-/// linear ones.
-const POSITION_UNITS: [(&str, f64); 2] = [("radians", std::f64::consts::PI / 180.0), ("inches", 1.0 / MM_PER_INCH)];
+/// Unit in which positions of an axis may have been written. The speed that they seem to give over the true one is the inverse of
+/// its size.
+fn position_unit(axis: &Axis) -> OtherUnit {
+    match axis.kind {
+        AxisKind::Rotary => OtherUnit::RADIANS,
+        AxisKind::Linear => OtherUnit::INCHES,
+    }
+}
 
 /// How near the speed comes to what a wrong unit gives, as a share.
 const AS_BY_UNIT: f64 = 0.25;
@@ -81,11 +86,10 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
     }
     let axis =
         first.recording.as_ref().and_then(|recording| recording.axes.first()).map(|&axis| &session.machine.axes[axis]);
-    let as_position = axis.map(|axis| (axis, POSITION_UNITS[usize::from(axis.kind == AxisKind::Linear)]));
-    if let Some((axis, (unit, factor))) = as_position
-        && (ratio / factor - 1.0).abs() < AS_BY_UNIT
+    if let Some((axis, unit)) = axis.map(|axis| (axis, position_unit(axis)))
+        && (ratio * unit.size - 1.0).abs() < AS_BY_UNIT
     {
-        let (name, due) = (&axis.name, axis.kind.position_unit());
+        let (name, unit, due) = (&axis.name, unit.name, axis.kind.position_unit());
         let says = format!("{name} is in {unit} in {}: convert the column to {due}", listed(&tests));
         let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
         fault.components = vec![name.clone()];

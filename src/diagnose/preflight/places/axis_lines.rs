@@ -5,7 +5,7 @@ use crate::statistics::least_along;
 use nalgebra::Vector3;
 
 use super::ball_places::WORTH;
-use super::misplaced::told;
+use super::misplaced::{told, told_sizes};
 use crate::diagnose::preflight::quick_fit::{Refit, nominal_mm};
 use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
 use crate::identify::Quantity;
@@ -74,6 +74,7 @@ fn with_line(session: &Session, axis: usize, shift: Vector3<f64>) -> Suspicion {
     );
     let mut found = Suspicion::new(FaultKind::AxisLine, name, Vec::new(), says, undone);
     found.components = vec![name.clone()];
+    found.detail = told_sizes(&shift, &Vector3::zeros());
     found.weight = RARELY;
     found
 }
@@ -105,9 +106,9 @@ fn descended(miss: &(impl Fn(Vector3<f64>) -> f64 + Sync), before: f64, order: &
         let before_round = least;
         for &k in order {
             let along = |mm: f64| miss(best + Vector3::ith(k, mm));
-            let (mm, left) = least_along(&along, GRID_MM);
-            if left < least {
-                (best[k], least) = (best[k] + mm, left);
+            let found = least_along(&along, GRID_MM);
+            if found.value < least {
+                (best[k], least) = (best[k] + found.at, found.value);
             }
         }
         if least >= before_round {

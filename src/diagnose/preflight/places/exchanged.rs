@@ -3,7 +3,7 @@
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::SESSION;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::session::{Motion, Session, Test};
 
 /// Pairs that are tried by a refit.
@@ -120,11 +120,11 @@ fn moved_by_one(session: &Session) -> Vec<Suspicion> {
     if count < 3 {
         return Vec::new();
     }
-    let moved = |by: usize, words: &str| {
+    let moved = |by: usize, words: &'static str| {
         let from: Vec<usize> = (0..count).map(|test| (test + by) % count).collect();
         let says = format!("every test has the recording of the one {words} it: move the files by one test");
         let mut suspicion = with_recordings(session, &from, says);
-        suspicion.tests.clear();
+        (suspicion.tests, suspicion.detail) = (Vec::new(), Detail::Way(words));
         suspicion
     };
     vec![moved(1, "before"), moved(count - 1, "after")]

@@ -4,11 +4,11 @@ use super::misplaced::names;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
-use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, SOMETIMES, Suspicion};
 use crate::session::Recording;
 
 /// Rows on either side of a turn at least.
-const BESIDE: usize = 6;
+const LEAST_ROWS_BESIDE: usize = 6;
 
 /// Which part of a recording had a negative sign: the rows before it turns back or those behind, in all recordings or by turns.
 const NEGATIVE_FIRST: [fn(usize) -> bool; 4] = [|_| true, |_| false, |run| run % 2 == 0, |run| run % 2 == 1];
@@ -41,6 +41,8 @@ pub(crate) fn without_sign(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> 
         );
         let mut found = Suspicion::new(FaultKind::AxisSign, RECORDER, names, says, undone);
         (found.components, found.weight) = (vec![name.clone()], SOMETIMES);
+        // whichever part had the sign: the first that is tried stands for all
+        found.detail = Detail::Way("turns back at 0");
         Some(found)
     };
     if turns.is_empty() { Vec::new() } else { NEGATIVE_FIRST.iter().filter_map(with).collect() }
@@ -49,7 +51,7 @@ pub(crate) fn without_sign(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> 
 /// Row from which a column goes away from zero again that came to it from one side.
 fn turns_back(column: &[f64]) -> Option<usize> {
     let nearest = (0..column.len()).min_by(|&a, &b| column[a].abs().total_cmp(&column[b].abs()))?;
-    let is_inside = nearest >= BESIDE && nearest + BESIDE < column.len();
+    let is_inside = nearest >= LEAST_ROWS_BESIDE && nearest + LEAST_ROWS_BESIDE < column.len();
     let step = (column.last()? - column[nearest]).abs() / (column.len() - nearest).max(1) as f64;
     let sign = column[0].signum();
     let comes = column[..=nearest].windows(2).all(|pair| sign * (pair[1] - pair[0]) <= 0.0);

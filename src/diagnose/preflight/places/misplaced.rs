@@ -9,7 +9,7 @@ use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::listed;
 use crate::diagnose::preflight::quick_fit::refit;
-use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::session::{Ball, Session, Setups, Zero};
 use crate::statistics::median;
 
@@ -52,6 +52,11 @@ pub(crate) fn told(place: &Vector3<f64>, stated: &Vector3<f64>) -> String {
     format!("({}, {}, {})", shown(place.x), shown(place.y), shown(place.z))
 }
 
+/// A place as [`told`] rounds it.
+pub(crate) fn told_sizes(place: &Vector3<f64>, stated: &Vector3<f64>) -> Detail {
+    Detail::sizes(place.as_slice(), if (place - stated).norm() < 1.0 { 0.01 } else { 0.1 })
+}
+
 /// A ball as the session states it.
 pub(crate) fn ball_words(end: End, ball: &Ball) -> String {
     let name = if end == End::Pivot { "pivot" } else { "spindle ball" };
@@ -82,6 +87,8 @@ fn elsewhere(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec
                 listed(&names(session, tests))
             );
             let mut suspicion = Suspicion::new(FaultKind::BallPlace, end.place(), names(session, tests), says, undone);
+            let shown = near.map_or(found, |(place, _)| *place);
+            suspicion.detail = told_sizes(&shown, &stated).and_size((found - stated).norm(), 0.1);
             suspicion.is_found = near.is_none();
             suspicion.weight = match near {
                 Some((_, words)) if words.contains("exchanged") && words.contains("turned") => RARELY,
@@ -140,6 +147,7 @@ fn beside(session: &Session, end: End, setup: usize, tests: &[usize]) -> Option<
         listed(&names(session, tests))
     );
     Some(Suspicion {
+        detail: told_sizes(&found.at, &ball.at).and_size(placement.norm(), 0.01),
         is_found: true,
         ..Suspicion::new(FaultKind::BallPlace, end.place(), names(session, tests), says, undone)
     })
@@ -171,7 +179,8 @@ fn on_link(session: &Session, end: End, tests: &[usize], link: &str) -> Suspicio
         ball_words(end, ball),
         listed(&names(session, tests))
     );
-    Suspicion::new(FaultKind::BallLink, end.place(), names(session, tests), says, undone)
+    let found = Suspicion::new(FaultKind::BallLink, end.place(), names(session, tests), says, undone);
+    Suspicion { detail: Detail::Link(link.to_string()), ..found }
 }
 
 /// All pivots that are stated on one link on another one of its branch: about a turning axis the lengths hardly tell.
@@ -220,7 +229,8 @@ fn all_moved(session: &Session, chain: &Chain, end: End) -> Vec<Suspicion> {
                 "all {which} by {} mm from where the session puts them: look at {why}, and correct every 'at'",
                 told(&shift, &Vector3::zeros())
             );
-            Suspicion::new(FaultKind::BallPlace, end.place(), Vec::new(), says, undone)
+            let found = Suspicion::new(FaultKind::BallPlace, end.place(), Vec::new(), says, undone);
+            Suspicion { detail: told_sizes(&shift, &Vector3::zeros()), ..found }
         })
         .into_iter()
         .collect()

@@ -6,13 +6,13 @@
 use nalgebra::Vector3;
 
 use super::ball_places::{End, NOMINAL_MM, Sights, misfit_mm, sights, written_otherwise};
-use super::misplaced::{ball_words, names, told};
+use super::misplaced::{ball_words, names, told, told_sizes};
 use super::standing::{groups, misfit_of_shift, stood_at};
 use crate::chain::Chain;
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{SESSION, listed};
 use crate::diagnose::preflight::quick_fit::nominal_mm;
-use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::machine::AxisKind;
 use crate::session::{Session, Setups};
 
@@ -20,7 +20,7 @@ use crate::session::{Session, Setups};
 const ANGLES: i32 = 12;
 
 /// Statements that are tried at most, those about the tests that fit worst first.
-const MOST: usize = 48;
+const MOST_STATEMENTS: usize = 48;
 
 /// Statements that leave the nominal lengths as they are; those of the worst tests first.
 pub(crate) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
@@ -43,7 +43,7 @@ pub(crate) fn restated(session: &Session, worst: &[usize]) -> Vec<Suspicion> {
     }
     of_tests.sort_by_key(|(is_worst, _)| !is_worst);
     list.extend(of_tests.into_iter().map(|(_, one)| one));
-    list.truncate(MOST);
+    list.truncate(MOST_STATEMENTS);
     list
 }
 
@@ -66,6 +66,7 @@ fn places(session: &Session, chain: &Chain, end: End, tests: &[usize]) -> Vec<Su
             );
             let mut found = Suspicion::new(FaultKind::BallPlace, end.place(), names(session, tests), says, undone);
             let is_twice = words.contains("exchanged") && words.contains("turned");
+            found.detail = told_sizes(&place, &ball.at);
             found.weight = if is_twice { RARELY } else { OFTEN };
             found
         })
@@ -121,6 +122,7 @@ pub(crate) fn other_directions(session: &Session) -> Vec<Suspicion> {
             );
             let mut found = Suspicion::new(FaultKind::AxisDirection, SESSION, Vec::new(), says, undone);
             found.components = vec![name.clone()];
+            found.detail = Detail::sizes((direction / direction.amax()).as_slice(), 1e-3);
             found.weight = SOMETIMES;
             list.push(found);
         }

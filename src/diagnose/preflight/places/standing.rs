@@ -7,7 +7,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{RECORDER, SESSION, listed};
 use crate::diagnose::preflight::readings::figures::Linearised;
 use crate::diagnose::preflight::struck_together::StruckTogether;
-use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};
@@ -18,7 +18,7 @@ const GRID_MM: f64 = 5.0;
 const GRID_DEG: f64 = 4.5;
 
 /// Rows of a test that tell where an axis stood.
-const FEW: usize = 12;
+const ROWS_OF_A_TEST: usize = 12;
 
 /// Axes that stood elsewhere than stated, in the repeats of one test or wherever they stood alike.
 pub(crate) fn standing_elsewhere(session: &Session) -> Vec<Suspicion> {
@@ -67,7 +67,9 @@ pub(crate) fn misfit_of_shift<'a>(
         let test = &session.tests[index];
         let motion = Motion::of(session, chain, test).ok()?;
         let lengths = &test.recording.as_ref()?.length_mm;
-        for row in (0..lengths.len()).step_by((lengths.len() / FEW).max(1)).filter(|&row| lengths[row].is_finite()) {
+        for row in
+            (0..lengths.len()).step_by((lengths.len() / ROWS_OF_A_TEST).max(1)).filter(|&row| lengths[row].is_finite())
+        {
             rows.push((index, motion.row(row).to_vec(), lengths[row] - test.bar_error_mm));
         }
     }
@@ -92,21 +94,21 @@ fn stood_elsewhere(session: &Session, chain: &Chain, axis: usize, tests: &[usize
         AxisKind::Rotary => GRID_DEG.to_radians(),
     };
     let as_stated = miss(0.0);
-    let [anywhere, nearby] = [step, NEARBY * step].map(|step| least_along(&miss, step));
-    let is_other = (anywhere.0 - nearby.0).abs() > NEARBY * step;
+    let [anywhere, nearby] = [step, NEARBY_SHARE_OF_GRID * step].map(|step| least_along(&miss, step));
+    let is_other = (anywhere.at - nearby.at).abs() > NEARBY_SHARE_OF_GRID * step;
     [Some(nearby), Some(anywhere).filter(|_| is_other)]
         .into_iter()
         .flatten()
-        .filter(|(_, least)| *least < WORTH * as_stated)
-        .filter_map(|(shift, _)| stood_at(session, axis, tests, shift))
+        .filter(|least| least.value < WORTH * as_stated)
+        .filter_map(|least| stood_at(session, axis, tests, least.at))
         .collect()
 }
 
 /// Part of the grid in which a place counts as nearby.
-const NEARBY: f64 = 0.02;
+const NEARBY_SHARE_OF_GRID: f64 = 0.02;
 
 /// Travels are stated to so much, mm or rad.
-const BEYOND: f64 = 1e-3;
+const TRAVEL_TOLERANCE: f64 = 1e-3;
 
 /// Distances and angles by which an axis is tried to have stood elsewhere, mm and deg; a finer search follows.
 const LITTLE_MM: [f64; 4] = [-0.8, -0.1, 0.1, 0.8];
@@ -199,7 +201,7 @@ pub(crate) fn slides_off(session: &Session, linearised: &Linearised, groups: &[V
     let of = |axis: usize, tests: &Vec<usize>| {
         let beside = column_off(session, axis, tests, SMALL_MM)?;
         let sizes = linearised.fitted(&[linearised.figure_of(&beside.undone, tests, SMALL_MM)?])?;
-        let off = column_off(session, axis, tests, sizes[0].0).filter(|_| sizes[0].0.abs() > LEAST_MM)?;
+        let off = column_off(session, axis, tests, sizes[0].value).filter(|_| sizes[0].value.abs() > LEAST_MM)?;
         Some(Suspicion { log_figures: -PARAMETER_COST, is_found: false, ..off })
     };
     linear.flat_map(|axis| groups.iter().filter_map(move |tests| of(axis, tests))).collect()
@@ -223,6 +225,7 @@ pub(crate) fn column_off(session: &Session, axis: usize, tests: &[usize], shift:
     );
     let mut found = Suspicion::new(FaultKind::ColumnShifted, RECORDER, names(session, tests), says, undone);
     found.components = vec![name.clone()];
+    found.detail = Detail::sizes(&[kind.to_file_unit(shift)], 0.01);
     (found.weight, found.is_found) = (RARELY, true);
     Some(found)
 }
@@ -242,7 +245,8 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
     let (axis_name, kind) = (&session.machine.axes[axis].name, session.machine.axes[axis].kind);
     let stated = session.tests[*tests.first()?].positions[axis]?;
     // beyond its travel no axis stands
-    let is_within = |(from, to): (f64, f64)| stated + shift > from - BEYOND && stated + shift < to + BEYOND;
+    let is_within =
+        |(from, to): (f64, f64)| stated + shift > from - TRAVEL_TOLERANCE && stated + shift < to + TRAVEL_TOLERANCE;
     if !session.machine.axes[axis].range.is_none_or(is_within) {
         return None;
     }
@@ -260,6 +264,7 @@ pub(crate) fn stood_at(session: &Session, axis: usize, tests: &[usize], shift: f
     let mut found = Suspicion::new(FaultKind::StandingAxis, SESSION, names(session, tests), says, undone);
     (found.components, found.is_found) = (vec![axis_name.clone()], true);
     let (there, stated) = (kind.to_file_unit(stated + shift), kind.to_file_unit(stated));
+    found.detail = Detail::sizes(&[there], 0.01);
     let is_usual = there.abs() < AS_WRITTEN || (there + stated).abs() < AS_WRITTEN;
     if !is_usual {
         // the nearer of two places that fit alike is the likelier one

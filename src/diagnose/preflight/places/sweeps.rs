@@ -7,7 +7,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{SESSION, listed};
 use crate::diagnose::preflight::quick_fit::refit;
 use crate::diagnose::preflight::readings::figures::Linearised;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::machine::AxisKind;
 use crate::session::{Clock, Path, Session};
@@ -19,10 +19,10 @@ const STARTS: [f64; 3] = [0.0, 180.0, -180.0];
 const ROUNDS: usize = 5;
 
 /// Change of an end by which derivatives are found, and below which a fit has settled, deg.
-const SMALL: f64 = 0.05;
+const SMALL_DEG: f64 = 0.05;
 
 /// Ends that are nearer than this are those stated, deg: rows are some tenths of a degree apart.
-const LEAST: f64 = 0.7;
+const LEAST_DEG: f64 = 0.7;
 
 /// Sweeps of each rotary axis with other ends: in all tests without positions, and in those of one program.
 pub(crate) fn other_arcs(session: &Session) -> Vec<Suspicion> {
@@ -73,12 +73,12 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
         let now = moved(session, tests, ends);
         let linearised = Linearised::of(&now, &refit(&now, None)?)?;
         let figure = |by: [f64; 2]| {
-            linearised.figure_of(&moved(session, tests, [ends[0] + by[0], ends[1] + by[1]]), tests, SMALL)
+            linearised.figure_of(&moved(session, tests, [ends[0] + by[0], ends[1] + by[1]]), tests, SMALL_DEG)
         };
-        let sizes = linearised.fitted(&[figure([SMALL, 0.0])?, figure([0.0, SMALL])?])?;
-        let by = [sizes[0].0, sizes[1].0].map(|by| by.clamp(-MOST_STEP, MOST_STEP));
+        let sizes = linearised.fitted(&[figure([SMALL_DEG, 0.0])?, figure([0.0, SMALL_DEG])?])?;
+        let by = [sizes[0].value, sizes[1].value].map(|by| by.clamp(-MOST_STEP, MOST_STEP));
         ends = [ends[0] + by[0], ends[1] + by[1]];
-        if by.iter().all(|by| by.abs() < SMALL) {
+        if by.iter().all(|by| by.abs() < SMALL_DEG) {
             break;
         }
     }
@@ -88,7 +88,7 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
         _ => None,
     };
     let (stated, found) = (of(session)?, of(&undone)?);
-    if ends.iter().all(|end| end.abs() < LEAST) || (found.1 - found.0) * (stated.1 - stated.0) <= 0.0 {
+    if ends.iter().all(|end| end.abs() < LEAST_DEG) || (found.1 - found.0) * (stated.1 - stated.0) <= 0.0 {
         return None;
     }
     let names = names(session, tests);
@@ -104,6 +104,7 @@ fn with_other_ends(session: &Session, axis: usize, tests: &[usize], start: f64) 
     );
     let mut suspicion = Suspicion::new(FaultKind::Arc, SESSION, names, says, undone);
     suspicion.components = vec![name.clone()];
+    suspicion.detail = Detail::sizes(&[found.0, found.1], 0.1);
     suspicion.log_figures = -2.0 * PARAMETER_COST;
     Some(suspicion)
 }

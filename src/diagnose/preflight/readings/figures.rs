@@ -4,7 +4,7 @@ use crate::chain::Chain;
 use crate::diagnose::preflight::quick_fit::Refit;
 use crate::identify::{Problem, Unknown};
 use crate::session::{Session, Setups};
-use crate::statistics::{median, noise_of_rows};
+use crate::statistics::{Fitted, median, noise_of_rows};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Noise from row to row that is assumed at least, mm: what a gauge resolves.
@@ -106,7 +106,7 @@ impl Linearised {
 
     /// Figures that readings lack or have too much, found together with all that the fit explains: with these multiples of
     /// `figures` added the readings fit best. Each with its standard deviation by the noise.
-    pub(crate) fn fitted(&self, figures: &[Figure]) -> Option<Vec<(f64, f64)>> {
+    pub(crate) fn fitted(&self, figures: &[Figure]) -> Option<Vec<Fitted>> {
         let (count, unknowns) = (figures.len(), self.gradient.len());
         let mut into_unknowns = DMatrix::zeros(unknowns, count);
         let mut normal = DMatrix::zeros(count, count);
@@ -129,7 +129,13 @@ impl Linearised {
         right += taken_up.tr_mul(&self.gradient);
         let factor = Cholesky::new(normal)?;
         let (fitted, variance) = (factor.solve(&right), factor.inverse().diagonal());
-        Some(fitted.iter().zip(&variance).map(|(figure, variance)| (*figure, variance.sqrt())).collect())
+        Some(
+            fitted
+                .iter()
+                .zip(&variance)
+                .map(|(figure, variance)| Fitted { value: *figure, sigma: variance.sqrt() })
+                .collect(),
+        )
     }
 
     fn scaled(&self, figure: &Figure) -> Vec<(usize, DVector<f64>)> {
@@ -164,12 +170,12 @@ impl TestRows {
 }
 
 /// The session with figures of these sizes added to its readings.
-pub(crate) fn with_figures(session: &Session, figures: &[Figure], sizes: &[(f64, f64)]) -> Option<Session> {
+pub(crate) fn with_figures(session: &Session, figures: &[Figure], sizes: &[Fitted]) -> Option<Session> {
     let mut with = session.clone();
-    for (figure, (size, _)) in figures.iter().zip(sizes) {
+    for (figure, size) in figures.iter().zip(sizes) {
         for (test, changes) in &figure.by_test {
             let recording = with.tests[*test].recording.as_mut()?;
-            recording.length_mm.iter_mut().zip(changes).for_each(|(length, change)| *length += size * change);
+            recording.length_mm.iter_mut().zip(changes).for_each(|(length, change)| *length += size.value * change);
         }
     }
     Some(with)

@@ -6,7 +6,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
-use crate::diagnose::preflight::suspicion::{RARELY, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Recording;
 
@@ -56,7 +56,8 @@ fn backwards(sampled: Sampled<'_>, tests: &[usize]) -> Option<Suspicion> {
         "the readings of {} are written from the other end than the positions beside them: reverse the column of the readings",
         listed(&names(sampled.all_rows, tests))
     );
-    with_recordings(sampled, tests, says, |recording| recording.length_mm.reverse())
+    let found = with_recordings(sampled, tests, says, |recording| recording.length_mm.reverse());
+    found.map(|found| Suspicion { detail: Detail::Way("backwards"), ..found })
 }
 
 /// Rows by which readings are tried to have been moved round first: so many parts of a recording. A finer search follows.
@@ -91,7 +92,8 @@ fn moved_round(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Op
         session.tests[test].name
     );
     let found = with_recordings(sampled, &[test], says, |recording| recording.length_mm.rotate_left(by));
-    found.map(|found| Suspicion { log_figures: -PARAMETER_COST, ..found })
+    let detail = Detail::sizes(&[by as f64], 1.0);
+    found.map(|found| Suspicion { detail, log_figures: -PARAMETER_COST, ..found })
 }
 
 /// Shares of a recording that are tried to have been lost, and places where.
@@ -136,7 +138,8 @@ fn joined(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Option<
             *length = place_now(best, row as f64 / last, 1.0 / last).map_or(f64::NAN, |at| between(&read, at));
         }
     });
-    found.map(|found| Suspicion { log_figures: -2.0 * PARAMETER_COST, ..found })
+    let detail = Detail::sizes(&[missing, best.0 * rows as f64, 0.0], 1.0);
+    found.map(|found| Suspicion { detail, log_figures: -2.0 * PARAMETER_COST, ..found })
 }
 
 /// Rounds in which a gap is brought nearer to its place and length.

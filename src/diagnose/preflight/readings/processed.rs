@@ -4,8 +4,9 @@
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
-use crate::diagnose::preflight::suspicion::{OFTEN, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, OFTEN, Suspicion};
 use crate::session::{Session, Test, Zero};
+use crate::statistics::mean;
 
 /// Deviations that differ by less are equal, mm: files have seven digits after the point at most.
 pub(crate) const NO_DIGIT_MM: f64 = 5e-8;
@@ -29,13 +30,13 @@ pub(crate) fn own_zeros(sampled: Sampled<'_>) -> Vec<Suspicion> {
     let firsts: Vec<f64> = deviations.iter().filter_map(|deviations| deviations.first().copied()).collect();
     if are_alike(&firsts) {
         let says = format!("the gauge was zeroed at the start of every recording: zero it once a session; {own_zero}");
-        list.push(suspected(session, says));
+        list.push(suspected(session, says, "first"));
     }
     let means: Vec<f64> =
-        deviations.iter().map(|deviations| deviations.iter().sum::<f64>() / deviations.len() as f64).collect();
+        deviations.iter().map(|deviations| mean(deviations.iter().copied()).unwrap_or(f64::NAN)).collect();
     if are_alike(&means) {
         let says = format!("the mean was taken off the readings of every recording: {own_zero}");
-        list.push(suspected(session, says));
+        list.push(suspected(session, says, "mean"));
     }
     list
 }
@@ -45,9 +46,9 @@ fn are_alike(figures: &[f64]) -> bool {
     figures.iter().all(|figure| (figure - first).abs() < ALIKE_MM)
 }
 
-fn suspected(session: &Session, says: String) -> Suspicion {
+fn suspected(session: &Session, says: String, way: &'static str) -> Suspicion {
     let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, Vec::new(), says, with_own_zero(session));
-    found.components = vec!["length".into()];
+    (found.components, found.detail) = (vec!["length".into()], Detail::Way(way));
     found.weight = OFTEN;
     found
 }

@@ -11,7 +11,7 @@ use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::exchanged::repeats;
 use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::quick_fit::Refit;
-use crate::diagnose::preflight::suspicion::{OFTEN, RARELY, SOMETIMES, Suspicion};
+use crate::diagnose::preflight::suspicion::{Detail, OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::identify::Quantity;
 use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
@@ -47,6 +47,7 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
             components: vec!["length".into()],
             tests: names.clone(),
             says: format!("the deviations from the bar's length in {} {words}", listed(&names)),
+            detail: Detail::sizes(&[factor], 1e-4),
             shift_ms: None,
             diminished: factor.abs().powf(share),
             log_figures: 0.0,
@@ -67,7 +68,7 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
         let deviations = |&test: &usize| Some((test, deviations_mm(&session.tests[test])?));
         let figure = [Figure { by_test: tests.iter().map(deviations).collect::<Option<Vec<_>>>()? }];
         let sizes = linearised.fitted(&figure)?;
-        let factor = 1.0 / (1.0 + sizes[0].0);
+        let factor = 1.0 / (1.0 + sizes[0].value);
         let is_near = |other: f64| (factor / other - 1.0).abs() < LEAST_FACTOR;
         let is_other = factor > 0.0 && factor.is_finite() && !is_near(1.0);
         if !is_other || FACTORS.iter().any(|(other, _)| is_near(*other)) {
@@ -84,6 +85,7 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
         let found = Suspicion::new(FaultKind::Unit, RECORDER, names, says, undone);
         Some(Suspicion {
             components: vec!["length".into()],
+            detail: Detail::sizes(&[factor], 1e-4),
             diminished: factor.powf(share),
             log_figures: -PARAMETER_COST,
             weight: RARELY,

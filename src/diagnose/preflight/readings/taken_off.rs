@@ -11,7 +11,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test};
 use crate::statistics::noise_of_rows;
@@ -116,7 +116,7 @@ pub(crate) fn taken_off(sampled: Sampled<'_>, linearised: &Linearised) -> Vec<Su
 }
 
 /// Log odds from which recordings themselves show that something was taken off: as of a first effect.
-const SHOWN: f64 = 15.0;
+const LEAST_LOG_ODDS: f64 = 15.0;
 
 /// Shares of the recordings that may lack it.
 const SHARES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -144,7 +144,7 @@ pub(crate) fn lacking(session: &Session) -> Option<DataFault> {
     let all = [TakenOff::CentreAndMean, TakenOff::Centre, TakenOff::TrendAndMean, TakenOff::Trend].map(of);
     let (shown, what, logs) = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let struck: Vec<usize> = (0..logs.len()).filter(|&test| logs[test] > 0.0).collect();
-    (shown > SHOWN).then(|| {
+    (shown > LEAST_LOG_ODDS).then(|| {
         let names = names(session, &struck);
         let says = format!("{} the readings of {}: export them as they were read", what.words(), listed(&names));
         let mut fault = DataFault::seen(FaultKind::ReadingsProcessed, RECORDER, names, says);
@@ -154,7 +154,7 @@ pub(crate) fn lacking(session: &Session) -> Option<DataFault> {
 }
 
 /// Standard deviations from which something was seen to be taken off.
-const SEEN: f64 = 3.0;
+const LEAST_SIGMAS: f64 = 3.0;
 
 /// The session with what was taken off some tests put back, as it fits best. Tests that lack nothing agree by chance.
 fn restored(
@@ -171,7 +171,7 @@ fn restored(
     let sizes = linearised.fitted(&all)?;
     let lacks = |test: usize| {
         let of = all.iter().zip(&sizes).filter(|(figure, _)| figure.by_test[0].0 == test);
-        of.into_iter().any(|(_, (size, sigma))| size.abs() > SEEN * sigma)
+        of.into_iter().any(|(_, size)| size.value.abs() > LEAST_SIGMAS * size.sigma)
     };
     let lacking: Vec<(usize, f64)> = agreeing.iter().copied().filter(|(test, _)| lacks(*test)).collect();
     if lacking.is_empty() {
@@ -184,7 +184,7 @@ fn restored(
     let of = if matches!(what, TakenOff::Start | TakenOff::EndToEnd) { "" } else { " the readings of" };
     let says = format!("{}{of} {}: export them as they were read", what.words(), listed(&names));
     let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, names, says, undone);
-    found.components = vec!["length".into()];
+    (found.components, found.detail) = (vec!["length".into()], Detail::Way(what.words()));
     Some(Suspicion { log_figures: lacking.iter().map(|(_, log)| log).sum(), ..found })
 }
 

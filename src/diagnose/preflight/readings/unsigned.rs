@@ -6,11 +6,11 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::diagnose::preflight::data_fault::{RECORDER, listed};
 use crate::diagnose::preflight::places::misplaced::names;
-use crate::diagnose::preflight::suspicion::Suspicion;
+use crate::diagnose::preflight::suspicion::{Detail, Suspicion};
 use crate::statistics::noise_of_rows;
 
 /// Rows on either side of a place where a curve may turn at zero.
-const BESIDE: usize = 6;
+const ROWS_BESIDE: usize = 6;
 
 /// How much steeper than by noise a curve must come to zero and leave it, in standard deviations of its slope.
 const STEEP: f64 = 4.0;
@@ -25,7 +25,7 @@ pub(crate) fn unsigned(sampled: Sampled<'_>, linearised: &Linearised) -> Option<
         .map(|test| {
             let deviations = deviations_mm(test)?;
             let is_above = !deviations.iter().any(|deviation| *deviation < -NO_DIGIT_MM);
-            (is_above && deviations.len() > 2 * BESIDE).then_some(deviations)
+            (is_above && deviations.len() > 2 * ROWS_BESIDE).then_some(deviations)
         })
         .collect();
     let turns: Vec<Vec<usize>> =
@@ -61,7 +61,7 @@ pub(crate) fn unsigned(sampled: Sampled<'_>, linearised: &Linearised) -> Option<
     let names = names(session, &tests);
     let says = format!("the deviations of {} lost their sign: export them with it", listed(&names));
     let mut found = Suspicion::new(FaultKind::ReadingsProcessed, RECORDER, names, says, undone);
-    found.components = vec!["length".into()];
+    (found.components, found.detail) = (vec!["length".into()], Detail::Way("sign lost"));
     Some(found)
 }
 
@@ -70,18 +70,18 @@ fn turns_at_zero(deviation_mm: &[f64]) -> Vec<usize> {
     let noise_mm = noise_of_rows(deviation_mm).max(NO_DIGIT_MM);
     // of a line through rows −n to −1 or 1 to n, by its end at the place itself
     let slope = |row: usize, sign: f64| {
-        let rows = 1..=BESIDE;
+        let rows = 1..=ROWS_BESIDE;
         let weight: f64 = rows.clone().map(|k| (k * k) as f64).sum();
         let at = |k: usize| deviation_mm[if sign > 0.0 { row + k } else { row - k }] - deviation_mm[row];
         rows.map(|k| k as f64 * at(k)).sum::<f64>() / weight
     };
-    let steep_mm = STEEP * noise_mm / (1..=BESIDE).map(|k| (k * k) as f64).sum::<f64>().sqrt();
+    let steep_mm = STEEP * noise_mm / (1..=ROWS_BESIDE).map(|k| (k * k) as f64).sum::<f64>().sqrt();
     let mut turns: Vec<usize> = Vec::new();
-    for row in BESIDE..deviation_mm.len() - BESIDE {
+    for row in ROWS_BESIDE..deviation_mm.len() - ROWS_BESIDE {
         let (before, after) = (slope(row, -1.0), slope(row, 1.0));
-        let is_least = (row - BESIDE..=row + BESIDE).all(|other| deviation_mm[row] <= deviation_mm[other]);
+        let is_least = (row - ROWS_BESIDE..=row + ROWS_BESIDE).all(|other| deviation_mm[row] <= deviation_mm[other]);
         let is_at_zero = deviation_mm[row] < 0.6 * before.max(after) + NEAR_ZERO * noise_mm;
-        let is_new = turns.last().is_none_or(|last| row - last > BESIDE);
+        let is_new = turns.last().is_none_or(|last| row - last > ROWS_BESIDE);
         if is_least && is_at_zero && is_new && before > steep_mm && after > steep_mm {
             turns.push(row);
         }

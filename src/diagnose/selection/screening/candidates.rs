@@ -78,7 +78,7 @@ fn observations<'m>(model: &'m LinearModel) -> Observations<'m> {
 }
 
 /// Rows compared on each side of a possible jump.
-const BESIDE: usize = 6;
+const ROWS_BESIDE_A_JUMP: usize = 6;
 
 /// Jumps of a test that are told.
 const MOST_JUMPS: usize = 2;
@@ -92,8 +92,8 @@ fn jumps(model: &LinearModel, test: usize) -> Vec<f64> {
             .fold((0.0, 0usize), |(sum, count), row| (sum + residual[row], count + 1));
         if count == 0 { f64::NAN } else { sum / count as f64 }
     };
-    let mut steps: Vec<(usize, f64)> = (BESIDE..residual.len().saturating_sub(BESIDE))
-        .map(|row| (row, (mean(row..row + BESIDE) - mean(row - BESIDE..row)).abs()))
+    let mut steps: Vec<(usize, f64)> = (ROWS_BESIDE_A_JUMP..residual.len().saturating_sub(ROWS_BESIDE_A_JUMP))
+        .map(|row| (row, (mean(row..row + ROWS_BESIDE_A_JUMP) - mean(row - ROWS_BESIDE_A_JUMP..row)).abs()))
         .filter(|(_, step)| step.is_finite())
         .collect();
     steps.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -102,7 +102,7 @@ fn jumps(model: &LinearModel, test: usize) -> Vec<f64> {
         if chosen.len() == MOST_JUMPS {
             break;
         }
-        if chosen.iter().all(|&other| other.abs_diff(row) > 3 * BESIDE) {
+        if chosen.iter().all(|&other| other.abs_diff(row) > 3 * ROWS_BESIDE_A_JUMP) {
             chosen.push(row);
         }
     }

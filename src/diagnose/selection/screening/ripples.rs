@@ -4,7 +4,7 @@ use crate::chain::sines_and_cosines;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::effects::Ripple;
 use crate::machine::Outlet;
-use crate::statistics::add_cross_products;
+use crate::statistics::{add_cross_products, mean};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -94,16 +94,16 @@ fn rows(model: &LinearModel, axis: usize, gain: &[f64], test: usize) -> Option<R
     motion.time_s.as_ref()?;
     let kept: Vec<usize> = (0..motion.rows()).filter(|&row| model.kept[test][row]).collect();
     let residual = &model.residual_mm[test];
-    let mean = kept.iter().map(|&row| residual[row]).sum::<f64>() / kept.len().max(1) as f64;
+    let middle = mean(kept.iter().map(|&row| residual[row])).unwrap_or(0.0);
     let groups = kept.chunks((kept.len() / ROWS).max(1));
     let over = |value: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        groups.clone().map(|rows| rows.iter().map(|&row| value(row)).sum::<f64>() / rows.len() as f64).collect()
+        groups.clone().filter_map(|rows| mean(rows.iter().map(|&row| value(row)))).collect()
     };
     let q = over(&|row| motion.row(row)[axis]);
     let t = over(&|row| model.context.session_time_s(test, row));
-    let score = over(&|row| gain[row] * (residual[row] - mean));
+    let score = over(&|row| gain[row] * (residual[row] - middle));
     let weight: f64 = over(&|row| gain[row] * gain[row]).iter().sum();
-    let middle_s = t.iter().sum::<f64>() / t.len().max(1) as f64;
+    let middle_s = mean(t.iter().copied()).unwrap_or(0.0);
     (q.len() > 8 && weight > 0.0).then_some(Rows { q, t, score, weight, middle_s })
 }
 

@@ -1,0 +1,68 @@
+//! Displacements of gauges with another sense or unit, undone. Which mistake was made is for others to judge.
+
+use super::undone::Undone;
+use crate::chain::Chain;
+use crate::diagnose::fault_kind::FaultKind;
+use crate::diagnose::preflight::data_fault::RECORDER;
+use crate::identify::{Problem, residual_mm};
+use crate::readings::Kind;
+use crate::session::{Session, Setups, Test};
+use crate::statistics::{median, rms};
+use crate::units::OtherUnit;
+
+/// The largest scatter of a gauge about the nominal chain, its zero wherever it fits best.
+pub(super) fn gauges_mm(session: &Session) -> Option<f64> {
+    let chain = Chain::of(&session.machine);
+    let setups = Setups::of(session);
+    let problem = Problem::new(session, &chain, &setups, Vec::new()).ok()?;
+    let residual_mm = residual_mm(&problem, &[]);
+    let scatter = |test: usize| {
+        let read = || residual_mm[test].iter().copied().filter(|value| value.is_finite());
+        let zero = median(read())?;
+        Some(rms(read().map(|value| value - zero)))
+    };
+    (0..session.tests.len()).filter(|&test| is_gauge(&session.tests[test])).filter_map(scatter).max_by(f64::total_cmp)
+}
+
+fn is_gauge(test: &Test) -> bool {
+    test.reading.part().is_some_and(|part| part.kind == Kind::Displacement)
+}
+
+/// Senses and units of displacements: of one gauge, undone.
+pub(super) fn mistakes_of_gauges(session: &Session) -> Vec<Undone> {
+    let in_unit =
+        |unit: OtherUnit| (unit.size, FaultKind::Unit, format!("is in {}: convert the column to mm", unit.name));
+    let factors = [
+        (-1.0, FaultKind::ReadingSign, "has the other sign: turn its direction, or the sign of the column".to_string()),
+        in_unit(OtherUnit::METRES),
+        in_unit(OtherUnit::MICROMETRES),
+        in_unit(OtherUnit::INCHES),
+    ];
+    let mut gauges: Vec<&Test> = Vec::new();
+    for test in session.tests.iter().filter(|test| is_gauge(test)) {
+        if !gauges.iter().any(|gauge| gauge.pivot == test.pivot && gauge.stated_name() == test.stated_name()) {
+            gauges.push(test);
+        }
+    }
+    let every: Vec<String> = gauges.iter().map(|gauge| gauge.name.clone()).collect();
+    let mut groups: Vec<Vec<String>> = every.iter().map(|name| vec![name.clone()]).collect();
+    if every.len() > 1 {
+        groups.push(every);
+    }
+    let of = |names: &Vec<String>| {
+        let whom = match names.len() {
+            1 => format!("the displacement of {}", names[0]),
+            _ => "every displacement".to_string(),
+        };
+        factors.each_ref().map(|&(factor, kind, ref words)| {
+            let mut undone = session.clone();
+            for test in undone.tests.iter_mut().filter(|test| names.contains(&test.name)) {
+                let lengths = test.recording.iter_mut().flat_map(|recording| &mut recording.length_mm);
+                lengths.for_each(|value| *value *= factor);
+            }
+            let (components, says) = (vec!["displacement".to_string()], format!("{whom} {words}"));
+            Undone { kind, place: RECORDER, components, says, session: undone }
+        })
+    };
+    groups.iter().flat_map(of).collect()
+}

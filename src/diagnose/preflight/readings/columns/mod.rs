@@ -1,0 +1,81 @@
+//! Mistakes in columns and statements of points, poses and displacements, which no chain explains as they stand. Lengths have theirs in `mistakes`.
+//!
+//! With instruments and targets where they fit best, readings lie millimetres from the nominal chain. A wrong sense, unit, link or order of
+//! columns puts them off by the size of the machine.
+//!
+//! | file | mistakes |
+//! |---|---|
+//! | `points` | of coordinates, positions and links, which coordinates tell |
+//! | `rotations` | of the form of rotations |
+//! | `gauges` | of the sense and unit of displacements |
+//! | `undone` | what they have in common |
+
+mod gauges;
+mod points;
+mod rotations;
+mod undone;
+
+use rayon::prelude::*;
+
+use crate::diagnose::cause::MOST_RIVALS;
+use crate::diagnose::preflight::data_fault::{DataFault, Rival};
+use crate::session::Session;
+
+use gauges::{gauges_mm, mistakes_of_gauges};
+use points::{mistakes_of_points, points_mm};
+use rotations::{mistakes_of_rotations, turns_rad};
+use undone::Undone;
+
+/// Undoing a mistake brings the readings so many times nearer to the nominal chain: nominal dimensions are off by millimetres, a
+/// wrong sense by the size of the machine.
+const LEAST_RATIO: f64 = 5.0;
+/// Readings this near to the nominal chain hold no mistake of this kind, mm and rad: arms are built to millimetres and tenths of a degree.
+const NEAR_NOMINAL_MM: f64 = 15.0;
+const NEAR_NOMINAL_RAD: f64 = 0.05;
+/// The same for a gauge, mm: it is used within its travel of some tenths.
+const GAUGE_NEAR_NOMINAL_MM: f64 = 0.1;
+
+/// Mistakes that leave up to so many times as much are as likely: nothing but nominal dimensions was compared.
+const AS_LIKELY_UP_TO: f64 = 1.5;
+
+/// What readings are compared by, over all of them: coordinates or rotations (mm or rad), or one gauge's displacements (mm).
+type Measure = fn(&Session) -> Option<f64>;
+
+/// A mistake in columns or statements that makes the readings fit the nominal chain once it is undone.
+pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
+    best(session, points_mm, NEAR_NOMINAL_MM, 1e3, mistakes_of_points)
+        .or_else(|| best(session, turns_rad, NEAR_NOMINAL_RAD, 1e3 * crate::readings::LEVER_MM, mistakes_of_rotations))
+}
+
+/// A gauge read with the other sign or in another unit. A fit turns the gauge round and leaves nothing of it: the stated direction tells.
+pub(crate) fn mistaken_gauge(session: &Session) -> Option<DataFault> {
+    best(session, gauges_mm, GAUGE_NEAR_NOMINAL_MM, 1e3, mistakes_of_gauges)
+}
+
+/// The mistake that leaves least by a measure, with those that leave as little.
+fn best(
+    session: &Session,
+    measure: Measure,
+    near: f64,
+    to_um: f64,
+    mistakes: fn(&Session) -> Vec<Undone>,
+) -> Option<DataFault> {
+    let before = measure(session).filter(|misfit| *misfit > near)?;
+    let judged = mistakes(session).into_par_iter().filter_map(|one| Some((measure(&one.session)?, one)));
+    let mut judged: Vec<(f64, Undone)> = judged.collect();
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut alike = judged.into_iter();
+    let (after, best) = alike.next().filter(|(after, _)| before > LEAST_RATIO * after)?;
+    let rivals = alike.take_while(|(other, _)| *other < AS_LIKELY_UP_TO * after).take(MOST_RIVALS).map(|(_, other)| {
+        let Undone { kind, place, components, says, .. } = other;
+        Rival { kind, place: place.to_string(), components, says, probability: 0.0 }
+    });
+    let fault = DataFault {
+        components: best.components,
+        before_um: to_um * before,
+        after_um: to_um * after,
+        rivals: rivals.collect(),
+        ..DataFault::seen(best.kind, best.place, Vec::new(), best.says)
+    };
+    Some(fault.shared_evenly())
+}
