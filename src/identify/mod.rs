@@ -25,7 +25,7 @@ pub use ambiguity::Ambiguity;
 pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use compressed::{SweepBasis, SweepStatistics};
 pub use determined::DeterminedErrors;
-pub use estimate::{Estimate, Fit, FittedSlides, TestFit};
+pub use estimate::{Estimate, Fit, FittedSlides, Summed, TestFit};
 pub use fitted::fitted_session;
 pub use least_squares::{fit, identify};
 pub use model::error::FitError;
