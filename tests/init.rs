@@ -132,6 +132,39 @@ fn what_a_sheet_cannot_say_is_refused_and_writes_nothing() {
         (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--name", "a\u{1b}b"], "a control character"),
         (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "0", "--range", "A=30..-120"], "runs backwards"),
         (vec!["--code", "[wCAXbYZt]", "--tilt-above-table", "nan"], "tilting axis above the table"),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "B=0"],
+            "--inclined: 0 deg from the vertical is no inclined axis; allowed are 5 to 85 deg to either side",
+        ),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "B=90"],
+            "--inclined: 90 deg from the vertical is no inclined axis",
+        ),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "B=-0.7854"],
+            "were -0.7854 radians, it would be -45.0 deg",
+        ),
+        (vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "B=nan"], "'nan' is no number"),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "A=45"],
+            "--inclined: 'A' cannot be the inclined axis of [wCBYbXZt]; allowed is the axis that tilts, B",
+        ),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "C=45"],
+            "'C' cannot be the inclined axis",
+        ),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "B=45,XY"],
+            "--inclined: the plane is 'XY'; allowed are YZ and ZX",
+        ),
+        (
+            vec!["--code", "[wCBYbXZt]", "--tilt-above-table", "90", "--inclined", "45"],
+            "--inclined: '45' is not understood; write AXIS=ANGLE or AXIS=ANGLE,PLANE",
+        ),
+        (
+            vec!["--code", "[wCBYbXZt]", "--inclined", "B=-45"],
+            "--tilt-above-table is missing: Point where the inclined axis crosses the vertical",
+        ),
     ] {
         let scratch = tempfile::tempdir().expect("a folder");
         let output = init(scratch.path(), &[&good[..], &extra].concat());
@@ -321,6 +354,110 @@ fn a_rectangular_table_on_a_cradle_is_planned_with_all_eight_errors() {
     all_eight_determined(&trunnion("[wCBYbXZt]", "630x500", "0"));
 }
 
+/// Options of a machine whose axis is inclined, with the axis that `inclined` names.
+fn swivelling(code: &str, inclined: &str) -> Vec<String> {
+    let mut list = options(code);
+    list.extend(["--inclined".into(), inclined.into()]);
+    list
+}
+
+/// Codes with an inclined axis at every place where one can be, with both planes and both sides.
+const INCLINED: [(&str, &str); 16] = [
+    ("[wCBYbXZt]", "B=-45"),
+    ("[wCBYbXZt]", "B=45,YZ"),
+    ("[wCBYbXZt]", "B=-45,ZX"),
+    ("[wCAXbYZt]", "A=-30"),
+    ("[wCAbYXZt]", "A=60,YZ"),
+    ("[wCBXbYZt]", "B=-8"),
+    ("[wCXbYZBt]", "B=45"),
+    ("[wCXbYZBt]", "B=-45"),
+    ("[wCXbYZAt]", "A=45"),
+    ("[wCXYbZBt]", "B=40,ZX"),
+    ("[wXbYZCBt]", "B=45"),
+    ("[wXYbZCAt]", "A=-50"),
+    ("[wXYbZABt]", "B=45"),
+    ("[wABXYbZt]", "B=-45"),
+    ("[wBCXYbZt]", "B=-45"),
+    ("[wBXbYZAt]", "B=-45"),
+];
+
+#[test]
+fn inclined_axes_stand_as_the_options_say_and_their_bodies_stand_clear() {
+    for (code, inclined) in INCLINED {
+        let scratch = tempfile::tempdir().expect("a folder");
+        let given = swivelling(code, inclined);
+        let words: Vec<&str> = given.iter().map(String::as_str).collect();
+        let output = init(scratch.path(), &words);
+        assert!(output.status.success(), "{code} {inclined}: {}", String::from_utf8_lossy(&output.stderr));
+        let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect(code);
+        let (name, rest) = inclined.split_once('=').expect("an axis");
+        let (angle, plane) = rest.split_once(',').unwrap_or((rest, if name == "A" { "ZX" } else { "YZ" }));
+        let level = if plane == "YZ" { nalgebra::Vector3::y() } else { nalgebra::Vector3::x() };
+        let axis = &machine.axes[machine.axis_index(name).expect("the axis")];
+        // the upper end leans to the side of the sign, by the angle, in the plane
+        let upper = axis.direction * axis.direction.z.signum();
+        let angle: f64 = angle.parse().expect("degrees");
+        assert!((upper.dot(&level).atan2(upper.z).to_degrees() - angle).abs() < 1e-9, "{code} {inclined}: {upper}");
+        assert!(upper.cross(&level).dot(&nalgebra::Vector3::z()).abs() < 1e-12, "{code} {inclined}: {upper}");
+        assert!((axis.direction.norm() - 1.0).abs() < 1e-12 && axis.direction.dot(&level) > 0.0, "{code} {inclined}");
+        assert_eq!(axis.coordinate_direction(), None, "{code} {inclined}");
+        let (low, high) = axis.range.expect("a range");
+        assert_eq!([low, high].map(|end| end.to_degrees().round()), [-5.0, 185.0], "{code} {inclined}");
+        let world = World::new(&Chain::of(&machine), &bodies).expect(code);
+        assert_eq!(world.meetings_at_zero(&machine), vec![], "{code} {inclined}");
+        assert_eq!(world.meetings_by_one_axis(&machine), vec![], "{code} {inclined}");
+    }
+}
+
+#[test]
+fn half_a_turn_of_a_45_degree_axis_brings_table_and_spindle_level() {
+    for (code, inclined) in [("[wCBYbXZt]", "B=-45"), ("[wCXbYZBt]", "B=45")] {
+        let scratch = tempfile::tempdir().expect("a folder");
+        let given = swivelling(code, inclined);
+        let words: Vec<&str> = given.iter().map(String::as_str).collect();
+        assert!(init(scratch.path(), &words).status.success());
+        let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
+        let chain = Chain::of(&machine);
+        let mut at = vec![0.0; machine.axes.len()];
+        at[machine.axis_index("B").expect("B")] = std::f64::consts::PI;
+        let geometry = Geometry::nominal(&chain);
+        let turned = geometry.pose(chain.link("B").expect("B"), &at, None).rotation * nalgebra::Vector3::z();
+        // the table faces the operator; the spindle's nose points to him, its back away from him
+        let due = if code.contains("CB") { -nalgebra::Vector3::y() } else { nalgebra::Vector3::y() };
+        assert!((turned - due).norm() < 1e-9, "{code}: {turned}");
+        assert!(bodies.spindle.is_some());
+    }
+}
+
+#[test]
+fn swivelling_tables_and_heads_from_their_sheets_are_planned() {
+    all_told_or_in_sums(&swivelling("[wCBYbXZt]", "B=-45"), &["EX0C", "EA0C", "EX0B", "EA0B"]);
+    all_told_or_in_sums(&swivelling("[wCXbYZBt]", "B=45"), &["EA0C", "EB0C", "EA0B", "EB0B", "EC0B"]);
+}
+
+/// Holds that `check` takes the machine of these options, and that a plan of it tells some errors and the others in sums only.
+fn all_told_or_in_sums(given: &[String], told: &[&str]) {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let words: Vec<&str> = given.iter().map(String::as_str).collect();
+    assert!(init(scratch.path(), &words).status.success());
+    let checked = Command::new(env!("CARGO_BIN_EXE_fiveaxis"))
+        .current_dir(scratch.path())
+        .args(["check", "mill.yaml"])
+        .output()
+        .expect("the program runs");
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    let (machine, bodies) = load_machine_and_bodies(&scratch.path().join("mill.yaml")).expect("it loads");
+    let kit = load_kit(&Path::new(env!("CARGO_MANIFEST_DIR")).join("kits/ballbar.yaml")).expect("the kit");
+    let found = plan(&machine, &bodies, &kit, &Settings::default()).expect("a plan");
+    for error in &found.errors {
+        assert_eq!(error.determined, told.contains(&error.name.as_str()), "{given:?} {}: {}", error.name, error.reason);
+    }
+    for error in found.errors.iter().filter(|error| !error.determined) {
+        let why = &error.reason;
+        assert!(why.contains("only together with") || why.contains("what moves"), "{given:?} {}: {why}", error.name);
+    }
+}
+
 #[test]
 fn ranges_that_nobody_gave_are_called_assumed() {
     let scratch = tempfile::tempdir().expect("a folder");
@@ -427,7 +564,7 @@ fn dialog(folder: &Path, answers: &str) -> (Option<i32>, String) {
 #[test]
 fn the_dialog_asks_for_ranges_and_the_name() {
     let scratch = tempfile::tempdir().expect("a folder");
-    let figures = "[wCBXbYZt]\n762,508,508\n102..610\n500\n-50\n";
+    let figures = "[wCBXbYZt]\n\n762,508,508\n102..610\n500\n-50\n";
     // C as offered, B as typed
     let (code, said) = dialog(scratch.path(), &format!("{figures}\n-35..110\n\nOur mill\n"));
     assert_eq!(code, Some(0), "{said}");
@@ -445,9 +582,31 @@ fn the_dialog_asks_for_ranges_and_the_name() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn the_dialog_asks_for_the_inclined_axis() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let answers = "[wCBYbXZt]\nC\nb\nXY\n\n0\n-45\n500,450,400\n120..520\n400\n90\n\n\n\nSwivel mill\n";
+    let (code, said) = dialog(scratch.path(), answers);
+    assert_eq!(code, Some(0), "{said}");
+    for says in [
+        "'C' is not understood; allowed are none, B",
+        "the plane is 'XY'; allowed are YZ and ZX",
+        "0 deg from the vertical is no inclined axis",
+        "negative towards -y",
+        "Point where the inclined axis crosses the vertical",
+        "[-5..185]",
+    ] {
+        assert!(said.contains(says), "'{says}' is not in: {said}");
+    }
+    let text = std::fs::read_to_string(scratch.path().join("mill.yaml")).expect("written");
+    assert!(text.contains("B: {direction: [0, 0.707106781186547"), "{text}");
+    assert!(text.contains("is ASSUMED to cross the vertical through R"), "{text}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 fn the_dialog_takes_the_words_it_offers_and_asks_again() {
     let scratch = tempfile::tempdir().expect("a folder");
-    let answers = "tabel\nhead-head\n650,520\n650,520,600\n110..585\n650,520,475\n\n\nround\n500\n20\n220\n\n9..10\n-95..95\nleft\n\n\n";
+    let answers = "tabel\nhead-head\n\n650,520\n650,520,600\n110..585\n650,520,475\n\n\nround\n500\n20\n220\n\n9..10\n-95..95\nleft\n\n\n";
     let (code, said) = dialog(scratch.path(), answers);
     assert_eq!(code, Some(0), "{said}");
     for says in [
@@ -466,7 +625,7 @@ fn the_dialog_takes_the_words_it_offers_and_asks_again() {
     assert_eq!(machine.code.to_string(), "[wXbYZCAt]");
     // the end of the input ends it
     std::fs::remove_file(scratch.path().join("mill.yaml")).expect("removed");
-    let (code, said) = dialog(scratch.path(), "head-head\n650,520,475\n");
+    let (code, said) = dialog(scratch.path(), "head-head\n\n650,520,475\n");
     assert!(code == Some(2) && said.contains("the input ended at the question"), "{said}");
     assert!(!scratch.path().join("mill.yaml").exists());
 }

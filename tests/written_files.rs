@@ -205,6 +205,11 @@ fn random_session(machine: Machine, random: &mut ChaCha8Rng) -> Session {
             }
         })
         .collect();
-    let spread = Spread { pivot_mm: 0.0123, spindle_ball_mm: random.random_range(1e-4..1e-2), bar_length_mm: 5e-4 };
+    let spread = Spread {
+        pivot_mm: 0.0123,
+        spindle_ball_mm: random.random_range(1e-4..1e-2),
+        bar_length_mm: 5e-4,
+        pivot_length_mm: 0.0,
+    };
     Session { name: "12".into(), machine_file: "machine.yaml".into(), machine, spread, tests }
 }

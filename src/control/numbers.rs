@@ -1,14 +1,15 @@
 //! What of the axis lines and of the pivot length a fit determines, component by component.
 
-use crate::chain::{Branch, Chain};
-use crate::identify::{AxisLine, Fit, Quantity};
-use crate::machine::AxisKind;
+use crate::identify::{AxisLine, Fit, Quantity, Unknown};
 use crate::session::Session;
+
+/// Weights below this are those of a direction that is no direction of R, rounded.
+const SEEN: f64 = 1e-6;
 
 /// What a number is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
-    /// Place of the line of the table axis nearest to the bed.
+    /// Place of the line of the table axis nearest to the bed; beside a head from the spindle, with all axes at zero.
     TableCentre,
     /// Vector from the line of the carrying rotary axis (index) to the line of the axis.
     Vector { from: usize },
@@ -78,36 +79,39 @@ pub fn numbers(session: &Session, fit: &Fit, lines: &[AxisLine]) -> Vec<Number> 
     list
 }
 
-/// The vector from the last head axis to the spindle ball: the ball's place as fitted, for the axis's own errors move the
-/// line and the ball alike.
+/// The vector from the last head axis to the spindle ball, across the axis: the ball's place as fitted, for the axis's own errors move the
+/// line and the ball alike. Along the line it says nothing: of an inclined axis the part along it is taken out.
 fn pivot(session: &Session, fit: &Fit) -> Vec<Number> {
     let machine = &session.machine;
-    let chain = Chain::of(machine);
-    let head = chain.branch(Branch::Tool).iter().rev().copied();
-    let Some(axis) = head.clone().find(|&axis| machine.axes[axis].kind == AxisKind::Rotary) else { return Vec::new() };
     // a slide between the axis and the ball would be part of the vector
-    if head.clone().next() != Some(axis) {
-        return Vec::new();
-    }
-    let balls = fit.unknowns.iter().zip(&fit.estimates).filter_map(|(unknown, estimate)| match unknown.quantity {
-        // of what only its spread holds the readings say nothing: half of the variance at most may be that
-        Quantity::SpindleBall { setup, coordinate } => {
-            let determined = estimate.determined && 2.0 * estimate.sigma.powi(2) < unknown.prior_sigma.powi(2);
-            Some((setup, coordinate, estimate, determined))
-        }
-        _ => None,
-    });
-    let along = machine.axes[axis].coordinate_direction();
-    balls
-        // balls mounted anew are vectors of their own: the first is told
-        .filter(|&(setup, coordinate, ..)| setup == 0 && along != Some(coordinate))
-        .map(|(_, component, estimate, determined)| Number {
+    let Some(axis) = machine.spindle_axis() else { return Vec::new() };
+    // balls mounted anew are vectors of their own: the first is told
+    let place = |k: usize| {
+        let is_it = |unknown: &Unknown| unknown.quantity == Quantity::SpindleBall { setup: 0, coordinate: k };
+        fit.unknowns.iter().position(is_it)
+    };
+    let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(place) else { return Vec::new() };
+    let places = [x, y, z];
+    let along = machine.axes[axis].direction;
+    let seat_mm = session.spread.spindle_ball_mm;
+    let is_free = session.spread.pivot_length_mm > 0.0;
+    let number = |component: usize| {
+        let weight = |k: usize| f64::from(k == component) - along[component] * along[k];
+        let weights: Vec<(usize, f64)> = (0..3).map(|k| (places[k], weight(k))).collect();
+        let seen = || weights.iter().filter(|(_, weight)| weight.abs() > SEEN);
+        let sum = fit.sum_of(&weights, seat_mm);
+        let before: f64 = weights.iter().map(|&(k, weight)| (weight * fit.unknowns[k].prior_sigma).powi(2)).sum();
+        let determined = sum.determined || seen().all(|&(k, _)| fit.estimates[k].determined);
+        Number {
             axis,
             what: What::Pivot,
             component,
-            change: estimate.value,
-            sigma: estimate.sigma,
-            determined,
-        })
-        .collect()
+            change: weights.iter().map(|&(k, weight)| weight * fit.estimates[k].value).sum(),
+            // the ball's own place in the spindle is no part of a vector that was fitted
+            sigma: if is_free { sum.sigma.hypot(seat_mm) } else { sum.sigma },
+            // of what only its spread holds the readings say nothing: half of the variance at most may be that
+            determined: determined && 2.0 * sum.sigma.powi(2) < before,
+        }
+    };
+    machine.axes[axis].across().map(number).collect()
 }

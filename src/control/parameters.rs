@@ -123,8 +123,12 @@ fn of(machine: &Machine, number: &Number, (name, meaning): (String, String), sig
 /// Shifts from one system to the next, from the bed outward on either side.
 fn heidenhain(machine: &Machine, number: &Number) -> Vec<Parameter> {
     let (axis, along) = (&machine.axes[number.axis].name, COORDINATES[number.component]);
+    let described = |(name, meaning): (String, String)| {
+        of(machine, number, (format!("kinematics description: {name}"), meaning), 1.0)
+    };
+    let table_centre = |axis: &str| (format!("place of {axis}, {along}"), format!("centre of {axis}"));
     let (name, meaning) = match number.what {
-        What::TableCentre => (format!("place of {axis}, {along}"), format!("centre of {axis}")),
+        What::TableCentre => table_centre(axis),
         What::Vector { from } => {
             let from = &machine.axes[from].name;
             (format!("shift from {from} to {axis}, {along}"), format!("vector from {from} to {axis}"))
@@ -134,7 +138,11 @@ fn heidenhain(machine: &Machine, number: &Number) -> Vec<Parameter> {
         }
         What::ZeroShift | What::Direction => return Vec::new(),
     };
-    vec![of(machine, number, (format!("kinematics description: {name}"), meaning), 1.0)]
+    // the description's tool goes where its vector goes, and the table beside it goes along: nothing closes this chain
+    let is_table = |axis: &usize| machine.axes[*axis].kind == AxisKind::Rotary && machine.carries_workpiece(*axis);
+    let beside = (0..machine.axes.len()).rfind(is_table).map(|axis| &machine.axes[axis]);
+    let moved = beside.filter(|table| number.what == What::Pivot && table.across().any(|k| k == number.component));
+    std::iter::once(described((name, meaning))).chain(moved.map(|table| described(table_centre(&table.name)))).collect()
 }
 
 /// What turns, as `$TC_CARR23` tells it.

@@ -7,7 +7,7 @@ use super::candidates::{Candidate, candidate_circles, candidate_tests};
 use super::solve::Solution;
 use crate::chain::Sensitivity;
 use crate::identify::model::problem::Problem;
-use crate::identify::model::unknowns::{Quantity, Unknown, is_arm};
+use crate::identify::model::unknowns::{Quantity, Unknown, is_arm, moves_spindle_ball};
 use crate::machine::AxisKind;
 use crate::units::Measure;
 
@@ -184,7 +184,14 @@ fn candidate_columns(problem: &Problem, solution: &Solution, candidate: &Candida
             let derivative = match unknown.quantity {
                 Quantity::Location { axis, component } => s.location[axis][component.index()],
                 Quantity::Pivot { setup, coordinate } if problem.setups.pivot_of[like] == setup => s.pivot[coordinate],
-                Quantity::SpindleBall { setup, coordinate } if problem.setups.spindle_ball_of[like] == setup => {
+                Quantity::SpindleBall { setup, coordinate }
+                    if moves_spindle_ball(
+                        problem.session,
+                        (setup, coordinate),
+                        like,
+                        problem.setups.spindle_ball_of[like],
+                    ) =>
+                {
                     problem.session.tests[like].spindle_ball.sign(coordinate) * s.spindle[coordinate]
                 }
                 Quantity::Bar { setup } if problem.setups.bar_of[like] == Some(setup) => 1.0,

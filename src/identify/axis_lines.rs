@@ -1,8 +1,9 @@
 //! Where the lines of the rotary axes stand by a fit, with all axes at zero: what a control is told. It solves nothing.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::estimate::Fit;
+use super::model::unknowns::Quantity;
 use crate::chain::{Branch, Chain, Composition, Geometry};
 use crate::machine::AxisKind;
 use crate::session::Session;
@@ -16,7 +17,7 @@ pub struct AxisLine {
     pub is_head: bool,
     /// The rotary axis that carries it, if any.
     pub carrier: Option<usize>,
-    /// Where the line stands off its nominal place, across its direction, mm.
+    /// Where the line stands off its nominal place, across its direction, mm; of a table axis beside a head as seen from the spindle.
     pub shift_mm: Vector3<f64>,
     pub shift_sigma_mm: Vector3<f64>,
     /// The same relative to the carrier's line; equal to `shift_mm` without a carrier.
@@ -111,9 +112,26 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
                 tilt_determined: determined_from(3),
                 from_carrier_determined: determined_from(6),
             };
+            let line = match from_spindle(session, fit, axis).filter(|_| !line.is_head && line.carrier.is_none()) {
+                Some(shift) => with_shift(line, &shift),
+                None => line,
+            };
             AxisLine { centre_at: centre_at(session, &chain, &line), direction: line.direction.normalize(), ..line }
         })
         .collect()
+}
+
+/// The same line with its shift told from the spindle.
+fn with_shift(line: AxisLine, shift: &Shift) -> AxisLine {
+    AxisLine {
+        shift_mm: shift.value,
+        shift_sigma_mm: shift.sigma,
+        shift_determined: shift.determined,
+        from_carrier_mm: shift.value,
+        from_carrier_sigma_mm: shift.sigma,
+        from_carrier_determined: shift.determined,
+        ..line
+    }
 }
 
 /// Shift, tilt and shift from the carrier of an axis's line: nine numbers.
@@ -138,6 +156,65 @@ fn line_quantities(chain: &Chain, axis: usize, errors: &[[f64; 6]]) -> [f64; 9] 
         list[3 * part..3 * part + 3].copy_from_slice(vector.as_slice());
     }
     list
+}
+
+/// A shift of a line, mm, by component.
+struct Shift {
+    value: Vector3<f64>,
+    sigma: Vector3<f64>,
+    determined: [bool; 3],
+}
+
+/// Where a table axis's line stands from the spindle, of a machine whose spindle is carried by a rotary axis; `None` of others.
+///
+/// The line of the table axis less that of the head axis less the spindle ball's own place from there, of the first ball in the spindle, across
+/// the table's axis. Only this difference is seen, and only this one matters: a head that stands elsewhere as a whole is a zero shift of the slides.
+fn from_spindle(session: &Session, fit: &Fit, axis: usize) -> Option<Shift> {
+    let machine = &session.machine;
+    let head = machine.spindle_axis()?;
+    let chain = Chain::of(machine);
+    let mut errors = machine.location_errors();
+    let (free, _) = fit.location_covariance();
+    for one in &free {
+        errors[one.axis][one.component] = fit.estimates[one.unknown].value;
+    }
+    let along = chain.joint(axis).direction;
+    let across = Matrix3::identity() - along * along.transpose();
+    let zero = vec![0.0; chain.axis_count()];
+    let apart = |errors: &[[f64; 6]]| {
+        let geometry = Geometry::new(&chain, errors, Composition::Exact);
+        let moved = |axis: usize| {
+            let origin = chain.joint(axis).origin;
+            geometry.pose(chain.carried_by(axis), &zero, None).point(&origin) - origin
+        };
+        across * (moved(axis) - moved(head))
+    };
+    let mut weights: Vec<(usize, Vector3<f64>)> = free
+        .iter()
+        .map(|one| {
+            let mut moved = [errors.clone(), errors.clone()];
+            moved[0][one.axis][one.component] += STEP;
+            moved[1][one.axis][one.component] -= STEP;
+            (one.unknown, (apart(&moved[0]) - apart(&moved[1])) / (2.0 * STEP))
+        })
+        .collect();
+    let mut value = apart(&errors);
+    for (k, unknown) in fit.unknowns.iter().enumerate() {
+        if let Quantity::SpindleBall { setup: 0, coordinate } = unknown.quantity {
+            let moves = -across.column(coordinate).into_owned();
+            value += moves * fit.estimates[k].value;
+            weights.push((k, moves));
+        }
+    }
+    let seat_mm = session.spread.spindle_ball_mm;
+    let of = |row: usize| -> Vec<(usize, f64)> { weights.iter().map(|(k, moves)| (*k, moves[row])).collect() };
+    let sums = [0, 1, 2].map(|row| fit.sum_of(&of(row), seat_mm));
+    Some(Shift {
+        value,
+        // with a ball that sits in the spindle to within its spread
+        sigma: Vector3::from_fn(|row, _| sums[row].sigma.hypot(seat_mm * across[(row, row)].max(0.0).sqrt())),
+        determined: sums.map(|sum| sum.determined),
+    })
 }
 
 /// The nearest rotary axis towards the bed.

@@ -122,6 +122,24 @@ impl Fit {
         self.unknowns.iter().position(is_it).map(|index| &self.estimates[index])
     }
 
+    /// Standard deviation of a weighted sum of unknowns (place in the list, weight), and whether the data fix it.
+    ///
+    /// With weights a, covariance C and priors σ_j the variance is `aᵀCa`, of which `Σ_j ((Ca)_j/σ_j)²` stems from the priors; less than half
+    /// of it may, spindle balls not counted that are known to within their spread. Of errors that are seen in one sum only, none alone is fixed.
+    pub fn sum_of(&self, weights: &[(usize, f64)], spindle_ball_spread_mm: f64) -> Summed {
+        let with = |row: usize| weights.iter().map(|&(k, weight)| self.covariance[(row, k)] * weight).sum::<f64>();
+        let variance = weights.iter().map(|&(k, weight)| weight * with(k)).sum::<f64>();
+        let counts = |(_, unknown): &(usize, &Unknown)| {
+            !matches!(unknown.quantity, Quantity::SpindleBall { .. }) || unknown.prior_sigma > spindle_ball_spread_mm
+        };
+        let by_priors: f64 = (self.unknowns.iter().enumerate().filter(counts))
+            .map(|(j, unknown)| (with(j) / unknown.prior_sigma).powi(2))
+            .sum();
+        // of a fit that is not to be believed nothing is fixed
+        let is_believed = self.estimates.iter().any(|estimate| estimate.determined);
+        Summed { sigma: variance.max(0.0).sqrt(), determined: is_believed && 2.0 * by_priors < variance }
+    }
+
     /// Leaves values and residuals as they are, but says of none that the data determine it: for a fit that does not fit.
     pub fn claim_nothing(&mut self) {
         for estimate in &mut self.estimates {
@@ -129,6 +147,14 @@ impl Fit {
             estimate.relative_to_spindle_ball = false;
         }
     }
+}
+
+/// What a fit says of a sum of unknowns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summed {
+    /// mm or rad.
+    pub sigma: f64,
+    pub determined: bool,
 }
 
 /// Estimate of one unknown, mm or rad.

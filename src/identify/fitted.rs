@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::estimate::Fit;
-use crate::identify::model::unknowns::Quantity;
+use crate::identify::model::unknowns::{Quantity, moves_spindle_ball};
 use crate::machine::{ComponentError, ComponentForm};
 use crate::readings::rotation;
 use crate::session::{Session, Setups};
@@ -33,9 +33,11 @@ pub fn fitted_session(session: &Session, fit: &Fit) -> Session {
                 }
             }
             Quantity::SpindleBall { setup, coordinate } => {
-                for (test, _) in fitted.tests.iter_mut().zip(&setups.spindle_ball_of).filter(|(_, of)| **of == setup) {
-                    let sign = test.spindle_ball.sign(coordinate);
-                    test.spindle_ball.at[coordinate] += sign * estimate.value;
+                for (test, own) in setups.spindle_ball_of.iter().enumerate() {
+                    if moves_spindle_ball(session, (setup, coordinate), test, *own) {
+                        let ball = &mut fitted.tests[test].spindle_ball;
+                        ball.at[coordinate] += ball.sign(coordinate) * estimate.value;
+                    }
                 }
             }
             Quantity::InstrumentTurn { setup, .. } => {

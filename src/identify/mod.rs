@@ -22,7 +22,7 @@ mod uncertainty;
 pub use ambiguity::Ambiguity;
 pub use axis_lines::{AxisLine, CentreReading, axis_lines};
 pub use determined::{DeterminedError, DeterminedErrors};
-pub use estimate::{Estimate, Fit, FittedSlides, FreeLocation, TestFit};
+pub use estimate::{Estimate, Fit, FittedSlides, FreeLocation, Summed, TestFit};
 pub use fitted::fitted_session;
 pub use least_squares::{fit, identify};
 pub use model::error::FitError;

@@ -46,8 +46,8 @@ pub(super) fn estimates(
 ) -> Vec<Estimate> {
     let unknowns = &problem.unknowns[..problem.asked];
     let is_reference = |unknown: &Unknown| {
-        matches!(unknown.quantity, Quantity::SpindleBall { setup, .. }
-            if problem.setups.spindle_balls[setup].spread_mm <= problem.session.spread.spindle_ball_mm)
+        matches!(unknown.quantity, Quantity::SpindleBall { .. })
+            && unknown.prior_sigma <= problem.session.spread.spindle_ball_mm
     };
     // a held quantity gets a prior a thousand times tighter, a released one a thousand times wider
     let reference_weight = |unknowns: &[Unknown], weight: f64| -> Vec<f64> {

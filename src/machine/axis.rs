@@ -85,6 +85,12 @@ impl Axis {
         (0..3).find(|&k| (self.direction[k].abs() - 1.0).abs() < ALONG_COORDINATE)
     }
 
+    /// Coordinates (0, 1, 2) along which a shift moves the line: all but that along which it runs.
+    pub fn across(&self) -> impl Iterator<Item = usize> + use<> {
+        let along = self.coordinate_direction();
+        (0..3).filter(move |&k| along != Some(k))
+    }
+
     /// Components of the location error that an axis of this kind and direction has, zero position left out.
     ///
     /// A rotary axis along a coordinate direction has two position and two orientation errors, a linear one

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::axis::Axis;
+use super::axis::{Axis, AxisKind};
 use super::carried::{CarriedBranch, CarriedJoint};
 use super::code::StructuralCode;
 use super::directions::{Directions, DirectionsDiffer, DirectionsUnstated};
@@ -90,6 +90,12 @@ impl Machine {
     /// Whether an axis lies between the bed and the workpiece.
     pub fn carries_workpiece(&self, axis: usize) -> bool {
         self.code.carries_workpiece(axis)
+    }
+
+    /// The rotary axis that carries the spindle, with no slide between: the vector from its line to the spindle is the pivot length.
+    pub fn spindle_axis(&self) -> Option<usize> {
+        let axis = self.axis_index(self.code.tool_side.last()?)?;
+        (self.axes[axis].kind == AxisKind::Rotary).then_some(axis)
     }
 
     /// Axes between the workpiece and the bed, as the code has them.

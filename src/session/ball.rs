@@ -8,12 +8,18 @@ pub struct Spread {
     pub pivot_mm: f64,
     pub spindle_ball_mm: f64,
     pub bar_length_mm: f64,
+    /// Vector from the line of the last head axis to the spindle, per coordinate across the line: an error of the machine, which every
+    /// spindle ball has beside its own. Zero where the machine file's vector is taken as it is.
+    pub pivot_length_mm: f64,
 }
 
+/// Pivot length of which nothing is known, mm: as wide as what is assumed of location errors.
+pub const FREE_PIVOT_LENGTH_MM: f64 = 1.0;
+
 impl Default for Spread {
-    /// 20 µm for a pivot cup placed by hand, 3 µm for a ball in a spindle, 0.5 µm for a calibrated bar.
+    /// 20 µm for a pivot cup placed by hand, 3 µm for a ball in a spindle, 0.5 µm for a calibrated bar, the machine file's pivot length.
     fn default() -> Spread {
-        Spread { pivot_mm: 20e-3, spindle_ball_mm: 3e-3, bar_length_mm: 0.5e-3 }
+        Spread { pivot_mm: 20e-3, spindle_ball_mm: 3e-3, bar_length_mm: 0.5e-3, pivot_length_mm: 0.0 }
     }
 }
 

@@ -15,7 +15,7 @@ mod test;
 mod test_motion;
 
 pub(crate) use ball::FREE_ZERO_MM;
-pub use ball::{Ball, Spread, Zero};
+pub use ball::{Ball, FREE_PIVOT_LENGTH_MM, Spread, Zero};
 pub use claim::{Claim, ClaimedValue, Reduction};
 pub use instruments::SightedMisfit;
 pub(crate) use instruments::{locate_instruments, sighted_misfit};

@@ -1,12 +1,15 @@
 //! Which figures of a data sheet make a machine, one question each; the refusals say what is allowed. It computes no machine.
 
 use super::figures::{GAUGE_MM, SizesError, TableSize, is_rotary};
+use super::inclined::Inclined;
 use crate::machine::StructuralCode;
 
 /// Lengths of a machine, mm.
 const LENGTHS_MM: std::ops::RangeInclusive<f64> = 10.0..=20_000.0;
 /// Heights of a tilting axis, mm.
 const HEIGHTS_MM: std::ops::RangeInclusive<f64> = -2000.0..=2000.0;
+/// Angles of an inclined axis from the vertical to either side, degrees.
+const INCLINED_DEG: std::ops::RangeInclusive<f64> = 5.0..=85.0;
 /// Largest distance between nose and table, mm.
 const FARTHEST_MM: f64 = 20_000.0;
 /// Distances and travel of a sheet differ by rounding: part of the travel, and mm.
@@ -36,6 +39,34 @@ pub fn code(code: &StructuralCode) -> Result<(), SizesError> {
         ));
     }
     Ok(())
+}
+
+/// An axis of the code that tilts, at an angle at which it is neither upright nor level.
+pub fn inclined(inclined: &Inclined, code: &StructuralCode) -> Result<(), SizesError> {
+    let Inclined { axis, angle_deg, .. } = inclined;
+    let tilting: Vec<&str> = code.axis_names().map(String::as_str).filter(|name| matches!(*name, "A" | "B")).collect();
+    if !tilting.contains(&axis.as_str()) {
+        return refuse(format!(
+            "'{axis}' cannot be the inclined axis of {code}; allowed is the axis that tilts, {}",
+            tilting.join(" or ")
+        ));
+    }
+    inclination(*angle_deg)
+}
+
+/// Angle from the vertical to an inclined axis, degrees.
+pub fn inclination(angle_deg: f64) -> Result<(), SizesError> {
+    if INCLINED_DEG.contains(&angle_deg.abs()) {
+        return Ok(());
+    }
+    let degrees = angle_deg.to_degrees();
+    let radians = match INCLINED_DEG.contains(&degrees.abs()) {
+        true => format!("; were {angle_deg} radians, it would be {degrees:.1} deg"),
+        false => String::new(),
+    };
+    refuse(format!(
+        "{angle_deg} deg from the vertical is no inclined axis; allowed are 5 to 85 deg to either side, -85..-5 and 5..85: an upright axis is C, a level one A or B{radians}"
+    ))
 }
 
 /// Travels of X, Y and Z, mm.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::inclined::Inclined;
 use super::sizes::{Frame, Sizes};
 use crate::machine::{Axis, AxisKind, Machine, letter_axis};
 
@@ -23,7 +24,8 @@ pub fn machine(sizes: &Sizes, frame: &Frame) -> Machine {
 
 fn axis(sizes: &Sizes, frame: &Frame, name: &str, is_on_tool_side: bool) -> Axis {
     // codes of these machines have letters alone
-    let (kind, direction) = letter_axis(name).unwrap_or((AxisKind::Rotary, Vector3::z()));
+    let (kind, usual) = letter_axis(name).unwrap_or((AxisKind::Rotary, Vector3::z()));
+    let direction = sizes.inclined_axis(name).map_or(usual, Inclined::direction);
     let half = |travel: f64| (-0.5 * travel, 0.5 * travel);
     let range = match name {
         "X" => half(sizes.travels[0]),
@@ -34,6 +36,13 @@ fn axis(sizes: &Sizes, frame: &Frame, name: &str, is_on_tool_side: bool) -> Axis
     let height = match (name, is_on_tool_side) {
         ("A" | "B", true) => frame.head_tilt,
         ("A" | "B", false) => frame.table_tilt,
+        // where an inclined axis crosses it: there neither moves as the other one turns a little
+        ("C", true) if sizes.turning_on_head().iter().any(|other| sizes.inclined_axis(other).is_some()) => {
+            frame.head_tilt
+        }
+        ("C", false) if sizes.turning_on_table().iter().any(|other| sizes.inclined_axis(other).is_some()) => {
+            frame.table_tilt
+        }
         _ => 0.0,
     };
     Axis {

@@ -1,10 +1,13 @@
 //! Single figures of a data sheet: a table, a range, and how a figure is refused. Which are allowed is in `allowed`.
 
+use super::inclined::Inclined;
+
 /// Spindle ball below the nose, mm: a stem of a usual length.
 pub const GAUGE_MM: f64 = 110.0;
-/// Range of a rotary axis where none is given, deg: C, and one that tilts.
+/// Range of a rotary axis where none is given, deg: C, one that tilts, and an inclined one, which swivels by half a turn.
 const USUAL_C_DEG: (f64, f64) = (-360.0, 360.0);
 const USUAL_TILT_DEG: (f64, f64) = (-100.0, 100.0);
+const USUAL_SWIVEL_DEG: (f64, f64) = (-5.0, 185.0);
 
 /// Table of a data sheet, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,8 +51,12 @@ pub fn is_rotary(name: &str) -> bool {
 }
 
 /// Range of a rotary axis where none is given, degrees.
-pub fn usual_range(name: &str) -> (f64, f64) {
-    if name == "C" { USUAL_C_DEG } else { USUAL_TILT_DEG }
+pub fn usual_range(name: &str, inclined: Option<&Inclined>) -> (f64, f64) {
+    match inclined {
+        Some(inclined) if inclined.axis == name => USUAL_SWIVEL_DEG,
+        _ if name == "C" => USUAL_C_DEG,
+        _ => USUAL_TILT_DEG,
+    }
 }
 
 /// The sentence about a range that nobody stated, degrees.

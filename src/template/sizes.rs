@@ -2,6 +2,7 @@
 
 use super::allowed;
 use super::figures::{GAUGE_MM, SizesError, TableSize, assumed_range, is_rotary, usual_range};
+use super::inclined::Inclined;
 use crate::machine::{Directions, StructuralCode};
 
 /// Least height of the reference point above the table, mm: a cup on the lowest stand.
@@ -20,9 +21,11 @@ pub struct Sizes {
     pub table: TableSize,
     /// Ranges of rotary axes by name, as given; the others are assumed.
     pub ranges: Vec<(String, (f64, f64))>,
-    /// Tilting axis of a table above its top; below is negative.
+    /// The rotary axis that is inclined against the vertical.
+    pub inclined: Option<Inclined>,
+    /// Tilting axis of a table above its top, an inclined one where it crosses the vertical; below is negative.
     pub tilt_above_table: f64,
-    /// Tilting axis of a head above the spindle nose.
+    /// Tilting axis of a head above the spindle nose, an inclined one where it crosses the spindle's line.
     pub pivot_above_nose: f64,
     /// Diameter of the spindle housing.
     pub housing: f64,
@@ -56,6 +59,9 @@ impl Sizes {
     /// Heights that follow from the distances between nose and table.
     pub fn frame(&self) -> Result<Frame, SizesError> {
         allowed::code(&self.code)?;
+        if let Some(inclined) = &self.inclined {
+            allowed::inclined(inclined, &self.code)?;
+        }
         allowed::travels(self.travels)?;
         allowed::table(self.table)?;
         allowed::housing(self.housing)?;
@@ -78,14 +84,25 @@ impl Sizes {
 
     /// Range of a rotary axis, degrees.
     pub fn range_of(&self, name: &str) -> (f64, f64) {
-        self.ranges.iter().find(|(axis, _)| axis == name).map_or_else(|| usual_range(name), |(_, range)| *range)
+        self.ranges.iter().find(|(axis, _)| axis == name).map_or_else(|| self.usual_range(name), |(_, range)| *range)
     }
 
-    /// What no figure was given for: a sentence for each range.
+    /// Range that is assumed of a rotary axis, degrees.
+    fn usual_range(&self, name: &str) -> (f64, f64) {
+        usual_range(name, self.inclined.as_ref())
+    }
+
+    /// How an axis is inclined; `None` of one along a coordinate direction.
+    pub fn inclined_axis(&self, name: &str) -> Option<&Inclined> {
+        self.inclined.as_ref().filter(|inclined| inclined.axis == name)
+    }
+
+    /// What no figure was given for: a sentence for each range, and one for the place of an inclined axis.
     pub fn assumed(&self) -> Vec<String> {
         let turning = self.code.axis_names().filter(|name| is_rotary(name));
         let open = turning.filter(|name| !self.ranges.iter().any(|(axis, _)| axis == *name));
-        open.map(|name| assumed_range(name, usual_range(name), "no range was given")).collect()
+        let ranges = open.map(|name| assumed_range(name, self.usual_range(name), "no range was given"));
+        ranges.chain(self.inclined.as_ref().map(Inclined::assumed)).collect()
     }
 }
 

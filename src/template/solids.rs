@@ -1,19 +1,16 @@
 //! Solids that stand for a machine of a data sheet: table, cradle, slides, bed, spindle, head, fork. None is a drawing.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use super::figures::{GAUGE_MM, TableSize};
+use super::figures::{GAUGE_MM, TableSize, is_rotary};
+use super::parts::{GAP_MM, PLATE_MM, TABLE_MM, add, brick, carrier};
 use super::sizes::{Frame, Sizes};
-use crate::bodies::{Bodies, Body, Mount, Outline, Solid, SpindleSide};
-use crate::chain::Pose;
+use super::swivel::{SwivelTable, swivel_head};
+use crate::bodies::{Bodies, Body, Mount, Outline, SpindleSide};
 
-/// Thickness of a table, of a cradle's plate and arms, of a slide, mm.
-const TABLE_MM: f64 = 40.0;
-const PLATE_MM: f64 = 60.0;
+/// Thickness of a cradle's arms and of a slide, mm.
 const ARM_MM: f64 = 70.0;
 const SLIDE_MM: f64 = 80.0;
-/// Between parts that pass each other, mm.
-const GAP_MM: f64 = 15.0;
 /// Angle plate: thickness, width, height above the table top, mm.
 const ANGLE_PLATE_MM: [f64; 3] = [60.0, 300.0, 450.0];
 
@@ -34,18 +31,10 @@ pub fn bodies(sizes: &Sizes, frame: &Frame) -> Bodies {
     all
 }
 
-/// Letter of the axis that tilts, and its direction.
+/// Letter of the axis that tilts, and its direction where it is level.
 fn tilting<'s>(turning: &[&'s str]) -> Option<(&'s str, Vector3<f64>)> {
     let letter = turning.iter().copied().find(|name| matches!(*name, "A" | "B"))?;
     Some((letter, if letter == "A" { Vector3::x() } else { Vector3::y() }))
-}
-
-/// Link that carries an axis of a side, whose names run from the bed outward: the axis before it, or the bed.
-fn carrier(outward: &[String], name: &str) -> String {
-    match outward.iter().position(|other| other == name) {
-        Some(place) if place > 0 => outward[place - 1].clone(),
-        _ => "b".into(),
-    }
 }
 
 /// Table, cradle and slides down to the bed; returns the height of what lies under the table, mm.
@@ -81,8 +70,14 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
         slot_pitch_mm: None,
     });
     let turning = sizes.turning_on_table();
-    let (mut height, mut link, mut last) = match tilting(&turning) {
-        Some((letter, along)) if turning.len() == 2 && table_link != letter => {
+    let swivel = swivel_table(sizes, frame);
+    let (mut height, mut link, mut last) = match (tilting(&turning), &swivel) {
+        (_, Some(swivel)) => {
+            let below = &swivel.base_link;
+            let link = if is_rotary(below) { carrier(&outward, below) } else { below.clone() };
+            (swivel.floor, link, swivel.add(all))
+        }
+        (Some((letter, along)), None) if turning.len() == 2 && table_link != letter => {
             let (carrier, radius) = (carrier(&outward, letter), sizes.table.swept());
             let cradle = Cradle { letter, along, carrier, radius, under, axis: frame.table_tilt };
             cradle.add(all)
@@ -97,6 +92,8 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
     };
     // slides under it, each on the next, down to the bed
     let mut wide = slide_under(sizes, &turning);
+    let reach = swivel.map_or(0.0, |swivel| swivel.reach());
+    wide = wide.map(|wide| wide.max(2.0 * reach + 60.0));
     loop {
         let name = if link == "b" { "bed".to_string() } else { format!("{link} slide") };
         let thick = if link == "b" { 3.0 * SLIDE_MM } else { SLIDE_MM };
@@ -117,6 +114,13 @@ fn workpiece_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) -> f64 {
         link = carrier(&outward, &link);
     }
     under
+}
+
+/// What stands under the table where one of its axes is inclined.
+fn swivel_table(sizes: &Sizes, frame: &Frame) -> Option<SwivelTable> {
+    let turning = sizes.turning_on_table();
+    let inclined = turning.iter().find_map(|name| sizes.inclined_axis(name))?;
+    Some(SwivelTable::of(sizes, frame, inclined))
 }
 
 /// Sizes along x and y of the slide under the table, mm: as wide as what stands on it.
@@ -193,9 +197,10 @@ fn tool_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) {
     let last = outward.last().cloned().unwrap_or_else(|| "b".into());
     let (radius, nose) = (0.5 * sizes.housing, GAUGE_MM);
     let turning = sizes.turning_on_head();
-    match tilting(&turning) {
+    match (tilting(&turning), sizes.inclined_axis(&last)) {
+        (_, Some(inclined)) => swivel_head(all, sizes, frame, inclined),
         // the spindle tilts between the arms of a fork
-        Some((letter, along)) if last == letter => {
+        (Some((letter, along)), None) if last == letter => {
             let axis = frame.head_tilt;
             all.bodies.push(Body::upright("spindle housing", &last, nose, axis + radius, radius));
             let crown = axis + (2.0 * radius).max(radius + 80.0);
@@ -237,7 +242,10 @@ fn tool_side(all: &mut Bodies, sizes: &Sizes, frame: &Frame) {
 
 /// A plate behind the table that looks along the tilting axis of the head, for the cup that its test needs.
 fn angle_plate(all: &mut Bodies, sizes: &Sizes, frame: &Frame, table_link: &str, under: f64) {
-    let Some((_, along)) = tilting(&sizes.turning_on_head()) else { return };
+    let Some((letter, level)) = tilting(&sizes.turning_on_head()) else { return };
+    // the level way of an inclined axis, from its lower end on
+    let along =
+        sizes.inclined_axis(letter).map_or(level, |inclined| inclined.plane.level() * inclined.angle_deg.signum());
     let outward: Vec<String> = sizes.code.workpiece_side.iter().rev().cloned().collect();
     let turning = sizes.turning_on_table();
     // beside a table that turns, on what carries it
@@ -245,15 +253,16 @@ fn angle_plate(all: &mut Bodies, sizes: &Sizes, frame: &Frame, table_link: &str,
     let half = sizes.table.half();
     let [thick, wide, high] = ANGLE_PLATE_MM;
     let reach = if turning.is_empty() {
-        along.x * half[0] + along.y * half[1] - thick - 10.0
+        along.x.abs() * half[0] + along.y.abs() * half[1] - thick - 10.0
     } else {
-        half[0].hypot(half[1]) + 40.0
+        let base = swivel_table(sizes, frame).map_or(0.0, |swivel| swivel.reach());
+        half[0].hypot(half[1]).max(base) + 40.0
     };
     let foot = if turning.is_empty() { frame.table_top } else { under - GAP_MM };
     let middle = along * (reach + 0.5 * thick) + Vector3::z() * (0.5 * (foot + frame.table_top + high));
     let across = Vector3::z().cross(&along).abs();
     let tall = frame.table_top + high - foot;
-    add(all, "angle plate", &link, middle, along * thick + across * wide + Vector3::z() * tall);
+    add(all, "angle plate", &link, middle, along.abs() * thick + across * wide + Vector3::z() * tall);
     let under_it = if turning.is_empty() {
         "work table".to_string()
     } else if link == "b" {
@@ -273,17 +282,4 @@ fn angle_plate(all: &mut Bodies, sizes: &Sizes, frame: &Frame, table_link: &str,
         outline: Outline::Rectangle { size_mm: [wide - 20.0, face_high - face_low] },
         slot_pitch_mm: None,
     });
-}
-
-fn add(all: &mut Bodies, name: &str, link: &str, middle: Vector3<f64>, size: Vector3<f64>) {
-    all.bodies.push(brick(name, link, [middle.x, middle.y, middle.z], [size.x, size.y, size.z]));
-}
-
-fn brick(name: &str, link: &str, middle: [f64; 3], size: [f64; 3]) -> Body {
-    Body {
-        name: name.to_string(),
-        link: link.to_string(),
-        solids: vec![Solid::Box { half_mm: Vector3::from(size) * 0.5 }],
-        at: Pose { rotation: Matrix3::identity(), translation_mm: Vector3::from(middle) },
-    }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::error::FitError;
 use super::slides::Slides;
-use super::unknowns::{Quantity, Unknown};
+use super::unknowns::{Quantity, Unknown, moves_spindle_ball};
 use crate::chain::{Chain, Column, Composition, Geometry, LinkId, Poses, Sensitivity};
 use crate::disturbances::Disturbances;
 use crate::effects::Context;
@@ -133,7 +133,10 @@ impl<'a> Problem<'a> {
             Quantity::Pivot { setup, .. } => {
                 (self.setups.pivot_of[test] == setup || self.setups.second_pivot_of[test] == Some(setup)) && sees_places
             }
-            Quantity::SpindleBall { setup, .. } => self.setups.spindle_ball_of[test] == setup && sees_places,
+            Quantity::SpindleBall { setup, coordinate } => {
+                let own = self.setups.spindle_ball_of[test];
+                moves_spindle_ball(self.session, (setup, coordinate), test, own) && sees_places
+            }
             // coordinates do not depend on how the target is turned
             Quantity::InstrumentTurn { setup, .. } => self.setups.pivot_of[test] == setup,
             Quantity::TargetTurn { setup, .. } => {

@@ -165,6 +165,26 @@ fn group(machine: &Machine, name: &str) -> Vec<ErrorName> {
     }
 }
 
+/// Whether the ball of a test goes where a pivot length that is not known goes: one in the spindle that a rotary axis carries, across that axis.
+pub(crate) fn follows_pivot_length(session: &Session, test: usize, coordinate: usize) -> bool {
+    let machine = &session.machine;
+    let Some(axis) = machine.spindle_axis().filter(|_| session.spread.pivot_length_mm > 0.0) else { return false };
+    let link = &session.tests[test].spindle_ball.link;
+    let is_in_spindle = *link == "t" || *link == machine.axes[axis].name;
+    is_in_spindle && machine.axes[axis].across().any(|k| k == coordinate)
+}
+
+/// Whether the unknown place of a spindle ball moves the ball of a test, whose own setup is `own`: its own, and in the first ball's place the pivot
+/// length, which all balls in the spindle share.
+pub(crate) fn moves_spindle_ball(
+    session: &Session,
+    (setup, coordinate): (usize, usize),
+    test: usize,
+    own: usize,
+) -> bool {
+    own == setup || (setup == 0 && own != usize::MAX && follows_pivot_length(session, test, coordinate))
+}
+
 /// All unknowns of a session: the free location errors, then pivots, spindle balls and bars.
 pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: FreePrior) -> Vec<Unknown> {
     let mut list = Vec::new();
@@ -196,7 +216,11 @@ pub fn unknowns(session: &Session, setups: &Setups, free: &[ErrorName], prior: F
         }
         for (setup, ball) in setups.spindle_balls.iter().enumerate() {
             let quantity = Quantity::SpindleBall { setup, coordinate };
-            setup_unknown(quantity, format!("{}, {letter}", ball.label), ball.spread_mm);
+            // the first ball's place stands for the pivot length too, those of the others are told from it
+            let is_first = setup == 0 && follows_pivot_length(session, ball.first_test, coordinate);
+            let pivot_length_mm = if is_first { session.spread.pivot_length_mm } else { 0.0 };
+            let spread_mm = ball.spread_mm.hypot(pivot_length_mm);
+            setup_unknown(quantity, format!("{}, {letter}", ball.label), spread_mm);
         }
     }
     for coordinate in 0..3 {

@@ -92,12 +92,40 @@ pub fn load_session_with(file: &Path, rows: Rows) -> Result<Session, LoadError> 
         let place = raw.tests.iter().position(|test| test.name == name).unwrap_or(0);
         document.refuse(&[Step::Key("tests"), Step::Index(place)], format!("test '{name}': {message}"))
     })?;
+    refuse_indexed_vector(&document, &session)?;
     let known = socket_distances(&document, &raw.sockets, &session.tests, session.machine.axes.len())?;
     session.tests.extend(known);
     let setups = Setups::of(&session);
     match SETUPS.exceeded(setups.pivots.len() + setups.spindle_balls.len() + setups.bars.len()) {
         Some(message) => Err(document.refuse(&[Step::Key("tests")], message)),
         None => Ok(session),
+    }
+}
+
+/// A pivot length that is not known turns with no index of the spindle, as a ball's own error does: one unknown cannot be both.
+fn refuse_indexed_vector(document: &Document, session: &Session) -> Result<(), LoadError> {
+    let place = [Step::Key("spread"), Step::Key("pivot_length")];
+    if session.spread.pivot_length_mm == 0.0 {
+        return Ok(());
+    }
+    if session.machine.spindle_axis().is_none() {
+        return Err(document.refuse(
+            &place,
+            format!(
+                "no rotary axis of {} carries the spindle, so it has no pivot length; leave the key out",
+                session.machine.code
+            ),
+        ));
+    }
+    match session.tests.iter().find(|test| test.spindle_ball.indexed_about.is_some()) {
+        None => Ok(()),
+        Some(test) => Err(document.refuse(
+            &place,
+            format!(
+                "test '{}' has the spindle indexed, which the pivot length does not follow; leave one of the two out",
+                test.name
+            ),
+        )),
     }
 }
 
@@ -109,8 +137,9 @@ fn spread(document: &Document, raw: &BTreeMap<String, serde_yaml::Value>) -> Res
             "pivot" => &mut spread.pivot_mm,
             "spindle_ball" => &mut spread.spindle_ball_mm,
             "bar_length" => &mut spread.bar_length_mm,
+            "pivot_length" => &mut spread.pivot_length_mm,
             other => {
-                let valid = ["pivot", "spindle_ball", "bar_length"];
+                let valid = ["pivot", "spindle_ball", "bar_length", "pivot_length"];
                 let hint = did_you_mean(other, &valid);
                 return Err(
                     document.refuse(&place, format!("unknown key '{other}'{hint} (allowed: {})", valid.join(", ")))

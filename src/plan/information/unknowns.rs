@@ -1,6 +1,7 @@
 //! Which errors a plan wants, and what a test tells of them: rows of derivatives. First order, no files; `posterior` puts tests together.
 //!
-//! Unknowns are the location errors of the rotary axes (wanted), those of the linear axes (known to their squareness
+//! Unknowns are the location errors of the rotary axes (wanted), the pivot length where it is wanted (`EY0S`: the vector from the last head axis to
+//! the spindle S, which every ball in the spindle follows), those of the linear axes (known to their squareness
 //! spread), every placement (pivot, spindle ball), bar error, and the misplacement of the linear axes at each place where
 //! they stand, growing with the distance from where the spindle ball was set up; where they move, what they go too far about
 //! the middle of their motion. A test adds rows `δL = H·x + ε`.
@@ -28,10 +29,31 @@ pub struct Unknowns {
     pub errors: Vec<(usize, usize, ErrorName)>,
     /// Number of wanted errors.
     pub wanted: usize,
+    /// Of the pivot length, which follows the rotary axes' errors: directions across the last head axis, whose index those errors have.
+    pivot_length: Vec<Vector3<f64>>,
+    /// Place of the first of them among the errors.
+    first_of_pivot: usize,
     pub(crate) prior_variance: Vec<f64>,
     uncertainty: Uncertainty,
     /// What the linear axes may be off, by the machine file.
     linear: LinearAxes,
+}
+
+/// Name of the spindle in those of its location errors, by ISO 230-1.
+const SPINDLE: &str = "S";
+
+/// Two unit vectors across a line, along coordinate directions where these are across it, each with the component that its name has: of the
+/// largest part, which is positive, the last of equal ones.
+fn across(along: &Vector3<f64>) -> [(usize, Vector3<f64>); 2] {
+    let least = along.iamin();
+    let first = Vector3::ith(least, 1.0);
+    let first = (first - along * along.dot(&first)).normalize();
+    [first, along.cross(&first)].map(|direction| {
+        // to the nanometre per metre: rounding makes no part the larger one
+        let size = |k: usize| (direction[k].abs() * 1e9).round();
+        let component = (0..3).max_by(|&one, &other| size(one).total_cmp(&size(other))).unwrap_or(least);
+        (component, direction * direction[component].signum())
+    })
 }
 
 /// A ball's place to the nanometre, so that balls at one place are one.
@@ -43,11 +65,21 @@ impl Unknowns {
     /// Location errors of the rotary axes as wanted, those of the linear axes as spread.
     pub fn of(machine: &Machine, uncertainty: Uncertainty) -> Unknowns {
         let linear = machine.linear_axes;
-        let mut unknowns = Unknowns { errors: Vec::new(), wanted: 0, prior_variance: Vec::new(), uncertainty, linear };
+        let mut unknowns = Unknowns {
+            errors: Vec::new(),
+            wanted: 0,
+            pivot_length: Vec::new(),
+            first_of_pivot: 0,
+            prior_variance: Vec::new(),
+            uncertainty,
+            linear,
+        };
         unknowns.push(machine, AxisKind::Rotary, |component| match component.is_angle() {
             false => uncertainty.wanted_mm,
             true => uncertainty.wanted_rad,
         });
+        unknowns.first_of_pivot = unknowns.errors.len();
+        unknowns.push_pivot_length(machine);
         unknowns.wanted = unknowns.errors.len();
         unknowns.push(machine, AxisKind::Linear, |_| linear.squareness_rad);
         unknowns
@@ -77,6 +109,17 @@ impl Unknowns {
                 self.errors.push((axis, component.index(), ErrorName::location(component, &entry.name)));
                 self.prior_variance.push(sigma(component).powi(2));
             }
+        }
+    }
+
+    /// The vector from the last head axis to the spindle, across the axis, where its spread says that it is not known.
+    fn push_pivot_length(&mut self, machine: &Machine) {
+        let length_mm = self.uncertainty.spread.pivot_length_mm;
+        let Some(axis) = machine.spindle_axis().filter(|_| length_mm > 0.0) else { return };
+        for (component, direction) in across(&machine.axes[axis].direction) {
+            self.errors.push((axis, component, ErrorName::location(Component::ALL[component], SPINDLE)));
+            self.prior_variance.push(length_mm.powi(2));
+            self.pivot_length.push(direction);
         }
     }
 
@@ -156,7 +199,11 @@ impl Unknowns {
         for (row, positions) in poses.iter().enumerate() {
             geometry.sensitivity((pivot.0, pivot.2), (spindle.0, spindle.1), positions, None, &mut derivatives);
             for (column, &(axis, component, _)) in self.errors.iter().enumerate() {
-                errors[(row, column)] = derivatives.location[axis][component];
+                let of_pivot = column.checked_sub(self.first_of_pivot).and_then(|k| self.pivot_length.get(k));
+                errors[(row, column)] = match of_pivot {
+                    Some(direction) => (0..3).map(|k| direction[k] * derivatives.spindle[k]).sum(),
+                    None => derivatives.location[axis][component],
+                };
             }
             derivatives.position.iter().enumerate().for_each(|(k, value)| by_position[(row, k)] = *value);
             for k in 0..3 {

@@ -89,7 +89,8 @@ fn with_circles(machine: &Machine, bodies: &Bodies, kit: &Kit, settings: &Settin
     let circles = Settings { coupled, ..settings.clone() };
     let indexed = Settings { index_spindle: true, ..circles.clone() };
     let mut tries = vec![("--circles", circles)];
-    if !settings.index_spindle {
+    // an index turns the ball and not the pivot length
+    if !settings.index_spindle && settings.uncertainty.spread.pivot_length_mm == 0.0 {
         tries.push(("--circles --index-spindle", indexed));
     }
     let mut advice = Vec::new();

@@ -3,9 +3,8 @@
 use std::fmt::Write as _;
 
 use super::diagnosis::{DiagnosisJson, FindingJson};
-use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words,
-};
+use super::finding_words::{cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words};
+use super::quantity_words::tests_words;
 use super::unseen::{cures, minutes_words};
 use crate::report::wording::markup::escape;
 use crate::session::Session;

@@ -8,9 +8,9 @@ use super::chain_map::chain_map;
 use super::diagnosis::{BlindJson, DiagnosisJson, FindingJson};
 use super::diagnosis_text::{hanging, moved_words, verdict_words};
 use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit, what,
-    what_found,
+    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, what, what_found,
 };
+use super::quantity_words::{tests_words, unit};
 use super::unseen::{blind_words, cures, kinds_words, minutes_words};
 use crate::diagnose::Diagnosis;
 use crate::report::fits::fit_page::{circles_section, identifier};

@@ -3,9 +3,8 @@
 use std::fmt::Write as _;
 
 use super::diagnosis::{BlindJson, DiagnosisJson};
-use super::finding_words::{
-    cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words, tests_words, unit,
-};
+use super::finding_words::{cause_and_remedy, certainty_words, headline, next_words, range_words, rival_words};
+use super::quantity_words::{tests_words, unit};
 use super::unseen::{cures, kinds_words, minutes_words};
 use crate::diagnose::{Diagnosis, MOVED_SIGMAS, Moved};
 use crate::report::wording::number::shown;

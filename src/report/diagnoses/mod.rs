@@ -8,6 +8,7 @@ pub mod diagnosis;
 pub mod diagnosis_page;
 pub mod diagnosis_text;
 pub mod finding_words;
+mod quantity_words;
 pub mod shape_words;
 mod unrolled;
 pub mod unseen;

@@ -1,6 +1,6 @@
 //! The shape of an effect in words, from its parameters: where on the axis, how often, how fast, driven by what. It holds no sizes.
 
-use super::finding_words::{digits, tests_words, time_words};
+use super::quantity_words::{digits, tests_words, time_words};
 use crate::diagnose::ONE_JUMP_S;
 use crate::effects::{OWN, ParameterUnit, ROTARY, SLIDES, Signature, WARM, is_a, kind};
 use crate::machine::{Axis, AxisKind, Effect, Machine, ParameterValue};

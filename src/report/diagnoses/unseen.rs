@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::diagnosis::{BlindJson, DiagnosisJson};
-use super::finding_words::{digits, unit, what};
+use super::finding_words::what;
+use super::quantity_words::{digits, unit};
 use crate::chain::sense_in_words;
 use crate::diagnose::AXIS_SENSE;
 use crate::effects::{Driver, kind};

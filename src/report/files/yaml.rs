@@ -184,10 +184,14 @@ pub fn session_yaml(session: &Session) -> String {
     let spread = |value| quantity(Measure::Length, value);
     let _ = writeln!(
         out,
-        "spread: {{pivot: {}, spindle_ball: {}, bar_length: {}}}",
+        "spread: {{pivot: {}, spindle_ball: {}, bar_length: {}{}}}",
         spread(session.spread.pivot_mm),
         spread(session.spread.spindle_ball_mm),
-        spread(session.spread.bar_length_mm)
+        spread(session.spread.bar_length_mm),
+        match session.spread.pivot_length_mm {
+            0.0 => String::new(),
+            length => format!(", pivot_length: {}", spread(length)),
+        }
     );
     out.push_str("tests:\n");
     let gaps: Vec<&Test> = session.tests.iter().filter(|test| test.reading.is_gap()).collect();

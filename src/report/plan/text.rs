@@ -26,7 +26,7 @@ pub fn plan_text(plan: &Plan, machine: &Machine, settings: &Settings) -> String 
         }
         add_test(&mut out, planned, machine, settings);
     }
-    add_errors(&mut out, plan);
+    add_errors(&mut out, plan, machine, settings);
     add_curve(&mut out, plan);
     add_remarks(&mut out, plan, machine, settings);
     out
@@ -98,7 +98,7 @@ fn add_test(out: &mut String, planned: &PlannedTest, machine: &Machine, settings
 }
 
 /// What each error will be known to, and why one is not determined.
-fn add_errors(out: &mut String, plan: &Plan) {
+fn add_errors(out: &mut String, plan: &Plan, machine: &Machine, settings: &Settings) {
     let _ = writeln!(out, "\n{:<8} {:>12} {:>14}  ", "error", "sigma", "to spindle ball");
     for error in &plan.errors {
         let measure = if error.is_angle { Measure::Angle } else { Measure::Length };
@@ -113,6 +113,18 @@ fn add_errors(out: &mut String, plan: &Plan) {
             measure.output_unit(),
             error.reason
         );
+    }
+    if let Some(axis) = machine.spindle_axis().map(|axis| &machine.axes[axis].name) {
+        let _ = match settings.uncertainty.spread.pivot_length_mm > 0.0 {
+            true => writeln!(
+                out,
+                "E.0S is the place of the spindle from the line of {axis} on, with all axes at zero: the pivot length, to the spindle ball less the ball's own length; of an inclined axis the part across it."
+            ),
+            false => writeln!(
+                out,
+                "The pivot length, from the line of {axis} to the spindle, is taken as the machine file has it; --pivot-length plans tests that determine it."
+            ),
+        };
     }
 }
 

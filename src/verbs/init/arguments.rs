@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use fiveaxis::template::TableSize;
+use fiveaxis::template::{Inclined, Plane, TableSize};
 
 use crate::verbs::Refusal;
 use crate::verbs::options::directions::DirectionsName;
@@ -35,13 +35,16 @@ pub struct Arguments {
     /// Table, mm: diameter, or width x depth (along X and Y)
     #[arg(long, value_name = "320 or 500x400")]
     pub(super) table: Option<String>,
-    /// Range of a rotary axis, deg (repeatable); not given, ±360 for C and ±100 for A and B are assumed, and the file says so
+    /// The rotary axis that is inclined, as in 45 deg heads and tables: deg from the vertical in the plane YZ or ZX (that of its letter where left out), positive with its upper end towards +y or +x
+    #[arg(long, value_name = "AXIS=ANGLE[,PLANE]")]
+    pub(super) inclined: Option<String>,
+    /// Range of a rotary axis, deg (repeatable); not given, ±360 for C, ±100 for A and B and -5..185 for an inclined axis are assumed, and the file says so
     #[arg(long, value_name = "AXIS=FROM..TO", allow_hyphen_values = true)]
     pub(super) range: Vec<String>,
-    /// Tilting axis of the table above the table top, mm; below is negative
+    /// Tilting axis of the table above the table top, mm; below is negative; of an inclined axis where it crosses the vertical
     #[arg(long, allow_negative_numbers = true)]
     pub(super) tilt_above_table: Option<f64>,
-    /// From the spindle nose up to the axis about which the head tilts, mm
+    /// From the spindle nose up to the axis about which the head tilts, mm; to an inclined one where it crosses the spindle's line
     #[arg(long, allow_negative_numbers = true)]
     pub(super) pivot_to_nose: Option<f64>,
     /// Diameter of the spindle housing, mm
@@ -54,7 +57,7 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     pub(super) directions: Option<DirectionsName>,
     /// A robot description (URDF) in place of a data sheet: its axes, ranges and collision geometry
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "range", "tilt_above_table", "pivot_to_nose", "angle_plate"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["code", "kind", "travels", "nose_to_table", "range", "inclined", "tilt_above_table", "pivot_to_nose", "angle_plate"])]
     pub(super) urdf: Option<PathBuf>,
     /// URDF: the link that is the bed (default: the root link)
     #[arg(long, requires = "urdf")]
@@ -142,6 +145,31 @@ pub(super) fn named_range(text: &str) -> Result<(String, (f64, f64)), Refusal> {
         .ok_or_else(|| format!("--range: '{text}' is not understood; write AXIS=FROM..TO, e.g. A=-120..30"))?;
     let name = name.trim();
     Ok((name.to_string(), range_of(name, ends)?))
+}
+
+/// `AXIS=ANGLE` or `AXIS=ANGLE,PLANE`.
+pub(super) fn inclined(text: &str) -> Result<Inclined, Refusal> {
+    let (name, rest) = text.split_once('=').ok_or_else(|| {
+        format!("--inclined: '{text}' is not understood; write AXIS=ANGLE or AXIS=ANGLE,PLANE, e.g. B=45,YZ")
+    })?;
+    let axis = name.trim().to_string();
+    let (angle, plane) = match rest.split_once(',') {
+        Some((angle, named)) => (angle, plane(named)?),
+        None => (rest, Plane::of_letter(&axis)),
+    };
+    Ok(Inclined { angle_deg: number(angle, "--inclined")?, axis, plane })
+}
+
+/// An upright plane by its letters.
+pub(super) fn plane(text: &str) -> Result<Plane, Refusal> {
+    let named = text.trim();
+    let is_it = |plane: &Plane| {
+        let backwards: String = plane.name().chars().rev().collect();
+        plane.name().eq_ignore_ascii_case(named) || backwards.eq_ignore_ascii_case(named)
+    };
+    Plane::ALL.into_iter().find(is_it).ok_or_else(|| {
+        format!("--inclined: the plane is '{named}'; allowed are YZ and ZX, which hold the vertical spindle").into()
+    })
 }
 
 /// Width of a rotary axis's range at least, deg: a turn in radians is narrower.

@@ -1,9 +1,9 @@
 //! The figures of a data sheet: options first, questions for the rest on a terminal. What the figures make is `template`'s.
 
 use fiveaxis::machine::{Directions, StructuralCode};
-use fiveaxis::template::{Sizes, TableSize, allowed, is_rotary, usual_range};
+use fiveaxis::template::{Inclined, Plane, Sizes, TableSize, allowed, is_rotary, usual_range};
 
-use super::arguments::{Arguments, Kind, named_range, number, range, range_of, table_size, three};
+use super::arguments::{Arguments, Kind, inclined, named_range, number, plane, range, range_of, table_size, three};
 use super::ask::{Question, ask, ask_or_leave, at_terminal};
 use crate::verbs::Refusal;
 use crate::verbs::output::complain;
@@ -12,12 +12,24 @@ const CODE: Question = Question {
     option: "--code",
     asks: "What carries what, from workpiece w over bed b to tool t (table-table [wCAYbXZt], table-head [wCXbYZBt], head-head [wXbYZCAt])",
 };
+const INCLINED: Question = Question {
+    option: "--inclined",
+    asks: "Axis that is inclined against the vertical, as in 45 deg heads and tables (Enter: none)",
+};
 const TRAVELS: Question = Question { option: "--travels", asks: "Travels of X, Y, Z in mm, e.g. 650,520,475" };
 const DISTANCES: Question =
     Question { option: "--nose-to-table", asks: "Distance from spindle nose to table top in mm, smallest..largest" };
 const TABLE: Question = Question { option: "--table", asks: "Table in mm: diameter, or width x depth" };
 const TILT: Question =
     Question { option: "--tilt-above-table", asks: "Tilting axis above the table top in mm (below: negative)" };
+const CROSSING_TABLE: Question = Question {
+    option: TILT.option,
+    asks: "Point where the inclined axis crosses the vertical through the middle of the table, above the table top in mm (below: negative)",
+};
+const CROSSING_HEAD: Question = Question {
+    option: PIVOT.option,
+    asks: "From the spindle nose up to the point where the inclined axis crosses the spindle's line in mm",
+};
 const PIVOT: Question =
     Question { option: "--pivot-to-nose", asks: "From the spindle nose up to the tilting axis of the head in mm" };
 const DIRECTIONS: Question = Question {
@@ -28,6 +40,7 @@ const DIRECTIONS: Question = Question {
 /// Figures that the options give.
 struct Given {
     code: Option<StructuralCode>,
+    inclined: Option<Inclined>,
     travels: Option<[f64; 3]>,
     distances: Option<(f64, f64)>,
     table: Option<TableSize>,
@@ -46,21 +59,29 @@ pub(super) fn sizes(arguments: &Arguments) -> Result<Sizes, Refusal> {
         return Err(refusal(&given, &missing).into());
     }
     let code = given.code.map_or_else(|| ask(CODE.asks, Some(Kind::TableTable.code()), read_code), Ok)?;
+    let inclined = match given.inclined {
+        None if asks => ask_inclined(&code)?,
+        inclined => inclined,
+    };
+    if let Some(inclined) = &inclined {
+        allowed::inclined(inclined, &code).map_err(|why| format!("{}: {why}", INCLINED.option))?;
+    }
+    let [of_tilt, of_pivot] = heights(&code, inclined.as_ref());
     let (travels, nose_to_table) = lengths(given.travels, given.distances)?;
     let table = given.table.map_or_else(|| ask(TABLE.asks, None, read_table), Ok)?;
     let tilt_above_table = match given.tilt {
-        None if tilts(&code.workpiece_side) => ask(TILT.asks, None, read_tilt)?,
+        None if tilts(&code.workpiece_side) => ask(of_tilt.asks, None, read_tilt)?,
         height => height.unwrap_or_default(),
     };
     let pivot_above_nose = match given.pivot {
-        None if tilts(&code.tool_side) => ask(PIVOT.asks, None, |text| read_pivot(text, arguments.housing))?,
+        None if tilts(&code.tool_side) => ask(of_pivot.asks, None, |text| read_pivot(text, arguments.housing))?,
         height => height.unwrap_or_default(),
     };
     let mut ranges = given.ranges;
     refuse_foreign(&ranges, &code)?;
     refuse_pointless(&code, [given.tilt, given.pivot])?;
     if asks {
-        ask_ranges(&code, &mut ranges)?;
+        ask_ranges(&code, inclined.as_ref(), &mut ranges)?;
     }
     let directions =
         given.directions.map_or_else(|| ask(DIRECTIONS.asks, Some(Directions::Iso841.name()), read_directions), Ok)?;
@@ -79,6 +100,7 @@ pub(super) fn sizes(arguments: &Arguments) -> Result<Sizes, Refusal> {
         nose_to_table,
         table,
         travels,
+        inclined,
         ranges,
         tilt_above_table,
         pivot_above_nose,
@@ -94,6 +116,7 @@ fn given(arguments: &Arguments) -> Result<Given, Refusal> {
     let code = arguments.code.as_deref().or(arguments.kind.map(Kind::code));
     Ok(Given {
         code: code.map(read_code).transpose()?,
+        inclined: arguments.inclined.as_deref().map(inclined).transpose()?,
         travels: arguments.travels.as_deref().map(read_travels).transpose()?,
         distances: arguments.nose_to_table.as_deref().map(read_distances).transpose()?,
         table: arguments.table.as_deref().map(read_table).transpose()?,
@@ -109,13 +132,17 @@ fn missing(given: &Given) -> Vec<Question> {
     let code = given.code.as_ref();
     let needs_tilt = given.tilt.is_none() && code.is_some_and(|code| tilts(&code.workpiece_side));
     let needs_pivot = given.pivot.is_none() && code.is_some_and(|code| tilts(&code.tool_side));
+    let [of_tilt, of_pivot] = match code {
+        Some(code) => heights(code, given.inclined.as_ref()),
+        None => [TILT, PIVOT],
+    };
     let open = [
         (CODE, code.is_none()),
         (TRAVELS, given.travels.is_none()),
         (DISTANCES, given.distances.is_none()),
         (TABLE, given.table.is_none()),
-        (TILT, needs_tilt),
-        (PIVOT, needs_pivot),
+        (of_tilt, needs_tilt),
+        (of_pivot, needs_pivot),
         (DIRECTIONS, given.directions.is_none()),
     ];
     open.into_iter().filter(|(_, is_open)| *is_open).map(|(question, _)| question).collect()
@@ -152,14 +179,54 @@ fn lengths(travels: Option<[f64; 3]>, distances: Option<(f64, f64)>) -> Result<(
     }
 }
 
-fn ask_ranges(code: &StructuralCode, ranges: &mut Vec<(String, (f64, f64))>) -> Result<(), Refusal> {
+/// Which axis is inclined, in which plane and how far.
+fn ask_inclined(code: &StructuralCode) -> Result<Option<Inclined>, Refusal> {
+    let axis = ask_or_leave(INCLINED.asks, "none", |text| {
+        let axis = text.to_uppercase();
+        let names = code.axis_names().map(String::as_str).filter(|name| matches!(*name, "A" | "B"));
+        let names: Vec<&str> = names.collect();
+        match (names.contains(&axis.as_str()), axis.as_str()) {
+            (true, _) => Ok(Some(axis)),
+            (false, "NONE") => Ok(None),
+            _ => Err(format!("'{text}' is not understood; allowed are none, {}", names.join(", ")).into()),
+        }
+    })?;
+    let Some(axis) = axis.flatten() else { return Ok(None) };
+    let question = format!("Upright plane in which {axis} is inclined, YZ or ZX");
+    let plane = ask(&question, Some(Plane::of_letter(&axis).name()), plane)?;
+    let level = plane.level_letter();
+    let question = format!(
+        "Degrees from the vertical to {axis}, positive with its upper end towards +{level}, negative towards -{level}"
+    );
+    let angle_deg = ask(&question, None, |text| {
+        let angle = number(text, INCLINED.option)?;
+        allowed::inclination(angle)?;
+        Ok(angle)
+    })?;
+    Ok(Some(Inclined { axis, angle_deg, plane }))
+}
+
+/// The questions for the heights of the tilting axes of table and head.
+fn heights(code: &StructuralCode, inclined: Option<&Inclined>) -> [Question; 2] {
+    let is_on = |side: &[String]| inclined.is_some_and(|inclined| side.contains(&inclined.axis));
+    [
+        if is_on(&code.workpiece_side) { CROSSING_TABLE } else { TILT },
+        if is_on(&code.tool_side) { CROSSING_HEAD } else { PIVOT },
+    ]
+}
+
+fn ask_ranges(
+    code: &StructuralCode,
+    inclined: Option<&Inclined>,
+    ranges: &mut Vec<(String, (f64, f64))>,
+) -> Result<(), Refusal> {
     let turning = code.axis_names().filter(|name| is_rotary(name));
     for name in turning {
         if ranges.iter().any(|(given, _)| given == name) {
             continue;
         }
         let question = format!("Range of {name} in deg, from..to (Enter: assumed, and the file says so)");
-        let answer = ask_or_leave(&question, &range_text(usual_range(name)), |text| range_of(name, text))?;
+        let answer = ask_or_leave(&question, &range_text(usual_range(name, inclined)), |text| range_of(name, text))?;
         ranges.extend(answer.map(|range| (name.clone(), range)));
     }
     Ok(())

@@ -50,6 +50,9 @@ pub struct Arguments {
     /// Run tests again with the spindle indexed by 180°, so that the spindle ball's own placement leaves the positions
     #[arg(long)]
     pub(crate) index_spindle: bool,
+    /// The pivot length is wanted too: tests that show the vector from the last head axis to the spindle
+    #[arg(long, conflicts_with_all = ["method", "index_spindle"])]
+    pub(crate) pivot_length: bool,
     /// Write programs without the short moves along the bar that mark the runs in a capture
     #[arg(long)]
     pub(crate) no_marks: bool,

@@ -12,7 +12,7 @@ use fiveaxis::nc::{Dialect, dry_run_program, program, zero_words};
 use fiveaxis::plan::{Plan, PlannedTest, Settings};
 use fiveaxis::report::session_yaml;
 use fiveaxis::report::setup_sheet::{MARKER, Outline, Sheet, View, setup_sheet};
-use fiveaxis::session::{Session, Spread, Test};
+use fiveaxis::session::{Session, Test};
 use nalgebra::Vector3;
 
 use super::former::head;
@@ -36,7 +36,7 @@ fn dry_run_file(dialect: Dialect, ending: &str) -> String {
 
 /// Session, setup sheet and programs; of a plan without tests the sheet alone, which says why.
 pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> Result<OutputFolder, Refusal> {
-    let Planned { machine, bodies, plan, .. } = *planned;
+    let Planned { machine, bodies, plan, settings, .. } = *planned;
     let mut output = OutputFolder::default();
     let dialects: Vec<(Dialect, &str)> =
         Dialect::ALL.into_iter().filter(|(dialect, _)| dialect.unknown_axis(machine).is_none()).collect();
@@ -83,7 +83,7 @@ pub fn planned_files(folder: &Path, machine_file: &Path, planned: &Planned) -> R
         name: format!("{}, planned", machine.name),
         machine_file: "machine.yaml".into(),
         machine: machine.clone(),
-        spread: Spread::default(),
+        spread: settings.uncertainty.spread,
         tests,
     };
     let listed: Vec<String> = programs.into_iter().flatten().chain(dry_runs).chain(meshes).collect();

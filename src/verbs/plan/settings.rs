@@ -2,7 +2,7 @@
 
 use fiveaxis::machine::{AxisKind, Machine};
 use fiveaxis::plan::{Avoid, Coupled, Goal, Method, Settings, free_parts};
-use fiveaxis::session::{Follow, Zero};
+use fiveaxis::session::{FREE_PIVOT_LENGTH_MM, Follow, Zero};
 use fiveaxis::units::{Measure, parse_quantity, rounded, shown};
 
 use super::arguments::{Arguments, FollowName, MethodName, ZeroName};
@@ -63,6 +63,16 @@ pub fn settings(arguments: &Arguments, machine: &Machine) -> Result<Settings, Re
         ZeroName::Free => Zero::Free,
     };
     settings.index_spindle = arguments.index_spindle;
+    if arguments.pivot_length {
+        if machine.spindle_axis().is_none() {
+            return Err(format!(
+                "--pivot-length: no rotary axis of {} carries the spindle; leave the option out",
+                machine.code
+            )
+            .into());
+        }
+        settings.uncertainty.spread.pivot_length_mm = FREE_PIVOT_LENGTH_MM;
+    }
     settings.marks = !arguments.no_marks;
     if arguments.follow.contains(&FollowName::None) && arguments.follow.len() > 1 {
         return Err("--follow none stands alone; leave 'none' out to allow the others".into());
