@@ -587,6 +587,13 @@ fn files_of_gauges_are_read_and_others_refused() {
         read("b.csv", &format!("Zeit ms;Temperatur;Abweichung mm\n{}", german.replace(';', ";20;")), none).unwrap();
     assert_eq!((table.column, table.not_read), (LengthColumn::DeviationMm, vec!["Temperatur".to_string()]));
     assert!((table.time_s[10] - 1e-3).abs() < 1e-12);
+    // commas in numbers and commas between fields, as spreadsheets quote them
+    let quoted: String = german
+        .lines()
+        .map(|row| row.split(';').map(|field| format!("\"{field}\"")).collect::<Vec<_>>().join(",") + "\n")
+        .collect();
+    let table = read("q.csv", &format!("\"time_s\",\"deviation_um\"\n{quoted}"), none).unwrap();
+    assert!(same(&table.reading_mm) && (table.time_s[39] - 3.9).abs() < 1e-12);
     let values: String = (0..40).map(|k| format!("{} ", 1.5 * f64::from(k))).collect();
     let xml = format!(
         "<?xml version=\"1.0\"?><Test><Operator>A B</Operator><SampleRate>10</SampleRate><Units>um</Units><Readings>{values}</Readings></Test>"

@@ -187,9 +187,8 @@ fn sense_of_readings(session: &Session) -> Sense {
         // another zero concerns the bars alone, and brings each of them back
         let is_sign = other.kind == FaultKind::ReadingSign;
         let less = match other.kind {
-            FaultKind::ReadingSign => now.of_all - then.of_all,
             // what software took off each recording, balls make up for as well as bars
-            FaultKind::ReadingsProcessed => now.of_all + now.of_bars - then.of_all - then.of_bars,
+            FaultKind::ReadingSign | FaultKind::ReadingsProcessed => now.of_all - then.of_all,
             _ => now.of_bars - then.of_bars,
         };
         // with the sign turned back bars have their lengths as well: else a bar is another than stated
@@ -228,7 +227,7 @@ fn stood_instead(
     let every: Vec<usize> = (0..session.tests.len()).collect();
     a_little_elsewhere(session, &every, &[]).into_iter().find_map(|stood| {
         let then = of(&stood.undone)?;
-        let does = now.of_all + now.of_bars - then.of_all - then.of_bars > less - LEAST_CHI2_OF_A_SENSE
+        let does = now.of_all - then.of_all > less - LEAST_CHI2_OF_A_SENSE
             && then.left_um < (1.0 + SAME_MISFIT_SHARE) * now.left_um;
         does.then_some(stood.says)
     })

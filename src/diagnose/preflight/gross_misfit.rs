@@ -53,14 +53,14 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     list.extend(other_directions(&thinned));
     list.extend(exchanged::by_nominal(&thinned));
     list.extend(suspicions(sampled, &as_it_is));
-    // of mistakes that guess the same, sizes rounded, the first is tried
-    let mut guessed = std::collections::HashSet::new();
-    list.retain(|suspicion| guessed.insert(suspicion.guess()));
     let mut ranked: Vec<(f64, Suspicion)> = list
         .into_par_iter()
         .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (suspicion.diminished * misfit, suspicion)))
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // of mistakes that guess the same, sizes rounded, the one that leaves least is tried
+    let mut guessed = std::collections::HashSet::new();
+    ranked.retain(|(_, suspicion)| guessed.insert(suspicion.guess()));
     // which of several recordings are written from the wrong end is found one by one: the first guess may explain little
     let mut place = 0;
     ranked.retain(|(_, suspicion)| {

@@ -92,8 +92,8 @@ impl Suspicion {
         }
     }
 
-    /// What it guesses. Recordings of an axis that are written from the wrong end are one guess, whichever they are: the first of these
-    /// is tried, and the others are found one by one from there.
+    /// What it guesses. Recordings of an axis that are written from the wrong end are one guess, whichever they are: others are found
+    /// one by one from the best of them.
     pub(crate) fn guess(&self) -> Guess {
         let is_found_one_by_one = self.kind == FaultKind::AngleReversed;
         Guess {

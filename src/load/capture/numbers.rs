@@ -1,12 +1,12 @@
 //! Fields of a table's rows to numbers, readings and times. What they mean is told by names.
 
-use crate::load::checked_text::decimal::{Comma, with_decimal_point};
+use crate::load::checked_text::fields::{fields_of, with_decimal_point};
 
-/// Fields of a line; a decimal comma is one where the separator is none.
+/// Fields of a line without quotes; separators between quotes separate nothing.
 pub(super) fn fields(line: &str, separator: char) -> Vec<&str> {
     let parts: Vec<&str> = match separator {
         ' ' => line.split_whitespace().collect(),
-        _ => line.split(separator).collect(),
+        _ => fields_of(line, separator).collect(),
     };
     parts.into_iter().map(|field| field.trim().trim_matches('"')).collect()
 }
@@ -20,26 +20,26 @@ pub(super) fn row_of(line: &str, separator: char, names: usize) -> Vec<&str> {
     row
 }
 
-pub(super) fn number(field: &str, separator: char) -> Option<f64> {
-    with_decimal_point(field, Comma::beside(separator)).parse().ok().filter(|value: &f64| value.is_finite())
+pub(super) fn number(field: &str) -> Option<f64> {
+    with_decimal_point(field).parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 /// What gauges write where there is no reading.
 const MISSING: [&str; 9] = ["", "-", "--", "---", "nan", "n/a", "na", "null", "#n/a"];
 
 /// A reading, NaN where the gauge wrote that there is none; `None` for anything else.
-pub(super) fn reading(field: &str, separator: char) -> Option<f64> {
+pub(super) fn reading(field: &str) -> Option<f64> {
     let is_missing = MISSING.contains(&field.to_lowercase().as_str());
-    if is_missing { Some(f64::NAN) } else { number(field, separator) }
+    if is_missing { Some(f64::NAN) } else { number(field) }
 }
 
 /// A time: a number in the column's unit, or a time of day `hh:mm:ss.fff`, with or without a date before it, in s over `unit_s`.
-pub(super) fn time(field: &str, separator: char, unit_s: f64) -> Option<f64> {
-    if let Some(value) = number(field, separator) {
+pub(super) fn time(field: &str, unit_s: f64) -> Option<f64> {
+    if let Some(value) = number(field) {
         return Some(value);
     }
     let clock = field.rsplit(['T', ' ']).next()?.trim_end_matches('Z');
-    let parts: Vec<f64> = clock.split(':').map(|part| number(part, separator)).collect::<Option<_>>()?;
+    let parts: Vec<f64> = clock.split(':').map(number).collect::<Option<_>>()?;
     let seconds = match parts.as_slice() {
         [hours, minutes, seconds] if *minutes < 60.0 && *seconds < 60.0 => (hours * 60.0 + minutes) * 60.0 + seconds,
         [minutes, seconds] if *seconds < 60.0 => minutes * 60.0 + seconds,

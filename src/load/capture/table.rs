@@ -13,8 +13,8 @@ use crate::load::checked_text::printable::{LONGEST_SHOWN, shortened};
 const PREAMBLE_LINES: usize = 200;
 
 /// True for a row of units below a header: `s;µm`.
-fn is_units(row: &[&str], separator: char) -> bool {
-    row.iter().all(|field| number(field, separator).is_none())
+fn is_units(row: &[&str]) -> bool {
+    row.iter().all(|field| number(field).is_none())
         && row.iter().any(|field| !matches!(meaning(&format!("deviation {field}")), Meaning::Readings(None)))
 }
 
@@ -48,7 +48,7 @@ fn header(text: &str) -> Option<Header<'_>> {
     let is_readings = |name: &&str| matches!(meaning(name), Meaning::Readings(_));
     let names_readings = |line: &str, separator: char| {
         let names = fields(line.trim_start_matches('#'), separator);
-        names.iter().any(is_readings) && names.iter().all(|name| number(name, separator).is_none())
+        names.iter().any(is_readings) && names.iter().all(|name| number(name).is_none())
     };
     lines().take(PREAMBLE_LINES).find_map(|(index, line)| {
         let mut followed = lines().skip_while(|(next, _)| *next <= index).map(|(_, line)| line);
@@ -58,13 +58,13 @@ fn header(text: &str) -> Option<Header<'_>> {
             let names = fields(line.trim_start_matches('#'), separator).len();
             let is_row = |line: &str| {
                 let row = row_of(line, separator, names);
-                row.len() == names && row.iter().any(|field| number(field, separator).is_some())
+                row.len() == names && row.iter().any(|field| number(field).is_some())
             };
             let units = Some(fields(first.trim_start_matches('#'), separator)).filter(|row| row.len() == names);
             match names_readings(line, separator) {
                 true if is_row(first) => Some((separator, None)),
                 true if second.is_some_and(is_row) => {
-                    units.filter(|row| is_units(row, separator)).map(|row| (separator, Some(row)))
+                    units.filter(|row| is_units(row)).map(|row| (separator, Some(row)))
                 }
                 _ => None,
             }
@@ -126,10 +126,10 @@ pub(super) fn from_table(file: &Path, text: &str) -> Result<Raw, LoadError> {
                 // the day may have a column of its own
                 raw.stamp = day_at.map_or(String::new(), |day| format!("{} ", row[day])) + row[k];
             }
-            times.push(or_refuse(time(row[k], separator, unit_s), k, "neither a number nor a time of day")?);
+            times.push(or_refuse(time(row[k], unit_s), k, "neither a number nor a time of day")?);
         }
         if let Some(k) = reading_at {
-            raw.readings.push(or_refuse(reading(row[k], separator), k, "not a number")?);
+            raw.readings.push(or_refuse(reading(row[k]), k, "not a number")?);
         }
         raw.lines.push(index + 1);
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::fields::fields_of;
+use crate::load::checked_text::fields::fields_of;
 use crate::load::checked_text::limits::COLUMNS;
 use crate::load::checked_text::message::{LoadError, nearest};
 use crate::load::checked_text::printable::{LONGEST_SHOWN, hidden_in, shortened};

@@ -6,11 +6,11 @@ mod row;
 
 use std::path::Path;
 
-use self::fields::fields_of;
 use self::header::{Column, HEADER_EXAMPLE, Header, header_of, is_header};
 use self::row::{leading_text, read_row};
 use super::rows::{Rows, check_rows, check_rows_of_parts};
 use crate::load::checked_text::cut_number::refuse_cut_number;
+use crate::load::checked_text::fields::fields_of;
 use crate::load::checked_text::limits::{CSV_BYTES, LINE_BYTES, ROWS};
 use crate::load::checked_text::message::LoadError;
 use crate::load::checked_text::text::read_limited;

@@ -33,7 +33,7 @@ pub fn read_row(
     }
     for (index, field) in fields.iter().enumerate() {
         let name = header.names[index];
-        let Some(value) = number(field, header.separator) else {
+        let Some(value) = number(field) else {
             return refuse(format!(
                 "column {name}: '{}' is not a number; correct it or leave a missing {} empty",
                 shortened(field, LONGEST_SHOWN),
@@ -61,7 +61,7 @@ pub fn leading_text(header: &Header, fields: &[&str]) -> String {
             if !text.is_empty() {
                 text.push(',');
             }
-            text.push_str(&plain(field, header.separator));
+            text.push_str(&plain(field));
         }
     }
     text.shrink_to_fit();
