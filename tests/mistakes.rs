@@ -1138,6 +1138,34 @@ fn tests_that_do_not_say_when_they_ran_are_taken_one_after_the_other() {
 }
 
 #[test]
+fn a_column_in_radians_is_named_where_the_session_states_the_axis_in_degrees() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let planned = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/captures/session.yaml");
+    let words = ["--instrument", "default", "--draw-setups", "--seed", "3", "--out"];
+    let (code, ..) =
+        fiveaxis(&[&["simulate", planned.to_str().unwrap()], &words[..], &[out.to_str().unwrap()]].concat());
+    assert_eq!(code, Some(0));
+    // a test of C holds A at -90 degrees, by the session
+    for name in ["a-100-1-ccw", "a-100-1-cw", "a-100-2-ccw", "a-100-2-cw"] {
+        let file = out.join(format!("{name}.csv"));
+        let text = std::fs::read_to_string(&file).unwrap();
+        let (header, rows) = text.split_once('\n').unwrap();
+        let column = header.split(',').position(|title| title == "A_deg").unwrap();
+        let in_radians = |row: &str| {
+            let mut fields: Vec<String> = row.split(',').map(String::from).collect();
+            fields[column] = format!("{:.9}", fields[column].parse::<f64>().unwrap().to_radians());
+            fields.join(",") + "\n"
+        };
+        std::fs::write(&file, format!("{header}\n{}", rows.lines().map(in_radians).collect::<String>())).unwrap();
+    }
+    let session = load_session(&out.join("session.yaml")).unwrap();
+    let examination = examine(&session, &Options::default()).unwrap();
+    let fault = examination.fault.unwrap_or_else(|| panic!("{:?}", examination.unjudged));
+    assert!(is_told(&fault, &["unit"], "A is in radians"), "{} {:?}", fault.says, fault.rivals);
+}
+
+#[test]
 fn the_program_says_so_in_text_and_json_and_saves_nothing() {
     for (name, verdict) in [
         ("pivot 2 mm off", "data fault"),

@@ -277,7 +277,7 @@ fn map_svg(map: &Map, largest: f64) -> String {
     };
     svg.push_str(&label(scale + 18.0, bottom, "start", "0"));
     svg.push_str(&label(scale + 18.0, top + 0.5 * side, "start", &format!("{:.1}", 0.5 * largest)));
-    svg.push_str(&label(scale + 18.0, top + 10.0, "start", &format!("{largest:.1} µm")));
+    svg.push_str(&label(scale + 18.0, top + 10.0, "start", &format!("{largest:.1}")));
     svg.push_str(&label(left, bottom + 16.0, "start", &format!("{:.0}", map.across.1)));
     svg.push_str(&label(left + side, bottom + 16.0, "end", &format!("{:.0}", map.across.2)));
     svg.push_str(&label(middle, bottom + 32.0, "middle", &map.across.0));

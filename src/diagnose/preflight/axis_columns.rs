@@ -15,19 +15,23 @@ use crate::units::OtherUnit;
 pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
     let session = sampled.few_rows;
     let (name, kind) = (session.machine.axes[axis].name.clone(), session.machine.axes[axis].kind);
-    let scaled = |kind: FaultKind, factor: f64, says: String| {
-        let found = Suspicion::new(kind, RECORDER, Vec::new(), says, scale_axis(session, axis, factor));
+    let found = |kind: FaultKind, undone: Session, says: String| {
+        let found = Suspicion::new(kind, RECORDER, Vec::new(), says, undone);
         Suspicion { components: vec![name.clone()], weight: OFTEN, ..found }
     };
-    let in_unit = |unit: OtherUnit, due: &str| {
-        scaled(FaultKind::Unit, unit.size, format!("{name} is in {}: convert the column to {due}", unit.name))
-    };
     let backwards = format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'");
-    let mut list = vec![scaled(FaultKind::AxisSign, -1.0, backwards)];
-    list.push(match kind {
-        AxisKind::Linear => in_unit(OtherUnit::INCHES, "mm"),
-        AxisKind::Rotary => in_unit(OtherUnit::RADIANS, "degrees"),
-    });
+    let mut list = vec![found(FaultKind::AxisSign, scale_axis(session, axis, -1.0), backwards)];
+    let (unit, due) = match kind {
+        AxisKind::Linear => (OtherUnit::INCHES, "mm"),
+        AxisKind::Rotary => (OtherUnit::RADIANS, "degrees"),
+    };
+    let says = format!("{name} is in {}: convert the column to {due}", unit.name);
+    // where it stands is the session's word, which may be in the unit of the column or in its own
+    if session.tests.iter().any(|test| test.positions[axis].is_some_and(|value| value != 0.0)) {
+        let too = format!("{says}, and the session's positions of {name} too");
+        list.push(found(FaultKind::Unit, scale_axis(session, axis, unit.size), too));
+    }
+    list.push(found(FaultKind::Unit, scale_columns(session, axis, unit.size), says));
     if kind == AxisKind::Linear {
         return list;
     }
@@ -109,15 +113,18 @@ pub(super) fn columns_of_some(session: &Session, tests: &[usize]) -> Vec<Suspici
     list
 }
 
+/// Columns of an axis and where the session says that it stands, times a factor.
 fn scale_axis(session: &Session, axis: usize, factor: f64) -> Session {
+    let mut undone = scale_columns(session, axis, factor);
+    undone.tests.iter_mut().filter_map(|test| test.positions[axis].as_mut()).for_each(|value| *value *= factor);
+    undone
+}
+
+/// Columns of an axis times a factor.
+fn scale_columns(session: &Session, axis: usize, factor: f64) -> Session {
     let mut undone = session.clone();
-    for test in &mut undone.tests {
-        if let Some(value) = &mut test.positions[axis] {
-            *value *= factor;
-        }
-        if let Some(recording) = &mut test.recording
-            && let Some(column) = recording.column_of(axis)
-        {
+    for recording in undone.tests.iter_mut().filter_map(|test| test.recording.as_mut()) {
+        if let Some(column) = recording.column_of(axis) {
             recording.positions[column].iter_mut().for_each(|value| *value *= factor);
         }
     }

@@ -4,9 +4,9 @@ use super::diagnosis::{FindingJson, RangeJson};
 use super::unrolled::unrolled;
 use crate::diagnose::TestBeforeAfter;
 use crate::machine::Machine;
-use crate::methods::Course;
+use crate::methods::{Course, TestTrace};
 use crate::report::pictures::polar::{Arrow, PolarPlot, PolarTrace, Stroke};
-use crate::report::pictures::trace_plots::{swept_label, swept_quarters};
+use crate::report::pictures::trace_plots::{label_spokes, swept_label};
 use crate::session::{Motion, Session, Test};
 use crate::units::UM_PER_MM;
 
@@ -26,11 +26,11 @@ pub struct BeforeAfterPlots {
 /// Most points of a polar trace: finer than a pixel.
 const MOST_POINTS: usize = 721;
 
-/// A test with where its axes stand and its residuals.
+/// A test with where its axes stand, the angles over which it is drawn, and its residuals.
 #[derive(Clone, Copy)]
 pub struct TestShown<'a> {
     pub test: &'a Test,
-    pub course: &'a Course,
+    pub trace: &'a TestTrace,
     pub residuals: &'a TestBeforeAfter,
 }
 
@@ -41,7 +41,8 @@ pub fn before_after_plots(
     back: Option<TestShown>,
     findings: &[FindingJson],
 ) -> BeforeAfterPlots {
-    let TestShown { test, course: Course { motion, swept }, residuals } = shown;
+    let TestShown { test, trace, residuals } = shown;
+    let Course { motion, swept } = &trace.course;
     let here: Vec<&RangeJson> = findings
         .iter()
         .filter(|finding| finding.located.tests.contains(&test.name))
@@ -86,8 +87,7 @@ fn located_rows(session: &Session, test: &Test, motion: &Motion, ranges: &[&Rang
 
 /// Residuals round the circle: before and after, or before in both senses, with what is left of each in grey.
 fn polar(machine: &Machine, shown: TestShown, back: Option<TestShown>, located: &[(usize, usize)]) -> Option<String> {
-    let swept = shown.course.swept.as_ref()?;
-    let angle = swept.angle_rad.as_ref()?;
+    let angle = shown.trace.angle_rad()?;
     let (traces, arrows) = match back {
         None => (before_and_after(shown, "", [Stroke::Own(0), Stroke::Own(1)])?, vec![arrow(shown, 0)?]),
         Some(back) => {
@@ -103,7 +103,7 @@ fn polar(machine: &Machine, shown: TestShown, back: Option<TestShown>, located: 
     let mut plot = PolarPlot::new(names.join(" and "), traces);
     plot.subtitle = "residual: measured − model".into();
     plot.heavy_circle = "residual zero · outward: read longer than the model";
-    plot.label_quarters(swept_quarters(machine, swept.over));
+    label_spokes(machine, shown.trace, &mut plot);
     plot.arrows = arrows;
     plot.arcs = located.iter().map(|&(from, to)| (angle[from], angle[to])).collect();
     Some(plot.to_svg())
@@ -111,8 +111,8 @@ fn polar(machine: &Machine, shown: TestShown, back: Option<TestShown>, located: 
 
 /// Both residuals of a test as traces; `way` stands before their labels.
 fn before_and_after(shown: TestShown, way: &str, strokes: [Stroke; 2]) -> Option<Vec<PolarTrace>> {
-    let TestShown { course, residuals, .. } = shown;
-    let angle = course.swept.as_ref()?.angle_rad.as_ref()?;
+    let TestShown { trace, residuals, .. } = shown;
+    let angle = trace.angle_rad()?;
     let every = angle.len().div_ceil(MOST_POINTS).max(1);
     let points = |values: &[f64]| {
         let um = |row: usize| if residuals.kept[row] { values[row] * UM_PER_MM } else { f64::NAN };
@@ -136,11 +136,11 @@ fn before_and_after(shown: TestShown, way: &str, strokes: [Stroke; 2]) -> Option
 
 /// Whether a test runs counter-clockwise in its picture.
 fn is_ccw(shown: TestShown) -> bool {
-    shown.course.swept.as_ref().is_some_and(|swept| swept.value.first() <= swept.value.last())
+    shown.trace.turned_rad().unwrap_or(0.0) >= 0.0
 }
 
 /// Where a test begins and which way it runs.
 fn arrow(shown: TestShown, stroke: usize) -> Option<Arrow> {
-    let from = *shown.course.swept.as_ref()?.angle_rad.as_ref()?.first()?;
+    let from = *shown.trace.angle_rad()?.first()?;
     Some(Arrow { stroke, from, is_ccw: is_ccw(shown) })
 }

@@ -101,7 +101,7 @@ fn round_plot(
     let nominal_mm = rows[0].nominal_mm;
     plot.subtitle = format!("{} · nominal {nominal_mm:.4} mm · {says}", moves(session, &pass[0].course.motion));
     plot.arrows = arrows;
-    label_spokes(session, &pass[0], &mut plot);
+    label_spokes(&session.machine, &pass[0], &mut plot);
     plot.to_svg()
 }
 
@@ -112,13 +112,13 @@ fn thinned<'t>(angles: &'t [f64], values: &'t [f64]) -> impl Iterator<Item = (f6
 }
 
 /// `+X` to the right and `+Y` up where the bar turns in a plane; else the axis whose position the angle is.
-fn label_spokes(session: &Session, trace: &TestTrace, plot: &mut PolarPlot) {
+pub(crate) fn label_spokes(machine: &Machine, trace: &TestTrace, plot: &mut PolarPlot) {
     let quarters: [String; 4] = match (&trace.turn, &trace.course.swept) {
         (Some(turn), _) => {
             let [right, up] = turn.plane.map(|k| ["X", "Y", "Z"][k]);
             quarters_of_plane(right, up)
         }
-        (None, Some(swept)) => swept_quarters(&session.machine, swept.over),
+        (None, Some(swept)) => swept_quarters(machine, swept.over),
         (None, None) => return,
     };
     plot.label_quarters(quarters);
@@ -148,7 +148,7 @@ pub(crate) fn swept_label(machine: &Machine, over: SweptOver) -> String {
 }
 
 /// What stands at 0, 90, 180 and 270°: axes of a planar circle with their signs, else positions of the axis.
-pub(crate) fn swept_quarters(machine: &Machine, over: SweptOver) -> [String; 4] {
+fn swept_quarters(machine: &Machine, over: SweptOver) -> [String; 4] {
     let name = |axis: usize| &machine.axes[axis].name;
     match over {
         SweptOver::Circle([right, up]) => quarters_of_plane(name(right), name(up)),

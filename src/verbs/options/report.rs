@@ -1,9 +1,8 @@
 //! `--report DIR` of identify and diagnose: one HTML page, and every plot as an SVG file for papers.
 
-use fiveaxis::chain::Chain;
 use fiveaxis::diagnose::Diagnosis;
 use fiveaxis::identify::Fit;
-use fiveaxis::methods::{Course, recorded_passes};
+use fiveaxis::methods::{TestTrace, recorded_passes};
 use fiveaxis::report::before_after::{BeforeAfterPlots, TestShown, before_after_plots};
 use fiveaxis::report::chain_map::chain_map;
 use fiveaxis::report::diagnosis::DiagnosisJson;
@@ -44,24 +43,23 @@ pub fn diagnosis_report(
     diagnosis: &Diagnosis,
     json: &DiagnosisJson,
 ) -> Result<OutputFolder, Refusal> {
-    let chain = Chain::of(&session.machine);
-    let courses: Vec<Course> =
-        session.tests.iter().map(|test| Course::of(session, &chain, test)).collect::<Result<_, _>>()?;
-    let shown: Vec<TestShown> = (session.tests.iter().zip(&courses).zip(&diagnosis.tests))
-        .map(|((test, course), residuals)| TestShown { test, course, residuals })
-        .collect();
     let passes = recorded_passes(session)?;
-    let back = |test: usize| {
-        let pass = passes.iter().find(|pass| pass.iter().any(|one| one.test == test))?;
-        pass.iter().map(|one| one.test).find(|other| *other != test).and_then(|other| shown.get(other).copied())
-    };
-    let plots: Vec<BeforeAfterPlots> = (shown.iter().enumerate())
-        .map(|(test, one)| before_after_plots(session, *one, back(test), &json.findings))
-        .collect();
+    let mut plots: Vec<(usize, BeforeAfterPlots)> = Vec::new();
+    for pass in &passes {
+        for trace in pass {
+            let back = pass.iter().find(|other| other.test != trace.test).map(|other| shown(session, diagnosis, other));
+            plots.push((
+                trace.test,
+                before_after_plots(session, shown(session, diagnosis, trace), back, &json.findings),
+            ));
+        }
+    }
+    plots.sort_by_key(|(test, _)| *test);
+    let (numbers, plots): (Vec<usize>, Vec<BeforeAfterPlots>) = plots.into_iter().unzip();
     let mut output = OutputFolder::default();
     output.add("report.html", diagnosis_page(session, diagnosis, json, &plots));
     output.add("plots/map.svg", chain_map(session, &json.findings));
-    for (index, plot) in plots.iter().enumerate() {
+    for (index, plot) in numbers.iter().zip(&plots) {
         let name = format!("{:02}-{}", index + 1, identifier(&plot.test));
         if let Some(polar) = &plot.polar {
             output.add(format!("plots/{name}-polar.svg"), polar.as_str());
@@ -69,4 +67,9 @@ pub fn diagnosis_report(
         output.add(format!("plots/{name}-residual.svg"), plot.unrolled.as_str());
     }
     Ok(output)
+}
+
+/// A recorded test as a page of a diagnosis shows it.
+fn shown<'a>(session: &'a Session, diagnosis: &'a Diagnosis, trace: &'a TestTrace) -> TestShown<'a> {
+    TestShown { test: &session.tests[trace.test], trace, residuals: &diagnosis.tests[trace.test] }
 }
