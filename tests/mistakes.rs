@@ -1141,11 +1141,15 @@ fn tests_that_do_not_say_when_they_ran_are_taken_one_after_the_other() {
 fn a_column_in_radians_is_named_where_the_session_states_the_axis_in_degrees() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let planned = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/captures/session.yaml");
+    let folder_of_plan = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/captures");
+    let planned = folder_of_plan.join("session.yaml");
     let words = ["--instrument", "default", "--draw-setups", "--seed", "3", "--out"];
     let (code, ..) =
         fiveaxis(&[&["simulate", planned.to_str().unwrap()], &words[..], &[out.to_str().unwrap()]].concat());
     assert_eq!(code, Some(0));
+    for name in ["session.yaml", "machine.yaml"] {
+        std::fs::copy(folder_of_plan.join(name), out.join(name)).unwrap();
+    }
     // a test of C holds A at -90 degrees, by the session
     for name in ["a-100-1-ccw", "a-100-1-cw", "a-100-2-ccw", "a-100-2-cw"] {
         let file = out.join(format!("{name}.csv"));

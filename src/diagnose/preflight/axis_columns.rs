@@ -1,6 +1,7 @@
 //! Columns of axes in another sense or unit, exchanged or from the wrong end: of one axis, of all that carry the workpiece, of some
 //! recordings.
 
+use super::contradictions::unit_instead;
 use super::data_fault::{RECORDER, SESSION};
 use super::places::axis_order::in_exchange;
 use super::places::folded::without_sign;
@@ -9,7 +10,6 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::{Sampled, keep_few_rows};
 use crate::machine::{AxisKind, Directions};
 use crate::session::{Recording, Session};
-use crate::units::OtherUnit;
 
 /// Columns of one axis in another sense or unit, in all tests or in some.
 pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
@@ -21,10 +21,7 @@ pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
     };
     let backwards = format!("{name} is counted backwards: turn the sign of column {name}, or set 'reversed: true'");
     let mut list = vec![found(FaultKind::AxisSign, scale_axis(session, axis, -1.0), backwards)];
-    let (unit, due) = match kind {
-        AxisKind::Linear => (OtherUnit::INCHES, "mm"),
-        AxisKind::Rotary => (OtherUnit::RADIANS, "degrees"),
-    };
+    let (unit, due) = unit_instead(kind);
     let says = format!("{name} is in {}: convert the column to {due}", unit.name);
     // where it stands is the session's word, which may be in the unit of the column or in its own
     if session.tests.iter().any(|test| test.positions[axis].is_some_and(|value| value != 0.0)) {

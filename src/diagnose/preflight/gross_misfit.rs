@@ -23,7 +23,7 @@ use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::identify::{FreePrior, Quantity};
 use crate::session::{Session, Setups};
 
-/// Mistakes that are refitted.
+/// Mistakes that are refitted, beside the best of each kind.
 const MOST_REFITTED: usize = 36;
 
 /// Undoing a mistake lowers the misfit at least so many times: what is looked for here is enormous.
@@ -61,11 +61,12 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     // of mistakes that guess the same, sizes rounded, the one that leaves least is tried
     let mut guessed = std::collections::HashSet::new();
     ranked.retain(|(_, suspicion)| guessed.insert(suspicion.guess()));
-    // which of several recordings are written from the wrong end is found one by one: the first guess may explain little
-    let mut place = 0;
+    // nominal lengths tell places of one kind from each other, and little of one kind beside another: the best of each is refitted
+    let (mut place, mut kinds) = (0, std::collections::HashSet::new());
     ranked.retain(|(_, suspicion)| {
         place += 1;
-        place <= MOST_REFITTED || suspicion.kind == FaultKind::AngleReversed
+        let is_best_of_its_kind = kinds.insert((suspicion.kind, suspicion.components.clone()));
+        place <= MOST_REFITTED || is_best_of_its_kind
     });
     let mut judged: Vec<Settled> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
     keep_each_place_once(&mut judged);

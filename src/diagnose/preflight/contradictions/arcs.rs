@@ -4,6 +4,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::machine::AxisKind;
 use crate::session::{Clock, Path, Recording, Session, Test};
+use crate::units::OtherUnit;
 
 /// How far the ends of a recorded arc may lie from the stated ones: a share of the arc, and mm or degrees.
 const END_SHARE: f64 = 0.02;
@@ -100,6 +101,42 @@ fn beside_sweep(session: &Session) -> Option<DataFault> {
     })
 }
 
+/// Recordings of an axis whose ends are those of their sweeps in another unit.
+pub(super) fn in_other_unit(session: &Session) -> Option<DataFault> {
+    let in_unit = |test: &Test| -> Option<(usize, OtherUnit)> {
+        let Some(Path::Sweep { axis, from, to, .. }) = test.path else { return None };
+        let (unit, _) = unit_instead(session.machine.axes[axis].kind);
+        let (first, last) = ends(session, test.recording.as_ref()?, axis)?;
+        let allowed = allowed_at_ends(from, to);
+        let near = |size: f64| (size * first - from).abs() <= allowed && (size * last - to).abs() <= allowed;
+        (near(unit.size) && !near(1.0)).then_some((axis, unit))
+    };
+    let (axis, unit) = session.tests.iter().find_map(in_unit)?;
+    let of_axis = |test: &&Test| in_unit(test).is_some_and(|(other, _)| other == axis);
+    let tests: Vec<String> = session.tests.iter().filter(of_axis).map(|test| test.name.clone()).collect();
+    let (name, (_, due)) = (&session.machine.axes[axis].name, unit_instead(session.machine.axes[axis].kind));
+    let says = format!(
+        "{name} is in {} in {}: converted, it ends where the session's sweeps do; convert the column to {due}",
+        unit.name,
+        tests.join(", ")
+    );
+    let fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
+    Some(DataFault { components: vec![name.clone()], ..fault })
+}
+
+/// Unit in which a column of an axis may be by mistake, and the one in which it is due.
+pub(crate) fn unit_instead(kind: AxisKind) -> (OtherUnit, &'static str) {
+    match kind {
+        AxisKind::Linear => (OtherUnit::INCHES, "mm"),
+        AxisKind::Rotary => (OtherUnit::RADIANS, "degrees"),
+    }
+}
+
+/// How far the ends of a recorded arc may lie from those stated, mm or degrees.
+fn allowed_at_ends(from: f64, to: f64) -> f64 {
+    (END_SHARE * (to - from).abs()).max(END_LEAST)
+}
+
 /// Ends of the recorded travel of an axis, mm or degrees, for recordings in time.
 fn ends(session: &Session, recording: &Recording, axis: usize) -> Option<(f64, f64)> {
     let column = &recording.positions[recording.swept(axis)?];
@@ -112,7 +149,7 @@ fn against_sweep(session: &Session, test: &Test) -> Option<DataFault> {
     let recording = test.recording.as_ref()?;
     let Some(Path::Sweep { axis, from, to, .. }) = test.path else { return None };
     let (first, last) = ends(session, recording, axis)?;
-    let allowed = (END_SHARE * (to - from).abs()).max(END_LEAST);
+    let allowed = allowed_at_ends(from, to);
     let near = |a: f64, b: f64| (a - b).abs() <= allowed;
     if near(first, from) && near(last, to) {
         return None;

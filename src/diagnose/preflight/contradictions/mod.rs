@@ -10,7 +10,7 @@ mod standstill;
 mod straight;
 mod times;
 
-pub(crate) use arcs::agrees_with_sweep;
+pub(crate) use arcs::{agrees_with_sweep, unit_instead};
 pub(crate) use same_rows::is_read;
 
 use crate::diagnose::preflight::data_fault::DataFault;
@@ -24,6 +24,7 @@ pub(crate) fn contradiction(session: &Session) -> Option<DataFault> {
         .or_else(|| rounded::rounded(session))
         .or_else(|| copied_rows(session))
         .or_else(|| arcs::uncut(session))
+        .or_else(|| arcs::in_other_unit(session))
         .or_else(|| standstill::missing(session))
         .or_else(|| standstill::stuck(session))
         .or_else(|| straight::drawn(session))
