@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use super::estimate::Fit;
+use super::estimate::{Fit, FreeLocation};
 use super::model::unknowns::Quantity;
 use crate::chain::{Branch, Chain, Composition, Geometry};
-use crate::machine::AxisKind;
+use crate::machine::{AxisKind, Machine};
 use crate::session::Session;
 
 /// The line of a rotary axis in R with all axes at zero.
@@ -63,11 +63,8 @@ const LEAST_DEPENDENCE: f64 = 1e-2;
 pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
     let machine = &session.machine;
     let chain = Chain::of(machine);
-    let mut errors = machine.location_errors();
     let (free, covariance) = fit.location_covariance();
-    for one in &free {
-        errors[one.axis][one.component] = fit.estimates[one.unknown].value;
-    }
+    let errors = fitted_errors(machine, fit, &free);
     let rotary = (0..machine.axes.len()).filter(|&axis| machine.axes[axis].kind == AxisKind::Rotary);
     rotary
         .map(|axis| {
@@ -75,10 +72,8 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
             let at = quantities(&errors);
             let mut jacobian = DMatrix::zeros(at.len(), free.len());
             for (column, one) in free.iter().enumerate() {
-                let mut moved = [errors.clone(), errors.clone()];
-                moved[0][one.axis][one.component] += STEP;
-                moved[1][one.axis][one.component] -= STEP;
-                for (row, (up, down)) in quantities(&moved[0]).iter().zip(quantities(&moved[1])).enumerate() {
+                let [more, less] = to_both_sides(&errors, one);
+                for (row, (up, down)) in quantities(&more).iter().zip(quantities(&less)).enumerate() {
                     jacobian[(row, column)] = (up - down) / (2.0 * STEP);
                 }
             }
@@ -112,13 +107,32 @@ pub fn axis_lines(session: &Session, fit: &Fit) -> Vec<AxisLine> {
                 tilt_determined: determined_from(3),
                 from_carrier_determined: determined_from(6),
             };
-            let line = match from_spindle(session, fit, axis).filter(|_| !line.is_head && line.carrier.is_none()) {
+            let is_nearest_to_bed = !line.is_head && line.carrier.is_none();
+            let line = match is_nearest_to_bed.then(|| from_spindle(session, fit, axis)).flatten() {
                 Some(shift) => with_shift(line, &shift),
                 None => line,
             };
             AxisLine { centre_at: centre_at(session, &chain, &line), direction: line.direction.normalize(), ..line }
         })
         .collect()
+}
+
+/// Location errors of all axes, the free ones as fitted.
+fn fitted_errors(machine: &Machine, fit: &Fit, free: &[FreeLocation]) -> Vec<[f64; 6]> {
+    let mut errors = machine.location_errors();
+    for one in free {
+        errors[one.axis][one.component] = fit.estimates[one.unknown].value;
+    }
+    errors
+}
+
+/// Errors with one of them a step more, and a step less.
+fn to_both_sides(errors: &[[f64; 6]], one: &FreeLocation) -> [Vec<[f64; 6]>; 2] {
+    [STEP, -STEP].map(|step| {
+        let mut moved = errors.to_vec();
+        moved[one.axis][one.component] += step;
+        moved
+    })
 }
 
 /// The same line with its shift told from the spindle.
@@ -173,11 +187,8 @@ fn from_spindle(session: &Session, fit: &Fit, axis: usize) -> Option<Shift> {
     let machine = &session.machine;
     let head = machine.spindle_axis()?;
     let chain = Chain::of(machine);
-    let mut errors = machine.location_errors();
     let (free, _) = fit.location_covariance();
-    for one in &free {
-        errors[one.axis][one.component] = fit.estimates[one.unknown].value;
-    }
+    let errors = fitted_errors(machine, fit, &free);
     let along = chain.joint(axis).direction;
     let across = Matrix3::identity() - along * along.transpose();
     let zero = vec![0.0; chain.axis_count()];
@@ -192,10 +203,8 @@ fn from_spindle(session: &Session, fit: &Fit, axis: usize) -> Option<Shift> {
     let mut weights: Vec<(usize, Vector3<f64>)> = free
         .iter()
         .map(|one| {
-            let mut moved = [errors.clone(), errors.clone()];
-            moved[0][one.axis][one.component] += STEP;
-            moved[1][one.axis][one.component] -= STEP;
-            (one.unknown, (apart(&moved[0]) - apart(&moved[1])) / (2.0 * STEP))
+            let [more, less] = to_both_sides(&errors, one);
+            (one.unknown, (apart(&more) - apart(&less)) / (2.0 * STEP))
         })
         .collect();
     let mut value = apart(&errors);

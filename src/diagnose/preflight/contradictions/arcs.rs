@@ -103,18 +103,19 @@ fn beside_sweep(session: &Session) -> Option<DataFault> {
 
 /// Recordings of an axis whose ends are those of their sweeps in another unit.
 pub(super) fn in_other_unit(session: &Session) -> Option<DataFault> {
-    let in_unit = |test: &Test| -> Option<(usize, OtherUnit)> {
+    let axis_in_unit = |test: &Test| -> Option<usize> {
         let Some(Path::Sweep { axis, from, to, .. }) = test.path else { return None };
         let (unit, _) = unit_instead(session.machine.axes[axis].kind);
         let (first, last) = ends(session, test.recording.as_ref()?, axis)?;
         let allowed = allowed_at_ends(from, to);
         let near = |size: f64| (size * first - from).abs() <= allowed && (size * last - to).abs() <= allowed;
-        (near(unit.size) && !near(1.0)).then_some((axis, unit))
+        (near(unit.size) && !near(1.0)).then_some(axis)
     };
-    let (axis, unit) = session.tests.iter().find_map(in_unit)?;
-    let of_axis = |test: &&Test| in_unit(test).is_some_and(|(other, _)| other == axis);
-    let tests: Vec<String> = session.tests.iter().filter(of_axis).map(|test| test.name.clone()).collect();
-    let (name, (_, due)) = (&session.machine.axes[axis].name, unit_instead(session.machine.axes[axis].kind));
+    let axis = session.tests.iter().find_map(axis_in_unit)?;
+    let of_axis = session.tests.iter().filter(|test| axis_in_unit(test) == Some(axis));
+    let tests: Vec<String> = of_axis.map(|test| test.name.clone()).collect();
+    let name = &session.machine.axes[axis].name;
+    let (unit, due) = unit_instead(session.machine.axes[axis].kind);
     let says = format!(
         "{name} is in {} in {}: converted, it ends where the session's sweeps do; convert the column to {due}",
         unit.name,

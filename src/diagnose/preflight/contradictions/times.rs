@@ -1,12 +1,11 @@
 //! Clocks: tests of one session follow each other, and a ball moves at the feed that its test states.
 
+use super::arcs::unit_instead;
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
-use crate::machine::{Axis, AxisKind};
 use crate::session::{Motion, Session, Test, way_mm};
 use crate::statistics::median;
-use crate::units::OtherUnit;
 
 /// How far two tests may overlap, s: beginnings are written down by hand.
 const OVERLAP_S: f64 = 1.0;
@@ -45,15 +44,6 @@ const SPEEDS: std::ops::Range<f64> = 2.0..60_000.0;
 /// Units in which times may have been written, with the speed that they seem to give over the true one.
 const TIME_UNITS: [(&str, f64); 3] = [("milliseconds", 1e-3), ("minutes", 60.0), ("microseconds", 1e-6)];
 
-/// Unit in which positions of an axis may have been written. The speed that they seem to give over the true one is the inverse of
-/// its size.
-fn position_unit(axis: &Axis) -> OtherUnit {
-    match axis.kind {
-        AxisKind::Rotary => OtherUnit::RADIANS,
-        AxisKind::Linear => OtherUnit::INCHES,
-    }
-}
-
 /// How near the speed comes to what a wrong unit gives, as a share.
 const AS_BY_UNIT: f64 = 0.25;
 
@@ -86,7 +76,8 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
     }
     let axis =
         first.recording.as_ref().and_then(|recording| recording.axes.first()).map(|&axis| &session.machine.axes[axis]);
-    if let Some((axis, unit)) = axis.map(|axis| (axis, position_unit(axis)))
+    // the speed that positions in another unit seem to give over the true one is the inverse of its size
+    if let Some((axis, (unit, _))) = axis.map(|axis| (axis, unit_instead(axis.kind)))
         && (ratio * unit.size - 1.0).abs() < AS_BY_UNIT
     {
         let (name, unit, due) = (&axis.name, unit.name, axis.kind.position_unit());
