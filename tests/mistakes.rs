@@ -171,6 +171,24 @@ fn hold(files: &mut Files, begin: &str, held: Range<usize>) {
     });
 }
 
+/// The axis stands for 20 rows in the middle of a recording, with so much noise, mm, while its positions go on.
+fn stand(files: &mut Files, begin: &str, noise_mm: f64) {
+    const STOOD: usize = 20;
+    edit_rows(files, begin, |rows| {
+        let (first, last, middle) = (rows[0], rows[ROWS - 1], rows[ROWS / 3]);
+        let stood = draws(6, STOOD).into_iter().map(|noise| [0.0, 0.0, middle[2] + noise_mm * noise]);
+        let mut all: Vec<[f64; 3]> = rows[..=ROWS / 3].to_vec();
+        all.extend(stood);
+        all.extend(&rows[ROWS / 3 + 1..]);
+        let count = (all.len() - 1) as f64;
+        for (row, values) in all.iter_mut().enumerate() {
+            values[0] = (last[0] - first[0]) / (ROWS - 1) as f64 * row as f64;
+            values[1] = first[1] + (last[1] - first[1]) * row as f64 / count;
+        }
+        *rows = all;
+    });
+}
+
 fn exchange(files: &mut Files, one: &str, other: &str) {
     let (a, b) = (files[one].clone(), files[other].clone());
     files.insert(one.into(), b);
@@ -502,6 +520,24 @@ const CASES: &[Case] = &[
         due: Named(&["unit"], "a-high-cw are about 0.50 times"),
     },
     Case {
+        name: "deviations of two recordings of two programs twice as large",
+        make: |f| {
+            for name in ["a-high-cw", "c-side-ccw"] {
+                edit_lengths(f, name, |_, length| length.round() + 2.0 * (length - length.round()));
+            }
+        },
+        due: Named(&["unit"], "a-high-cw, c-side-ccw are about 2.00 times"),
+    },
+    Case {
+        name: "deviations of three recordings of three programs turned",
+        make: |f| {
+            for name in ["a-far-ccw", "a-high-cw", "c-side-ccw"] {
+                edit_lengths(f, name, |_, length| 2.0 * length.round() - length);
+            }
+        },
+        due: Named(&["reading-sign"], "a-far-ccw, a-high-cw, c-side-ccw have the wrong sign"),
+    },
+    Case {
         name: "half of a recording drawn along a straight line",
         make: |f| {
             edit_rows(f, "c-side-ccw", |rows| {
@@ -756,6 +792,44 @@ const CASES: &[Case] = &[
             }
         },
         due: Named(&["angle-reversed", "axis-sign"], "C"),
+    },
+    Case {
+        name: "all angles of A written from the wrong end",
+        make: |f| {
+            edit_rows(f, "a-", |rows| {
+                let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
+                rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
+            });
+        },
+        due: Named(&["angle-reversed"], "A of these recordings is written from the wrong end"),
+    },
+    Case {
+        name: "all angles of C written from the wrong end, on an arc like its mirror image",
+        make: |f| {
+            edit_rows(f, "c-", |rows| {
+                let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
+                rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
+            });
+        },
+        due: Named(&["angle-reversed"], "C"),
+    },
+    Case {
+        name: "a sweep of C that stood in the middle, positions drawn over it",
+        make: |f| stand(f, "c-side-ccw", 2e-4),
+        due: Named(&["dwell"], "c-side-ccw"),
+    },
+    Case {
+        name: "a sweep of C that stood in the middle with one reading, positions drawn over it",
+        make: |f| stand(f, "c-side-ccw", 0.0),
+        due: Named(&["dwell"], "the axis stood in rows"),
+    },
+    Case {
+        name: "a sense of A and the length of a bar",
+        make: |f| {
+            edit(f, "machine.yaml", "A: {origin", "A: {reversed: true, origin");
+            ["c-high", "a-far"].iter().for_each(|begin| edit_lengths(f, begin, |_, length| length + 0.7));
+        },
+        due: Named(&["axis-sign", "bar-other"], "two mistakes at once"),
     },
     Case {
         name: "feed of another program",

@@ -34,8 +34,9 @@ pub(super) fn of_an_axis(sampled: Sampled<'_>, axis: usize) -> Vec<Suspicion> {
     }
     list.extend(without_sign(sampled, axis));
     let alternate = [0, 1].map(|from| Struck::Alternate { from });
-    for struck in [Struck::Seen { rising: true }, Struck::Seen { rising: false }].into_iter().chain(alternate) {
-        let mut told: Vec<Vec<String>> = Vec::new();
+    let of_one_way = [true, false].map(|rising| Struck::Seen { rising });
+    let mut told: Vec<Vec<String>> = Vec::new();
+    for struck in of_one_way.into_iter().chain(alternate).chain([Struck::Every]) {
         for among in [Among::Alone, Among::Followed, Among::All] {
             let suspicion = reversed(sampled, axis, struck, among);
             list.extend(suspicion.filter(|suspicion| !told.contains(&suspicion.tests)).inspect(|suspicion| {
@@ -149,6 +150,8 @@ enum Struck {
     Seen { rising: bool },
     /// Every second one of the runs repeated in one setup, from the first or from the second on: there and back written alike.
     Alternate { from: usize },
+    /// All: one program wrote them.
+    Every,
 }
 
 /// Which recordings of an axis came out of one conversion: those of it alone, those in which other axes move too, or all.
@@ -203,6 +206,7 @@ fn reversed(sampled: Sampled<'_>, axis: usize, struck: Struck, among: Among) -> 
         let turned = match struck {
             Struck::Seen { rising } => (column.last() > column.first()) == rising,
             Struck::Alternate { from } => run % 2 == from,
+            Struck::Every => true,
         };
         if turned {
             undone.tests[index].recording = from_other_end(recording, axis);

@@ -80,6 +80,14 @@ impl DataFault {
         self
     }
 
+    /// The same with a share of its probability, the rest of it being that of another mistake.
+    pub(crate) fn or_other(mut self, share: f64, other: DataFault) -> DataFault {
+        let other = DataFault { probability: self.probability * (1.0 - share), ..other };
+        self.probability *= share;
+        self.rivals.extend(Some(other.into_rival()).filter(|rival| rival.probability > LEAST_PROBABILITY));
+        self
+    }
+
     /// The same with an effect that may be the cause instead: a share of what is left of `probability`.
     pub(crate) fn or_effect(mut self, probability: f64, effect: Option<(Cause, f64)>) -> DataFault {
         self.probability *= probability;

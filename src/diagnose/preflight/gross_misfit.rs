@@ -39,20 +39,104 @@ const FIGURES_OF_A_TEST: f64 = 3.0;
 /// Misfits below the resolution of a gauge say the same, µm.
 const SAME_BELOW_UM: f64 = 0.1;
 
-/// The mistake that best explains a session whose fit does not fit.
+/// The mistake that best explains a session whose fit does not fit, or two where none does alone.
 pub(crate) fn contest(session: &Session) -> Option<DataFault> {
-    let thinned = few_rows(session);
-    let sampled = Sampled { few_rows: &thinned, all_rows: session };
-    let as_it_is = refit(&thinned, None)?;
-    let before = as_it_is.misfit_um;
-    let mut list = misplaced(&thinned);
+    let contest = Contest::of(session)?;
+    contest.fault().or_else(|| contest.two_at_once())
+}
+
+/// Mistakes that leave least alone, beside each of which another is looked for.
+const FIRST_OF_TWO: usize = 3;
+
+/// Mistakes undone one by one, the likeliest first.
+struct Contest {
+    /// Misfit as recorded, µm, and the largest offset of a ball or bar, in its spreads.
+    before_um: f64,
+    strain: f64,
+    most_left_um: f64,
+    judged: Vec<Settled>,
+}
+
+impl Contest {
+    fn of(session: &Session) -> Option<Contest> {
+        let thinned = few_rows(session);
+        let sampled = Sampled { few_rows: &thinned, all_rows: session };
+        let as_it_is = refit(&thinned, None)?;
+        let mut judged: Vec<Settled> =
+            ranked(sampled, &as_it_is).into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
+        keep_each_place_once(&mut judged);
+        turn_round(&mut judged, sampled);
+        bring_standing_axes_nearer(&mut judged, &thinned);
+        let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
+        let least = judged.iter().map(|one| one.left_um).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
+        for one in &mut judged {
+            one.weight *= (one.left_um.max(SAME_BELOW_UM) / least).powf(-freedom);
+        }
+        judged.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        let most_left_um = 1e3 * MOST_LEFT * FreePrior::of(&session.machine).length_mm;
+        Some(Contest { before_um: as_it_is.misfit_um, strain: as_it_is.strain, most_left_um, judged })
+    }
+
+    /// Whether undoing the likeliest explains the session.
+    fn is_explained(&self) -> bool {
+        let Some(Settled { left_um, strain, .. }) = self.judged.first() else { return false };
+        // what a fit takes up by balls far from their places is no larger residual, but no smaller mistake
+        let is_released = self.strain > MOST_STRAIN && *strain < MOST_STRAIN && *left_um <= self.before_um;
+        (self.before_um > LEAST_RATIO * left_um || is_released) && *left_um < self.most_left_um
+    }
+
+    /// The likeliest mistake with its rivals, where it explains the session.
+    fn fault(&self) -> Option<DataFault> {
+        let all: f64 = self.judged.iter().map(|one| one.weight).sum();
+        let (best, others) = self.judged.split_first().filter(|_| self.is_explained())?;
+        let share = |weight: f64| SURE_OF_FAULT * weight / all;
+        let rivals = others
+            .iter()
+            .map(|other| (share(other.weight), &other.suspicion))
+            .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
+            .filter(|(_, other)| other.guess() != best.suspicion.guess())
+            .take(MOST_RIVALS)
+            .map(|(probability, other)| other.clone().rival(probability))
+            .collect();
+        let fault = best.suspicion.clone().fault(self.before_um, best.left_um);
+        Some(DataFault { probability: share(best.weight), rivals, ..fault })
+    }
+
+    /// Two mistakes that explain the session together, where none does alone: of those that leave least alone, the one beside which another
+    /// explains what is left, and leaves least.
+    fn two_at_once(&self) -> Option<DataFault> {
+        let both = self.judged.iter().take(FIRST_OF_TWO).filter_map(|first| {
+            let second = Contest::of(&first.suspicion.undone)?.fault()?;
+            (self.before_um > LEAST_RATIO * second.after_um).then_some((&first.suspicion, second))
+        });
+        let (first, second) = both.min_by(|(_, one), (_, other)| one.after_um.total_cmp(&other.after_um))?;
+        let says = format!("two mistakes at once: {}; and {}", first.says, second.says);
+        Some(DataFault {
+            says,
+            components: [first.components.clone(), second.components].concat(),
+            tests: if first.tests.is_empty() || second.tests.is_empty() {
+                Vec::new()
+            } else {
+                [first.tests.clone(), second.tests].concat()
+            },
+            probability: second.probability,
+            rivals: second.rivals,
+            ..first.clone().fault(self.before_um, second.after_um)
+        })
+    }
+}
+
+/// Mistakes by what the nominal machine leaves of the session without them: those that are worth a refit.
+fn ranked(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<(f64, Suspicion)> {
+    let thinned = sampled.few_rows;
+    let mut list = misplaced(thinned);
     // a fit says where a ball is finer than nominal lengths do, unless it does not find there
-    list.extend(nearby(&thinned));
-    list.extend(standing_elsewhere(&thinned));
-    list.extend(other_lines(&thinned, &as_it_is));
-    list.extend(other_directions(&thinned));
-    list.extend(exchanged::by_nominal(&thinned));
-    list.extend(suspicions(sampled, &as_it_is));
+    list.extend(nearby(thinned));
+    list.extend(standing_elsewhere(thinned));
+    list.extend(other_lines(thinned, as_it_is));
+    list.extend(other_directions(thinned));
+    list.extend(exchanged::by_nominal(thinned));
+    list.extend(suspicions(sampled, as_it_is));
     let mut ranked: Vec<(f64, Suspicion)> = list
         .into_par_iter()
         .filter_map(|suspicion| nominal_mm(&suspicion.undone).map(|misfit| (suspicion.diminished * misfit, suspicion)))
@@ -68,34 +152,7 @@ pub(crate) fn contest(session: &Session) -> Option<DataFault> {
         let is_best_of_its_kind = kinds.insert((suspicion.kind, suspicion.components.clone()));
         place <= MOST_REFITTED || is_best_of_its_kind
     });
-    let mut judged: Vec<Settled> = ranked.into_par_iter().filter_map(|(_, suspicion)| settled(suspicion)).collect();
-    keep_each_place_once(&mut judged);
-    turn_round(&mut judged, sampled);
-    bring_standing_axes_nearer(&mut judged, &thinned);
-    let freedom = FIGURES_OF_A_TEST * session.tests.len() as f64;
-    let least = judged.iter().map(|one| one.left_um).fold(f64::INFINITY, f64::min).max(SAME_BELOW_UM);
-    for one in &mut judged {
-        one.weight *= (one.left_um.max(SAME_BELOW_UM) / least).powf(-freedom);
-    }
-    let all: f64 = judged.iter().map(|one| one.weight).sum();
-    judged.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    let mut judged = judged.into_iter();
-    let Settled { left_um: after, strain, weight, suspicion: best } = judged.next()?;
-    let most_left_um = 1e3 * MOST_LEFT * FreePrior::of(&session.machine).length_mm;
-    // what a fit takes up by balls far from their places is no larger residual, but no smaller mistake
-    let is_released = as_it_is.strain > MOST_STRAIN && strain < MOST_STRAIN && after <= before;
-    if !((before > LEAST_RATIO * after || is_released) && after < most_left_um) {
-        return None;
-    }
-    let share = |weight: f64| SURE_OF_FAULT * weight / all;
-    let rivals = judged
-        .map(|other| (share(other.weight), other.suspicion))
-        .take_while(|(probability, _)| *probability > LEAST_PROBABILITY)
-        .filter(|(_, other)| other.guess() != best.guess())
-        .take(MOST_RIVALS)
-        .map(|(probability, other)| other.rival(probability))
-        .collect();
-    Some(DataFault { probability: share(weight), rivals, ..best.fault(before, after) })
+    ranked
 }
 
 /// Of mistakes that put one ball nearly alike, the one that leaves least; of those that leave nearly as little, one that a person makes at once.

@@ -9,7 +9,8 @@ use super::places::foreign::foreign;
 use super::places::misplaced::on_any_link;
 use super::places::standing::{a_little_elsewhere, columns_off, slides_off, stood_still};
 use super::places::sweeps::other_arcs;
-use super::quick_fit::Refit;
+use super::quick_fit::{Refit, robust_rms_mm};
+use super::readings::factors::scaled_in_some;
 use super::readings::figures::Linearised;
 use super::readings::order::out_of_order;
 use super::readings::processed::own_zeros;
@@ -69,6 +70,8 @@ pub(crate) fn suspicions(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<Suspicio
         list.extend(slides_off(session, &linearised, &pieces));
         let of_any = distinct([&pieces, conversions, &groups.conversions_one_way, bars]);
         list.extend(scaled_by_any(session, &linearised, &of_any));
+        let squares = linearised.squares(1e3 * robust_rms_mm(&as_it_is.residual_mm));
+        list.extend(scaled_in_some(session, &linearised, squares));
         list.extend(out_of_order(sampled, &linearised, &worst, programs));
         list.extend(taken_off(sampled, &linearised));
         list.extend(unsigned(sampled, &linearised));

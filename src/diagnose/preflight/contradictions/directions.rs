@@ -15,8 +15,8 @@ struct Run<'s> {
 
 /// Sweeps of one rotary axis that run clockwise under the name ccw, or the other way round.
 ///
-/// Where all sweeps of an axis do, in both directions, it may be counted backwards; where those of every axis do, the names may
-/// follow another convention.
+/// Where all sweeps of an axis do, in both directions, it may be counted backwards, or its column written from the wrong end, which is
+/// the same on an arc that lies alike on both sides of zero; where those of every axis do, the names may follow another convention.
 pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
     let runs: Vec<Run> = session.tests.iter().filter_map(|test| run(session, test)).collect();
     let names: Vec<String> = runs.iter().filter(|run| run.is_against).map(|run| run.test.to_string()).collect();
@@ -36,9 +36,10 @@ pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
     axes.sort_unstable();
     axes.dedup();
     let backwards = counted_backwards(session, &axes);
+    let from_other_end = from_other_end(session, &axes).into_rival();
     let fault = match others.is_empty() {
-        true => DataFault { rivals: vec![backwards.into_rival()], ..exchanged },
-        false => DataFault { rivals: vec![exchanged.into_rival()], ..backwards },
+        true => DataFault { rivals: vec![backwards.into_rival(), from_other_end], ..exchanged },
+        false => DataFault { rivals: vec![exchanged.into_rival(), from_other_end], ..backwards },
     };
     Some(fault.shared_evenly())
 }
@@ -51,7 +52,7 @@ fn is_turned(runs: &[Run], axis: usize) -> bool {
 
 /// The signs of columns turned in all recordings.
 fn counted_backwards(session: &Session, axes: &[usize]) -> DataFault {
-    let labels: Vec<String> = axes.iter().map(|&axis| session.machine.axes[axis].name.clone()).collect();
+    let labels = labels(session, axes);
     let (names, is, columns) = match labels.len() {
         1 => (labels[0].clone(), "is", format!("column {}", labels[0])),
         _ => (labels.join(" and "), "are", format!("columns {}", labels.join(" and "))),
@@ -60,6 +61,20 @@ fn counted_backwards(session: &Session, axes: &[usize]) -> DataFault {
         "{names} {is} counted backwards: all sweeps of {names} run against the direction in their names; turn the sign of {columns}, or set 'reversed: true'"
     );
     DataFault { components: labels, ..DataFault::seen(FaultKind::AxisSign, RECORDER, Vec::new(), says) }
+}
+
+fn labels(session: &Session, axes: &[usize]) -> Vec<String> {
+    axes.iter().map(|&axis| session.machine.axes[axis].name.clone()).collect()
+}
+
+/// The columns written from the wrong end in all recordings.
+fn from_other_end(session: &Session, axes: &[usize]) -> DataFault {
+    let labels = labels(session, axes);
+    let says = format!(
+        "the column of {} is written from the wrong end in all its recordings, against the direction in their names: reverse the column",
+        labels.join(" and of ")
+    );
+    DataFault { components: labels, ..DataFault::seen(FaultKind::AngleReversed, RECORDER, Vec::new(), says) }
 }
 
 /// What a test runs, where its name says a direction.

@@ -2,13 +2,14 @@
 
 use std::cell::OnceCell;
 use std::f64::consts::LN_2;
+use std::ops::Range;
 
 use super::same_rows::is_read;
 use super::straight::longest_run;
 use crate::diagnose::fault_kind::FaultKind;
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::session::{Clock, Recording, Session, Test};
-use crate::statistics::median;
+use crate::statistics::{median, noise_of_rows, probability_of};
 
 /// Rows in a row from which axes stand still, and the share of a usual step below which they do.
 const STANDING_ROWS: usize = 4;
@@ -169,8 +170,41 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
             ),
         };
         let says = format!("{} readings of {} in a row are {held} mm: {what}; {cure}", count + 1, test.name);
-        Some(DataFault::seen(kind, RECORDER, vec![test.name.clone()], says))
+        let fault = DataFault::seen(kind, RECORDER, vec![test.name.clone()], says);
+        Some(if kind == FaultKind::GaugeStuck { or_stood(fault, &lengths, from..from + count + 1) } else { fault })
     })
+}
+
+/// A gauge that stuck, or an axis that stood there while its positions went on: whether the curve has gone on in the meantime says which.
+///
+/// With b the slope of the curve per row, b₀ before the n equal readings and b₁ behind them, the next reading is b off where the axis stood,
+/// and (n + 1)·b where the gauge stuck, ± what the slopes leave open.
+fn or_stood(stuck: DataFault, lengths: &[f64], equal: Range<usize>) -> DataFault {
+    let slope = |rows: Option<&[f64]>| {
+        let rows = rows?;
+        Some((rows.last()? - rows.first()?) / (rows.len() - 1) as f64)
+    };
+    let before = slope(equal.start.checked_sub(STUCK_ROWS).map(|row| &lengths[row..=equal.start]));
+    let behind = slope(lengths.get(equal.end..=equal.end + STUCK_ROWS));
+    let (Some(before), Some(behind)) = (before, behind) else { return stuck };
+    let (noise_mm, rows) = (noise_of_rows(lengths).max(GAUGE_STEP_MM), equal.len() as f64);
+    let (slope, step_mm) = (0.5 * (before + behind), lengths[equal.end] - lengths[equal.start]);
+    // the slopes are known from two readings each
+    let of_slope = noise_mm / STUCK_ROWS as f64;
+    let log_of = |rows: f64| {
+        let variance = 2.0 * noise_mm.powi(2) + rows.powi(2) * (of_slope.powi(2) + (behind - before).powi(2) / 12.0);
+        -0.5 * ((step_mm - rows * slope).powi(2) / variance + variance.ln())
+    };
+    let stood = probability_of(log_of(1.0) - log_of(rows + 1.0));
+    let says = format!(
+        "the axis stood in rows {} to {} of {}, over which its positions go on: a dwell was left in, for the readings are equal there and go on \
+         behind where they stopped; cut those rows and spread the positions over the others",
+        equal.start + 1,
+        equal.end,
+        listed(&stuck.tests)
+    );
+    let other = DataFault::seen(FaultKind::Dwell, RECORDER, stuck.tests.clone(), says);
+    if stood < 0.5 { stuck.or_other(1.0 - stood, other) } else { other.or_other(stood, stuck) }
 }
 
 /// Drop of a curve next to its top, in steps of the readings. The top is as wide as it stays within one step; a parabola falls

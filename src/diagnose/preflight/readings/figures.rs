@@ -107,6 +107,20 @@ impl Linearised {
     /// Figures that readings lack or have too much, found together with all that the fit explains: with these multiples of
     /// `figures` added the readings fit best. Each with its standard deviation by the noise.
     pub(crate) fn fitted(&self, figures: &[Figure]) -> Option<Vec<Fitted>> {
+        let Sums { normal, right } = self.sums(figures);
+        let factor = Cholesky::new(normal)?;
+        let (fitted, variance) = (factor.solve(&right), factor.inverse().diagonal());
+        Some(
+            fitted
+                .iter()
+                .zip(&variance)
+                .map(|(figure, variance)| Fitted { value: *figure, sigma: variance.sqrt() })
+                .collect(),
+        )
+    }
+
+    /// What tells of readings with figures of any size added, once all that the fit explains has followed them.
+    pub(crate) fn sums(&self, figures: &[Figure]) -> Sums {
         let (count, unknowns) = (figures.len(), self.gradient.len());
         let mut into_unknowns = DMatrix::zeros(unknowns, count);
         let mut normal = DMatrix::zeros(count, count);
@@ -127,15 +141,13 @@ impl Linearised {
         let taken_up = self.information.solve(&into_unknowns);
         normal -= into_unknowns.tr_mul(&taken_up);
         right += taken_up.tr_mul(&self.gradient);
-        let factor = Cholesky::new(normal)?;
-        let (fitted, variance) = (factor.solve(&right), factor.inverse().diagonal());
-        Some(
-            fitted
-                .iter()
-                .zip(&variance)
-                .map(|(figure, variance)| Fitted { value: *figure, sigma: variance.sqrt() })
-                .collect(),
-        )
+        Sums { normal, right }
+    }
+
+    /// Sum of squares that the fit leaves, in units of the noise, by what it leaves in the middle: a gross reading counts as one of many.
+    pub(crate) fn squares(&self, left_um: f64) -> f64 {
+        let readings: usize = self.tests.iter().map(|test| test.residual.len()).sum();
+        readings as f64 * (1e-3 * left_um / self.noise_mm).powi(2)
     }
 
     fn scaled(&self, figure: &Figure) -> Vec<(usize, DVector<f64>)> {
@@ -157,6 +169,13 @@ impl Linearised {
         changed.norm_squared() - rows.residual.norm_squared() - gradient.dot(&self.information.solve(&gradient))
             + self.to_gain
     }
+}
+
+/// What tells of readings with figures of sizes v added: they leave `vᵀNv − 2vᵀr` more squares, in units of the noise, than without.
+pub(crate) struct Sums {
+    /// N and r.
+    pub(crate) normal: DMatrix<f64>,
+    pub(crate) right: DVector<f64>,
 }
 
 impl TestRows {

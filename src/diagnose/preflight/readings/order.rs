@@ -1,4 +1,5 @@
-//! Sessions whose readings stand beside the wrong rows of one recording: from the other end, moved round, or joined over a gap.
+//! Sessions whose readings stand beside the wrong rows of one recording: from the other end, moved round, joined over a gap, or read while
+//! the axis stood.
 //! Which of it happened is for others to judge.
 
 use super::figures::Linearised;
@@ -23,6 +24,7 @@ pub(crate) fn out_of_order(
     for &test in worst {
         list.extend(moved_round(sampled, linearised, test));
         list.extend(joined(sampled, linearised, test));
+        list.extend(stood(sampled, linearised, test));
     }
     list
 }
@@ -112,17 +114,7 @@ fn joined(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Option<
         });
         linearised.left_with(test, &residual.collect::<Vec<_>>())
     };
-    let grid = LOST.iter().flat_map(|&lost| (1..PLACES).map(move |place| (place as f64 / PLACES as f64, lost)));
-    let (mut best, mut least) = grid.map(|gap| (gap, left(gap))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let mut step = (0.5 / PLACES as f64, 0.25 * best.1);
-    for _ in 0..FINER {
-        for (by, lost) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
-            let next = ((best.0 + by * step.0).clamp(0.0, 1.0), (best.1 + lost * step.1).clamp(0.002, 0.3));
-            let left = left(next);
-            (best, least) = if left < least { (next, left) } else { (best, least) };
-        }
-        step = (0.6 * step.0, 0.6 * step.1);
-    }
+    let best = likeliest_gap(left)?;
     let rows = session.tests[test].recording.as_ref()?.len();
     let missing = (best.1 * rows as f64 / (1.0 - best.1)).round();
     let says = format!(
@@ -140,6 +132,66 @@ fn joined(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Option<
     });
     let detail = Detail::sizes(&[missing, best.0 * rows as f64, 0.0], 1.0);
     found.map(|found| Suspicion { detail, log_figures: -2.0 * PARAMETER_COST, ..found })
+}
+
+/// Where a gap begins and how long it is, as shares of a recording, by what is left with it.
+fn likeliest_gap(left: impl Fn((f64, f64)) -> f64) -> Option<(f64, f64)> {
+    let grid = LOST.iter().flat_map(|&lost| (1..PLACES).map(move |place| (place as f64 / PLACES as f64, lost)));
+    let (mut best, mut least) = grid.map(|gap| (gap, left(gap))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let mut step = (0.5 / PLACES as f64, 0.25 * best.1);
+    for _ in 0..FINER {
+        for (by, lost) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
+            let next = ((best.0 + by * step.0).clamp(0.0, 1.0), (best.1 + lost * step.1).clamp(0.002, 0.3));
+            let left = left(next);
+            (best, least) = if left < least { (next, left) } else { (best, least) };
+        }
+        step = (0.6 * step.0, 0.6 * step.1);
+    }
+    Some(best)
+}
+
+/// Rows in which the axis stood, with positions drawn over all rows as if it had gone on: those after it stand beside positions that come
+/// too late.
+fn stood(sampled: Sampled<'_>, linearised: &Linearised, test: usize) -> Option<Suspicion> {
+    let Sampled { few_rows: thinned, all_rows: session } = sampled;
+    let few = &thinned.tests[test].recording.as_ref()?.length_mm;
+    let predicted_mm = linearised.predicted_mm(test);
+    let dwell = likeliest_gap(|dwell| {
+        let at = |row: usize| place_moved(dwell, row as f64 / (few.len() - 1) as f64);
+        let residual = few.iter().enumerate().map(|(row, length)| length - between(predicted_mm, at(row)));
+        linearised.left_with(test, &residual.collect::<Vec<_>>())
+    })?;
+    let recording = session.tests[test].recording.as_ref()?;
+    let name = &session.tests[test].name;
+    let rows = recording.len() as f64;
+    let (from, count) = (dwell.0 * rows, (dwell.1 * rows).round());
+    let says = format!(
+        "the axis stood for about {count:.0} rows near row {from:.0} of {name}, over which its positions go on: a dwell was left in; cut those \
+         rows and spread the positions over the others"
+    );
+    let moved = |recording: &mut Recording| {
+        let last = (recording.len() - 1) as f64;
+        for column in &mut recording.positions {
+            let stated = column.clone();
+            let place = |row: usize| place_moved(dwell, row as f64 / last);
+            column.iter_mut().enumerate().for_each(|(row, value)| *value = between(&stated, place(row)));
+        }
+    };
+    let found = with_recordings(sampled, &[test], says, moved)?;
+    let detail = Detail::sizes(&[count, from, 1.0], 1.0);
+    Some(Suspicion {
+        kind: FaultKind::Dwell,
+        components: Vec::new(),
+        detail,
+        log_figures: -2.0 * PARAMETER_COST,
+        ..found
+    })
+}
+
+/// Share of the way at which the axis is where it stood for a share of all rows, from a share of them on.
+fn place_moved((from, stood): (f64, f64), at: f64) -> f64 {
+    let moved = 1.0 - stood;
+    (if at < from { at } else { (at - stood).max(from) } / moved).min(1.0)
 }
 
 /// Rounds in which a gap is brought nearer to its place and length.

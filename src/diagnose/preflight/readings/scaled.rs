@@ -3,7 +3,7 @@
 //! A gauge shows how much longer the bar is than calibrated. Files hold that deviation or the whole length; whoever converts one
 //! into the other may take the wrong sign or unit, and whoever zeroes the gauge at the start of a run moves its zero.
 
-use super::figures::{Figure, Linearised, with_figures};
+use super::figures::{Figure, Linearised};
 use super::processed::{deviations_mm, own_zeros};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::Sampled;
@@ -18,8 +18,16 @@ use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
 use crate::units::MM_PER_INCH;
 
 /// Factors that a conversion may have left on the deviations, with words.
-const FACTORS: [(f64, &str); 5] = [
+pub(crate) const FACTORS: [(f64, &str); 7] = [
     (-1.0, "have the wrong sign: turn it"),
+    (
+        2.0,
+        "are about 2.00 times what they should be: a diameter was taken for a radius, or a gain was applied twice; export them again, without a factor",
+    ),
+    (
+        0.5,
+        "are about 0.50 times what they should be: a radius was taken for a diameter, or a gain was lost; export them again, without a factor",
+    ),
     (10.0, "are ten times too large: look at their unit"),
     (0.1, "are a tenth of what they should be: look at their unit"),
     (MM_PER_INCH, "are 25.4 times too large: they were converted from inches twice, or are in mm where inches are due"),
@@ -34,29 +42,35 @@ pub(crate) fn scaled(session: &Session, groups: &[Vec<usize>]) -> Vec<Suspicion>
     let mut list = Vec::new();
     for tests in all.filter(|tests| !tests.is_empty() && with_bar(tests)) {
         let is_all = tests.len() == every.len();
-        let names: Vec<String> = match is_all {
-            true => Vec::new(),
-            false => self::names(session, tests),
-        };
         // a factor common to all changes every error and no residual in its proportion: only a sign can be told
-        let share = readings(session, tests) as f64 / readings(session, &every).max(1) as f64;
         let factors = FACTORS.iter().filter(|(factor, _)| *factor < 0.0 || !is_all);
-        list.extend(factors.map(|&(factor, words)| Suspicion {
-            kind: if factor < 0.0 { FaultKind::ReadingSign } else { FaultKind::Unit },
-            place: RECORDER.into(),
-            components: vec!["length".into()],
-            tests: names.clone(),
-            says: format!("the deviations from the bar's length in {} {words}", listed(&names)),
-            detail: Detail::sizes(&[factor], 1e-4),
-            shift_ms: None,
-            diminished: factor.abs().powf(share),
-            log_figures: 0.0,
-            is_found: false,
+        list.extend(factors.map(|&(factor, _)| Suspicion {
             weight: if is_all { OFTEN } else { SOMETIMES },
-            undone: with_deviations(session, tests, factor.recip()),
+            ..with_factor(session, tests, factor)
         }));
     }
     list
+}
+
+/// Deviations of some tests with a factor undone.
+pub(super) fn with_factor(session: &Session, tests: &[usize], factor: f64) -> Suspicion {
+    let every = every(session);
+    let names: Vec<String> = if tests.len() == every.len() { Vec::new() } else { names(session, tests) };
+    let share = readings(session, tests) as f64 / readings(session, &every).max(1) as f64;
+    let words = FACTORS.iter().find(|(known, _)| is_near(factor, *known)).map(|(_, words)| (*words).to_string());
+    let words = words.unwrap_or_else(|| {
+        let times = if factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") };
+        format!("are about {times} times what they should be: export them again, without a factor")
+    });
+    let says = format!("the deviations from the bar's length in {} {words}", listed(&names));
+    let kind = if factor < 0.0 { FaultKind::ReadingSign } else { FaultKind::Unit };
+    let found = Suspicion::new(kind, RECORDER, names, says, with_deviations(session, tests, factor.recip()));
+    Suspicion {
+        components: vec!["length".into()],
+        detail: Detail::sizes(&[factor], 1e-4),
+        diminished: factor.abs().powf(share),
+        ..found
+    }
 }
 
 /// Factors nearer to 1 are for calibrations, and nearer to one of those above for its words.
@@ -69,30 +83,23 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
         let figure = [Figure { by_test: tests.iter().map(deviations).collect::<Option<Vec<_>>>()? }];
         let sizes = linearised.fitted(&figure)?;
         let factor = 1.0 / (1.0 + sizes[0].value);
-        let is_near = |other: f64| (factor / other - 1.0).abs() < LEAST_FACTOR;
-        let is_other = factor > 0.0 && factor.is_finite() && !is_near(1.0);
-        if !is_other || FACTORS.iter().any(|(other, _)| is_near(*other)) {
+        let is_other = factor > 0.0 && factor.is_finite() && !is_near(factor, 1.0);
+        if !is_other || is_known(factor) {
             return None;
         }
-        let names = names(session, tests);
-        let share = readings(session, tests) as f64 / readings(session, &every(session)).max(1) as f64;
-        let says = format!(
-            "the deviations from the bar's length in {} are about {} times what they should be: export them again, without a factor",
-            listed(&names),
-            if factor < 0.1 { format!("{factor:.1e}") } else { format!("{factor:.2}") }
-        );
-        let undone = with_figures(session, &figure, &sizes)?;
-        let found = Suspicion::new(FaultKind::Unit, RECORDER, names, says, undone);
-        Some(Suspicion {
-            components: vec!["length".into()],
-            detail: Detail::sizes(&[factor], 1e-4),
-            diminished: factor.powf(share),
-            log_figures: -PARAMETER_COST,
-            weight: RARELY,
-            ..found
-        })
+        let found = with_factor(session, tests, factor);
+        Some(Suspicion { log_figures: -PARAMETER_COST, weight: RARELY, ..found })
     };
     groups.iter().filter(|group| group.len() < session.tests.len()).filter_map(of).collect()
+}
+
+fn is_near(factor: f64, other: f64) -> bool {
+    (factor / other - 1.0).abs() < LEAST_FACTOR
+}
+
+/// Whether a factor is one that conversions are known to leave.
+pub(super) fn is_known(factor: f64) -> bool {
+    FACTORS.iter().any(|(known, _)| is_near(factor, *known))
 }
 
 fn every(session: &Session) -> Vec<usize> {
