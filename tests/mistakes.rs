@@ -526,7 +526,7 @@ const CASES: &[Case] = &[
                 edit_lengths(f, name, |_, length| length.round() + 2.0 * (length - length.round()));
             }
         },
-        due: Named(&["unit"], "a-high-cw, c-side-ccw are about 2.00 times"),
+        due: Named(&["unit"], "c-side-ccw, a-high-cw are about 2.00 times"),
     },
     Case {
         name: "deviations of three recordings of three programs turned",
@@ -535,7 +535,7 @@ const CASES: &[Case] = &[
                 edit_lengths(f, name, |_, length| 2.0 * length.round() - length);
             }
         },
-        due: Named(&["reading-sign"], "a-far-ccw, a-high-cw, c-side-ccw have the wrong sign"),
+        due: Named(&["reading-sign"], "a-far-ccw, c-side-ccw, a-high-cw have the wrong sign"),
     },
     Case {
         name: "half of a recording drawn along a straight line",

@@ -8,6 +8,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use rayon::prelude::*;
 
 use super::data_fault::{DataFault, SURE_OF_FAULT};
+use super::doubts::exceeds;
 use super::mistakes::suspicions;
 use super::nearer::finer_place;
 use super::places::axis_lines::other_lines;
@@ -17,7 +18,7 @@ use super::places::misplaced::{misplaced, nearby};
 use super::places::restated::other_directions;
 use super::places::standing::standing_elsewhere;
 use super::quick_fit::{MOST_STRAIN, Refit, nominal_mm, refit};
-use super::small_misfit::toggled;
+use super::small_misfit::{Misfit, Preflight, rows_repeat_to_um, toggled};
 use super::suspicion::{Judged, OFTEN, Suspicion};
 use crate::diagnose::model::decimate::{Sampled, few_rows};
 use crate::identify::{FreePrior, Quantity};
@@ -42,7 +43,10 @@ const SAME_BELOW_UM: f64 = 0.1;
 /// The mistake that best explains a session whose fit does not fit, or two where none does alone.
 pub(crate) fn contest(session: &Session) -> Option<DataFault> {
     let contest = Contest::of(session)?;
-    contest.fault().or_else(|| contest.two_at_once())
+    match contest.fault() {
+        Some(fault) => Some(contest.with_another(fault, rows_repeat_to_um(session))),
+        None => contest.two_at_once(),
+    }
 }
 
 /// Mistakes that leave least alone, beside each of which another is looked for.
@@ -110,19 +114,40 @@ impl Contest {
             (self.before_um > LEAST_RATIO * second.after_um).then_some((&first.suspicion, second))
         });
         let (first, second) = both.min_by(|(_, one), (_, other)| one.after_um.total_cmp(&other.after_um))?;
-        let says = format!("two mistakes at once: {}; and {}", first.says, second.says);
-        Some(DataFault {
-            says,
-            components: [first.components.clone(), second.components].concat(),
-            tests: if first.tests.is_empty() || second.tests.is_empty() {
-                Vec::new()
-            } else {
-                [first.tests.clone(), second.tests].concat()
-            },
-            probability: second.probability,
-            rivals: second.rivals,
-            ..first.clone().fault(self.before_um, second.after_um)
-        })
+        Some(at_once(first.clone().fault(self.before_um, second.before_um), second))
+    }
+
+    /// The likeliest mistake with another one beside it, where it leaves more than readings repeat to and undoing the other lowers that as
+    /// many times; else with a word that something is beside it.
+    fn with_another(&self, fault: DataFault, repeats_um: f64) -> DataFault {
+        let Some(best) = self.judged.first().filter(|best| exceeds(best.left_um, repeats_um)) else { return fault };
+        let beside = Preflight::of(&best.suspicion.undone).mistakes(Misfit::BEYOND_ALL).into_iter();
+        let second = beside.map(|mistake| mistake.fault).find(|other| other.before_um > LEAST_RATIO * other.after_um);
+        match second {
+            Some(second) => at_once(fault, second),
+            None => {
+                let says = format!(
+                    "{}; that leaves {:.1} µm where readings repeat to {repeats_um:.1} µm: something else is beside it, so look again \
+                     once it is mended",
+                    fault.says, best.left_um
+                );
+                DataFault { says, ..fault }
+            }
+        }
+    }
+}
+
+/// Two mistakes told as one.
+fn at_once(first: DataFault, second: DataFault) -> DataFault {
+    let is_of_all = first.tests.is_empty() || second.tests.is_empty();
+    DataFault {
+        says: format!("two mistakes at once: {}; and {}", first.says, second.says),
+        components: [first.components, second.components].concat(),
+        tests: if is_of_all { Vec::new() } else { [first.tests, second.tests].concat() },
+        after_um: second.after_um,
+        probability: first.probability * second.probability,
+        rivals: first.rivals.into_iter().chain(second.rivals).take(MOST_RIVALS).collect(),
+        ..first
     }
 }
 

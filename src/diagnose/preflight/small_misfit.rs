@@ -59,7 +59,7 @@ pub(crate) struct Misfit {
 
 impl Misfit {
     /// Of recordings that cannot be fitted.
-    const BEYOND_ALL: Misfit =
+    pub(crate) const BEYOND_ALL: Misfit =
         Misfit { residual_um: f64::INFINITY, noise_um: 0.0, left_out_share: 1.0, strain: f64::INFINITY };
 }
 
@@ -211,7 +211,7 @@ fn suspected(session: &Session) -> Vec<Suspected> {
 }
 
 /// Noise of readings from row to row, µm: of the middle recording.
-fn rows_repeat_to_um(session: &Session) -> f64 {
+pub(crate) fn rows_repeat_to_um(session: &Session) -> f64 {
     let recordings = session.tests.iter().filter_map(|test| test.recording.as_ref());
     let noise_mm =
         recordings.filter(|recording| recording.is_run()).map(|recording| noise_of_rows(&recording.length_mm));

@@ -1,7 +1,6 @@
 //! What recordings and session say against each other, seen without a fit: one recording in two tests, clocks, rows that stand still, lost digits, lost noise, arcs.
 
 mod arcs;
-mod averaged;
 mod directions;
 mod ends;
 mod quiet;
@@ -43,7 +42,6 @@ pub(crate) fn copied_rows(session: &Session) -> Option<DataFault> {
 /// What a wrong unit or order of a column would look like too: asked when none of these explains the readings.
 pub(crate) fn further_contradiction(session: &Session) -> Option<DataFault> {
     quiet::quiet(session)
-        .or_else(|| averaged::averaged(session))
         .or_else(|| quiet::finer_than_a_gauge(session))
         .or_else(|| arcs::other_arc(session))
         .or_else(|| directions::against_its_name(session))

@@ -76,7 +76,7 @@ pub(super) fn finer_than_a_gauge(session: &Session) -> Option<DataFault> {
 }
 
 /// Noise from row to row of a recording in time, mm; `None` where no reading differs from the others.
-pub(super) fn scatter_mm(test: &Test) -> Option<f64> {
+fn scatter_mm(test: &Test) -> Option<f64> {
     let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
     let third = third_differences(&recording.length_mm);
     // the largest tenth may be gross; equal readings count, which a median would take for no noise

@@ -7,7 +7,6 @@
 use super::figures::{Figure, Linearised, Sums};
 use super::processed::deviations_mm;
 use super::scaled::{FACTORS, is_known, with_factor};
-use crate::diagnose::cause::LEAST_PROBABILITY;
 use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Session;
@@ -26,6 +25,9 @@ const ROUNDS: usize = 4;
 /// Beta distribution of the share of files that were converted wrongly, where some but not all were: one in four on average, any share
 /// is possible. Which is which is not known where nearly as many have the factor as have not.
 const STRUCK: [f64; 2] = [1.0, 3.0];
+
+/// Odds from which two choices of recordings that leave the same are told as equally likely.
+const AS_LIKELY: f64 = 0.5;
 
 /// Deviations of some tests, whichever they are, with a factor undone that one conversion left on them; left as it is, all of them leave
 /// so many squares, in units of the noise.
@@ -46,8 +48,8 @@ pub(crate) fn scaled_in_some(session: &Session, linearised: &Linearised, squares
     for (factor, struck) in found {
         // a factor of all but some is as well the inverse of it in those
         let others: Vec<usize> = (0..session.tests.len()).filter(|test| !struck.contains(test)).collect();
-        let is_as_likely =
-            log_prior(others.len(), struck.len()) > log_prior(struck.len(), others.len()) + LEAST_PROBABILITY.ln();
+        let odds = (log_prior(others.len(), struck.len()) - log_prior(struck.len(), others.len())).exp();
+        let is_as_likely = odds > AS_LIKELY;
         list.extend(suspected(session, factor, &struck));
         list.extend(is_as_likely.then(|| suspected(session, factor.recip(), &others)).flatten());
     }
