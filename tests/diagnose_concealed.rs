@@ -240,7 +240,7 @@ fn a_column_of_the_other_sign_in_all_sweeps_of_an_axis_is_told_before_exchanged_
     let fault = found.data_fault.expect("fault");
     assert_eq!((fault.kind.name(), fault.components.as_slice()), ("axis-sign", ["C".to_string()].as_slice()));
     let rivals: Vec<&str> = fault.rivals.iter().map(|rival| rival.kind.name()).collect();
-    // C runs from -180 to 180 degrees: its column from the other end is its column with the other sign
+    // a column from the other end runs against the names as well
     assert_eq!(rivals, ["direction", "angle-reversed"]);
     assert!(fault.probability < 0.6, "{}", fault.probability);
 }

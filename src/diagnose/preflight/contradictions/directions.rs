@@ -4,7 +4,6 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::machine::AxisKind;
 use crate::session::{Session, Test};
-use std::f64::consts::{PI, TAU};
 
 /// A sweep of one rotary axis whose name says a direction.
 struct Run<'s> {
@@ -12,14 +11,12 @@ struct Run<'s> {
     test: &'s str,
     is_against: bool,
     rises: bool,
-    /// The column from the other end is the column with the other sign, but for whole turns.
-    is_mirrored: bool,
 }
 
 /// Sweeps of one rotary axis that run clockwise under the name ccw, or the other way round.
 ///
 /// Where all sweeps of an axis do, in both directions, it may be counted backwards, or its column written from the wrong end, which is
-/// the same on an arc that lies alike on both sides of zero; where those of every axis do, the names may follow another convention.
+/// the same on an arc that lies alike on both sides of zero and may fit on another one; where those of every axis do, the names may follow another convention.
 pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
     let runs: Vec<Run> = session.tests.iter().filter_map(|test| run(session, test)).collect();
     let names: Vec<String> = runs.iter().filter(|run| run.is_against).map(|run| run.test.to_string()).collect();
@@ -39,12 +36,11 @@ pub(super) fn against_its_name(session: &Session) -> Option<DataFault> {
     axes.sort_unstable();
     axes.dedup();
     let backwards = counted_backwards(session, &axes);
-    let is_either = turned.iter().all(|run| run.is_mirrored);
-    let mut fault = match others.is_empty() {
-        true => DataFault { rivals: vec![backwards.into_rival()], ..exchanged },
-        false => DataFault { rivals: vec![exchanged.into_rival()], ..backwards },
+    let from_other_end = from_other_end(session, &axes).into_rival();
+    let fault = match others.is_empty() {
+        true => DataFault { rivals: vec![backwards.into_rival(), from_other_end], ..exchanged },
+        false => DataFault { rivals: vec![exchanged.into_rival(), from_other_end], ..backwards },
     };
-    fault.rivals.extend(is_either.then(|| from_other_end(session, &axes).into_rival()));
     Some(fault.shared_evenly())
 }
 
@@ -83,10 +79,8 @@ fn from_other_end(session: &Session, axes: &[usize]) -> DataFault {
 
 /// What a test runs, where its name says a direction.
 fn run<'s>(session: &Session, test: &'s Test) -> Option<Run<'s>> {
-    let (says, (axis, [first, last])) = (says_rising(test)?, ends(session, test)?);
-    let turns = (first + last) / TAU;
-    let is_mirrored = (turns - turns.round()).abs() * TAU < MIRRORED;
-    Some(Run { axis, test: &test.name, is_against: says != (last > first), rises: last > first, is_mirrored })
+    let (says, (axis, rises)) = (says_rising(test)?, rises(session, test)?);
+    Some(Run { axis, test: &test.name, is_against: says != rises, rises })
 }
 
 /// Whether the name of a test, or of its file where the test's says nothing, is one of rising positions.
@@ -99,18 +93,14 @@ fn says_rising(test: &Test) -> Option<bool> {
     of(&test.name).or_else(|| of(test.recording_file.as_deref().unwrap_or_default()))
 }
 
-/// Sum of the ends of an arc, in rad, below which it lies alike on both sides of zero: rows are some tenths of a degree apart.
-const MIRRORED: f64 = 0.7 * PI / 180.0;
-
-/// The one rotary axis that moves, with its first and last position, rad; `None` where it does not run one way.
-fn ends(session: &Session, test: &Test) -> Option<(usize, [f64; 2])> {
+/// The one rotary axis that moves, and whether it rises all the way; `None` where it does not run one way.
+fn rises(session: &Session, test: &Test) -> Option<(usize, bool)> {
     let recording = test.recording.as_ref().filter(|recording| recording.time_s().is_some())?;
     let is_rotary = |(axis, _): &(&usize, &Vec<f64>)| session.machine.axes[**axis].kind == AxisKind::Rotary;
     let moves = |column: &&Vec<f64>| column.windows(2).any(|pair| pair[0] != pair[1]);
     let columns = recording.axes.iter().zip(&recording.positions).filter(is_rotary);
     let mut turning = columns.filter(|(_, column)| moves(column));
     let (axis, column) = turning.next().filter(|_| turning.next().is_none())?;
-    let (first, last) = (*column.first()?, *column.last()?);
-    let is_one_way = column.windows(2).all(|pair| (pair[1] >= pair[0]) == (last > first) || pair[1] == pair[0]);
-    is_one_way.then_some((*axis, [first, last]))
+    let rises = column.last() > column.first();
+    column.windows(2).all(|pair| (pair[1] >= pair[0]) == rises || pair[1] == pair[0]).then_some((*axis, rises))
 }
