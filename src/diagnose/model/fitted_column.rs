@@ -1,6 +1,6 @@
 //! A column that joins a model, whitened once for all sets of effects that it is tried in. It fits nothing.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use super::linear_model::Column;
 use crate::statistics::add_cross_products;
@@ -40,8 +40,13 @@ impl FittedColumn {
     }
 
     /// What tells it from all other columns.
-    pub fn id(&self) -> usize {
-        id(&self.column)
+    pub fn id(&self) -> u64 {
+        self.column.id
+    }
+
+    /// Whether anyone else still has the column.
+    pub fn is_in_use(&self) -> bool {
+        Arc::strong_count(&self.column.by_test) > 1
     }
 
     /// Its values whitened and, by the transpose of the filter in place, once more; by test.
@@ -58,9 +63,4 @@ impl FittedColumn {
     pub fn values(&self) -> usize {
         2 * self.white.iter().map(Vec::len).sum::<usize>()
     }
-}
-
-/// What tells a column from all others that are still there.
-pub fn id(column: &Column) -> usize {
-    std::sync::Arc::as_ptr(&column.by_test) as usize
 }

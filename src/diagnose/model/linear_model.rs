@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::DMatrix;
 
@@ -372,15 +373,24 @@ impl Term {
 }
 
 /// Change of the readings per display unit of a term, mm, by test; empty where it has none.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Column {
     pub by_test: Arc<Vec<Vec<f64>>>,
+    /// Of the column and its clones alone.
+    pub(super) id: u64,
+}
+
+impl PartialEq for Column {
+    fn eq(&self, other: &Column) -> bool {
+        self.by_test == other.by_test
+    }
 }
 
 impl Column {
     /// Values by test.
     pub fn new(by_test: Vec<Vec<f64>>) -> Column {
-        Column { by_test: Arc::new(by_test) }
+        static COLUMNS: AtomicU64 = AtomicU64::new(0);
+        Column { by_test: Arc::new(by_test), id: COLUMNS.fetch_add(1, Ordering::Relaxed) }
     }
 
     /// The one test in which it acts, if it is one.

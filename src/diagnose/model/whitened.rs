@@ -2,14 +2,14 @@
 
 use crate::statistics::{NoiseModel, Whitener, add_cross_products, add_products, add_products_with};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::fitted_column::{FittedColumn, id};
+use super::fitted_column::FittedColumn;
 use super::linear_model::{Column, LinearModel, Shape, Term};
 use super::products::{Gram, Products, TestGram, sum};
 use crate::effects::Profile;
@@ -39,7 +39,7 @@ struct Known {
 /// Columns of models that were fitted before.
 #[derive(Default)]
 struct KnownColumns {
-    by_id: HashMap<usize, Arc<FittedColumn>>,
+    by_id: HashMap<u64, Arc<FittedColumn>>,
     values: usize,
 }
 
@@ -55,9 +55,26 @@ pub struct KnownShape {
 #[derive(Default)]
 struct With {
     /// Places in `sums` by column.
-    places: HashMap<usize, usize>,
+    places: HashMap<u64, usize>,
     /// Column of a model after column, one number for each of the shape's.
     sums: Vec<f64>,
+}
+
+impl With {
+    /// Keeps the products with these columns alone, each of `count` numbers.
+    fn keep(&mut self, live: &HashSet<u64>, count: usize) {
+        let (mut sums, mut kept) = (Vec::new(), 0);
+        self.places.retain(|id, place| {
+            let is_live = live.contains(id);
+            if is_live {
+                sums.extend_from_slice(&self.sums[*place * count..(*place + 1) * count]);
+                *place = kept;
+                kept += 1;
+            }
+            is_live
+        });
+        self.sums = sums;
+    }
 }
 
 /// Products of some columns of a shape, and those with the columns of a model (model × own).
@@ -130,17 +147,36 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
 
     /// A column of a model, whitened.
     pub fn fitted_column(&self, column: &Column) -> Arc<FittedColumn> {
-        if let Some(known) = locked(&self.columns).by_id.get(&id(column)) {
+        if let Some(known) = locked(&self.columns).by_id.get(&column.id) {
             return known.clone();
         }
         let whiten = |test: usize, rows: &mut [f64]| self.whiten(test, rows);
         let fitted = Arc::new(FittedColumn::new(column, whiten, |test| self.base(test)));
+        if locked(&self.columns).values + fitted.values() > MOST_VALUES {
+            self.forget_unused_columns();
+        }
         let mut known = locked(&self.columns);
         if known.values + fitted.values() <= MOST_VALUES {
             known.values += fitted.values();
             known.by_id.insert(fitted.id(), fitted.clone());
         }
         fitted
+    }
+
+    /// Drops what is known of columns that nobody has any more: a search replaces a shape by a better one many times.
+    fn forget_unused_columns(&self) {
+        let live: HashSet<u64> = {
+            let mut known = locked(&self.columns);
+            let before = known.by_id.len();
+            known.by_id.retain(|_, column| column.is_in_use());
+            if known.by_id.len() == before {
+                return;
+            }
+            known.values = known.by_id.values().map(|column| column.values()).sum();
+            known.by_id.keys().copied().collect()
+        };
+        let shapes: Vec<Arc<KnownShape>> = locked(&self.known).by_shape.values().cloned().collect();
+        shapes.iter().for_each(|shape| locked(&shape.with).keep(&live, shape.terms.len()));
     }
 
     /// Products of the shape with this name of the family with this number, also with columns of a model.
@@ -212,7 +248,7 @@ impl<'g, 'a> WhitenedData<'g, 'a> {
             };
             row.into_iter().flatten().enumerate().for_each(|(j, sum)| all[(i, j)] = *sum);
         }
-        // another column may come to lie where one lay that nothing keeps
+        // products with a column that nothing keeps would stay for good
         let is_kept = |column: &FittedColumn| locked(&self.columns).by_id.contains_key(&column.id());
         for (column, sums) in new.iter().zip(&sums).filter(|(column, _)| column.home.is_none() && is_kept(column)) {
             let place = with.places.len();

@@ -19,7 +19,7 @@ use crate::diagnose::model::whitened::WhitenedData;
 use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class};
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
-use crate::machine::ParameterValue;
+use crate::machine::{ParameterValue, Place};
 use crate::statistics::{BlockEvidence, NOISE_FLOOR_MM, NoiseModel};
 
 /// Effects at most: a bound on time, far beyond what recordings of an arm have shown.
@@ -28,6 +28,9 @@ const MOST_EFFECTS: usize = 40;
 const STILL_THERE: f64 = 0.5;
 /// Share of the best log odds of a look that a further one must keep to be accepted without another look.
 const NEARLY_AS_STRONG: f64 = 0.3;
+/// Log evidence that another shape of an accepted effect must gain: less says nothing, and all that is known of its columns would
+/// have to be worked out again.
+const WORTH_ANOTHER_SHAPE: f64 = 0.5;
 /// Steps by which relative top speeds are refined, as ratios, coarse to fine; each is tried so many times on every axis.
 const RATE_STEPS: [f64; 3] = [1.25, 1.1, 1.04];
 const RATE_ROUNDS: usize = 2;
@@ -194,9 +197,14 @@ impl<'g, 'a> State<'g, 'a> {
             if best < least {
                 return;
             }
+            let before = self.found.len();
             self.accept_all(families, candidates, least, poses);
+            // what acts as other axes turn hardly moves a shape
+            let new: Vec<Place> = self.found[before..].iter().map(|found| found.chosen.effect.place.clone()).collect();
             for place in 0..self.found.len() {
-                self.refine_again(families, place, poses);
+                if new.contains(&self.found[place].chosen.effect.place) {
+                    self.refine_again(families, place, poses);
+                }
             }
         }
     }
@@ -278,7 +286,7 @@ impl<'g, 'a> State<'g, 'a> {
             return;
         };
         let now = regressions[0].judge(&self.found[place].chosen.columns, families[family].plausible);
-        if again.judgement.log_evidence <= now.log_evidence {
+        if again.judgement.log_evidence <= now.log_evidence + WORTH_ANOTHER_SHAPE {
             return;
         }
         self.found[place].chosen = again;
