@@ -405,3 +405,24 @@ fn places(all: &[Term], terms: &[Term]) -> Option<Vec<usize>> {
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_with_columns_that_are_kept_stay_those_of_their_columns() {
+        let mut with = With::default();
+        for (place, id) in [7, 3, 9, 4].into_iter().enumerate() {
+            with.places.insert(id, place);
+            with.sums.extend([10.0 * id as f64, 10.0 * id as f64 + 1.0]);
+        }
+        with.keep(&HashSet::from([9, 3, 8]), 2);
+        assert_eq!(with.sums.len(), 4);
+        for id in [9, 3] {
+            let at = with.places[&id];
+            assert_eq!(with.sums[2 * at..2 * at + 2], [10.0 * id as f64, 10.0 * id as f64 + 1.0]);
+        }
+        assert!(!with.places.contains_key(&7) && !with.places.contains_key(&4));
+    }
+}

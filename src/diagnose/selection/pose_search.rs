@@ -200,7 +200,7 @@ impl<'g, 'a> State<'g, 'a> {
             let before = self.found.len();
             self.accept_all(families, candidates, least, poses);
             // what acts as other axes turn hardly moves a shape
-            let new: Vec<Place> = self.found[before..].iter().map(|found| found.chosen.effect.place.clone()).collect();
+            let new: Vec<Place> = self.found[before..].iter().map(|found| found.chosen.effect.place).collect();
             for place in 0..self.found.len() {
                 if new.contains(&self.found[place].chosen.effect.place) {
                     self.refine_again(families, place, poses);
