@@ -54,7 +54,7 @@ fn all_told(seed: u64, number: u64, causes: &[(&str, &str)]) -> (Diagnosis, f64)
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn lost_motion_between_tests_is_no_growth_of_two_nodes_that_cancel() {
     let (found, _) = all_told(353_535, 11, &[("linear-backlash", "Z"), ("straightness", "X")]);
     // a knock of the pivot says the same of these readings: which of the two comes first is left to the last digit of sums,
@@ -65,7 +65,7 @@ fn lost_motion_between_tests_is_no_growth_of_two_nodes_that_cancel() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_slow_vibration_that_breathes_hides_no_screw_behind_an_alias() {
     let (found, noise_um) = all_told(353_535, 15, &[("vibration", "Y"), ("cyclic-error", "X")]);
     let vibration = &found.findings[0];
@@ -99,7 +99,7 @@ fn what_tips_as_a_slide_reverses_between_tests_has_its_size_and_is_no_ball_elsew
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn two_effects_of_speed_and_direction_are_no_axis_that_stands_elsewhere_in_each_test() {
     let (found, _) = all_told(464_748, 105, &[("servo-lag", "A"), ("rotary-backlash", "C")]);
     for (finding, size) in found.findings.iter().zip([0.2917, 3.609]) {
@@ -108,7 +108,7 @@ fn two_effects_of_speed_and_direction_are_no_axis_that_stands_elsewhere_in_each_
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn growth_beside_a_vibration_is_predicted_by_either_half_of_the_readings() {
     let (found, noise_um) = all_told(353_535, 38, &[("vibration", "spindle-ball"), ("thermal-growth", "Z")]);
     let proof = found.proof.expect("proof");
@@ -141,7 +141,7 @@ fn a_scale_that_bends_a_little_is_no_screw_where_the_slide_stands_at_five_places
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_straight_scale_stays_straight_wherever_the_slide_was() {
     let (_, session, _) = concealed(282_828, 13);
     let y = session.machine.axis_index("Y").expect("Y");
@@ -201,7 +201,7 @@ fn a_screw_is_no_table_that_stood_elsewhere_in_two_tests() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_quiet_gauge_that_repeats_readings_did_not_stick() {
     // steps of 0.1 µm are as large as its noise: 13 readings in a row are equal by chance
     let (found, _) = diagnosed(747_474, 24);
@@ -209,7 +209,7 @@ fn a_quiet_gauge_that_repeats_readings_did_not_stick() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_rest_of_a_form_in_other_components_makes_the_form_no_surer() {
     // at one place of the balls a turning axis that rises says what one that tilts says
     let (found, _) = diagnosed(454_545, 54);

@@ -161,7 +161,7 @@ fn friction_and_lag_of_all_slides_are_found_and_saved() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_curve_of_one_posture_is_saved_for_that_posture() {
     let Some(blind) = shared_data::folder("recordings/blind") else { return };
     let scratch = tempfile::tempdir().unwrap();

@@ -74,7 +74,7 @@ fn breathing(along: [f64; 3], (hz, breath_hz, share): (f64, f64, f64)) -> Vec<Ef
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_ball_that_swings_along_one_direction_and_breathes_is_one_vibration_of_its_size() {
     for (direction, hz) in [([0.60, 0.48, -0.64], 1.9), ([-0.28, 0.1, 0.95], 2.7), ([0.36, -0.93, 0.08], 7.3)] {
         let length = f64::sqrt(direction.iter().map(|x| x * x).sum());
@@ -165,7 +165,7 @@ fn a_spindle_that_grows_a_little_is_told_beside_the_tide() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn readings_that_are_far_off_do_not_hide_under_a_vibration() {
     let mut session = noisy(SWEEPS, breathing([0.5e-3, 1.8e-3, -1.2e-3], (2.7, 0.07, 0.3)));
     let mut stray = Vec::new();

@@ -164,7 +164,7 @@ fn captures_of_programs_without_marks_are_placed_by_their_lengths() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn what_controls_and_operators_do_beside_the_program_misplaces_nothing() {
     let planned = &*SLOW;
     let names = |pair: usize| planned.session.tests[planned.pairs[pair].tests[0]].name.as_str();
@@ -237,7 +237,7 @@ fn servos_that_lag_are_placed_where_the_machine_was() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn an_override_is_placed_where_it_is_asked_for() {
     let planned = &*MARKED;
     let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
@@ -370,7 +370,7 @@ fn lifted(drawn: &mut Drawn, axis: usize, sizes_mm: [f64; 4]) {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn nearly_flat_sweeps_keep_the_pace_of_their_marks() {
     let mut good = 0;
     let count = count(8);

@@ -109,7 +109,7 @@ fn rms_um(data: &Path, predicted: &Path, files: &[String], counts: impl Fn(usize
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn an_arm_is_explained_and_poses_that_nothing_was_fitted_to_are_predicted() {
     let Some(data) = shared_data::folder("real/irb120") else { return };
     let folder = tempfile::tempdir().unwrap();

@@ -20,7 +20,7 @@ const SHARE: f64 = 0.9545;
 const SCATTER: f64 = 0.028;
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn the_truth_lies_within_two_sigmas_when_linear_axes_err() {
     for (design, session) in [("table-table", table_table(24)), ("table-head", table_head(24))] {
         let list = coverage(&session, Form::Waves, 0..SESSIONS);
@@ -131,7 +131,7 @@ fn squareness_without_circles_converges_and_names_the_circle() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn what_linear_axes_of_their_class_leave_is_no_finding_at_a_rotary_axis() {
     // slides that follow two joints of a head over half their travel: in the plan's tests they look like error motion of C
     let (machine, tests) = planned("fig-1-1-head-head-cb.yaml");

@@ -26,7 +26,7 @@ fn fault(diagnosis: &Diagnosis) -> &DataFault {
 const RUN: [&str; 2] = ["a-short-ccw-1", "a-short-cw-1"];
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_run_that_is_twice_as_large_late_or_standing_still_is_named() {
     let session = chapter5();
     let doubled = changed(&session, &RUN, |recording, bar_mm| {

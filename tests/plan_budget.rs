@@ -75,7 +75,7 @@ fn the_c600u_is_tested_by_four_sweeps_at_the_ordinary_goal() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn looser_goals_cost_no_more_and_determine_as_much() {
     let arcsec = std::f64::consts::PI / (180.0 * 3600.0);
     let goals = [2.0, 4.0, 8.0, 30.0];

@@ -118,7 +118,7 @@ fn every_shipped_machine_gets_a_plan_that_brute_force_finds_clear() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn plans_with_circles_are_clear_by_brute_force_too() {
     let coupled = Coupled { follow: Vec::new(), circles: true };
     let plans = check_plans(some_machines(1, 6), &Settings { coupled, ..Settings::default() });

@@ -170,7 +170,7 @@ fn indexing_the_spindle_takes_its_ball_out_of_the_positions() {
 const WITH_HEADS: [&str; 3] = ["fig-1-1-table-head-ca.yaml", "head-head-ca-moving-table.yaml", "nutating-head-45.yaml"];
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_plan_for_the_pivot_length_gives_it_back_with_its_sigma() {
     const SEEDS: u64 = 10;
     for name in WITH_HEADS {
@@ -266,7 +266,7 @@ fn meant_otherwise(file: &Path, settings: &Settings) -> Vec<String> {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn plan_and_identify_mean_the_same_by_determined() {
     // linear axes follow on every sixth machine, and on the head with short arcs whose fit goes along a bent valley
     let following = [some_machines(0, 6), some_machines(10, 25)].concat();

@@ -430,7 +430,7 @@ fn scaled(fields: &mut [String], factor: f64) {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn mistakes_in_columns_and_a_moved_instrument_are_named() {
     let says = |change: &dyn Fn(usize, &mut Vec<String>), due: &str| {
         let said = said_of(change);

@@ -230,7 +230,7 @@ fn without_positions(mut session: Session) -> Session {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn lengths_alone_are_held_against_their_noise_and_their_other_run() {
     let sound = without_positions(read());
     let examination = examine(&sound, &Options::default()).unwrap();

@@ -253,7 +253,7 @@ fn in_sense(text: &str, sense: &str) -> String {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn every_program_of_every_machine_keeps_the_bar() {
     // two of three machines in one of the senses, in turn; FIVEAXIS_TESTS=all for all of them in both, which takes three times
     // as long

@@ -58,7 +58,7 @@ fn there_are_2160_topologies_and_shards_share_them_out() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_row_is_what_plan_finds_for_that_topology() {
     assert_eq!(settings(), Settings::default());
     let kit = standard_kit().expect("kit");
@@ -117,7 +117,7 @@ fn a_table_table_machine_is_tested_from_one_pivot_and_a_head_is_not_seen_whole()
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn merged_shards_equal_the_one_run_and_a_stopped_run_goes_on() {
     let folder = tempfile::tempdir().expect("folder");
     let at = |name: &str| folder.path().join(name);

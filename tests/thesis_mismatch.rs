@@ -150,13 +150,13 @@ fn axial_motion_gives_the_largest_disagreement_per_size() {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn axial_motion_is_listed_as_out_of_sight_and_found_once_the_design_can_show_it() {
     found_or_listed(&["EZC", "EXA"]);
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn a_seat_and_a_bow_are_found_or_listed_as_out_of_sight_and_found_once_the_design_can_show_them() {
     found_or_listed(&["seats anew", "EZX"]);
 }
@@ -179,7 +179,7 @@ fn found_or_listed(parts: &[&str]) {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn growth_is_found_when_the_first_tests_are_run_again_at_the_end() {
     let designs = designs::designs().unwrap();
     // growth lies near the limit of two designs (docs/thesis_mismatch.md); the repeat at the end must show it

@@ -213,7 +213,7 @@ fn one(seed: u64, tally: &Tally) -> bool {
 }
 
 #[test]
-#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run"]
+#[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn every_verb_answers_on_random_sessions() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let first = number("FIVEAXIS_SEED");
