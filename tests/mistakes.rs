@@ -189,6 +189,14 @@ fn stand(files: &mut Files, begin: &str, noise_mm: f64) {
     });
 }
 
+/// Angles written from the wrong end.
+fn reverse_angles(files: &mut Files, begin: &str) {
+    edit_rows(files, begin, |rows| {
+        let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
+        rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
+    });
+}
+
 fn exchange(files: &mut Files, one: &str, other: &str) {
     let (a, b) = (files[one].clone(), files[other].clone());
     files.insert(one.into(), b);
@@ -784,33 +792,18 @@ const CASES: &[Case] = &[
     Case {
         name: "angles of one direction written from the wrong end",
         make: |f| {
-            for name in ["c-short-cw", "c-high-cw", "c-side-cw"] {
-                edit_rows(f, name, |rows| {
-                    let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
-                    rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
-                });
-            }
+            ["c-short-cw", "c-high-cw", "c-side-cw"].iter().for_each(|name| reverse_angles(f, name));
         },
         due: Named(&["angle-reversed", "axis-sign"], "C"),
     },
     Case {
         name: "all angles of A written from the wrong end",
-        make: |f| {
-            edit_rows(f, "a-", |rows| {
-                let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
-                rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
-            });
-        },
+        make: |f| reverse_angles(f, "a-"),
         due: Named(&["angle-reversed"], "A of these recordings is written from the wrong end"),
     },
     Case {
         name: "all angles of C written from the wrong end, on an arc like its mirror image",
-        make: |f| {
-            edit_rows(f, "c-", |rows| {
-                let angles: Vec<f64> = rows.iter().rev().map(|row| row[1]).collect();
-                rows.iter_mut().zip(angles).for_each(|(row, angle)| row[1] = angle);
-            });
-        },
+        make: |f| reverse_angles(f, "c-"),
         due: Named(&["angle-reversed"], "C"),
     },
     Case {

@@ -84,9 +84,8 @@ struct Choice<'s> {
 }
 
 impl Choice<'_> {
-    /// Squares more with a share of the deviations of these tests added to them.
-    fn left(&self, size: f64, struck: &[usize]) -> f64 {
-        let (square, linear) = self.of(struck);
+    /// Squares more with a share of the deviations of some tests added to them, by their zᵀNz and zᵀr.
+    fn left(size: f64, (square, linear): (f64, f64)) -> f64 {
         size * (size * square - 2.0 * linear)
     }
 
@@ -98,25 +97,30 @@ impl Choice<'_> {
 
     /// The tests in which undoing a factor leaves least, by one test more or less at a time.
     fn struck(&self, size: f64) -> Vec<usize> {
-        let tests = self.sums.right.len();
-        let (mut struck, mut left) = (Vec::new(), 0.0);
+        let Sums { normal, right } = self.sums;
+        let tests = right.len();
+        let mut is_struck = vec![false; tests];
+        // Nz
+        let mut with_struck = vec![0.0; tests];
+        let (mut of, mut left) = ((0.0, 0.0), 0.0);
+        let sign_of = |is_struck: bool| if is_struck { -1.0 } else { 1.0 };
         for _ in 0..2 * tests {
             let toggled = (0..tests).map(|test| {
-                let mut other: Vec<usize> = struck.clone();
-                match other.iter().position(|one| *one == test) {
-                    Some(place) => drop(other.remove(place)),
-                    None => other.push(test),
-                }
-                (self.left(size, &other), other)
+                let sign = sign_of(is_struck[test]);
+                let square = of.0 + 2.0 * sign * with_struck[test] + normal[(test, test)];
+                let of = (square, of.1 + sign * right[test]);
+                (Self::left(size, of), of, test)
             });
-            let Some((less, other)) = toggled.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            let Some((less, next, test)) = toggled.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
             if left - less < LEAST_GAIN * (self.squares + left).max(0.0) {
                 break;
             }
-            (left, struck) = (less, other);
+            let sign = sign_of(is_struck[test]);
+            with_struck.iter_mut().enumerate().for_each(|(other, sum)| *sum += sign * normal[(other, test)]);
+            is_struck[test] = !is_struck[test];
+            (of, left) = (next, less);
         }
-        struck.sort_unstable();
-        struck
+        (0..tests).filter(|&test| is_struck[test]).collect()
     }
 
     /// Factors that single recordings want, with all that have them.
@@ -125,7 +129,7 @@ impl Choice<'_> {
         let mut alone: Vec<(f64, f64)> = (0..tests)
             .map(|test| {
                 let size = self.sums.right[test] / self.sums.normal[(test, test)];
-                (self.left(size, &[test]), size)
+                (Self::left(size, self.of(&[test])), size)
             })
             .filter(|(left, size)| left.is_finite() && *size > -1.0)
             .collect();
