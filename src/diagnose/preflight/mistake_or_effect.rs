@@ -87,8 +87,11 @@ pub(crate) fn held_against_physics(
 ) -> Result<Held, FitError> {
     let mut weighed = Vec::new();
     let mut cause = None;
+    let mut known = None;
     for mistake in mistakes {
-        if let Some((log_odds, fault, other)) = weighed_against_physics(session, options, thresholds, mistake)? {
+        if let Some((log_odds, fault, other)) =
+            weighed_against_physics(session, options, thresholds, mistake, &mut known)?
+        {
             cause = cause.or(other);
             weighed.push((log_odds, fault));
         }
@@ -113,11 +116,15 @@ pub(crate) fn held_against_physics(
 /// Log odds of a mistake against physics, the mistake, and the first effect that physics would be; `None` where nothing speaks for it.
 type Weighed = Option<(f64, DataFault, Option<Cause>)>;
 
+/// A session as it was recorded, on few rows, and what a search says of it: of the rows that several mistakes leave it is the same.
+type Recorded = (Session, Explained);
+
 fn weighed_against_physics(
     session: &Session,
     options: &Options,
     thresholds: Thresholds,
     mistake: Mistake,
+    known: &mut Option<Recorded>,
 ) -> Result<Weighed, FitError> {
     let sure = |fault: DataFault| Ok(Some((f64::INFINITY, fault, None)));
     if !mistake.may_be_physics() {
@@ -131,12 +138,17 @@ fn weighed_against_physics(
     // what has no fit is no explanation
     let put = if is_found_place { fault.tests.first().map(String::as_str) } else { None };
     let put = put.and_then(|test| Some((End::named(&fault.place)?, test)));
-    let Some(corrected) = explained(&undone, options, thresholds, &[], put)? else { return Ok(None) };
+    let Some(corrected) = explained(&undone, options, thresholds, (None, &[]), put)? else { return Ok(None) };
+    let corrected = corrected.alone;
     // one search may find what another passes over: what both may be said of is no gain of the mistake
     let is_same_machine = session.machine.axes == undone.machine.axes;
     let elsewhere = if is_same_machine { &corrected.found[..] } else { &[] };
-    let recorded = explained(&recorded, options, thresholds, elsewhere, None)?;
-    let Some(recorded) = recorded else { return sure(fault) };
+    let alone = known.take().filter(|(session, _)| *session == recorded).map(|(_, alone)| alone);
+    let Some(explanations) = explained(&recorded, options, thresholds, (alone, elsewhere), None)? else {
+        return sure(fault);
+    };
+    *known = Some((recorded, explanations.alone.clone()));
+    let recorded = explanations.best();
     let gained = corrected.standing - recorded.standing;
     // as of a first effect: noise that wanders looks like much
     if recorded.cause.is_none() && gained < thresholds.accept {
@@ -165,6 +177,7 @@ fn rows(session: &Session) -> Vec<usize> {
 }
 
 /// What a search says of a session.
+#[derive(Clone)]
 struct Explained {
     /// Log evidence.
     standing: f64,
@@ -173,15 +186,35 @@ struct Explained {
     found: Vec<SelectedEffect>,
 }
 
-/// What a search says, or one beside effects that were found elsewhere where that says more. The ball at an end of the test named in
-/// `put` was put where the readings want it.
+/// What a search says of a session, and what one beside effects that were found elsewhere says.
+struct Explanations {
+    alone: Explained,
+    beside: Option<Explained>,
+}
+
+impl Explanations {
+    /// The one that says more.
+    fn best(self) -> Explained {
+        match self.beside {
+            Some(beside) if beside.standing > self.alone.standing => beside,
+            _ => self.alone,
+        }
+    }
+}
+
+/// What a search says, unless that is known, and one beside effects that were found elsewhere, if any were. The ball at an end of the
+/// test named in `put` was put where the readings want it.
 fn explained(
     session: &Session,
     options: &Options,
     thresholds: Thresholds,
-    elsewhere: &[SelectedEffect],
+    (known, elsewhere): (Option<Explained>, &[SelectedEffect]),
     put: Option<(End, &str)>,
-) -> Result<Option<Explained>, FitError> {
+) -> Result<Option<Explanations>, FitError> {
+    let known = match known {
+        Some(alone) if elsewhere.is_empty() => return Ok(Some(Explanations { alone, beside: None })),
+        known => known,
+    };
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let problem = Problem::new(session, &chain, &setups, fitted_anyway(session, options, &setups))?;
@@ -193,20 +226,19 @@ fn explained(
     let context = Context::of(session, &chain)?;
     let mut model = LinearModel::new(&context, &problem, &fit.values(), fit.kept_rows());
     model.thresholds = thresholds;
-    let explained = at_two_resolutions(model, |resolutions, families| {
+    let explanations = at_two_resolutions(model, |resolutions, families| {
         let floors = floors(resolutions);
-        let own = search(resolutions, &floors, families);
-        let others = (!elsewhere.is_empty()).then(|| search_from(resolutions, &floors, families, elsewhere));
-        let standing = |found: &Search| {
+        let told = |found: Search| {
             let room = room_for_unknowns(resolutions.fine, &found.noise_after, put);
-            found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64
+            let standing = found.standing(resolutions.fine) + room + LEFT_OUT * fit.left_out() as f64;
+            let cause = found.found.first().map(|found| cause(&session.machine, &found.chosen, &[]));
+            Explained { standing, cause, found: found.found }
         };
-        let sets = std::iter::once(own).chain(others).map(|set| (standing(&set), set));
-        let (standing, found) = sets.reduce(|best, next| if next.0 > best.0 { next } else { best })?;
-        let cause = found.found.first().map(|found| cause(&session.machine, &found.chosen, &[]));
-        Some(Explained { standing, cause, found: found.found })
+        let alone = known.unwrap_or_else(|| told(search(resolutions, &floors, families)));
+        let beside = (!elsewhere.is_empty()).then(|| told(search_from(resolutions, &floors, families, elsewhere)));
+        Explanations { alone, beside }
     });
-    Ok(explained?)
+    Ok(Some(explanations?))
 }
 
 /// Logarithm of the share of what was thought possible of location errors, balls and bars that the readings leave: a ball of its

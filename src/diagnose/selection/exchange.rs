@@ -39,6 +39,8 @@ impl SelectionContext<'_, '_, '_> {
         let is_doubtful = |first: &SelectedEffect| {
             left_mm2 > self.limits.thresholds.explained.powi(2) * floor_mm2 || bends_to_anything(first)
         };
+        // what follows anything has hidden what else there is
+        self.only_contenders.set(!joint.found.first().is_some_and(bends_to_anything));
         if joint.found.first().is_some_and(is_doubtful) {
             self.start_otherwise(joint);
         }
@@ -59,7 +61,7 @@ impl SelectionContext<'_, '_, '_> {
                 continue;
             }
             let mut trial = joint.without(self, index);
-            let Some(step) = self.next(&trial, None) else { continue };
+            let Some(step) = self.next(&trial, None, f64::NEG_INFINITY) else { continue };
             let old = joint.found[index].chosen.family;
             let mut rivals = step.found.rivals.clone();
             let ranked_odds = step.found.ranked_odds;
@@ -85,6 +87,7 @@ impl SelectionContext<'_, '_, '_> {
         if let (Some(ball), Some(first)) = (round_ball, joint.found.first_mut()) {
             first.rivals.push(ball);
         }
+        self.only_contenders.set(false);
     }
 
     /// Takes the shape that an effect has beside the others where the set stands better with it: each was refined with those found
@@ -115,7 +118,7 @@ impl SelectionContext<'_, '_, '_> {
         let rivals = joint.found[whole].rivals.iter().map(|(rival, _)| rival);
         let Some(other) = rivals.clone().find(|rival| is_same_form(rival)).cloned() else { return };
         let mut trial = joint.without(self, last).without(self, whole);
-        if let Some(step) = self.next(&trial, Some(other)) {
+        if let Some(step) = self.next(&trial, Some(other), f64::NEG_INFINITY) {
             trial.add(self, step);
             self.grow(&mut trial, None);
             let trial = self.pruned(trial);
@@ -139,7 +142,8 @@ impl SelectionContext<'_, '_, '_> {
             }
             tried.push(kind.clone());
             let mut trial = JointFit::empty(self);
-            self.grow(&mut trial, Some(rival));
+            let to_beat = if bends { f64::NEG_INFINITY } else { joint.standing(self) };
+            self.grow_to_beat(to_beat, &mut trial, Some(rival));
             if !bends {
                 self.replace(joint, trial, self.limits.thresholds.better);
             } else if best.as_ref().is_none_or(|best| worth(&trial) > worth(best)) {

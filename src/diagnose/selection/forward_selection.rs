@@ -20,10 +20,19 @@ impl SelectionContext<'_, '_, '_> {
     }
 
     /// Adds effects as long as the evidence demands one; the first one may be given.
-    pub(crate) fn grow(&self, joint: &mut JointFit, mut first: Option<Candidate>) {
+    pub(crate) fn grow(&self, joint: &mut JointFit, first: Option<Candidate>) {
+        self.grow_to_beat(f64::NEG_INFINITY, joint, first);
+    }
+
+    /// The same of a set that is to stand better than another one, as long as it may: of the effects that a set can hold none that
+    /// follows is far stronger than the next one.
+    pub(crate) fn grow_to_beat(&self, standing: f64, joint: &mut JointFit, mut first: Option<Candidate>) {
         let fine = self.resolutions.fine;
         while joint.found.len() < MOST_EFFECTS {
-            let Some(step) = self.next(joint, first.take()) else { break };
+            let is_given = first.is_some() || standing == f64::NEG_INFINITY;
+            let missing = if is_given { f64::NEG_INFINITY } else { standing - joint.standing(self) };
+            let least_log_odds = missing / (MOST_EFFECTS - joint.found.len()) as f64;
+            let Some(step) = self.next(joint, first.take(), least_log_odds) else { break };
             let within_mm2 = |residual_mm: &[Vec<f64>]| mean_square(fine, &without_trends(fine, residual_mm));
             let fall_within_mm2 = || within_mm2(&joint.residual_mm) - within_mm2(&step.residual_mm);
             let standing = (step.found.fall_mm2, step.found.log_odds, joint.pulls.shared_relief(&step.pulls));
@@ -63,8 +72,19 @@ impl SelectionContext<'_, '_, '_> {
         (!list.is_empty()).then(|| told[choose(&list, self.families, self.resolutions.fine)])
     }
 
-    /// The next effect beside those of a model; `given` stands for the choice when it is stated.
-    pub(crate) fn next(&self, joint: &JointFit, given: Option<Candidate>) -> Option<Step> {
+    /// Families that are looked at, by number.
+    fn wanted(&self) -> Vec<bool> {
+        let contenders = self.contenders.borrow();
+        let is_wanted = |(family, contends): (&CandidateFamily, &bool)| {
+            let is_allowed = !self.only_free.get() || is_a(family.kind, Signature::FreeCurve);
+            is_allowed && (*contends || !self.only_contenders.get())
+        };
+        self.families.iter().zip(contenders.iter()).map(is_wanted).collect()
+    }
+
+    /// The next effect beside those of a model; `given` stands for the choice when it is stated. None where the best one of the grids has
+    /// lower log odds than `least_log_odds`.
+    pub(crate) fn next(&self, joint: &JointFit, given: Option<Candidate>, least_log_odds: f64) -> Option<Step> {
         self.steps.set(self.steps.get() + 1);
         let fine = self.resolutions.fine;
         let families = self.families;
@@ -76,8 +96,8 @@ impl SelectionContext<'_, '_, '_> {
                     Regression::on(fine.clone(), &joint.columns[0]),
                     Regression::on(coarse.clone(), &joint.columns[1]),
                 ];
-                let only_free = self.only_free.get();
-                let wanted = |family: &CandidateFamily| !only_free || is_a(family.kind, Signature::FreeCurve);
+                let wanted = self.wanted();
+                let wanted = |index: usize| wanted[index];
                 let mut candidates = screen_wanted(&regressions, families, self.resolutions.cells, wanted);
                 note_contenders(&mut self.contenders.borrow_mut(), &candidates);
                 candidates.retain(|candidate| {
@@ -87,6 +107,9 @@ impl SelectionContext<'_, '_, '_> {
                 candidates.retain(|candidate| {
                     !self.balls_are_round.get() || !is_a(&candidate.effect.kind, Signature::BallForm)
                 });
+                if candidates.first().is_none_or(|best| best.log_odds < least_log_odds) {
+                    return None;
+                }
                 keep_diverse(&mut candidates, families);
                 refine_all(&regressions, families, candidates)
             }

@@ -101,7 +101,7 @@ pub fn search_part(
                 continue;
             }
             let mut trial = JointFit::empty(selection);
-            selection.grow(&mut trial, Some(lead.clone()));
+            selection.grow_to_beat(joint.standing(selection), &mut trial, Some(lead.clone()));
             selection.replace(joint, trial, 0.0);
         }
     })
@@ -129,6 +129,7 @@ fn search_then(
         steps: Cell::new(0),
         balls_are_round: Cell::new(false),
         only_free: Cell::new(false),
+        only_contenders: Cell::new(false),
         empty: OnceCell::new(),
         contenders: RefCell::new(vec![false; families.len()]),
     };

@@ -133,6 +133,8 @@ pub(crate) struct SelectionContext<'w, 'g, 'a> {
     pub(crate) balls_are_round: Cell<bool>,
     /// Free curves alone are looked at, whatever the names of the catalogue explain.
     pub(crate) only_free: Cell<bool>,
+    /// Families that came near the best one at a step so far alone are looked at: other sets are tried of what explains much.
+    pub(crate) only_contenders: Cell<bool>,
     /// The set of no effects, once asked for.
     pub(crate) empty: OnceCell<JointFit>,
     /// Families that came near the best one at any step so far, by number.

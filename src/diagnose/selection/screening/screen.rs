@@ -37,21 +37,22 @@ pub fn screen(regressions: &[Regression; 2], families: &[CandidateFamily], cells
     screen_wanted(regressions, families, cells, |_| true)
 }
 
-/// The same of some families.
+/// The same of some families, by number.
 pub fn screen_wanted(
     regressions: &[Regression; 2],
     families: &[CandidateFamily],
     cells: &ScreeningGrid,
-    wanted: impl Fn(&CandidateFamily) -> bool + Sync,
+    wanted: impl Fn(usize) -> bool + Sync,
 ) -> Vec<Candidate> {
     let machine = regressions[0].model.context.machine();
     let matched = regressions[0].matched();
     let has_long_grid = |family: &&CandidateFamily| {
-        wanted(family) && family.fast && is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID
+        family.fast && is_a(family.kind, Signature::Period) && family.grid.len() > LONG_GRID
     };
     // families that differ in further outlets alone have the same loudest periods
     let mut long: Vec<&CandidateFamily> = Vec::new();
-    for family in families.iter().filter(has_long_grid) {
+    let looked_at = families.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, family)| family);
+    for family in looked_at.filter(has_long_grid) {
         if !long.iter().any(|other| have_one_look(other, family)) {
             long.push(family);
         }
@@ -62,7 +63,7 @@ pub fn screen_wanted(
     let mut list: Vec<Candidate> = families
         .par_iter()
         .enumerate()
-        .filter(|(_, family)| !family.grid.is_empty() && wanted(family))
+        .filter(|(index, family)| !family.grid.is_empty() && wanted(*index))
         .filter_map(|(index, family)| {
             let regression = stage_of(regressions, family);
             let mut last = LastShape::default();
