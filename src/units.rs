@@ -31,6 +31,7 @@ impl OtherUnit {
     pub const CENTIMETRES: OtherUnit = OtherUnit { name: "centimetres", size: 10.0 };
     pub const MICROMETRES: OtherUnit = OtherUnit { name: "µm", size: 1e-3 };
     pub const RADIANS: OtherUnit = OtherUnit { name: "radians", size: 180.0 / PI };
+    pub const TURNS: OtherUnit = OtherUnit { name: "turns", size: 360.0 };
 }
 
 /// What a quantity measures: decides which units are accepted.

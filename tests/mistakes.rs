@@ -197,6 +197,13 @@ fn reverse_angles(files: &mut Files, begin: &str) {
     });
 }
 
+/// Lengths that stand so many rows later than the positions at which they were read; the last ones are lost.
+fn rows_late(rows: &mut Vec<[f64; 3]>, late: usize) {
+    let lengths: Vec<f64> = rows.iter().map(|row| row[2]).collect();
+    rows.drain(..late);
+    rows.iter_mut().zip(lengths).for_each(|(row, length)| row[2] = length);
+}
+
 fn exchange(files: &mut Files, one: &str, other: &str) {
     let (a, b) = (files[one].clone(), files[other].clone());
     files.insert(one.into(), b);
@@ -481,6 +488,46 @@ const CASES: &[Case] = &[
         name: "deviations of a program ten times too large",
         make: |f| edit_lengths(f, "c-side", |_, length| 100.0 + 10.0 * (length - 100.0)),
         due: Named(&["unit"], "ten times too large"),
+    },
+    Case {
+        name: "deviations half as large again in the last tests",
+        make: |f| {
+            for begin in ["c-side", "a-high"] {
+                edit_lengths(f, begin, |_, length| 100.0 + 1.5 * (length - 100.0));
+            }
+        },
+        // of the tests between the two readings say nothing, so that it may as well be the first ones
+        due: Named(&["unit"], "times what they should be"),
+    },
+    Case {
+        name: "readings of one file in steps of 5 micrometres",
+        make: |f| edit_lengths(f, "c-side-cw", |_, length| (length / 0.005).round() * 0.005),
+        due: Named(&["values-rounded"], "readings of c-side-cw go by steps of 5 µm"),
+    },
+    Case {
+        name: "C in turns",
+        make: |f| edit_rows(f, "c-", |rows| rows.iter_mut().for_each(|row| row[1] /= 360.0)),
+        due: Named(&["unit"], "C is in turns"),
+    },
+    Case {
+        name: "lengths three rows late everywhere",
+        make: |f| edit_rows(f, "", |rows| rows_late(rows, 3)),
+        due: Named(&["time-shift"], "lengths stand 3 rows"),
+    },
+    Case {
+        name: "lengths of one program a row late",
+        make: |f| edit_rows(f, "c-side", |rows| rows_late(rows, 1)),
+        due: Named(&["time-shift"], "c-side-ccw, c-side-cw"),
+    },
+    Case {
+        name: "A in gon",
+        make: |f| edit_rows(f, "a-", |rows| rows.iter_mut().for_each(|row| row[1] /= 0.9)),
+        due: Named(&["unit"], "as it does in gon"),
+    },
+    Case {
+        name: "A a twentieth too large",
+        make: |f| edit_rows(f, "a-", |rows| rows.iter_mut().for_each(|row| row[1] *= 1.05)),
+        due: Named(&["unit"], "the column A is 1.05"),
     },
     Case {
         name: "every recording zeroed at its start",
@@ -1106,6 +1153,35 @@ fn an_inclined_axis_that_is_inclined_the_other_way_is_named() {
     let examination = examine(&session, &Options::default()).unwrap();
     let fault = examination.fault.unwrap_or_else(|| panic!("{:?}", examination.unjudged));
     assert!(is_told(&fault, &["axis-direction"], "A turns about [0, 1, -1]"), "{} {:?}", fault.says, fault.rivals);
+}
+
+#[test]
+fn deviations_stated_per_100_mm_of_bar_are_told_where_bars_differ() {
+    let sound = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/gallery/07-nothing-wrong");
+    let folder = tempfile::tempdir().unwrap();
+    for entry in std::fs::read_dir(&sound).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "yaml") {
+            std::fs::copy(&path, folder.path().join(path.file_name().unwrap())).unwrap();
+        }
+    }
+    let session = load_session(&sound.join("session.yaml")).unwrap();
+    for test in &session.tests {
+        let (name, bar_mm) = (format!("{}.csv", test.name), test.bar_length_mm.unwrap());
+        let text = std::fs::read_to_string(sound.join(&name)).unwrap();
+        let mut lines: Vec<String> = text.lines().map(String::from).collect();
+        for line in &mut lines[1..] {
+            let (before, length) = line.rsplit_once(',').unwrap();
+            // a row without a reading stays one
+            if let Ok(length_mm) = length.parse::<f64>() {
+                *line = format!("{before},{:.7}", bar_mm + 100.0 / bar_mm * (length_mm - bar_mm));
+            }
+        }
+        std::fs::write(folder.path().join(name), lines.join("\n")).unwrap();
+    }
+    let found = diagnose(&load_session(&folder.path().join("session.yaml")).unwrap(), &Options::default()).unwrap();
+    let fault = found.data_fault.expect("fault");
+    assert!(is_told(&fault, &["unit"], "stated per 100 mm of bar"), "{} {:?}", fault.says, fault.rivals);
 }
 
 #[test]

@@ -529,3 +529,38 @@ fn an_instrument_that_moved_between_tests_is_named_and_doubled_rows_are() {
     let (_, doubled) = said("identify");
     assert!(doubled.contains("every row stands there twice") || doubled.contains("pose"), "{doubled}");
 }
+
+const POSITIONER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/real/positioner");
+
+#[test]
+fn coordinates_in_metres_are_told_by_rotations_and_a_sense_that_nothing_fixes_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["machine.yaml", "session.yaml"] {
+        std::fs::copy(Path::new(POSITIONER).join(name), folder.path().join(name)).unwrap();
+    }
+    let rows = std::fs::read_to_string(Path::new(POSITIONER).join("points.csv")).unwrap();
+    let columns: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+    let is_coordinate = |k: usize| ["x_mm", "y_mm", "z_mm"].contains(&columns[k]);
+    let in_metres = |line: &str| -> String {
+        let fields = line.split(',').enumerate().map(|(k, field)| match field.parse::<f64>() {
+            Ok(value) if is_coordinate(k) => format!("{}", 1e-3 * value),
+            _ => field.to_string(),
+        });
+        fields.collect::<Vec<_>>().join(",")
+    };
+    let identified = |text: &str| {
+        std::fs::write(folder.path().join("points.csv"), text).unwrap();
+        let done = fiveaxis(&["identify", folder.path().join("session.yaml").to_str().unwrap(), "--json"]);
+        serde_json::from_slice::<serde_json::Value>(&done.stdout).unwrap()
+    };
+    let sound = identified(&rows);
+    assert_eq!(sound["verdict"], "fits");
+    // tilting the other way, the target and instrument elsewhere, all readings are the same
+    let senses = sound["senses"].as_array().unwrap();
+    let tilt = senses.iter().find(|sense| sense["axis"] == "J1").unwrap();
+    assert_eq!(tilt["told"], false, "{tilt}");
+    let metres: Vec<String> = rows.lines().map(in_metres).collect();
+    let said = identified(&metres.join("\n"));
+    assert_eq!(said["mistake"]["effect"], "unit", "{said}");
+    assert!(said["mistake"]["says"].as_str().unwrap().contains("in metres"));
+}

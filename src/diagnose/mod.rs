@@ -51,7 +51,7 @@ use self::findings::standing::Standing;
 use self::model::prior_penalty::{WIDER_SETUPS, fitted_anyway};
 use self::noise::noise_floor::mean_noise_mm2;
 use self::preflight::contradictions::further_contradiction;
-use self::preflight::doubts::strained;
+use self::preflight::doubts::{displaced, strained};
 use self::preflight::examine::examined;
 use self::preflight::mistake_or_effect::{Doubt, Held, held_against_physics};
 use self::preflight::quick_fit::strain;
@@ -99,7 +99,11 @@ pub fn diagnose_with(session: &Session, options: &Options, thresholds: Threshold
     // where nothing was found, nothing else explains what a ball or bar makes up for, or that too little changes
     let doubt = match diagnosis.verdict {
         Verdict::DataFault => None,
-        Verdict::Clean => examination.fit.as_ref().and_then(strained).or_else(|| unchanging(session)),
+        Verdict::Clean => examination
+            .fit
+            .as_ref()
+            .and_then(|fit| strained(fit).or_else(|| displaced(fit)))
+            .or_else(|| unchanging(session)),
         _ => unchanging(session),
     };
     Ok(match doubt {

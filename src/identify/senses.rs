@@ -18,7 +18,7 @@ use crate::identify::model::error::FitError;
 use crate::identify::model::problem::Problem;
 use crate::identify::model::unknowns::Quantity;
 use crate::machine::{AxisKind, Machine};
-use crate::session::{Session, Setups};
+use crate::session::{Session, Setups, located_anew};
 
 /// Δχ² from which a sense is told: five standard deviations, one chance in a million of being misled.
 const LEAST_CHI2_OF_A_SENSE: f64 = 25.0;
@@ -165,7 +165,12 @@ pub fn turned_senses(session: &Session, fit: &Fit) -> Result<Vec<TurnedSense>, F
         let mut other = session.clone();
         axes.iter().for_each(|&axis| other.machine.axes[axis].reversed ^= true);
         let other_chain = Chain::of(&other.machine);
-        let problem = Problem::new(&other, &other_chain, &setups, fit.unknowns.clone())?;
+        // instruments and targets that the readings placed would stand elsewhere
+        if session.has_parts() {
+            other = located_anew(other.clone(), &other_chain).unwrap_or(other);
+        }
+        let other_setups = Setups::of(&other);
+        let problem = Problem::new(&other, &other_chain, &other_setups, fit.unknowns.clone())?;
         let start: Vec<f64> = fit.unknowns.iter().map(|unknown| unknown.prior_mean).collect();
         let turned = refit(&problem, &start, (&fit.noise, &kept), as_stated.cost + MOST_CHI2_WORTH_A_STEP);
         let by_readings = turned.as_ref().map_or(MOST_CHI2_WORTH_A_STEP, |turned| turned.cost - as_stated.cost);

@@ -71,6 +71,26 @@ pub fn locate_instruments(session: &mut Session, chain: &Chain) -> Result<(), (S
     }
 }
 
+/// Places of which a session knows less than this were found from the readings, mm.
+const FOUND_FROM_MM: f64 = 50.0;
+
+/// The session with every place that was found from readings found once more, as with another machine; `None` where that cannot be.
+pub fn located_anew(mut session: Session, chain: &Chain) -> Option<Session> {
+    let is_found = |ball: &Ball| ball.spread_mm.is_some_and(|spread_mm| spread_mm > FOUND_FROM_MM);
+    for test in &mut session.tests {
+        let (is_instrument, is_target) = (is_found(&test.pivot), is_found(&test.spindle_ball));
+        let Some(part) = test.reading.part_mut() else { continue };
+        if is_instrument {
+            (test.pivot.at, part.instrument_axes) = (Vector3::repeat(f64::NAN), Matrix3::identity());
+        }
+        if is_target {
+            (test.spindle_ball.at, part.target_axes) = (Vector3::repeat(f64::NAN), Matrix3::identity());
+        }
+    }
+    locate_instruments(&mut session, chain).ok()?;
+    Some(session)
+}
+
 /// How far readings of points and poses lie from the nominal chain with instruments and targets where they fit best: the largest of
 /// the medians over instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -221,6 +221,17 @@ pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
     let outliers = (share > WARNED_LEFT_OUT).then(|| {
         format!("{:.1} % of the readings were left out as gross outliers: look after the gauge", 100.0 * share)
     });
+    strained.chain(outliers).chain(far(fit)).collect()
+}
+
+/// Why nothing is determined where a location error is larger than those of machines in use.
+pub(crate) fn displaced(fit: &Fit) -> Option<String> {
+    far(fit).into_iter().next().map(|says| format!("{says}; correct that first, no error is called determined"))
+}
+
+/// Location errors that are larger than those of machines in use, in words: something else stands elsewhere than the files say, or that line
+/// does, and then it is to be stated first.
+fn far(fit: &Fit) -> Vec<String> {
     let located = fit.unknowns.iter().zip(&fit.estimates).filter(|(unknown, _)| !unknown.quantity.is_setup());
     let far = located.filter_map(|(unknown, estimate)| {
         let off = estimate.value - unknown.prior_mean;
@@ -238,5 +249,5 @@ pub(crate) fn warnings(fit: &Fit) -> Vec<String> {
             )
         })
     });
-    strained.chain(outliers).chain(far).collect()
+    far.collect()
 }

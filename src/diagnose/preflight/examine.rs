@@ -2,13 +2,13 @@
 
 use super::contradictions::{contradiction, copied_rows, further_contradiction};
 use super::data_fault::{DataFault, RECORDER};
-use super::doubts::{left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
+use super::doubts::{displaced, left_out_share, left_over, misfit, repeats_um, strained, unjudged, warnings};
 use super::gross_misfit::contest;
 use super::mistake_or_effect::held_against_physics;
 use super::places::frames::instrument_moved;
 use super::places::standing::a_little_elsewhere;
 use super::quick_fit::{refit, robust_rms_mm, strain};
-use super::readings::columns::{mistaken_columns, mistaken_gauge};
+use super::readings::columns::{coordinates_in_metres, mistaken_columns, mistaken_gauge};
 use super::readings::scaled::held_otherwise;
 use super::small_misfit::{Misfit, Preflight};
 use super::unchanging::unchanging;
@@ -75,7 +75,9 @@ pub fn examine(session: &Session, options: &Options) -> Result<Examination, FitE
     let sound = examination.fit.as_ref().filter(|_| examination.is_sound());
     let doubts: Vec<String> = sound
         .iter()
-        .flat_map(|fit| left_over(session, fit).into_iter().chain(strained(fit)).chain(unchanging(session)))
+        .flat_map(|fit| {
+            left_over(session, fit).into_iter().chain(strained(fit)).chain(displaced(fit)).chain(unchanging(session))
+        })
         .collect();
     if !doubts.is_empty() {
         examination.fit.iter_mut().for_each(Fit::claim_nothing);
@@ -105,6 +107,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     let mut fault = if session.has_parts() { copied_rows(session) } else { contradiction(session) };
     if session.has_parts() && fault.is_none() {
         fault = misfit.as_ref().and_then(|_| mistaken_columns(session)).or_else(|| mistaken_gauge(session));
+        fault = fault.or_else(|| coordinates_in_metres(session, fit.as_ref()?));
         fault = fault.or_else(|| instrument_moved(session, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {

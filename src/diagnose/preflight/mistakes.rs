@@ -2,7 +2,7 @@
 
 use super::axis_columns::{columns_of_some, of_an_axis, senses_together, swapped};
 use super::dwells::{other_rows, without_dwells};
-use super::late_clock::shifted;
+use super::late_clock::{is_sampled_unevenly, rows_apart, shifted};
 use super::places::axis_order::other_orders;
 use super::places::exchanged;
 use super::places::foreign::foreign;
@@ -14,7 +14,7 @@ use super::readings::factors::scaled_in_some;
 use super::readings::figures::Linearised;
 use super::readings::order::out_of_order;
 use super::readings::processed::own_zeros;
-use super::readings::scaled::{scaled, scaled_by_any, zeroed};
+use super::readings::scaled::{per_100_mm, scaled, scaled_by_any, zeroed};
 use super::readings::steps::cut_off;
 use super::readings::taken_off::taken_off;
 use super::readings::unsigned::unsigned;
@@ -69,9 +69,13 @@ pub(crate) fn suspicions(sampled: Sampled<'_>, as_it_is: &Refit) -> Vec<Suspicio
     if let Some(linearised) = Linearised::of(session, as_it_is) {
         list.extend(slides_off(session, &linearised, &pieces));
         let of_any = distinct([&pieces, conversions, &groups.conversions_one_way, bars]);
+        list.extend(per_100_mm(session));
         list.extend(scaled_by_any(session, &linearised, &of_any));
         let squares = linearised.squares(1e3 * robust_rms_mm(&as_it_is.residual_mm));
         list.extend(scaled_in_some(session, &linearised, squares));
+        // of all tests sampled alike it is a shift in time
+        let everywhere = if is_sampled_unevenly(session) { vec![all(session)] } else { Vec::new() };
+        list.extend(rows_apart(sampled, &linearised, &distinct([&everywhere, &pieces])));
         list.extend(out_of_order(sampled, &linearised, &worst, programs));
         list.extend(taken_off(sampled, &linearised));
         list.extend(unsigned(sampled, &linearised));

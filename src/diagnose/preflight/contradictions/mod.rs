@@ -46,4 +46,5 @@ pub(crate) fn further_contradiction(session: &Session) -> Option<DataFault> {
         .or_else(|| arcs::other_arc(session))
         .or_else(|| directions::against_its_name(session))
         .or_else(|| times::other_speed(session))
+        .or_else(|| times::other_scale(session))
 }

@@ -4,7 +4,7 @@ use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, listed};
 use crate::session::{Motion, Recording, Session, Test};
-use crate::statistics::{ON_STEP, rms, step_of, third_differences};
+use crate::statistics::{ON_STEP, median, rms, step_of, third_differences};
 
 /// Lengths of so large a step are not what a gauge read, mm: gauges read to 0.1 µm, and the noise of a good one is 0.2 µm.
 const COARSE_LENGTH_MM: f64 = 0.01;
@@ -24,7 +24,7 @@ const ROWS_OF_A_TEST: usize = 24;
 
 /// Lengths or positions that were rounded.
 pub(super) fn rounded(session: &Session) -> Option<DataFault> {
-    rounded_lengths(session).or_else(|| rounded_positions(session))
+    rounded_lengths(session).or_else(|| coarser_than_others(session)).or_else(|| rounded_positions(session))
 }
 
 fn rounded_lengths(session: &Session) -> Option<DataFault> {
@@ -46,6 +46,39 @@ fn rounded_lengths(session: &Session) -> Option<DataFault> {
     let mut fault = DataFault::seen(FaultKind::ValuesRounded, RECORDER, Vec::new(), says);
     fault.components = vec!["length".into()];
     (step_mm >= COARSE_LENGTH_MM).then_some(fault)
+}
+
+/// Steps of one recording, mm, and how many times as large as those of most others, from which that file lost its digits: a gauge that shows whole
+/// µm does so in every file.
+const COARSE_IN_ONE_MM: f64 = 0.002;
+const COARSER: f64 = 10.0;
+
+/// Readings that differ in a recording from which its steps are known.
+const LEAST_CHANGES: usize = 10;
+
+/// Recordings whose readings differ by far larger steps than those of most others.
+fn coarser_than_others(session: &Session) -> Option<DataFault> {
+    let step_mm = |test: &Test| -> Option<f64> {
+        let recording = test.recording.as_ref().filter(|_| test.bar_length_mm.is_some())?;
+        let changes =
+            recording.length_mm.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > ON_STEP);
+        (changes.clone().count() >= LEAST_CHANGES).then(|| changes.fold(f64::INFINITY, f64::min))
+    };
+    let steps: Vec<(&Test, f64)> = session.tests.iter().filter_map(|test| Some((test, step_mm(test)?))).collect();
+    let usual_mm = median(steps.iter().map(|(_, step)| *step))?;
+    let is_coarse = |step: f64| step >= COARSE_IN_ONE_MM && step > (COARSER - 0.5) * usual_mm;
+    let coarse = || steps.iter().filter(|(_, step)| is_coarse(*step));
+    let least_mm = coarse().map(|(_, step)| *step).reduce(f64::min)?;
+    let tests: Vec<String> = coarse().map(|(test, _)| test.name.clone()).collect();
+    let says = format!(
+        "readings of {} go by steps of {:.0} µm and more, where other recordings have digits to {:.1} µm: they were rounded; export them with all their \
+         digits",
+        listed(&tests),
+        1e3 * least_mm,
+        1e3 * usual_mm
+    );
+    let fault = DataFault::seen(FaultKind::ValuesRounded, RECORDER, tests, says);
+    Some(DataFault { components: vec!["length".into()], ..fault })
 }
 
 /// A column of positions that was rounded.

@@ -3,9 +3,11 @@
 use super::arcs::unit_instead;
 use crate::chain::{Chain, Geometry};
 use crate::diagnose::fault_kind::FaultKind;
-use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, SESSION, listed};
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival, SESSION, listed};
+use crate::machine::AxisKind;
 use crate::session::{Motion, Session, Test, way_mm};
 use crate::statistics::median;
+use crate::units::OtherUnit;
 
 /// How far two tests may overlap, s: beginnings are written down by hand.
 const OVERLAP_S: f64 = 1.0;
@@ -77,9 +79,10 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
     let axis =
         first.recording.as_ref().and_then(|recording| recording.axes.first()).map(|&axis| &session.machine.axes[axis]);
     // the speed that positions in another unit seem to give over the true one is the inverse of its size
-    if let Some((axis, (unit, _))) = axis.map(|axis| (axis, unit_instead(axis.kind)))
-        && (ratio * unit.size - 1.0).abs() < AS_BY_UNIT
-    {
+    let in_turns = |kind: AxisKind| (kind == AxisKind::Rotary).then_some(OtherUnit::TURNS);
+    let units = |kind: AxisKind| [Some(unit_instead(kind).0), in_turns(kind)].into_iter().flatten();
+    let is_as_in = |unit: &OtherUnit| (ratio * unit.size - 1.0).abs() < AS_BY_UNIT;
+    if let Some((axis, unit)) = axis.and_then(|axis| Some((axis, units(axis.kind).find(is_as_in)?))) {
         let (name, unit, due) = (&axis.name, unit.name, axis.kind.position_unit());
         let says = format!("{name} is in {unit} in {}: convert the column to {due}", listed(&tests));
         let mut fault = DataFault::seen(FaultKind::Unit, RECORDER, tests, says);
@@ -96,6 +99,64 @@ pub(super) fn other_speed(session: &Session) -> Option<DataFault> {
         listed(&tests)
     );
     Some(DataFault::seen(FaultKind::Feed, SESSION, tests, says))
+}
+
+/// How near the speeds of an axis over its stated feeds must be to each other, and to one, as a share: controls keep a feed better.
+const SAME_SPEED: f64 = 0.005;
+
+/// Speeds over the stated feed beyond which an override, or a limit of the axis, says it.
+const SCALES: std::ops::Range<f64> = 0.8..1.25;
+
+/// A speed that differs by less from the stated feed, as a share, says nothing of a scale.
+const LEAST_SCALE: f64 = 0.01;
+
+/// Gon in a degree.
+const GON: f64 = 10.0 / 9.0;
+
+/// Positions of a rotary axis by whose rows it moves faster or slower than stated, by one factor in all of its tests: they are in gon, or, where
+/// other axes keep their feed, too large or too small unless that feed was run.
+pub(super) fn other_scale(session: &Session) -> Option<DataFault> {
+    let chain = Chain::of(&session.machine);
+    let geometry = Geometry::nominal(&chain);
+    let ratio = |test: &Test| -> Option<(usize, f64)> {
+        let axis = *test.recording.as_ref()?.axes.first()?;
+        Some((axis, speed_mm_per_min(session, &geometry, test)? / test.feed_mm_per_min?))
+    };
+    let ratios: Vec<(usize, f64)> = session.tests.iter().filter_map(ratio).collect();
+    let is_same = |ratio: f64, other: f64| (ratio / other - 1.0).abs() < SAME_SPEED;
+    let of_axis = |axis: usize| {
+        let own: Vec<f64> = ratios.iter().filter(|(of, _)| *of == axis).map(|(_, ratio)| *ratio).collect();
+        let scale = median(own.iter().copied()).filter(|_| own.len() > 1)?;
+        own.iter().all(|ratio| is_same(*ratio, scale)).then_some(scale)
+    };
+    let keeps_feed = |axis: usize| of_axis(axis).is_some_and(|scale| is_same(scale, 1.0));
+    let axes = 0..session.machine.axes.len();
+    let others_keep = |axis: usize| axes.clone().any(|other| other != axis && keeps_feed(other));
+    let struck = axes.clone().filter(|&axis| session.machine.axes[axis].kind == AxisKind::Rotary);
+    let (axis, scale) = struck.filter_map(|axis| Some((axis, of_axis(axis)?))).find(|&(axis, scale)| {
+        let is_off = SCALES.contains(&scale) && (scale - 1.0).abs() > LEAST_SCALE;
+        is_same(scale, GON) || is_off && others_keep(axis)
+    })?;
+    let name = &session.machine.axes[axis].name;
+    let is_of_axis = |test: &&Test| test.recording.as_ref().is_some_and(|recording| recording.axes == [axis]);
+    let tests: Vec<String> = session.tests.iter().filter(is_of_axis).map(|test| test.name.clone()).collect();
+    let seen = format!("by its rows {name} moves at {scale:.3} times the stated feed in all of its tests");
+    let fault = if is_same(scale, GON) {
+        let says = format!("{seen}, as it does in gon (400 to a turn): multiply the column {name} by 0.9");
+        DataFault::seen(FaultKind::Unit, RECORDER, tests, says)
+    } else {
+        let says = format!("{seen}, and other axes at theirs: state the feed that was run");
+        let column = format!("the column {name} is {scale:.3} times as large as it should be: export it again");
+        let rival = Rival {
+            kind: FaultKind::Unit,
+            place: RECORDER.into(),
+            components: vec![name.clone()],
+            says: column,
+            probability: 0.0,
+        };
+        DataFault { rivals: vec![rival], ..DataFault::seen(FaultKind::Feed, SESSION, tests, says) }.shared_evenly()
+    };
+    Some(DataFault { components: vec![name.clone()], ..fault })
 }
 
 /// Median speed between rows of a single axis; `None` for poses and recordings without times of their own.

@@ -7,7 +7,7 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::preflight::data_fault::{DataFault, SESSION};
 use crate::identify::{Fit, Options, identify};
 use crate::session::{Session, Setups};
-use crate::statistics::rms;
+use crate::statistics::{rms, robust_sigma};
 
 /// Share of the residual's squares that is left at most when the instrument stands elsewhere from some row on: with the errors as
 /// fitted, and with all fitted once more.
@@ -19,6 +19,9 @@ const LEAST_ROWS: usize = 12;
 /// Residuals below this are rounding, mm.
 const ROUNDING_MM: f64 = 1e-6;
 
+/// Tag of an instrument's second place.
+const SECOND: &str = "second";
+
 /// An instrument that was moved during a session: the residual is a shift and a turn of its frame before a row, and another after.
 pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault> {
     let moved = visits(session, fit).into_iter().filter_map(|visits| {
@@ -29,7 +32,8 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     let (first, row) = (visits[at].test, visits[at].row);
     let later: Vec<usize> = visits[at..].iter().map(|visit| visit.test).filter(|&test| test != first).collect();
     let begins_there = !visits[..at].iter().any(|visit| visit.test == first);
-    let refitted = identify(&with_second_frame(session, (first, row), &later), &Options::default()).ok()?;
+    let split = with_second_frame(session, (first, row), &later);
+    let refitted = identify(&split, &Options::default()).ok()?;
     // rows after the move may have been left out as outliers
     let all_mm =
         |fit: &Fit| rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|v| v.is_finite()));
@@ -56,11 +60,29 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
         says.push_str("; the tests after it have the same second setup");
     }
     let before_um = 1e3 * all_mm(fit);
-    Some(DataFault {
+    let fault = DataFault {
         before_um,
         after_um: before_um * left.sqrt(),
         ..DataFault::seen(FaultKind::InstrumentMoved, SESSION, vec![of], says)
-    })
+    };
+    Some(fault.or_effect(evenness(&split, &refitted), None))
+}
+
+/// What is left on either side of a move may differ by so many times: poses are others there.
+const EITHER_SIDE: f64 = 2.0;
+
+/// How evenly a fit leaves its residual before a move and after it, one where both sides are alike: another mistake leaves far more on its own
+/// side.
+fn evenness(split: &Session, refitted: &Fit) -> f64 {
+    let is_second = |test: &usize| split.tests[*test].pivot.setup.as_deref() == Some(SECOND);
+    let (after, before): (Vec<usize>, Vec<usize>) = (0..split.tests.len()).partition(is_second);
+    let left_mm = |tests: Vec<usize>| {
+        robust_sigma(
+            tests.iter().flat_map(|&test| &refitted.tests[test].residual_mm).copied().filter(|left| left.is_finite()),
+        )
+    };
+    let (before, after) = (left_mm(before), left_mm(after));
+    (EITHER_SIDE * before.min(after) / before.max(after)).min(1.0)
 }
 
 /// A pose that an instrument saw: first number of its test, row, time as a share of all, point and what is left of it, mm.
@@ -114,12 +136,12 @@ fn with_second_frame(session: &Session, (first, row): (usize, usize), later: &[u
     let numbers = |test: usize| session.tests[test].reading.part().map_or(0, |part| part.kind.scalars().len());
     for &test in later {
         let of_test = &mut split.tests[test..test + numbers(test)];
-        of_test.iter_mut().for_each(|test| test.pivot.setup = Some("second".into()));
+        of_test.iter_mut().for_each(|test| test.pivot.setup = Some(SECOND.into()));
     }
     for index in first..first + numbers(first) {
         let mut second = session.tests[index].clone();
         second.name.push_str(" from there");
-        second.pivot.setup = Some("second".into());
+        second.pivot.setup = Some(SECOND.into());
         for (test, is_second) in [(&mut split.tests[index], false), (&mut second, true)] {
             let lengths = test.recording.iter_mut().flat_map(|recording| recording.length_mm.iter_mut().enumerate());
             lengths.filter(|(at, _)| (*at >= row) != is_second).for_each(|(_, value)| *value = f64::NAN);

@@ -6,8 +6,8 @@
 
 use super::figures::{Figure, Linearised, Sums};
 use super::processed::deviations_mm;
-use super::scaled::{FACTORS, is_known, with_factor};
-use crate::diagnose::preflight::suspicion::{SOMETIMES, Suspicion};
+use super::scaled::{FACTORS, is_known, is_near_one, with_factor};
+use crate::diagnose::preflight::suspicion::{RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
 use crate::session::Session;
 use statrs::function::beta::ln_beta;
@@ -53,7 +53,30 @@ pub(crate) fn scaled_in_some(session: &Session, linearised: &Linearised, squares
         list.extend(suspected(session, factor, &struck));
         list.extend(is_as_likely.then(|| suspected(session, factor.recip(), &others)).flatten());
     }
+    list.extend(from_a_time_on(session, &choice));
     list
+}
+
+/// A factor of its own from a time of the session on, or until then, where it takes off most: a gauge calibrated anew, a setting of its software.
+/// Fewer recordings were wrong rather than more.
+fn from_a_time_on(session: &Session, choice: &Choice) -> Option<Suspicion> {
+    let mut order: Vec<usize> = (0..session.tests.len()).collect();
+    order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
+    let begins = 1..order.len();
+    let chances = begins.len() as f64;
+    let of = |begin: usize| {
+        let (square, linear) = choice.of(&order[begin..]);
+        let size = linear / square;
+        (Choice::left(size, (square, linear)), size, begin)
+    };
+    let told = begins.map(of).filter(|(left, size, _)| left.is_finite() && *size > -1.0);
+    let (left, size, begin) = told.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let factor = (1.0 + size).recip();
+    let (earlier, later) = order.split_at(begin);
+    let (struck, factor) = if later.len() > earlier.len() { (earlier, factor.recip()) } else { (later, factor) };
+    let is_told = -left > LEAST_GAIN * choice.squares && factor.is_finite() && !is_near_one(factor);
+    let found = is_told.then(|| with_factor(session, struck, factor))?;
+    Some(Suspicion { log_figures: -PARAMETER_COST - chances.ln(), weight: RARELY, ..found })
 }
 
 /// What is added to deviations, as a share of them, to undo a factor.

@@ -6,7 +6,7 @@ use crate::diagnose::model::decimate::Sampled;
 use crate::diagnose::preflight::data_fault::RECORDER;
 use crate::diagnose::preflight::suspicion::{Detail, OFTEN, Suspicion};
 use crate::session::{Session, Test, Zero};
-use crate::statistics::mean;
+use crate::statistics::{mean, median};
 
 /// Deviations that differ by less are equal, mm: files have seven digits after the point at most.
 pub(crate) const NO_DIGIT_MM: f64 = 5e-8;
@@ -23,7 +23,14 @@ pub(crate) fn own_zeros(sampled: Sampled<'_>) -> Vec<Suspicion> {
     let mut list = Vec::new();
     let read = |deviations: Vec<f64>| deviations.into_iter().filter(|deviation| deviation.is_finite()).collect();
     let deviations: Vec<Vec<f64>> = whole.tests.iter().filter_map(deviations_mm).map(read).collect();
-    if deviations.len() < LEAST_TESTS || deviations.len() < session.tests.len() {
+    // deviations in too small a unit are all alike
+    let range_mm = |deviations: &Vec<f64>| {
+        let (least, most) =
+            deviations.iter().fold((f64::MAX, f64::MIN), |(least, most), d| (least.min(*d), most.max(*d)));
+        most - least
+    };
+    let hardly_change = median(deviations.iter().map(range_mm)).is_none_or(|range_mm| range_mm < ALIKE_MM);
+    if hardly_change || deviations.len() < LEAST_TESTS || deviations.len() < session.tests.len() {
         return list;
     }
     let own_zero = "state 'bar_setup' and 'zero: free' for each test, or export them as they were read";

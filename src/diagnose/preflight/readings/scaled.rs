@@ -93,8 +93,41 @@ pub(crate) fn scaled_by_any(session: &Session, linearised: &Linearised, groups: 
     groups.iter().filter(|group| group.len() < session.tests.len()).filter_map(of).collect()
 }
 
+/// Length of bar to which software states deviations, mm.
+const STATED_PER_MM: f64 = 100.0;
+
+/// Deviations that software stated per 100 mm of bar, with that undone; none where all bars are of one length, which no residual tells.
+pub(crate) fn per_100_mm(session: &Session) -> Option<Suspicion> {
+    let bars: Option<Vec<f64>> = session.tests.iter().map(|test| test.bar_length_mm).collect();
+    let bars = bars.filter(|bars| bars.iter().any(|bar| bar.round() != bars[0].round()))?;
+    let mut undone = session.clone();
+    let (mut log_diminished, mut count) = (0.0, 0);
+    for (test, bar_mm) in bars.iter().enumerate() {
+        let times = bar_mm / STATED_PER_MM;
+        undone = with_deviations(&undone, &[test], times);
+        let own = readings(session, &[test]);
+        log_diminished -= own as f64 * times.ln();
+        count += own;
+    }
+    let says = "deviations are stated per 100 mm of bar: multiply them by the bar's length over 100 mm, or export them as they were read";
+    let found = Suspicion::new(FaultKind::Unit, RECORDER, Vec::new(), says.into(), undone);
+    let diminished = (log_diminished / count.max(1) as f64).exp();
+    Some(Suspicion {
+        components: vec!["length".into()],
+        detail: Detail::Way("per 100 mm"),
+        weight: RARELY,
+        diminished,
+        ..found
+    })
+}
+
 fn is_near(factor: f64, other: f64) -> bool {
     (factor / other - 1.0).abs() < LEAST_FACTOR
+}
+
+/// Whether a factor is none but a calibration.
+pub(super) fn is_near_one(factor: f64) -> bool {
+    is_near(factor, 1.0)
 }
 
 /// Whether a factor is one that conversions are known to leave.

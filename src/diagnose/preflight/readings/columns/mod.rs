@@ -18,8 +18,12 @@ mod undone;
 use rayon::prelude::*;
 
 use crate::diagnose::cause::MOST_RIVALS;
-use crate::diagnose::preflight::data_fault::{DataFault, Rival};
+use crate::diagnose::fault_kind::FaultKind;
+use crate::diagnose::preflight::data_fault::{DataFault, RECORDER, Rival};
+use crate::identify::Fit;
+use crate::readings::{Kind, LEVER_MM, Scalar};
 use crate::session::Session;
+use crate::statistics::{NOISE_FLOOR_MM, robust_sigma};
 
 use gauges::{gauges_mm, mistakes_of_gauges};
 use points::{mistakes_of_points, points_mm};
@@ -50,6 +54,38 @@ pub(crate) fn mistaken_columns(session: &Session) -> Option<DataFault> {
 /// A gauge read with the other sign or in another unit. A fit turns the gauge round and leaves nothing of it: the stated direction tells.
 pub(crate) fn mistaken_gauge(session: &Session) -> Option<DataFault> {
     best(session, gauges_mm, GAUGE_NEAR_NOMINAL_MM, 1e3, mistakes_of_gauges)
+}
+
+/// Width of a target, mm, below which no instrument reads its rotation: what its points scatter by over that width is what its rotation
+/// scatters by.
+const LEAST_WIDTH_MM: f64 = 5.0;
+
+/// Poses whose coordinates repeat as if the target were far too small for the scatter of its rotations: they are in metres. Where all axes
+/// meet the fit itself tells no scale.
+pub(crate) fn coordinates_in_metres(session: &Session, fit: &Fit) -> Option<DataFault> {
+    let is_pose = |test: &usize| session.tests[*test].reading.part().is_some_and(|part| part.kind == Kind::Pose);
+    let left_mm = |is_wanted: fn(&Scalar) -> bool| {
+        let of = (0..session.tests.len())
+            .filter(is_pose)
+            .filter(|&test| session.tests[test].reading.part().is_some_and(|part| is_wanted(&part.scalar)));
+        let left = of.flat_map(|test| &fit.tests[test].residual_mm).copied().filter(|left| left.is_finite());
+        robust_sigma(left)
+    };
+    let coordinates_mm = left_mm(|scalar| matches!(scalar, Scalar::Coordinate(_)));
+    let rotations_mm = left_mm(|scalar| !matches!(scalar, Scalar::Coordinate(_)));
+    let width_mm = LEVER_MM * coordinates_mm / rotations_mm;
+    // rotations that do not fit say nothing of their scatter
+    let fit_well = (f64::MIN_POSITIVE..LEVER_MM * NEAR_NOMINAL_RAD).contains(&rotations_mm);
+    (fit_well && coordinates_mm > NOISE_FLOOR_MM && width_mm < LEAST_WIDTH_MM).then(|| {
+        let says = format!(
+            "coordinates repeat to {:.2} µm and rotations to {:.0} arcsec, as of a target {width_mm:.2} mm wide: are the coordinates in metres? \
+             Convert the columns to mm",
+            1e3 * coordinates_mm,
+            1e3 * rotations_mm
+        );
+        let fault = DataFault::seen(FaultKind::Unit, RECORDER, Vec::new(), says);
+        DataFault { components: vec!["coordinates".into()], ..fault }
+    })
 }
 
 /// The mistake that leaves least by a measure, with those that leave as little.
