@@ -512,7 +512,7 @@ const CASES: &[Case] = &[
     Case {
         name: "lengths three rows late everywhere",
         make: |f| edit_rows(f, "", |rows| rows_late(rows, 3)),
-        due: Named(&["time-shift"], "lengths stand 3 rows"),
+        due: Named(&["time-shift"], "lengths stand 3 rows later"),
     },
     Case {
         name: "lengths of one program a row late",

@@ -45,7 +45,8 @@ pub(crate) fn rows_apart(sampled: Sampled<'_>, linearised: &Linearised, groups: 
                 true => Vec::new(),
                 false => tests.iter().map(|&test| all.tests[test].name.clone()).collect(),
             };
-            let (count, way) = (rows.abs(), if rows > 0.0 { "later" } else { "earlier" });
+            // what was read at a position of later rows stands too early
+            let (count, way) = (rows.abs(), if rows > 0.0 { "earlier" } else { "later" });
             let says = format!(
                 "lengths stand {count:.0} {} {way} than their positions in {}: pair each length with the position at which it was read",
                 if count == 1.0 { "row" } else { "rows" },

@@ -62,14 +62,20 @@ pub(crate) fn scaled_in_some(session: &Session, linearised: &Linearised, squares
 fn from_a_time_on(session: &Session, choice: &Choice) -> Option<Suspicion> {
     let mut order: Vec<usize> = (0..session.tests.len()).collect();
     order.sort_by(|&a, &b| session.tests[a].started_at_s.total_cmp(&session.tests[b].started_at_s));
-    let begins = 1..order.len();
-    let chances = begins.len() as f64;
-    let of = |begin: usize| {
-        let (square, linear) = choice.of(&order[begin..]);
+    let Sums { normal, right } = choice.sums;
+    let chances = order.len().saturating_sub(1) as f64;
+    // from the last test on one joins after the other
+    let (mut square, mut linear) = (0.0, 0.0);
+    let mut told: Vec<(f64, f64, usize)> = Vec::new();
+    for begin in (1..order.len()).rev() {
+        let test = order[begin];
+        let with_later: f64 = order[begin + 1..].iter().map(|&later| normal[(test, later)]).sum();
+        square += normal[(test, test)] + 2.0 * with_later;
+        linear += right[test];
         let size = linear / square;
-        (Choice::left(size, (square, linear)), size, begin)
-    };
-    let told = begins.map(of).filter(|(left, size, _)| left.is_finite() && *size > -1.0);
+        told.push((Choice::left(size, (square, linear)), size, begin));
+    }
+    let told = told.into_iter().filter(|(left, size, _)| left.is_finite() && *size > -1.0);
     let (left, size, begin) = told.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let factor = (1.0 + size).recip();
     let (earlier, later) = order.split_at(begin);
