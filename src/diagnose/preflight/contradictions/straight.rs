@@ -5,15 +5,22 @@ use crate::diagnose::preflight::data_fault::{DataFault, RECORDER};
 use crate::session::{Session, Test};
 use crate::statistics::{OF_THIRD_DIFFERENCES, noise_of_rows, third_differences};
 
-/// Rows that are looked at together: third differences of noise three times as loud as rounding are all as small as by rounding
-/// alone less than once in 10⁹ stretches.
+/// Rows that are looked at together.
 const STRETCH: usize = 48;
 
 /// By how much squares of rounding may exceed their mean in a stretch: they scatter by a third of it.
 const ROUNDED: f64 = 2.0;
 
-/// How much louder than rounding the other readings of a recording must be.
+/// Logarithm to base ten of the chance that third differences of white noise three times as loud as rounding are as small as twice those of rounding in a
+/// stretch, and its change per time that noise is louder: once in 1.3·10⁵ stretches at 3, in 2.1·10⁶ at 3.46 (simulated, 1.5·10⁸ each).
+const LOG_CHANCE: f64 = -5.13;
+const LOG_CHANCE_PER_TIME: f64 = -2.57;
+
+/// Noise that is louder than rounding by less is not told from it.
 const LOUDER: f64 = 3.0;
+
+/// Chance from which a stretch was drawn, to base ten: a long session has some 3·10⁴ rows.
+const LEAST_LOG_CHANCE: f64 = -7.5;
 
 /// Variance of rounding to whole steps.
 const OF_ROUNDING: f64 = 1.0 / 12.0;
@@ -49,8 +56,12 @@ fn drawn_rows(test: &Test) -> Option<(usize, usize, f64)> {
     let last = from + count + STRETCH + 1;
     let others_mm = [&lengths_mm[..from], lengths_mm.get(last + 1..).unwrap_or_default()].concat();
     let noise_mm = noise_of_rows(&others_mm);
-    let is_louder = noise_mm > LOUDER * OF_ROUNDING.sqrt() * step_mm;
-    (count > 0 && others_mm.len() >= STRETCH && is_louder).then_some((from, last, noise_mm))
+    let louder = noise_mm / (OF_ROUNDING.sqrt() * step_mm);
+    // rows beyond a stretch are as many chances less
+    let stretches = (last + 1 - from) as f64 / STRETCH as f64;
+    let log_chance = stretches * (LOG_CHANCE + LOG_CHANCE_PER_TIME * (louder - LOUDER));
+    let is_drawn = count > 0 && louder > LOUDER && log_chance < LEAST_LOG_CHANCE;
+    (others_mm.len() >= STRETCH && is_drawn).then_some((from, last, noise_mm))
 }
 
 /// Where the longest run of values begins for which something holds, and its length.
