@@ -1,6 +1,7 @@
 //! Positions and lengths that were paired by different clocks, or row by row from different rows on.
 
 use super::data_fault::{RECORDER, listed};
+use super::places::misplaced::names;
 use super::readings::figures::Linearised;
 use super::suspicion::{Detail, RARELY, Suspicion};
 use crate::diagnose::fault_kind::FaultKind;
@@ -18,15 +19,16 @@ pub(crate) fn shifted(sampled: Sampled<'_>, tests: &[usize], seconds: f64) -> Su
             keep_few_rows(recording);
         }
     }
-    let names: Vec<String> = if tests.len() == session.tests.len() {
-        Vec::new()
-    } else {
-        tests.iter().map(|&test| session.tests[test].name.clone()).collect()
-    };
+    let names = names_of_some(session, tests);
     let says = shift_in_words(seconds, &names);
     let found = Suspicion::new(FaultKind::TimeShift, RECORDER, names, says, undone);
     let detail = Detail::sizes(&[seconds], 0.01);
     Suspicion { detail, shift_ms: Some(1e3 * seconds), is_found: true, weight: RARELY, ..found }
+}
+
+/// Names of tests, none where they are all of a session.
+fn names_of_some(session: &Session, tests: &[usize]) -> Vec<String> {
+    if tests.len() == session.tests.len() { Vec::new() } else { names(session, tests) }
 }
 
 /// Rows by which lengths may stand beside their positions, at most: more is no slip of a table.
@@ -41,10 +43,7 @@ pub(crate) fn rows_apart(sampled: Sampled<'_>, linearised: &Linearised, groups: 
         let is_told = rows != 0.0 && rows.abs() <= MOST_ROWS_APART;
         is_told.then(|| {
             let all = sampled.all_rows;
-            let names: Vec<String> = match tests.len() == all.tests.len() {
-                true => Vec::new(),
-                false => tests.iter().map(|&test| all.tests[test].name.clone()).collect(),
-            };
+            let names = names_of_some(all, tests);
             // what was read at a position of later rows stands too early
             let (count, way) = (rows.abs(), if rows > 0.0 { "earlier" } else { "later" });
             let says = format!(

@@ -104,7 +104,7 @@ pub(crate) fn per_100_mm(session: &Session) -> Option<Suspicion> {
     let (mut log_diminished, mut count) = (0.0, 0);
     for (test, bar_mm) in bars.iter().enumerate() {
         let times = bar_mm / STATED_PER_MM;
-        undone = with_deviations(&undone, &[test], times);
+        multiply_deviations(&mut undone.tests[test], times);
         let own = readings(session, &[test]);
         log_diminished -= own as f64 * times.ln();
         count += own;
@@ -148,12 +148,14 @@ fn readings(session: &Session, tests: &[usize]) -> usize {
 /// The session with the deviations of some tests multiplied.
 fn with_deviations(session: &Session, tests: &[usize], factor: f64) -> Session {
     let mut undone = session.clone();
-    for &test in tests {
-        let test = &mut undone.tests[test];
-        let (Some(bar_mm), Some(recording)) = (test.bar_length_mm, &mut test.recording) else { continue };
+    tests.iter().for_each(|&test| multiply_deviations(&mut undone.tests[test], factor));
+    undone
+}
+
+fn multiply_deviations(test: &mut Test, factor: f64) {
+    if let (Some(bar_mm), Some(recording)) = (test.bar_length_mm, &mut test.recording) {
         recording.length_mm.iter_mut().for_each(|length| *length = bar_mm + factor * (*length - bar_mm));
     }
-    undone
 }
 
 /// Groups of tests in which the gauge was zeroed for itself.
