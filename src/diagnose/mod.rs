@@ -59,6 +59,7 @@ use self::preflight::small_misfit::{Misfit, Preflight};
 use self::preflight::unchanging::unchanging;
 use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::joint_fit::mean_square;
+use self::selection::naming::cause as named;
 use self::selection::search::{floors, nothing, search_cleanly};
 use self::selection::selected::Resolutions;
 use self::selection::two_resolutions::at_two_resolutions;
@@ -141,10 +142,10 @@ fn diagnosed(
     at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, examined, fit, outliers))?
 }
 
-/// The mistake to tell, where physics would have its likeliest cause with this share, and the doubt that is left where none is told.
-fn told_of(held: Held, share: f64, session: &Session) -> (Option<DataFault>, Option<Doubt>) {
+/// The mistake to tell, where physics would have its likeliest cause with its share, and the doubt that is left where none is told.
+fn told_of(held: Held, physics: Option<(Cause, f64)>, session: &Session) -> (Option<DataFault>, Option<Doubt>) {
     let is_surer = held.is_likelier_than_physics();
-    match held.against(share) {
+    match held.against(physics) {
         Ok(told) if is_surer => (told, None),
         Ok(told) => (further_contradiction(session).or(told), None),
         Err(doubt) => (further_contradiction(session), Some(doubt)),
@@ -200,9 +201,12 @@ fn searched(
     contested.retain(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
     let (fault, doubt) = match contested.is_empty() {
         false => {
-            let share = search.found.first().map_or(1.0, |first| Standing::of(fine, families, first).probability);
-            let held = held_against_physics(session, options, fine.thresholds, contested)?;
-            told_of(held, share, session)
+            let physics = search.found.first().map(|first| {
+                let share = Standing::of(fine, families, first).probability;
+                (named(&session.machine, &first.chosen, &[]), share)
+            });
+            let held = held_against_physics(session, options, fine, contested)?;
+            told_of(held, physics, session)
         }
         true => (certain, None),
     };

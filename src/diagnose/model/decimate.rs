@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::session::{Clock, Recording, Session};
-use crate::statistics::mean;
+use crate::session::{Clock, Recording, Session, Test};
+use crate::statistics::{mean, noise_of_rows};
 
 /// Rows of a trace that slow effects need.
 const ROWS: usize = 150;
@@ -61,6 +61,28 @@ pub fn keep_few_rows(recording: &mut Recording) {
     recording.length_mm = pick(&recording.length_mm);
     recording.leading_texts = Arc::default();
 }
+
+/// What each of the few rows lacks to the mean of the rows around it, by test, of values over all rows; nothing where poses are static.
+pub(crate) fn to_means(session: &Session, values: &[Vec<f64>], kept: &[Vec<bool>]) -> Vec<Vec<f64>> {
+    let of_test = |(test, (values, kept)): (&Test, (&Vec<f64>, &Vec<bool>))| {
+        let is_timed = test.recording.as_ref().is_some_and(|recording| matches!(recording.clock, Clock::TimeS(_)));
+        let size = if is_timed { odd(values.len() / FEW_ROWS) } else { 1 };
+        let noise = noise_of_rows(values);
+        let rows = (size / 2..values.len()).step_by(size);
+        rows.map(|row| {
+            let around = row - size / 2..(row + size / 2 + 1).min(values.len());
+            let lacks =
+                mean(around.filter(|&row| kept[row]).map(|row| values[row])).unwrap_or(values[row]) - values[row];
+            // a step within the group is no noise
+            if lacks.abs() < MOST_NOISE * noise { lacks } else { 0.0 }
+        })
+        .collect()
+    };
+    session.tests.iter().zip(values.iter().zip(kept)).map(of_test).collect()
+}
+
+/// Standard deviations of noise beyond which a row differs from its neighbours by something else.
+const MOST_NOISE: f64 = 4.0;
 
 /// Means over the rows of each group that take part; over all of them where none does.
 fn average(recording: &mut Recording, groups: &[Range<usize>], kept: &[bool]) {

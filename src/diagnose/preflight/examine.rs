@@ -17,7 +17,6 @@ use crate::diagnose::fault_kind::FaultKind;
 use crate::diagnose::model::decimate::few_rows;
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::noise::noise_floor::{mean_noise_mm2, noise_floor};
-use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
 use crate::identify::{self, Fit, FitError, Options, Problem, Quantity, Unknown};
 use crate::session::{Session, Setups};
@@ -274,6 +273,6 @@ fn mistaken_unless_sound(
     // what gains little is for a diagnosis to find
     let mut found = Preflight::of(session).mistakes(misfit);
     found.retain(|mistake| mistake.is_plain);
-    let found = held_against_physics(session, options, Thresholds::default(), found)?.against(1.0).unwrap_or(None);
+    let found = held_against_physics(session, options, &model, found)?.against(None).unwrap_or(None);
     Ok(found.or_else(|| further_contradiction(session)))
 }

@@ -10,7 +10,7 @@ use super::places::misplaced::NEARBY_MM;
 use super::small_misfit::Mistake;
 use crate::chain::Chain;
 use crate::diagnose::cause::{Cause, LEAST_PROBABILITY};
-use crate::diagnose::model::decimate::few_rows;
+use crate::diagnose::model::decimate::{few_rows, to_means};
 use crate::diagnose::model::linear_model::LinearModel;
 use crate::diagnose::model::prior_penalty::fitted_anyway;
 use crate::diagnose::model::regression::Regression;
@@ -22,7 +22,7 @@ use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
-use crate::statistics::{NoiseModel, log_determinant, probability_of};
+use crate::statistics::{NoiseModel, log_determinant, median, probability_of};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
@@ -52,10 +52,14 @@ impl Held {
         self.probability >= 0.5
     }
 
-    /// The mistake with what else may be the cause, where it is likelier than a cause that has this share of physics; else what it leaves
-    /// to doubt.
-    pub(crate) fn against(self, share: f64) -> Result<Option<DataFault>, Doubt> {
+    /// The mistake with what else may be the cause, where it is likelier than the first cause of a search for physics, which has this share
+    /// of it; else what it leaves to doubt. Without such a search, than the cause that few rows told.
+    pub(crate) fn against(self, physics: Option<(Cause, f64)>) -> Result<Option<DataFault>, Doubt> {
         let Held { fault: Some(fault), probability, cause } = self else { return Ok(None) };
+        let (cause, share) = match physics {
+            Some((cause, share)) => (Some(cause), share),
+            None => (cause, 1.0),
+        };
         // a verdict that is wrong more often than two times in three is none
         if probability >= (1.0 - probability) * share && probability >= LEAST_OF_VERDICT {
             return Ok(Some(fault.or_effect(probability, cause.map(|cause| (cause, share)))));
@@ -82,16 +86,16 @@ impl Doubt {
 pub(crate) fn held_against_physics(
     session: &Session,
     options: &Options,
-    thresholds: Thresholds,
+    model: &LinearModel,
     mistakes: Vec<Mistake>,
 ) -> Result<Held, FitError> {
+    let to_means_mm = to_means(session, &model.residual_mm, &model.kept);
+    let recorded = AsRecorded { few_rows: few_rows(session), to_means_mm, thresholds: model.thresholds };
     let mut weighed = Vec::new();
     let mut cause = None;
     let mut known = None;
     for mistake in mistakes {
-        if let Some((log_odds, fault, other)) =
-            weighed_against_physics(session, options, thresholds, mistake, &mut known)?
-        {
+        if let Some((log_odds, fault, other)) = weighed_against_physics(&recorded, options, mistake, &mut known)? {
             cause = cause.or(other);
             weighed.push((log_odds, fault));
         }
@@ -119,10 +123,17 @@ type Weighed = Option<(f64, DataFault, Option<Cause>)>;
 /// A session as it was recorded, on few rows, and what a search says of it: of the rows that several mistakes leave it is the same.
 type Recorded = (Session, Explained);
 
-fn weighed_against_physics(
-    session: &Session,
-    options: &Options,
+/// A session as it was recorded, and what mistakes in it are held against.
+struct AsRecorded {
+    few_rows: Session,
+    /// What the readings of these rows lack to means of all readings around them, mm.
+    to_means_mm: Vec<Vec<f64>>,
     thresholds: Thresholds,
+}
+
+fn weighed_against_physics(
+    as_recorded: &AsRecorded,
+    options: &Options,
     mistake: Mistake,
     known: &mut Option<Recorded>,
 ) -> Result<Weighed, FitError> {
@@ -130,18 +141,22 @@ fn weighed_against_physics(
     if !mistake.may_be_physics() {
         return sure(mistake.fault);
     }
-    let Mistake { fault, undone, log_odds, is_found_place, .. } = mistake;
-    let recorded = read_in_both(&few_rows(session), &undone);
+    let Mistake { fault, mut undone, log_odds, is_found_place, .. } = mistake;
+    let AsRecorded { few_rows, to_means_mm, thresholds } = as_recorded;
+    let thresholds = *thresholds;
+    let mut recorded = read_in_both(few_rows, &undone);
     if rows(&recorded) != rows(&undone) {
         return sure(fault);
     }
+    averaged(&mut recorded, few_rows, to_means_mm);
+    averaged(&mut undone, few_rows, to_means_mm);
     // what has no fit is no explanation
     let put = if is_found_place { fault.tests.first().map(String::as_str) } else { None };
     let put = put.and_then(|test| Some((End::named(&fault.place)?, test)));
     let Some(corrected) = explained(&undone, options, thresholds, (None, &[]), put)? else { return Ok(None) };
     let corrected = corrected.alone;
     // one search may find what another passes over: what both may be said of is no gain of the mistake
-    let is_same_machine = session.machine.axes == undone.machine.axes;
+    let is_same_machine = few_rows.machine.axes == undone.machine.axes;
     let elsewhere = if is_same_machine { &corrected.found[..] } else { &[] };
     let alone = known.take().filter(|(session, _)| *session == recorded).map(|(_, alone)| alone);
     let Some(explanations) = explained(&recorded, options, thresholds, (alone, elsewhere), None)? else {
@@ -169,6 +184,17 @@ fn read_in_both(session: &Session, other: &Session) -> Session {
         }
     }
     both
+}
+
+/// Makes readings means of those around them: what these lack as recorded, in the scale to which undoing a mistake brought them.
+fn averaged(session: &mut Session, few_rows: &Session, to_means_mm: &[Vec<f64>]) {
+    for ((test, recorded), to_means_mm) in session.tests.iter_mut().zip(&few_rows.tests).zip(to_means_mm) {
+        let (Some(recording), Some(recorded)) = (&mut test.recording, &recorded.recording) else { continue };
+        let (now, before) = (recording.length_mm.windows(2), recorded.length_mm.windows(2));
+        let slopes = now.zip(before).map(|(now, before)| (now[1] - now[0]) / (before[1] - before[0]));
+        let scale = median(slopes.filter(|slope| slope.is_finite())).unwrap_or(1.0);
+        recording.length_mm.iter_mut().zip(to_means_mm).for_each(|(length, lacks)| *length += scale * lacks);
+    }
 }
 
 /// Rows of each test.
