@@ -36,6 +36,30 @@ pub struct Trend {
     pub evidence: f64,
 }
 
+/// Variance below which a point is exact, in the square of its unit.
+const EXACT: f64 = 1e-12;
+
+impl Trend {
+    /// The course's value on a day, among the points that it was found in: through their means, weighted as they were.
+    pub fn at(&self, points: &[Point], day: f64) -> f64 {
+        let weighted = |of: fn(&Point) -> f64, is_taken: &dyn Fn(&Point) -> bool| {
+            let weight = |point: &Point| 1.0 / (point.sigma.powi(2) + self.scatter.powi(2)).max(EXACT);
+            let taken = || points.iter().filter(|point| is_taken(point));
+            taken().map(|point| weight(point) * of(point)).sum::<f64>() / taken().map(weight).sum::<f64>()
+        };
+        match self.course {
+            Course::Steady => self.mean,
+            Course::Drift { per_day, .. } => {
+                let is_any = |_: &Point| true;
+                weighted(|point| point.value, &is_any) + per_day * (day - weighted(|point| point.day, &is_any))
+            }
+            Course::Step { before_day, .. } => {
+                weighted(|point| point.value, &|point| (point.day >= before_day) == (day >= before_day))
+            }
+        }
+    }
+}
+
 /// A course is told when the odds for it are beyond these, as twice their logarithm: 1 in 45. Of machines that only scatter, eight
 /// numbers each, one in twenty at most is told as moving then (tests/history.rs).
 const LEAST_TWICE_LOG_ODDS: f64 = 7.6;

@@ -195,7 +195,7 @@ fn plot(error: &ErrorHistory, report: &HistoryReport) -> String {
     let mut path = String::new();
     for (k, point) in error.points.iter().enumerate() {
         let _ =
-            write!(path, "{}{:.1} {:.1}", if k == 0 { "M" } else { "L" }, x(point.day), y(modelled(error, point.day)));
+            write!(path, "{}{:.1} {:.1}", if k == 0 { "M" } else { "L" }, x(point.day), y(error.trend.at(&error.points, point.day)));
     }
     let _ = write!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"var(--accent)\" stroke-width=\"1.5\"/>");
     for (point, sigma) in error.points.iter().zip(&error.whole_sigma) {
@@ -224,18 +224,4 @@ fn plot(error: &ErrorHistory, report: &HistoryReport) -> String {
     }
     svg.push_str("</svg>");
     svg
-}
-
-/// The course's value on a day.
-fn modelled(error: &ErrorHistory, day: f64) -> f64 {
-    let middle = error.points.iter().map(|point| point.day).sum::<f64>() / error.points.len().max(1) as f64;
-    match error.trend.course {
-        Course::Steady => error.trend.mean,
-        Course::Drift { per_day, .. } => error.trend.mean + per_day * (day - middle),
-        Course::Step { before_day, .. } => {
-            let side = |point: &&Point| (point.day >= before_day) == (day >= before_day);
-            let values: Vec<f64> = error.points.iter().filter(side).map(|point| point.value).collect();
-            values.iter().sum::<f64>() / values.len().max(1) as f64
-        }
-    }
 }

@@ -46,6 +46,8 @@ impl<'s> Standing<'s> {
         let (machine, thresholds) = (model.context.machine(), &model.thresholds);
         let rank = |candidate: &Candidate| families[candidate.family].rank;
         let own_rank = rank(&lead.chosen);
+        // log odds against a candidate before the readings speak
+        let against = |candidate: &Candidate| families[candidate.family].rarity + candidate.judgement.implausibility;
         // what is customary in arms nobody counted
         let customary = if model.has_sweeps() { thresholds.customary } else { 1.0 };
         let own = Judged { cause: cause(machine, &lead.chosen, &[]), forms: vec![(&lead.chosen, 1.0)] };
@@ -56,8 +58,8 @@ impl<'s> Standing<'s> {
                 true => thresholds.softening_of_arcs,
                 false => thresholds.softening,
             };
-            // forms are inexact; what size is plausible is no matter of forms
-            let beyond = rival.judgement.implausibility - lead.chosen.judgement.implausibility;
+            // forms are inexact; how rare a cause is, and what size of it is plausible, is no matter of forms
+            let beyond = against(rival) - against(&lead.chosen);
             let softened = (odds + beyond) / (1.0 + share * lead.ranked_odds.max(0.0)) - beyond;
             let is_undescribed = rival.is_free() && !lead.chosen.is_free();
             let is_rarer = rank(rival) > own_rank || is_driven_by(machine, rival, &lead.chosen);

@@ -21,6 +21,9 @@ const REFITS: usize = 6;
 /// takes five to twenty steps; one that still goes down after twice as many has a mistake that this is not.
 const QUICK: Until = Until { least_gain: 1e-3, steps: 40 };
 
+/// First steps, up to one that does not halve the squares.
+const FIRST: Until = Until { least_gain: 0.5, steps: 4 };
+
 /// A robust scale that falls by less than this share has settled.
 const SETTLED_SHARE: f64 = 0.7;
 
@@ -47,6 +50,11 @@ pub(crate) struct Refit {
 
 /// Fits a session robustly: from the prior means, or from `near` where that lies nearer.
 pub(crate) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
+    refit_up_to(session, near, f64::INFINITY)
+}
+
+/// The same, but for what first steps leave where that is more than so much, µm.
+pub(crate) fn refit_up_to(session: &Session, near: Option<&[f64]>, most_um: f64) -> Option<Refit> {
     let chain = Chain::of(&session.machine);
     let setups = Setups::of(session);
     let unknowns = Options::default().unknowns(session, &setups);
@@ -59,7 +67,14 @@ pub(crate) fn refit(session: &Session, near: Option<&[f64]>) -> Option<Refit> {
         .map(|values| (scale_of(&residual_mm(&problem, &values)), values))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     let mut residual_mm = Vec::new();
-    for _ in 0..REFITS {
+    let mut refits = REFITS;
+    if most_um.is_finite() {
+        let first = minimise_until(&problem, &values, &Weighting::Huber { scale_mm: scale }, FIRST);
+        (values, residual_mm) = (first.values, first.residual_mm);
+        let is_hopeless = 1e3 * robust_rms_mm(&residual_mm) > most_um;
+        refits = if is_hopeless { 0 } else { REFITS };
+    }
+    for _ in 0..refits {
         let solution = minimise_until(&problem, &values, &Weighting::Huber { scale_mm: scale }, QUICK);
         (values, residual_mm) = (solution.values, solution.residual_mm);
         let next = scale_of(&residual_mm);

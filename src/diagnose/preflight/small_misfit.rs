@@ -23,7 +23,7 @@ use super::places::exchanged::repeats;
 use super::places::misplaced::nearby;
 use super::places::restated::restated;
 use super::places::standing::column_off;
-use super::quick_fit::{MOST_STRAIN, refit};
+use super::quick_fit::{MOST_STRAIN, refit, refit_up_to};
 use super::readings::scaled::{least_zero_mm, log_of_any_size, own_zero_mm};
 use super::readings::steps::step_of_readings;
 use super::suspicion::{Judged, Suspicion, Tried};
@@ -41,6 +41,9 @@ const ENORMOUS_RATIO: f64 = 6.0;
 
 /// Undoing a mistake lowers the residual at least so many times, or the readings with it undone are not searched for physics.
 const LEAST_RATIO_FOR_A_SEARCH: f64 = 1.2;
+
+/// What first steps of a fit leave with a mistake undone, over what is left as recorded, beyond which it is none.
+const HOPELESS: f64 = 3.0;
 
 /// Share of readings left out as outliers that is suspicious by itself.
 const SUSPICIOUS_SHARE: f64 = 0.02;
@@ -167,7 +170,7 @@ fn suspected(session: &Session) -> Vec<Suspected> {
     let mut judged: Vec<Judged> = suspicions
         .into_par_iter()
         .filter_map(|suspicion| {
-            let refit = refit(&suspicion.undone, Some(&as_it_is.values))?;
+            let refit = refit_up_to(&suspicion.undone, Some(&as_it_is.values), HOPELESS * as_it_is.misfit_um)?;
             let is_one =
                 suspicion.kind != FaultKind::ReadingZero || own_zero_mm(&refit) > least_zero_mm(&thinned, &suspicion);
             is_one.then_some(Judged { left_um: suspicion.diminished * refit.misfit_um, suspicion })
