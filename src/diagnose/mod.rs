@@ -165,12 +165,11 @@ fn searched(
     let floors = floors(resolutions);
     let noise_um = 1e3 * mean_noise_mm2(&floors[0]).sqrt();
 
-    let readings: usize = fine.kept.iter().map(Vec::len).sum();
     let misfit = Misfit {
         // what wider spreads take up may be a mistake as well
         residual_um: 1e3 * fit.rms_mm.max(examined.stated_mm),
         noise_um,
-        left_out_share: fit.left_out() as f64 / readings.max(1) as f64,
+        left_out_share: fit.left_out_share(),
         strain: strain(problem, &values, WIDER_SETUPS),
     };
     // the mistakes known here are those of lengths between balls

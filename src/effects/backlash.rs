@@ -35,7 +35,7 @@ const PARAMETERS: &[Parameter] = &[
         ParameterUnit::Position,
         DefaultValue::Absent,
         (0.0, 1e4),
-        "travel over which the free gap turns round, mm or deg; twice the free share of the size when not stated",
+        "travel over which the free gap turns round, mm or deg; when not stated twice the free share of the size, 0 for lateral play",
     ),
     Parameter::number(
         "start",
@@ -159,7 +159,7 @@ pub static LATERAL_PLAY: Kind = Kind {
         place: "any axis",
         components: "all but own",
         functions: "`−[(1−w)·play + w·windup]`; play turns from −1 to 1 over `gap`, wind-up relaxes as e^(−travel/take_up)",
-        parameters: "`take_up`, `windup_share`, `gap` (twice the free share when not stated), `start`: flank before the first move; `of`: axis that drives, travels in its unit",
+        parameters: "`take_up`, `windup_share`, `gap` (0 when not stated), `start`: flank before the first move; `of`: axis that drives, travels in its unit",
         unit: "um, arcsec, half width",
     },
     parameters: ACROSS_PARAMETERS,

@@ -194,8 +194,13 @@ fn plot(error: &ErrorHistory, report: &HistoryReport) -> String {
         format!("<svg viewBox=\"0 0 500 230\" role=\"img\" aria-label=\"{} over time\">", escape(&error.name));
     let mut path = String::new();
     for (k, point) in error.points.iter().enumerate() {
-        let _ =
-            write!(path, "{}{:.1} {:.1}", if k == 0 { "M" } else { "L" }, x(point.day), y(error.trend.at(&error.points, point.day)));
+        let _ = write!(
+            path,
+            "{}{:.1} {:.1}",
+            if k == 0 { "M" } else { "L" },
+            x(point.day),
+            y(error.trend.at(&error.points, point.day))
+        );
     }
     let _ = write!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"var(--accent)\" stroke-width=\"1.5\"/>");
     for (point, sigma) in error.points.iter().zip(&error.whole_sigma) {

@@ -60,9 +60,10 @@ struct Fitted<'f, 'a> {
 }
 
 impl<'f, 'a> Fitted<'f, 'a> {
-    /// The fit of everything but some columns.
+    /// The fit of everything but some columns, with what linear axes do within their class.
     fn without(&self, own: &[usize]) -> Regression<'f, 'a> {
         let others = (0..self.columns.len()).filter(|k| !own.contains(k)).map(|k| self.columns[k].clone());
+        let others = others.chain(self.search.beside.iter().cloned());
         Regression::new(self.model, &self.search.noise_after, &others.collect::<Vec<_>>(), &self.model.kept)
     }
 

@@ -85,16 +85,18 @@ fn judged(
                 .zip(now.iter().zip(&then))
                 .map(|((w, ..), (now, then))| w * (0.5 * (now - then)).exp())
                 .sum();
-            let odds_after = DESCRIBED_BY_NAME * finding.probability / (finding.probability + left);
-            (odds_after, proposal.minutes(), index)
+            (finding.probability / (finding.probability + left), proposal.minutes(), index)
         })
         .collect();
-    let best = judged.iter().map(|(odds, ..)| *odds).fold(0.0, f64::max);
-    let (odds_after, minutes, index) =
-        judged.into_iter().filter(|(odds, ..)| *odds > best - EQUAL_PROBABILITY).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (odds_after > finding.probability + LEAST_RISE).then(|| NextTest {
+    let best = judged.iter().map(|(after, ..)| *after).fold(0.0, f64::max);
+    let (after, minutes, index) = judged
+        .into_iter()
+        .filter(|(after, ..)| *after > best - EQUAL_PROBABILITY)
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    // both without the causes that no candidate describes
+    (after > finding.probability + LEAST_RISE).then(|| NextTest {
         says: format!("{}: {:.0} min", proposals[index].says, minutes.max(1.0)),
-        odds_after,
+        odds_after: DESCRIBED_BY_NAME * after,
         minutes,
     })
 }

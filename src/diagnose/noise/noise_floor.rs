@@ -30,8 +30,8 @@ const LINE_HALF_WAVES: usize = 2;
 const DRIFT_SHARE: f64 = 0.7;
 /// Offset of a whole trace that they hide as well: the gauge's zero wanders from test to test.
 const OFFSET_SHARE: f64 = 0.4;
-/// Noise of a reading among all of a session over that within its trace: √((1 + 0.7²/2 + 0.4²) / (1 + 0.7²/2)).
-const WITH_OFFSETS: f64 = 1.062;
+/// Noise of a reading among all of a session over that within its trace, whose drift is in both: √(1 + 0.4²).
+const WITH_OFFSETS: f64 = 1.077;
 
 /// Noise floor of every test. Static poses have no order in time from which it could be told from missing physics:
 /// for them it is the white noise of the residual itself.

@@ -276,8 +276,16 @@ fn left_mm(angles: &[f64], lengths: &[f64], how: Rows) -> Option<f64> {
     Some((left.norm_squared() / (rows.len() - functions.len()) as f64).sqrt())
 }
 
-/// A few rows of a recording as they belong to its arc.
+/// A few rows of a recording as they belong to its arc: of one with times the others stay, without a reading.
 fn cut(recording: &Recording, how: Rows) -> Recording {
+    if recording.time_s().is_some() {
+        let mut undone = match how {
+            Rows::Between(before, after) => spread_between(recording, [before as f64, after as f64]),
+            Rows::ThereAndBack => there_and_back(recording),
+        };
+        keep_few_rows(&mut undone);
+        return undone;
+    }
     let rows: Vec<usize> = match how {
         Rows::Between(before, after) => (before..recording.len() - after).collect(),
         // the way there: lengths without positions go one way
@@ -288,13 +296,20 @@ fn cut(recording: &Recording, how: Rows) -> Recording {
         rows.iter().map(|&row| angle_at(column, row, how).unwrap_or(f64::NAN)).collect()
     };
     let mut undone = recording.clone();
-    if let Clock::TimeS(time) = &recording.clock {
-        undone.clock = Clock::TimeS(pick(time));
-    }
     undone.positions = recording.positions.iter().map(spread).collect();
     undone.length_mm = pick(&recording.length_mm);
     undone.channels = recording.channels.iter().map(|(name, column)| (name.clone(), pick(column))).collect();
     undone.leading_texts = std::sync::Arc::default();
-    keep_few_rows(&mut undone);
+    undone
+}
+
+/// A recording that runs there and back, with the readings of the way there.
+fn there_and_back(recording: &Recording) -> Recording {
+    let mut undone = recording.clone();
+    for (column, stated) in undone.positions.iter_mut().zip(&recording.positions) {
+        let at = |row: usize| angle_at(stated, row, Rows::ThereAndBack).unwrap_or(f64::NAN);
+        *column = (0..stated.len()).map(at).collect();
+    }
+    undone.length_mm.iter_mut().skip(recording.len().div_ceil(2)).for_each(|length| *length = f64::NAN);
     undone
 }

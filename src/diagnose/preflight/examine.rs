@@ -107,7 +107,7 @@ pub(crate) fn examined(session: &Session, options: &Options) -> Result<Examinati
     if session.has_parts() && fault.is_none() {
         fault = misfit.as_ref().and_then(|_| mistaken_columns(session)).or_else(|| mistaken_gauge(session));
         fault = fault.or_else(|| coordinates_in_metres(session, fit.as_ref()?));
-        fault = fault.or_else(|| instrument_moved(session, fit.as_ref()?));
+        fault = fault.or_else(|| instrument_moved(session, options, fit.as_ref()?));
     }
     if fault.is_none() && !session.has_parts() && noisy.is_none() && misfit.is_some() {
         let gross = contest(session).map(|fault| match repeats_um {

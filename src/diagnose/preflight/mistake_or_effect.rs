@@ -22,7 +22,7 @@ use crate::diagnose::thresholds::Thresholds;
 use crate::effects::Context;
 use crate::identify::{self, FitError, Options, Problem};
 use crate::session::{Session, Setups};
-use crate::statistics::{NoiseModel, log_determinant, median, probability_of};
+use crate::statistics::{NoiseModel, log_determinant, probability_of};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Log likelihood of a reading that a fit leaves out as gross, less the constant of normal densities in mm: one in two hundred
@@ -148,8 +148,7 @@ fn weighed_against_physics(
     if rows(&recorded) != rows(&undone) {
         return sure(fault);
     }
-    averaged(&mut recorded, few_rows, to_means_mm);
-    averaged(&mut undone, few_rows, to_means_mm);
+    averaged(&mut recorded, &mut undone, to_means_mm);
     // what has no fit is no explanation
     let put = if is_found_place { fault.tests.first().map(String::as_str) } else { None };
     let put = put.and_then(|test| Some((End::named(&fault.place)?, test)));
@@ -186,16 +185,33 @@ fn read_in_both(session: &Session, other: &Session) -> Session {
     both
 }
 
-/// Makes readings means of those around them: what these lack as recorded, in the scale to which undoing a mistake brought them.
-fn averaged(session: &mut Session, few_rows: &Session, to_means_mm: &[Vec<f64>]) {
-    for ((test, recorded), to_means_mm) in session.tests.iter_mut().zip(&few_rows.tests).zip(to_means_mm) {
-        let (Some(recording), Some(recorded)) = (&mut test.recording, &recorded.recording) else { continue };
-        let (now, before) = (recording.length_mm.windows(2), recorded.length_mm.windows(2));
-        let slopes = now.zip(before).map(|(now, before)| (now[1] - now[0]) / (before[1] - before[0]));
-        let scale = median(slopes.filter(|slope| slope.is_finite())).unwrap_or(1.0);
-        recording.length_mm.iter_mut().zip(to_means_mm).for_each(|(length, lacks)| *length += scale * lacks);
+/// Makes readings means of those around them: as recorded by what these lack, and in the scale to which undoing a mistake brought them.
+/// Rows that hold other readings then, or readings changed one by one, stay as they are in both.
+fn averaged(recorded: &mut Session, undone: &mut Session, to_means_mm: &[Vec<f64>]) {
+    for ((recorded, undone), to_means_mm) in recorded.tests.iter_mut().zip(&mut undone.tests).zip(to_means_mm) {
+        let (Some(recorded), Some(undone)) = (&mut recorded.recording, &mut undone.recording) else { continue };
+        let Some(scale) = scale_of(&recorded.length_mm, &undone.length_mm) else { continue };
+        let add = |lengths: &mut [f64], scale: f64| {
+            lengths.iter_mut().zip(to_means_mm).for_each(|(length, lacks)| *length += scale * lacks);
+        };
+        add(&mut recorded.length_mm, 1.0);
+        add(&mut undone.length_mm, scale);
     }
 }
+
+/// Scale of readings that are those of other ones, times a factor and moved by an offset; `None` where they are not.
+fn scale_of(readings: &[f64], scaled: &[f64]) -> Option<f64> {
+    let read = readings.iter().zip(scaled).filter(|(reading, scaled)| reading.is_finite() && scaled.is_finite());
+    let pairs: Vec<(f64, f64)> = read.map(|(reading, scaled)| (*reading, *scaled)).collect();
+    let by_reading = |one: &&(f64, f64), other: &&(f64, f64)| one.0.total_cmp(&other.0);
+    let (least, most) = (pairs.iter().min_by(by_reading)?, pairs.iter().max_by(by_reading)?);
+    let scale = if most.0 > least.0 { (most.1 - least.1) / (most.0 - least.0) } else { 1.0 };
+    let off = |(reading, scaled): &(f64, f64)| (scaled - least.1 - scale * (reading - least.0)).abs();
+    pairs.iter().all(|pair| off(pair) < ROUNDING_MM).then_some(scale)
+}
+
+/// Rounding of readings that were scaled, mm.
+const ROUNDING_MM: f64 = 1e-7;
 
 /// Rows of each test.
 fn rows(session: &Session) -> Vec<usize> {

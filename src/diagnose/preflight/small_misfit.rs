@@ -10,6 +10,7 @@ use crate::statistics::{median, noise_of_rows, rms};
 
 use rayon::prelude::*;
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 
 use super::axis_columns::from_other_end;
 use super::contradictions::agrees_with_sweep;
@@ -171,8 +172,8 @@ fn suspected(session: &Session) -> Vec<Suspected> {
         .into_par_iter()
         .filter_map(|suspicion| {
             let refit = refit_up_to(&suspicion.undone, Some(&as_it_is.values), HOPELESS * as_it_is.misfit_um)?;
-            let is_one =
-                suspicion.kind != FaultKind::ReadingZero || own_zero_mm(&refit) > least_zero_mm(&thinned, &suspicion);
+            let is_one = suspicion.kind != FaultKind::ReadingZero
+                || own_zero_mm(&refit, &suspicion) > least_zero_mm(&thinned, &suspicion);
             is_one.then_some(Judged { left_um: suspicion.diminished * refit.misfit_um, suspicion })
         })
         .collect();
@@ -185,21 +186,23 @@ fn suspected(session: &Session) -> Vec<Suspected> {
     let best = toggled(sampled, misfit_um, best);
     let after_um = best.left_um;
     let with_odds = |Judged { left_um: after_um, suspicion: best }: Judged, alike: Vec<Judged>| {
-        // which of them was made nothing tells: together they are as likely as all of them
-        let log_alike = (1.0 + alike.len() as f64).ln();
+        // which of them was made nothing tells: together they are as likely as all of them, on the same columns and tests once
+        let guessed = |one: &Suspicion| (one.kind, one.components.clone(), one.tests.clone());
+        let ways = std::iter::once(&best).chain(alike.iter().map(|one| &one.suspicion));
+        let priors: BTreeMap<_, f64> = ways.rev().map(|one| (guessed(one), tried.log_prior(one).exp())).collect();
+        let log_prior = priors.values().sum::<f64>().ln();
         let rivals = rivals(&best, alike.into_iter());
         let readings = best.undone.tests.iter().filter_map(|test| test.recording.as_ref());
         let readings: usize = readings.map(|recording| recording.length_mm.len()).sum();
         let figure = match best.kind {
             // a zero may lie anywhere in the stroke
-            FaultKind::ReadingZero => {
-                refit(&best.undone, Some(&as_it_is.values)).map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit)))
-            }
+            FaultKind::ReadingZero => refit(&best.undone, Some(&as_it_is.values))
+                .map_or(0.0, |refit| log_of_any_size(own_zero_mm(&refit, &best))),
             // counted where it is held against physics
             FaultKind::BallPlace if best.is_found => 0.0,
             _ => best.log_cost(),
         };
-        let log_odds = tried.log_prior(&best) + log_alike + figure - readings as f64 * best.diminished.ln();
+        let log_odds = log_prior + figure - readings as f64 * best.diminished.ln();
         Suspected { best, rivals, before_um: as_it_is.misfit_um, after_um, log_odds }
     };
     let alike: Vec<Judged> =

@@ -55,6 +55,8 @@ impl State<'_, '_> {
         }
         self.found.retain(|found| !is_weight(found));
         self.joint = self.found.iter().flat_map(|found| found.chosen.accepted()).collect();
+        let joint = self.joint.clone();
+        self.residual_mm = self.regression(&joint).residual_mm(&joint);
         self.take_weights(families, poses);
         for index in (0..self.found.len()).rev().filter(|&index| !is_weight(&self.found[index])).collect::<Vec<_>>() {
             let others = self.found.iter().enumerate().filter(|(other, _)| *other != index);

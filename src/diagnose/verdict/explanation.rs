@@ -121,6 +121,7 @@ fn confirm<'g, 'a>(
         let without: Vec<Accepted> = (0..told.columns.len())
             .filter(|column| !finding.columns.contains(column) && !dropped.contains(column))
             .map(|column| told.columns[column].clone())
+            .chain(search.beside.iter().cloned())
             .collect();
         let left_mm = Regression::new(fine, &search.noise_after, &without, &fine.kept).residual_mm(&without);
         if mean_square(fine, &left_mm).sqrt() <= most_mm {
@@ -262,10 +263,10 @@ fn listen<'g, 'a>(
         if let Some(proof) = proof {
             drop_columns(fine, families, search, told, proof, &others);
         }
-    } else if told.findings.is_empty() && is_louder(told, fine.thresholds.surely_more) {
+    } else if told.findings.is_empty() && is_louder(told, fine.thresholds.explained) {
         // what changes from test to test alone is no irregular motion
         let within_mm2 = mean_square(fine, &without_trends(fine, &told.left_mm));
-        if 1e3 * within_mm2.sqrt() > fine.thresholds.surely_more * noise_um {
+        if 1e3 * within_mm2.sqrt() > fine.thresholds.explained * noise_um {
             told.findings.extend(irregular_motion::irregular(fine, &told.left_mm, &floor));
         }
     }
@@ -278,7 +279,7 @@ fn stood_for(fine: &LinearModel, search: &Search, told: &Explanation) -> Vec<boo
     let misfit = |left_out: &[usize], standing: &[Accepted]| {
         let kept = (0..told.columns.len()).filter(|column| !left_out.contains(column));
         let kept: Vec<Accepted> = kept.map(|column| told.columns[column].clone()).collect();
-        Regression::new(fine, &search.noise_after, &[&kept, standing].concat(), &fine.kept).misfit
+        Regression::new(fine, &search.noise_after, &[&kept, &search.beside[..], standing].concat(), &fine.kept).misfit
     };
     let (whole, beside) = (misfit(&[], &[]), misfit(&[], &standing));
     let is_stood_for = |finding: &Finding| {

@@ -155,7 +155,8 @@ fn add_forms(
                 let taken = if k == index { instead } else { Some(&other.chosen) };
                 taken.into_iter().flat_map(Candidate::accepted).collect()
             };
-            let columns: Vec<Accepted> = search.found.iter().enumerate().flat_map(of).collect();
+            let of_found = search.found.iter().enumerate().flat_map(of);
+            let columns: Vec<Accepted> = of_found.chain(search.beside.iter().cloned()).collect();
             Regression::on(whitened.clone(), &columns)
         };
         let without = with(None);

@@ -64,7 +64,7 @@ pub(super) fn uncut(session: &Session) -> Option<DataFault> {
 
 /// Whether a recording has both ends where the sweep of its test states them, as recordings have that were made by its program.
 pub(crate) fn agrees_with_sweep(session: &Session, test: &Test) -> bool {
-    off_sweep(session, test).is_some_and(|(_, off)| off.iter().all(|off| off.abs() < END_TOLERANCE_DEG))
+    off_sweep(session, test).is_some_and(|(_, off)| off.iter().all(|off| off.abs() < END_TOLERANCE))
 }
 
 /// How far both ends of a recorded arc lie from the stated ones, mm or degrees, with the axis.
@@ -74,8 +74,8 @@ fn off_sweep(session: &Session, test: &Test) -> Option<(usize, [f64; 2])> {
     Some((axis, [first - from, last - to]))
 }
 
-/// Degrees by which both ends of an arc may lie beside the stated ones: rows are some tenths apart.
-const END_TOLERANCE_DEG: f64 = 0.7;
+/// Degrees or mm by which both ends of an arc may lie beside the stated ones: rows are some tenths apart.
+const END_TOLERANCE: f64 = 0.7;
 
 /// How far the arc's own length may then be off, as a share of how far it lies beside.
 const AS_LONG: f64 = 0.2;
@@ -87,7 +87,7 @@ fn beside_sweep(session: &Session) -> Option<DataFault> {
         let (axis, [first, last]) = off_sweep(session, test)?;
         let beside = 0.5 * (first + last);
         let axis = Some(&session.machine.axes[axis]).filter(|axis| axis.kind == AxisKind::Rotary)?;
-        if beside.abs() < END_TOLERANCE_DEG || (last - first).abs() > AS_LONG * beside.abs() {
+        if beside.abs() < END_TOLERANCE || (last - first).abs() > AS_LONG * beside.abs() {
             return None;
         }
         let says = format!(

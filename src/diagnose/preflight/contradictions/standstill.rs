@@ -67,13 +67,22 @@ pub(super) fn standing(session: &Session) -> Option<DataFault> {
 /// First and last row of the longest standstill, and the share of all rows in which nothing moves.
 fn standing_rows(recording: &Recording) -> Option<(usize, usize, f64)> {
     recording.time_s()?;
-    let step = |row: usize| recording.positions.iter().map(|column| (column[row + 1] - column[row]).abs()).sum::<f64>();
+    // each axis in its own usual steps: mm and angles are no sum
+    let columns: Vec<Vec<f64>> = recording.positions.iter().filter_map(|column| in_usual_steps(column)).collect();
+    let step = |row: usize| columns.iter().map(|column| column[row]).sum::<f64>();
     let steps: Vec<f64> = (0..recording.len().saturating_sub(1)).map(step).collect();
     let usual = median(steps.iter().copied().filter(|step| *step > 0.0))?;
     let stands = |step: f64| step < STANDING * usual;
     let (from, count) = longest_run(&steps, stands);
     let share = steps.iter().filter(|step| stands(**step)).count() as f64 / steps.len() as f64;
     Some((from, from + count, share))
+}
+
+/// Steps of a column from row to row, over the median of those that move; `None` where none does.
+fn in_usual_steps(column: &[f64]) -> Option<Vec<f64>> {
+    let steps: Vec<f64> = column.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let usual = median(steps.iter().copied().filter(|step| *step > 0.0))?;
+    Some(steps.into_iter().map(|step| step / usual).collect())
 }
 
 /// Equal readings in a row from which a gauge stands, and the share of rows equal to the one before up to which a
@@ -171,7 +180,7 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
         };
         let says = format!("{} readings of {} in a row are {held} mm: {what}; {cure}", count + 1, test.name);
         let fault = DataFault::seen(kind, RECORDER, vec![test.name.clone()], says);
-        Some(if kind == FaultKind::GaugeStuck { or_stood(fault, &lengths, from..from + count + 1) } else { fault })
+        Some(if kind == FaultKind::GaugeStuck { or_stood(fault, recording, from..from + count + 1) } else { fault })
     })
 }
 
@@ -179,7 +188,9 @@ pub(super) fn stuck(session: &Session) -> Option<DataFault> {
 ///
 /// With b the slope of the curve per row, b₀ before the n equal readings and b₁ behind them, the next reading is b off where the axis stood,
 /// and (n + 1)·b where the gauge stuck, ± what the slopes leave open.
-fn or_stood(stuck: DataFault, lengths: &[f64], equal: Range<usize>) -> DataFault {
+fn or_stood(stuck: DataFault, recording: &Recording, equal: Range<usize>) -> DataFault {
+    let lengths = &read_lengths(recording)[..];
+    let read: Vec<usize> = (0..recording.len()).filter(|&row| recording.length_mm[row].is_finite()).collect();
     let slope = |rows: Option<&[f64]>| {
         let rows = rows?;
         Some((rows.last()? - rows.first()?) / (rows.len() - 1) as f64)
@@ -199,8 +210,8 @@ fn or_stood(stuck: DataFault, lengths: &[f64], equal: Range<usize>) -> DataFault
     let says = format!(
         "the axis stood in rows {} to {} of {}, over which its positions go on: a dwell was left in, for the readings are equal there and go on \
          behind where they stopped; cut those rows and spread the positions over the others",
-        equal.start + 1,
-        equal.end,
+        read[equal.start] + 1,
+        read[equal.end - 1] + 1,
         listed(&stuck.tests)
     );
     let other = DataFault::seen(FaultKind::Dwell, RECORDER, stuck.tests.clone(), says);

@@ -23,7 +23,7 @@ const ROUNDING_MM: f64 = 1e-6;
 const SECOND: &str = "second";
 
 /// An instrument that was moved during a session: the residual is a shift and a turn of its frame before a row, and another after.
-pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault> {
+pub(crate) fn instrument_moved(session: &Session, options: &Options, fit: &Fit) -> Option<DataFault> {
     let moved = visits(session, fit).into_iter().filter_map(|visits| {
         let (at, left) = change(&visits)?;
         (left < MOST_LEFT && left < left_by_drift(&visits)).then_some((left, visits, at))
@@ -33,7 +33,7 @@ pub(crate) fn instrument_moved(session: &Session, fit: &Fit) -> Option<DataFault
     let later: Vec<usize> = visits[at..].iter().map(|visit| visit.test).filter(|&test| test != first).collect();
     let begins_there = !visits[..at].iter().any(|visit| visit.test == first);
     let split = with_second_frame(session, (first, row), &later);
-    let refitted = identify(&split, &Options::default()).ok()?;
+    let refitted = identify(&split, options).ok()?;
     // rows after the move may have been left out as outliers
     let all_mm =
         |fit: &Fit| rms(fit.tests.iter().flat_map(|test| &test.residual_mm).copied().filter(|v| v.is_finite()));

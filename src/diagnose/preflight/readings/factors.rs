@@ -43,7 +43,7 @@ pub(crate) fn scaled_in_some(session: &Session, linearised: &Linearised, squares
         (!made.is_empty()).then_some((*factor, made))
     });
     let mut found: Vec<(f64, Vec<usize>)> = of_known.collect();
-    found.extend(choice.own_factors().into_iter().filter(|(factor, _)| !is_known(*factor)));
+    found.extend(choice.own_factors().into_iter().filter(|(factor, _)| !is_known(*factor) && !is_near_one(*factor)));
     let mut list: Vec<Suspicion> = Vec::new();
     for (factor, struck) in found {
         // a factor of all but some is as well the inverse of it in those

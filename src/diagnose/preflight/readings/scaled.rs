@@ -13,8 +13,8 @@ use crate::diagnose::preflight::places::misplaced::names;
 use crate::diagnose::preflight::quick_fit::Refit;
 use crate::diagnose::preflight::suspicion::{Detail, OFTEN, RARELY, SOMETIMES, Suspicion};
 use crate::diagnose::selection::shapes::judged_shape::PARAMETER_COST;
-use crate::identify::Quantity;
-use crate::session::{FREE_ZERO_MM, Session, Test, Zero};
+use crate::identify::{Quantity, Unknown};
+use crate::session::{FREE_ZERO_MM, Session, Setups, Test, Zero};
 use crate::units::MM_PER_INCH;
 
 /// Factors that a conversion may have left on the deviations, with words.
@@ -243,14 +243,14 @@ pub(crate) fn least_zero_mm(session: &Session, suspicion: &Suspicion) -> f64 {
     if is_whole { LEAST_ZERO_OF_ALL_MM } else { LEAST_ZERO_MM }
 }
 
-/// How far a gauge that was zeroed for itself is off, mm.
-pub(crate) fn own_zero_mm(refit: &Refit) -> f64 {
-    let bars = refit
-        .unknowns
-        .iter()
-        .zip(&refit.values)
-        .filter(|(unknown, _)| matches!(unknown.quantity, Quantity::Bar { .. }));
-    bars.max_by(|a, b| a.0.prior_sigma.total_cmp(&b.0.prior_sigma)).map_or(0.0, |(_, value)| value.abs())
+/// How far a gauge is off that was zeroed for itself in the tests of a mistake, mm.
+pub(crate) fn own_zero_mm(refit: &Refit, suspicion: &Suspicion) -> f64 {
+    let session = &suspicion.undone;
+    let struck = (0..session.tests.len()).find(|&test| suspicion.tests.contains(&session.tests[test].name));
+    let own = struck.and_then(|test| Setups::of(session).bar_of[test]);
+    let is_own = |unknown: &Unknown| matches!(unknown.quantity, Quantity::Bar { setup } if Some(setup) == own);
+    let bar = refit.unknowns.iter().zip(&refit.values).find(|(unknown, _)| is_own(unknown));
+    bar.map_or(0.0, |(_, value)| value.abs())
 }
 
 /// Logarithm of how much likelier it is that a zero moved by so much, mm, where every size from noise to the stroke is as likely on a

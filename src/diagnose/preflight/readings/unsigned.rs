@@ -75,7 +75,10 @@ fn turns_at_zero(deviation_mm: &[f64]) -> Vec<usize> {
         let at = |k: usize| deviation_mm[if sign > 0.0 { row + k } else { row - k }] - deviation_mm[row];
         rows.map(|k| k as f64 * at(k)).sum::<f64>() / weight
     };
-    let steep_mm = STEEP * noise_mm / (1..=ROWS_BESIDE).map(|k| (k * k) as f64).sum::<f64>().sqrt();
+    // the reading at the place is in all differences
+    let (sum, squares) =
+        (1..=ROWS_BESIDE).fold((0.0, 0.0), |(sum, squares), k| (sum + k as f64, squares + (k * k) as f64));
+    let steep_mm = STEEP * noise_mm * (1.0 / squares + (sum / squares).powi(2)).sqrt();
     let mut turns: Vec<usize> = Vec::new();
     for row in ROWS_BESIDE..deviation_mm.len() - ROWS_BESIDE {
         let (before, after) = (slope(row, -1.0), slope(row, 1.0));

@@ -58,8 +58,9 @@ const ROUNDS: usize = 9;
 
 /// Improves the shape parameters of a candidate by a pattern search.
 fn refine(regression: &Regression, family: &CandidateFamily, candidate: Candidate) -> Candidate {
-    let cost = PARAMETER_COST * family.refined.len() as f64;
     let (mut best, moved) = pattern_search(regression, family, candidate);
+    let refined = family.refined.iter().filter(|refined| parameter(&best.effect, refined).is_some()).count();
+    let cost = PARAMETER_COST * refined as f64;
     if moved {
         best.log_odds -= cost;
     }
@@ -164,7 +165,8 @@ fn with_warm_start(regression: &Regression, family: &CandidateFamily, best: Cand
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
         Some(trial) if trial.log_odds > best.log_odds + regression.model.thresholds.better => {
-            refine(regression, family, trial)
+            // what its shape costs is in its log odds
+            pattern_search(regression, family, trial).0
         }
         _ => best,
     }
@@ -228,7 +230,7 @@ fn with_other_edge(regression: &Regression, family: &CandidateFamily, best: Cand
     });
     match trials.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)) {
         Some(trial) if trial.log_odds > best.log_odds => {
-            let refined = refine(regression, family, trial);
+            let refined = pattern_search(regression, family, trial).0;
             if refined.log_odds > best.log_odds { refined } else { best }
         }
         _ => best,
@@ -307,7 +309,7 @@ fn parameter(effect: &Effect, refined: &Refined) -> Option<f64> {
         (Some(ParameterValue::List(values)), Some(element)) => values.get(element).copied(),
         (None, None) => match refined.name {
             "skew" | "creep_share" => Some(0.0),
-            "creep_time" => Some(20.0),
+            "creep_time" => Some(30.0),
             "damping" => Some(0.7),
             _ => None,
         },
