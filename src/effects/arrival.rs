@@ -8,8 +8,8 @@
 use super::candidates::{CandidateFamily, Observations, PLAUSIBLE_OF_ARMS, directions, motion, none, with_word};
 use super::context::Profile;
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, of_any_axis,
-    plain_measure, word,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, list, names_axis,
+    of_any_axis, plain_measure, word,
 };
 use super::showing_test::{ShowingTest, ShownBy};
 use super::{Context, EffectError};
@@ -66,14 +66,7 @@ pub static ARRIVAL_LAG: Kind = Kind {
 };
 
 fn check(machine: &Machine, effect: &Effect) -> Result<(), String> {
-    for key in ["of", "about"] {
-        if let Some(name) = word(effect, key)
-            && machine.axis_index(name).is_none()
-        {
-            let known: Vec<&str> = machine.axes.iter().map(|axis| axis.name.as_str()).collect();
-            return Err(format!("'{key}: {name}' names no axis; axes are {}", known.join(" ")));
-        }
-    }
+    ["of", "about"].into_iter().try_for_each(|key| names_axis(machine, effect, key))?;
     match (list(effect, "rates").len(), machine.axes.len()) {
         (count, axes) if count != 0 && count != axes => {
             Err(format!("'rates' has {count} numbers, one for each of the {axes} axes is needed"))

@@ -7,7 +7,7 @@
 use super::candidates::{CandidateFamily, Observations, Refined, beside_own, directions, motion, none, with_number};
 use super::context::{Profile, Travel};
 use super::contract::{
-    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, no_check,
+    DefaultValue, Documented, Driver, Kind, Notable, Parameter, ParameterUnit, Signature, Unseen, names_axis, no_check,
     plain_measure, single_function, word,
 };
 use super::memory::{MemoryLaw, Past};
@@ -163,22 +163,12 @@ pub static LATERAL_PLAY: Kind = Kind {
         unit: "um, arcsec, half width",
     },
     parameters: ACROSS_PARAMETERS,
-    check: driving_axis_exists,
+    check: |machine, effect| names_axis(machine, effect, "of"),
     outlets: |machine, place| across(machine, place),
     measure: plain_measure,
     functions: single_function,
     profiles: |context, effect| lost_motion(&LATERAL_PLAY, context, effect),
 };
-
-/// The axis named by `of` is one of the machine's.
-fn driving_axis_exists(machine: &Machine, effect: &Effect) -> Result<(), String> {
-    match word(effect, "of") {
-        Some(name) if machine.axis_index(name).is_none() => {
-            Err(format!("'of: {name}' names no axis; axes are {}", machine.axis_names().join(" ")))
-        }
-        _ => Ok(()),
-    }
-}
 
 fn own(machine: &Machine, place: Place, kind: AxisKind) -> Vec<Outlet> {
     match place {

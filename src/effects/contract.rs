@@ -342,6 +342,16 @@ pub(super) fn measure_per_load(machine: &Machine, outlet: &Outlet, _function: &s
     }
 }
 
+/// Whether a parameter names an axis of the machine, if it is stated.
+pub(super) fn names_axis(machine: &Machine, effect: &Effect, key: &str) -> Result<(), String> {
+    match word(effect, key) {
+        Some(name) if machine.axis_index(name).is_none() => {
+            Err(format!("'{key}: {name}' names no axis; axes are {}", machine.axis_names().join(" ")))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Parameters that need no more than their bounds.
 pub(super) fn no_check(_machine: &Machine, _effect: &Effect) -> Result<(), String> {
     Ok(())

@@ -52,7 +52,8 @@ pub(super) fn may_run_between(course: &Course, seen: &Seen) -> bool {
     })
 }
 
-/// What a believed placement may leave, mm: the largest of what noise is, and of a share of the signal.
+/// What a believed placement may leave, mm. Of a known program [`LEFT_OF_MARKED_MM`], else [`LEFT_SHARE`] of the signal within
+/// [`LEAST_LEFT_MM`] and [`LEFT_MM`]; [`NOISES`] of noise at least.
 pub(super) fn allowed_mm(program_is_known: bool, size_mm: f64, noise_mm: f64) -> f64 {
     let of_noise = NOISES * noise_mm;
     match program_is_known {

@@ -15,7 +15,7 @@ pub fn probability_of(log_odds: f64) -> f64 {
 pub struct BlockEvidence {
     /// Log of the evidence ratio for the block against nothing, shape grid not counted.
     pub log_evidence: f64,
-    /// Fall of the weighted sum of squares at the best amplitudes.
+    /// Fall of the weighted sum of squares and of the prior's own square, at the best amplitudes.
     pub chi2: f64,
     /// Best amplitudes under the amplitude prior, display units.
     pub amplitudes: Vec<f64>,

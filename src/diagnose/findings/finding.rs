@@ -98,7 +98,7 @@ pub struct NextTest {
     /// What to run, in words.
     pub says: String,
     /// Probability that the finding would have afterwards, were it true.
-    pub odds_after: f64,
+    pub probability_after: f64,
     /// Time on the machine, without mounting.
     pub minutes: f64,
 }

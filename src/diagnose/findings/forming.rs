@@ -238,7 +238,7 @@ fn over_rivals(model: &LinearModel, lead: &SelectedEffect, value: f64) -> f64 {
 
 /// Another shape of the lead's lost motion: their half widths add.
 fn is_same_play(lead: &SelectedEffect, other: &SelectedEffect) -> bool {
-    lead.chosen.effect.kind.ends_with("-backlash")
+    is_a(&lead.chosen.effect.kind, Signature::Reversal)
         && lead.chosen.effect.kind == other.chosen.effect.kind
         && lead.chosen.terms == other.chosen.terms
 }

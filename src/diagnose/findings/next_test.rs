@@ -96,7 +96,7 @@ fn judged(
     // both without the causes that no candidate describes
     (after > finding.probability + LEAST_RISE).then(|| NextTest {
         says: format!("{}: {:.0} min", proposals[index].says, minutes.max(1.0)),
-        odds_after: DESCRIBED_BY_NAME * after,
+        probability_after: DESCRIBED_BY_NAME * after,
         minutes,
     })
 }

@@ -46,8 +46,7 @@ impl<'s> Standing<'s> {
         let (machine, thresholds) = (model.context.machine(), &model.thresholds);
         let rank = |candidate: &Candidate| families[candidate.family].rank;
         let own_rank = rank(&lead.chosen);
-        // log odds against a candidate before the readings speak
-        let against = |candidate: &Candidate| families[candidate.family].rarity + candidate.judgement.implausibility;
+        let rarity = |candidate: &Candidate| families[candidate.family].rarity;
         // what is customary in arms nobody counted
         let customary = if model.has_sweeps() { thresholds.customary } else { 1.0 };
         let own = Judged { cause: cause(machine, &lead.chosen, &[]), forms: vec![(&lead.chosen, 1.0)] };
@@ -58,10 +57,11 @@ impl<'s> Standing<'s> {
                 true => thresholds.softening_of_arcs,
                 false => thresholds.softening,
             };
-            // forms are inexact; how rare a cause is, and what size of it is plausible, is no matter of forms
-            let beyond = against(rival) - against(&lead.chosen);
-            let softened = (odds + beyond) / (1.0 + share * lead.ranked_odds.max(0.0)) - beyond;
             let is_undescribed = rival.is_free() && !lead.chosen.is_free();
+            // forms are inexact; how rare a named cause is, and what size of it is plausible, is no matter of forms
+            let rarer = if is_undescribed { 0.0 } else { rarity(rival) - rarity(&lead.chosen) };
+            let beyond = rarer + rival.judgement.implausibility - lead.chosen.judgement.implausibility;
+            let softened = (odds + beyond) / (1.0 + share * lead.ranked_odds.max(0.0)) - beyond;
             let is_rarer = rank(rival) > own_rank || is_driven_by(machine, rival, &lead.chosen);
             // a free curve may stand better than the name that is told; among names custom has chosen
             let (seen, custom) = match is_undescribed {
@@ -94,8 +94,10 @@ impl<'s> Standing<'s> {
         let mut rivals: Vec<(Cause, f64)> = causes
             .into_iter()
             .skip(1)
-            .map(|judged| (judged.best() / total, judged.cause))
-            .map(|(p, c)| (c, p))
+            .map(|judged| {
+                let probability = judged.best() / total;
+                (judged.cause, probability)
+            })
             .collect();
         rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
         rivals.retain(|(_, probability)| *probability >= LEAST_PROBABILITY);

@@ -106,7 +106,7 @@ fn displacement(problem: &Problem, values: &[f64]) -> f64 {
     errors.map(|(unknown, value)| ((value - unknown.prior_mean) / unknown.prior_sigma).abs()).fold(0.0, f64::max)
 }
 
-/// Root mean square of residuals of which none counts for more than so many robust sigmas, mm.
+/// Rms residual, each clipped at [`CLIPPED`] robust sigmas, mm.
 pub(crate) fn robust_rms_mm(residual_mm: &[Vec<f64>]) -> f64 {
     let limit = CLIPPED * scale_of(residual_mm);
     let finite = residual_mm.iter().flatten().filter(|value| value.is_finite());

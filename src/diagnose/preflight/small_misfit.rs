@@ -71,8 +71,8 @@ impl Misfit {
 pub(crate) struct Mistake {
     pub(crate) fault: DataFault,
     pub(crate) undone: Session,
-    /// Log odds of it before any reading, against no mistake: one of all that were tried, less what a fitted shift costs; and the
-    /// density of readings that undoing it makes smaller.
+    /// Log prior against no mistake: the weight of its kind over that of all mistakes tried, less what fitted figures cost, plus
+    /// n·ln(1/d) where undoing it divides n readings by 1/d.
     pub(crate) log_odds: f64,
     /// It leaves little more than noise, or gains enormously.
     pub(crate) is_plain: bool,

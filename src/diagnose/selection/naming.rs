@@ -4,17 +4,26 @@ use super::selected::Candidate;
 use crate::diagnose::cause::Cause;
 use crate::diagnose::model::linear_model::{Term, display};
 use crate::effects::{Driver, Signature, kind, signature};
-use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue, Place};
+use crate::machine::{AxisKind, Component, Effect, ErrorName, Machine, Outlet, ParameterValue};
 use crate::units::Measure;
 
 /// Drivers that look alike where one place is concerned.
-pub(crate) fn driver_class(driver: Driver) -> u8 {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DriverClass {
+    Position,
+    Direction,
+    Time,
+    Speed,
+    Constant,
+}
+
+pub(crate) fn driver_class(driver: Driver) -> DriverClass {
     match driver {
-        Driver::Position | Driver::Gravity | Driver::Load => 0,
-        Driver::Direction => 1,
-        Driver::Time | Driver::Temperature | Driver::Event => 2,
-        Driver::Speed => 3,
-        Driver::Constant => 4,
+        Driver::Position | Driver::Gravity | Driver::Load => DriverClass::Position,
+        Driver::Direction => DriverClass::Direction,
+        Driver::Time | Driver::Temperature | Driver::Event => DriverClass::Time,
+        Driver::Speed => DriverClass::Speed,
+        Driver::Constant => DriverClass::Constant,
     }
 }
 
@@ -54,7 +63,7 @@ pub(crate) fn cause(machine: &Machine, candidate: &Candidate, effects: &[Effect]
     Cause {
         effect: candidate.effect.kind.clone(),
         driver: candidate_driver(candidate),
-        place: place_name(machine, candidate.effect.place),
+        place: candidate.effect.place.name(machine).to_string(),
         components,
     }
 }
@@ -64,10 +73,6 @@ pub fn cause_of(machine: &Machine, effect: &Effect, outlets: &[Outlet]) -> Cause
     let driver = kind(&effect.kind).map_or(Driver::Position, |kind| kind.driver);
     let components = outlets.iter().map(|outlet| component_name(machine, outlet)).collect();
     Cause { effect: effect.kind.clone(), driver, place: effect.place.name(machine).to_string(), components }
-}
-
-fn place_name(machine: &Machine, place: Place) -> String {
-    place.name(machine).to_string()
 }
 
 pub(crate) fn components(machine: &Machine, terms: &[Term]) -> Vec<String> {

@@ -16,11 +16,11 @@ use super::shapes::shape_fit::refine_all;
 use crate::diagnose::model::linear_model::{Column, LinearModel};
 use crate::diagnose::model::regression::{Accepted, Regression};
 use crate::diagnose::model::whitened::WhitenedData;
-use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class};
+use crate::diagnose::noise::pose_noise::{Poses, readings_as_one, squares_by_class, white_by_class};
 use crate::effects::CandidateFamily;
 use crate::effects::{Signature, is_a};
 use crate::machine::{ParameterValue, Place};
-use crate::statistics::{BlockEvidence, NOISE_FLOOR_MM, NoiseModel};
+use crate::statistics::{BlockEvidence, NoiseModel};
 
 /// Effects at most: a bound on time, far beyond what recordings of an arm have shown.
 const MOST_EFFECTS: usize = 40;
@@ -345,13 +345,5 @@ fn weight(from: &[NoiseModel], to: &[NoiseModel]) -> Option<f64> {
 
 /// White noise that makes one likelihood out of readings which share the error of their pose.
 fn noise(model: &LinearModel, poses: &Poses, residual_mm: &[Vec<f64>]) -> Vec<NoiseModel> {
-    let as_one = readings_as_one(model, poses, residual_mm);
-    let white = squares_by_class(model, residual_mm)
-        .map(|(square, _)| NoiseModel::white((square * as_one).sqrt().max(NOISE_FLOOR_MM)));
-    let tests = model.context.session().tests.iter();
-    let of_test = tests.map(|test| match test.reading.stated_noise_mm() {
-        Some(noise_mm) => NoiseModel::white(noise_mm),
-        None => white[test.reading.noise_class()],
-    });
-    of_test.collect()
+    white_by_class(model, residual_mm, readings_as_one(model, poses, residual_mm))
 }

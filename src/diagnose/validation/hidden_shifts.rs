@@ -56,10 +56,10 @@ fn mean_square(form: &HiddenForm, smallest: Option<f64>) -> f64 {
     }
     let most = form.family.plausible;
     // of what never matters no probability is known
-    let octaves = (most / form.notable).ln();
-    if octaves <= 0.0 {
+    let log_range = (most / form.notable).ln();
+    if log_range <= 0.0 {
         return 0.0;
     }
     let present = PRESENT * (-form.family.rarity).exp() / form.family.outlets.len().max(1) as f64;
-    present * unseen.min(most).powi(2) / (2.0 * octaves)
+    present * unseen.min(most).powi(2) / (2.0 * log_range)
 }

@@ -227,7 +227,7 @@ fn scatter_explained(
     Some((likelihood, rms, reached))
 }
 
-/// Tests that it reaches, most_scattered first, and the rms of their residuals, µm.
+/// Tests that it reaches, the loudest first, and the rms of their residuals, µm.
 fn most_scattered(model: &LinearModel, residual_mm: &[Vec<f64>], best: &ScatterAt) -> (Vec<String>, f64) {
     let gains = model.gains(&best.outlet);
     let mut tests: Vec<(usize, f64)> = (0..model.tests())

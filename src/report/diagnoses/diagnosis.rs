@@ -412,7 +412,7 @@ fn finding_json(machine: &Machine, diagnosis: &Diagnosis, index: usize, finding:
         next_test: finding
             .next_test
             .as_ref()
-            .map(|next| NextTestJson { says: next.says.clone(), odds_after: next.odds_after }),
+            .map(|next| NextTestJson { says: next.says.clone(), odds_after: next.probability_after }),
     }
 }
 

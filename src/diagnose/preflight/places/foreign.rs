@@ -10,8 +10,8 @@ use crate::session::Session;
 /// Spread of the balls of a test that does not belong to the others, mm, where they were set up anew: cups are set to some tenths.
 const FOREIGN_MM: f64 = 0.5;
 
-/// One test, or one with its repeats, with balls of its own, beside others from the same pivot: between them two jumps of a ball, there and
-/// exactly back, would be the only physics, first or last one jump. The balls lie as near to their places as others of the session, or anywhere that a cup is put.
+/// One test, or one with its repeats, with balls of its own, beside others from the same pivot. Physics could do that only by a ball that
+/// jumps away and exactly back, for the first or last tests by one jump. The balls lie as near to their places as others of the session, or anywhere that a cup is put.
 pub(crate) fn foreign(session: &Session, tests: &[usize]) -> Vec<Suspicion> {
     let Some(&first) = tests.first() else { return Vec::new() };
     let pivot = &session.tests[first].pivot;

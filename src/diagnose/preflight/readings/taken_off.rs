@@ -250,8 +250,8 @@ fn travel(angle: &[f64]) -> f64 {
     most - least
 }
 
-/// Least difference of readings that are not equal, mm: the last digit of the file, or of the gauge. One part in a thousand of it is
-/// for rounding of numbers.
+/// Least difference of readings that are not equal, mm: the last digit of the file, or of the gauge. Differences below
+/// [`NO_DIGIT_MM`] are rounding.
 fn step_mm(deviation_mm: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = deviation_mm.iter().copied().filter(|value| value.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
