@@ -30,6 +30,7 @@ fn nothing_is_claimed(session: &Session, what: &str) {
     let is_doubted = diagnosis.warnings.iter().any(|warning| warning.starts_with("nothing but noise changes"));
     let is_claimed = diagnosis.findings.iter().any(|finding| finding.probability > 0.5) && !is_doubted;
     assert!(diagnosis.verdict != Verdict::Clean && !is_claimed, "{what}: {:?}", diagnosis.verdict);
+    assert!(!diagnosis.location_errors.iter().any(|error| error.determined), "{what}: {:?}", diagnosis.location_errors);
 }
 
 #[test]

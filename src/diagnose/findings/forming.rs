@@ -289,11 +289,23 @@ fn shows(model: &LinearModel, columns: &[Accepted], own: &[usize], regression: &
         }
         shares.push((test, standard_deviation(&sum) * 1e3));
     }
-    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let largest = shares.first().map_or(0.0, |(_, rms)| *rms);
-    shares.retain(|(_, rms)| *rms > 0.3 * largest);
-    let rms = rms(shares.iter().map(|(_, rms_um)| *rms_um));
-    (shares.iter().take(12).map(|(test, _)| model.context.session().tests[*test].name.clone()).collect(), rms)
+    let largest = shares.iter().map(|(_, rms)| *rms).fold(0.0, f64::max);
+    shares.retain(|(_, rms)| *rms > SHOWS * largest);
+    loudest(model, shares)
+}
+
+/// Share of the rms in the test that shows an effect best below which another one hardly shows it.
+const SHOWS: f64 = 0.3;
+
+/// Tests that a finding names, at most.
+const MOST_TESTS: usize = 12;
+
+/// The tests with the largest rms, µm, by name, the largest first, and the rms over all of those given.
+pub(crate) fn loudest(model: &LinearModel, mut tests: Vec<(usize, f64)>) -> (Vec<String>, f64) {
+    tests.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let rms_um = rms(tests.iter().map(|(_, rms_um)| *rms_um));
+    let name = |(test, _): &(usize, f64)| model.context.session().tests[*test].name.clone();
+    (tests.iter().take(MOST_TESTS).map(name).collect(), rms_um)
 }
 
 /// Where along its driver the lead acts.

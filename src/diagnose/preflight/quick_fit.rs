@@ -11,6 +11,10 @@ const CLIPPED: f64 = 15.0;
 /// Offsets of balls and bars up to this are no matter of a mistake, mm: a bar may be stated ten spreads off its length.
 pub(crate) const LEAST_SPREAD_MM: f64 = 0.02;
 
+/// A ball or bar beyond so many spreads from its stated place counts as a misfit, in proportion: under all that sessions without a mistake
+/// had, and short of [`MOST_STRAIN`].
+const COUNTS_AS_MISFIT: f64 = 6.0;
+
 /// A ball or bar so many spreads from its stated place stands elsewhere.
 pub(crate) const MOST_STRAIN: f64 = 8.0;
 
@@ -86,7 +90,7 @@ pub(crate) fn refit_up_to(session: &Session, near: Option<&[f64]>, most_um: f64)
     }
     // offsets of balls far beyond their spreads are a misfit as well, and so are location errors that no machine has
     let strain = strain(&problem, &values, 1.0);
-    let strained = 1.0 + (strain / 6.0 - 1.0).max(0.0);
+    let strained = 1.0 + (strain / COUNTS_AS_MISFIT - 1.0).max(0.0);
     let displaced = 1.0 + (displacement(&problem, &values) - 1.0).max(0.0);
     let misfit_um = 1e3 * robust_rms_mm(&residual_mm) * strained * displaced;
     Some(Refit { misfit_um, strain, unknowns, values, residual_mm })

@@ -8,6 +8,7 @@ use crate::statistics::{NoiseModel, mean, rms};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::diagnose::findings::finding::{Finding, SizeFound};
+use crate::diagnose::findings::forming::loudest;
 use crate::diagnose::model::linear_model::{Column, LinearModel, display};
 use crate::diagnose::model::regression::Accepted;
 use crate::diagnose::noise::noise_floor::mean_noise_mm2;
@@ -230,14 +231,11 @@ fn scatter_explained(
 /// Tests that it reaches, the loudest first, and the rms of their residuals, µm.
 fn most_scattered(model: &LinearModel, residual_mm: &[Vec<f64>], best: &ScatterAt) -> (Vec<String>, f64) {
     let gains = model.gains(&best.outlet);
-    let mut tests: Vec<(usize, f64)> = (0..model.tests())
+    let tests = (0..model.tests())
         .filter(|&test| !gains[test].is_empty() && acts(model, best.place, test))
         .map(|test| {
             let kept = residual_mm[test].iter().zip(&model.kept[test]).filter(|(_, kept)| **kept);
             (test, 1e3 * rms(kept.map(|(value, _)| *value)))
-        })
-        .collect();
-    tests.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let rms_um = rms(tests.iter().map(|(_, rms_um)| *rms_um));
-    (tests.iter().take(12).map(|(test, _)| model.context.session().tests[*test].name.clone()).collect(), rms_um)
+        });
+    loudest(model, tests.collect())
 }
