@@ -61,7 +61,7 @@ use self::selection::hidden_outliers::without_hidden_outliers;
 use self::selection::joint_fit::mean_square;
 use self::selection::naming::cause as named;
 use self::selection::search::{floors, nothing, search_cleanly};
-use self::selection::selected::Resolutions;
+use self::selection::selected::{Resolutions, Search};
 use self::selection::two_resolutions::at_two_resolutions;
 use self::validation::detection_limits::{unseen_causes, unseen_senses};
 use self::validation::hidden_shifts::hidden_shifts;
@@ -142,6 +142,13 @@ fn diagnosed(
     at_two_resolutions(fine, |resolutions, families| searched(resolutions, families, options, examined, fit, outliers))?
 }
 
+/// The cause of the first effect that a search found, with its share of what that may be.
+fn first_cause(fine: &LinearModel, families: &[CandidateFamily], search: &Search) -> Option<(Cause, f64)> {
+    let first = search.found.first()?;
+    let share = Standing::of(fine, families, first).probability;
+    Some((named(fine.context.machine(), &first.chosen, &[]), share))
+}
+
 /// The mistake to tell, where physics would have its likeliest cause with its share, and the doubt that is left where none is told.
 fn told_of(held: Held, physics: Option<(Cause, f64)>, session: &Session) -> (Option<DataFault>, Option<Doubt>) {
     let is_surer = held.is_likelier_than_physics();
@@ -200,10 +207,7 @@ fn searched(
     contested.retain(|mistake| certain.is_none() && mistake.leaves_as_little(left_um));
     let (fault, doubt) = match contested.is_empty() {
         false => {
-            let physics = search.found.first().map(|first| {
-                let share = Standing::of(fine, families, first).probability;
-                (named(&session.machine, &first.chosen, &[]), share)
-            });
+            let physics = first_cause(fine, families, &search);
             let held = held_against_physics(session, options, fine, contested)?;
             told_of(held, physics, session)
         }

@@ -231,9 +231,8 @@ fn scatter_explained(
 /// Tests that it reaches, the loudest first, and the rms of their residuals, µm.
 fn most_scattered(model: &LinearModel, residual_mm: &[Vec<f64>], best: &ScatterAt) -> (Vec<String>, f64) {
     let gains = model.gains(&best.outlet);
-    let tests = (0..model.tests())
-        .filter(|&test| !gains[test].is_empty() && acts(model, best.place, test))
-        .map(|test| {
+    let tests =
+        (0..model.tests()).filter(|&test| !gains[test].is_empty() && acts(model, best.place, test)).map(|test| {
             let kept = residual_mm[test].iter().zip(&model.kept[test]).filter(|(_, kept)| **kept);
             (test, 1e3 * rms(kept.map(|(value, _)| *value)))
         });
