@@ -236,6 +236,56 @@ fn servos_that_lag_are_placed_where_the_machine_was() {
     }
 }
 
+/// A plan whose tests differ from those that ran.
+fn edited(planned: &Planned, edit: impl Fn(&mut fiveaxis::session::Test)) -> fiveaxis::session::Session {
+    let mut session = planned.session.clone();
+    session.tests.iter_mut().for_each(edit);
+    session
+}
+
+#[test]
+fn a_wait_shorter_than_every_program_s_is_refused() {
+    let planned = &*MARKED;
+    for (pair, longer_s) in [(0, 0.3), (1, 1.0)] {
+        let seed = 500 + pair as u64;
+        let drawn = planned.drawn(&mut Erring::drawn(&planned.session.machine, seed), pair, seed, Kind::Sound);
+        // all programs of the session wait longer than this one did
+        let longest_s = planned.session.tests.iter().filter_map(|test| test.marks).fold(0.0, |s, own| own.gap_s.max(s));
+        let session = edited(planned, |test| {
+            test.marks = test.marks.map(|own| fiveaxis::session::Marks { gap_s: longest_s + longer_s, ..own });
+        });
+        let why = place(&session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect_err(&drawn.says);
+        println!("{}: {why}", drawn.says);
+        assert!(matches!(why, ImportError::WaitsLess { .. }), "{}: {why}", drawn.says);
+        place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect(&drawn.says);
+    }
+}
+
+#[test]
+fn what_ends_where_the_search_ends_is_not_placed() {
+    let planned = &*SLOW;
+    let mut at_bound = 0;
+    for (pair, slower) in (0..planned.pairs.len()).zip([1.13, 1.14].into_iter().cycle()) {
+        let seed = 600 + pair as u64;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let drawn = planned.drawn_by(&mut erring, pair, seed, Kind::Sound, Habit::Plain);
+        // the runs of this program are slower than the session says, and its marks are not
+        let session = edited(planned, |test| test.feed_mm_per_min = test.feed_mm_per_min.map(|feed| slower * feed));
+        match place(&session, &[planned.pairs[pair]], &drawn.capture, Feeds::Programmed) {
+            Ok(found) => {
+                let timing = found.timing;
+                println!("{}: paces {:?} ramp {:.2} s", drawn.says, timing.paces, timing.ramp_s);
+                assert!(timing.paces.iter().all(|pace| *pace > 0.901) && timing.ramp_s < 1.11, "{timing:?}");
+            }
+            Err(why) => {
+                println!("{}: {why}", drawn.says);
+                at_bound += usize::from(matches!(why, ImportError::AtBound { .. } | ImportError::OtherFeed { .. }));
+            }
+        }
+    }
+    assert!(at_bound > 0);
+}
+
 #[test]
 #[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn an_override_is_placed_where_it_is_asked_for() {

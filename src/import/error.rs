@@ -77,6 +77,12 @@ pub enum ImportError {
     )]
     OtherRuns { test: String, seen_s: [f64; 2], difference: RunsDiffer },
     #[error(
+        "{seen_s:.2} s lie between the two directions' marks, and the program of {test} waits {due_s:.2} s, as no control does less: it is another program's capture; where the program was edited, state what it waited as gap of the test's marks"
+    )]
+    WaitsLess { test: String, seen_s: f64, due_s: f64 },
+    #[error("the readings fit {test} only where {}: {cure}", .bound.words())]
+    AtBound { test: String, bound: Bound, cure: &'static str },
+    #[error(
         "the two runs took {:.2} and {:.2} s between their marks, {:.2} s apart at one pace of the marks: one of them was held, or its feed was changed on the way, and where is not told; record the test again in one go",
         .runs_s[0], .runs_s[1], .longer_s.abs()
     )]
@@ -123,6 +129,28 @@ impl RunsDiffer {
                 by(begin_s),
                 by(end_s)
             ),
+        }
+    }
+}
+
+/// A number of a timing that lies where the search for it ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bound {
+    /// Speed over the programmed feed, and from where to where it is sought.
+    Pace { pace: f64, range: [f64; 2] },
+    /// Time in which the run comes to speed, and the longest that is believed, s.
+    Ramp { ramp_s: f64, most_s: f64 },
+}
+
+impl Bound {
+    fn words(self) -> String {
+        match self {
+            Bound::Pace { pace, range: [slowest, fastest] } => {
+                format!("its run took {pace:.2} of the programmed feed ({slowest:.2} to {fastest:.2} being sought)")
+            }
+            Bound::Ramp { ramp_s, most_s } => {
+                format!("its run came to speed in {ramp_s:.1} s ({most_s:.1} s being the most that is believed)")
+            }
         }
     }
 }

@@ -50,7 +50,7 @@ mod wander;
 
 pub use capture::Capture;
 pub use course::{Course, Feeds, Pair, pairs};
-pub use error::{ImportError, RunsDiffer};
+pub use error::{Bound, ImportError, RunsDiffer};
 pub use place::{Placement, place, place_named};
 pub use session_times::{Began, Scale, SessionTimes, Stated, WhyPlanned};
 pub use split::{recordings, split_session};

@@ -8,7 +8,10 @@ use super::error::{ImportError, RunsDiffer};
 use super::likelihood::{cost_at_rest, of_marks, residual_mm};
 use super::marks::{Found, find};
 use super::other_reading::{alike, forms, other_reading};
-use super::refusals::{allowed_mm, may_run_between, other_runs, refuse_by_marks, refuse_cut_off, refuse_other_runs};
+use super::refusals::{
+    GAP_OFF_S, allowed_mm, may_run_between, may_wait, other_runs, refuse_at_bounds, refuse_by_marks, refuse_cut_off,
+    refuse_other_runs,
+};
 use super::search::{
     Levels, first_look, nearly_as_likely, searched_finely, searched_roughly, settled_apart, settled_with_lost_motion,
     standing, starts,
@@ -46,6 +49,8 @@ pub struct Placement {
     /// Log odds against the next best place in time, and against the next best pair of tests (none other: infinite).
     pub odds_place: f64,
     pub odds_tests: f64,
+    /// A test whose readings are alike: only the wait between the directions speaks against it.
+    pub alike: Option<Pair>,
 }
 
 /// Fewest readings of a capture.
@@ -65,9 +70,6 @@ const CLEAR_OF_TESTS: f64 = 3.0;
 const OF_NAME: f64 = 3.0;
 /// Log odds against another place in time: 1 in 100.
 const CLEAR: f64 = 4.6;
-/// Most that a gap may differ from a test's to say for itself that its program ran, s: half of what tells tests apart, and a slow
-/// clock's cycle.
-const GAP_OFF_S: f64 = 0.12;
 /// Least certainty of a position, deg or mm: 2° turn 3.5 % of an error into the one beside it. Beyond it the noise of a bar that
 /// stands looks like a run too often.
 const LIMIT: f64 = 2.0;
@@ -112,6 +114,7 @@ pub fn place_named(
                 | ImportError::MarksMissing { .. }
                 | ImportError::NoMarks { .. }
                 | ImportError::FeedOfMarks { .. }
+                | ImportError::AtBound { .. }
                 | ImportError::TooShort { .. },
             ),
             Feeds::Programmed,
@@ -181,7 +184,8 @@ fn searched(
 ) -> Result<Vec<Searched>, ImportError> {
     let seen = levels.fine.marks;
     let (mut begun, mut why): (Vec<Searched>, _) = (Vec::new(), ImportError::NoPair);
-    let (mut nearest_s, mut shortest_s) = (f64::INFINITY, f64::INFINITY);
+    let (mut nearest_s, mut shortest_s, mut least_due_s) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+    let mut waits_less = None;
     for &pair in such {
         let course = Course::of(session, pair, feeds)?;
         let test = || session.tests[pair.tests[0]].name.clone();
@@ -190,6 +194,14 @@ fn searched(
             if off_s < nearest_s {
                 let difference = RunsDiffer::Takes { due_s: course.run_s };
                 (why, nearest_s) = (other_runs(&test(), &seen, difference), off_s);
+            }
+            continue;
+        }
+        if let Some((own, seen)) = course.marks.zip(seen).filter(|(own, seen)| !may_wait(own, seen)) {
+            // the one whose wait comes nearest
+            if own.gap_s < least_due_s {
+                least_due_s = own.gap_s;
+                waits_less = Some(ImportError::WaitsLess { test: test(), seen_s: seen.gap_s, due_s: own.gap_s });
             }
             continue;
         }
@@ -214,7 +226,7 @@ fn searched(
     let likely = near(roughly, LOG_ODDS_OF_FEW, |course, rough| standing(course, levels, &rough[0]));
     let mut found: Vec<Searched> = likely.into_iter().map(|test| searched(test, searched_finely)).collect();
     found.sort_by(|one, other| one.2[0].cost.total_cmp(&other.2[0].cost));
-    if found.is_empty() { Err(why) } else { Ok(found) }
+    if found.is_empty() { Err(waits_less.unwrap_or(why)) } else { Ok(found) }
 }
 
 /// The test that explains the readings, where it is told from all others that were tried.
@@ -249,7 +261,11 @@ fn chosen(
         Some(next) if odds_tests < due => {
             Err(ImportError::TwoTests { one: name(pair), other: name(&found[next].0), odds: odds_tests, due })
         }
-        _ => Ok(Placement { odds_tests, ..placement }),
+        _ => {
+            let is_alike = |_: &usize| levels.fine.marks.is_some() && odds_tests < CERTAIN;
+            let alike = next.filter(is_alike).map(|next| found[next].0);
+            Ok(Placement { odds_tests, alike, ..placement })
+        }
     }
 }
 
@@ -361,6 +377,7 @@ fn judged(
             noise_um: 1e3 * noise_mm,
         });
     }
+    refuse_at_bounds(test, &course, &best.timing)?;
     let Known { sigma, position_sigma } = known(&course, &data, &likely);
     let unit = course.unit;
     refuse_cut_off(&course, &best.timing, capture, &sigma)?;
@@ -391,5 +408,6 @@ fn judged(
             .collect(),
         odds_place,
         odds_tests: f64::INFINITY,
+        alike: None,
     })
 }

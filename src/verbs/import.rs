@@ -237,6 +237,14 @@ fn warn(session: &Session, file: &Path, placement: &Placement) {
             name(&placement.pair)
         ));
     }
+    if let Some(other) = placement.alike {
+        remark(format_args!(
+            "{}: the readings fit {} as well; only the wait between the directions speaks for {}: a feed hold there would make one of the other",
+            file.display(),
+            name(&other),
+            name(&placement.pair)
+        ));
+    }
     if let Some(other) = named(session, file).filter(|other| *other != placement.pair) {
         remark(format_args!(
             "{}: the file is named like {}, and its readings are those of {}; is it named rightly?",
