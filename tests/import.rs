@@ -708,6 +708,75 @@ fn files_of_gauges_are_read_and_others_refused() {
 }
 
 #[test]
+fn names_and_numbers_of_many_gauges_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |text: &str| {
+        let file = folder.path().join("a.csv");
+        std::fs::write(&file, text).unwrap();
+        let why = |why: fiveaxis::load::LoadError| why.to_string().rsplit('/').next().unwrap_or_default().to_string();
+        load_capture(&file, CaptureHints::default()).map_err(why)
+    };
+    // a step of 20 ms, and readings of -1 and 2 µm
+    for text in [
+        "DateTime,Deviation [um]\n2026-11-26T10:00:00.00,-1\n2026-11-26T10:00:00.02,2\n",
+        "Timestamp;Deviation [um]\n10:00:00.00;-1\n10:00:00.02;2\n",
+        "Datum;Uhrzeit;Abweichung [µm]\n26.11.2026;10:00:00,00;-1,0\n26.11.2026;10:00:00,02;2,0\n",
+        "Sample interval: 20 ms\ndeviation_um\n-1\n2\n",
+        "Interval: 0,02 s\nsample,Deviation (mm)\n0,-0.001\n1,0.002\n",
+        "Sample rate: 0.05 kHz\ndeviation_um\n-1\n2\n",
+        "Channel 2, rate 50 Hz\ndeviation_um\n-1\n2\n",
+        "Time[s],Length deviation[micron]\n0,-1\n0.02,2\n",
+        "t/s;ΔL/µm\n0;-1\n0.02;2\n",
+        "Zeit/s;Messwert/µm\n0;-1\n0.02;2\n",
+        "Temps (s);Écart (µm)\n0;-1\n0,02;2\n",
+        "Elapsed [us],Displacement [µm]\n0,-1\n20000,2\n",
+        "Elapsed time (s);error code;Error (µm)\n0;7;-1\n0.02;7;2\n",
+        "time_s;deviation_um\n0;\u{2212}1\n0.02;2\n",
+    ] {
+        let found = read(text).unwrap_or_else(|why| panic!("{text}: {why}"));
+        assert!((found.time_s[1] - 0.02).abs() < 1e-9, "{text}: {:?}", found.time_s);
+        assert!(found.reading_mm.iter().zip([-1e-3, 2e-3]).all(|(a, b)| (a - b).abs() < 1e-12), "{text}: {found:?}");
+    }
+    let beyond = read("time_s,deviation_um\n0,1\n0.1,OVL\n0.2,overload\n").unwrap();
+    assert!(beyond.reading_mm[1].is_nan() && beyond.reading_mm[2].is_nan());
+    // a unit on the element around, and readings that are missing
+    let rows: String =
+        (0..40).map(|k| format!("<r t=\"{}\">{}</r>", 0.02 * f64::from(k), 1e-3 * f64::from(k))).collect();
+    let found = read(&format!("<test><readings unit=\"mm\">{rows}</readings></test>")).unwrap();
+    assert!(found.column == LengthColumn::DeviationMm && (found.time_s[1] - 0.02).abs() < 1e-9);
+    let list: String = (0..40).map(|k| if k == 7 { "NaN ".into() } else { format!("{k} ") }).collect();
+    let found = read(&format!("<test><Rate>50</Rate><Deviations unit=\"um\">{list}</Deviations></test>")).unwrap();
+    assert!(found.reading_mm[7].is_nan() && (found.reading_mm[8] - 8e-3).abs() < 1e-12);
+    let times = list.replace('7', "8");
+    let why =
+        read(&format!("<test><Time>{times}</Time><Deviations unit=\"um\">{list}</Deviations></test>")).unwrap_err();
+    assert!(why.ends_with("Time: time 8 of 40 is no number; correct it"), "{why}");
+    // what is not understood is named
+    let why = read("Dauer;Weg [µm]\n0;1\n0.1;2\n").unwrap_err();
+    assert!(why.contains("names readings (none of 'Dauer', 'Weg [µm]' is known for them); a capture has"), "{why}");
+    let why = read("Dauer;deviation_um\n0;1\n0.1;2\n").unwrap_err();
+    assert!(why.contains("sampling rate (not understood: column Dauer); add a column time_s"), "{why}");
+}
+
+#[test]
+fn stamps_of_packets_are_evened_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.csv");
+    let read = |step_s: f64, packets: u32| {
+        let row = |k: u32| format!("{:.4},{}\n", 0.1 * f64::from(k / 10) + step_s * f64::from(k % 10), k % 7);
+        let rows: String = (0..10 * packets).map(row).collect();
+        std::fs::write(&file, format!("time_s,deviation_um\n{rows}")).unwrap();
+        load_capture(&file, CaptureHints::default()).unwrap().time_s
+    };
+    // ten rows that came within a millisecond
+    let even = read(1e-4, 40);
+    assert!(even.iter().enumerate().all(|(row, time)| (time - 0.01 * row as f64).abs() < 1e-9), "{even:?}");
+    // ten rows in half of each tenth of a second were read so, and few packets are none
+    assert!((read(5e-3, 40)[1] - 5e-3).abs() < 1e-9);
+    assert!((read(1e-4, 5)[1] - 1e-4).abs() < 1e-9);
+}
+
+#[test]
 fn times_of_any_unit_are_read_and_far_off_ones_refused() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str, text: &str, hints: CaptureHints| {
