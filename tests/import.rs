@@ -286,6 +286,91 @@ fn what_ends_where_the_search_ends_is_not_placed() {
     assert!(at_bound > 0);
 }
 
+/// A capture with rows before it and behind it, so many s of each reading.
+fn framed(drawn: &mut Drawn, before: &[(f64, f64)], behind: &[(f64, f64)]) {
+    let step_s = drawn.capture.time_s[1] - drawn.capture.time_s[0];
+    let rows = |parts: &[(f64, f64)]| -> Vec<f64> {
+        parts.iter().flat_map(|(seconds, mm)| vec![*mm; (seconds / step_s) as usize]).collect()
+    };
+    let (before, behind) = (rows(before), rows(behind));
+    let first_s = drawn.capture.time_s[0];
+    let place = |row: usize| drawn.positions[row].clone();
+    let (first, last) = (place(0), place(drawn.positions.len() - 1));
+    drawn.positions.splice(0..0, vec![first; before.len()]);
+    drawn.positions.extend(vec![last; behind.len()]);
+    let all = before.len() + drawn.capture.time_s.len() + behind.len();
+    drawn.capture.time_s = (0..all).map(|row| first_s + (row as f64 - before.len() as f64) * step_s).collect();
+    drawn.capture.reading_mm.splice(0..0, before);
+    drawn.capture.reading_mm.extend(behind);
+}
+
+#[test]
+fn what_lies_outside_of_the_marks_is_cut_off() {
+    let planned = &*SLOW;
+    let mut cases = 0;
+    for (before, behind) in [
+        (vec![(6.0, 1.0), (2.0, 0.4)], vec![]),
+        (vec![], vec![(20.0, 1.0)]),
+        (vec![(5.0, -0.9)], vec![(40.0, 0.999)]),
+        // lengthened by hand, as a mark does
+        (vec![(1.0, 0.0), (1.5, 0.5), (1.0, 0.0)], vec![]),
+    ] {
+        let (pair, seed) = (cases % planned.pairs.len(), 700 + cases as u64);
+        cases += 1;
+        let mut erring = Erring::drawn(&planned.session.machine, seed);
+        let mut drawn = planned.drawn(&mut erring, pair, seed, Kind::Sound);
+        let whole = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed).expect(&drawn.says);
+        assert_eq!(whole.cut_s, [0.0; 2], "{}", drawn.says);
+        framed(&mut drawn, &before, &behind);
+        let placement = place(&planned.session, &planned.pairs, &drawn.capture, Feeds::Programmed)
+            .unwrap_or_else(|why| panic!("{}: {why}", drawn.says));
+        assert_eq!(placement.pair, planned.pairs[pair], "{}", drawn.says);
+        let (off, _) = planned.compared(&drawn, &placement);
+        println!("{}: off {off:.4} sigma {:.4} cut {:?}", drawn.says, placement.position_sigma, placement.cut_s);
+        assert!(off < REACH_DEG.max(4.0 * placement.position_sigma), "{}: misplaced by {off}", drawn.says);
+        for (cut_s, parts) in placement.cut_s.iter().zip([&before, &behind]) {
+            let moved_s: f64 = parts.iter().filter(|(_, mm)| mm.abs() > 0.1).map(|(seconds, _)| seconds).sum();
+            assert!(*cut_s > moved_s - 0.2, "{}: {cut_s} s of {parts:?}", drawn.says);
+        }
+        // nothing is cut between the marks
+        let middle = drawn.capture.reading_mm.len() / 2;
+        let rows = (2.0 / (drawn.capture.time_s[1] - drawn.capture.time_s[0])) as usize;
+        for at in [placement.timing.start_s[0] + 5.0, drawn.capture.time_s[middle]] {
+            let mut touched = drawn.capture.clone();
+            let from = touched.time_s.partition_point(|time| *time < at);
+            touched.reading_mm[from..from + rows].fill(1.2);
+            let found = place(&planned.session, &planned.pairs, &touched, Feeds::Programmed);
+            assert!(found.is_err(), "{}: touched at {at}", drawn.says);
+        }
+    }
+}
+
+#[test]
+fn halves_of_two_machines_are_told() {
+    let planned = &*SLOW;
+    let pair = planned.pairs.iter().position(|pair| planned.session.tests[pair.tests[0]].name.starts_with("xy"));
+    let pair = pair.expect("a circle");
+    let drawn = |erring: u64| {
+        let mut erring = Erring::drawn(&planned.session.machine, erring);
+        planned.drawn(&mut erring, pair, 801, Kind::Sound)
+    };
+    let (one, other) = (drawn(801), drawn(802));
+    let placed = |capture| place(&planned.session, &planned.pairs, capture, Feeds::Programmed);
+    let sound = placed(&one.capture).expect(&one.says);
+    assert_eq!(sound.runs_apart_mm, None);
+    let between_s = sound.marks_s[1][1] + 0.3;
+    let mut spliced = one.capture.clone();
+    let from = spliced.time_s.partition_point(|time| *time < between_s);
+    spliced.reading_mm[from..].copy_from_slice(&other.capture.reading_mm[from..]);
+    match placed(&spliced) {
+        Ok(found) => {
+            println!("{}: {:?} mm", one.says, found.runs_apart_mm);
+            assert!(found.runs_apart_mm.is_some_and(|[together, each]| together > 4.0 * each), "{}", one.says);
+        }
+        Err(why) => println!("{}: {why}", one.says),
+    }
+}
+
 #[test]
 #[ignore = "takes 10 to 20 s: runs with --include-ignored, as in .ci/run all"]
 fn an_override_is_placed_where_it_is_asked_for() {
@@ -774,6 +859,51 @@ fn stamps_of_packets_are_evened_out() {
     // ten rows in half of each tenth of a second were read so, and few packets are none
     assert!((read(5e-3, 40)[1] - 5e-3).abs() < 1e-9);
     assert!((read(1e-4, 5)[1] - 1e-4).abs() < 1e-9);
+}
+
+#[test]
+fn rows_lost_in_a_file_without_times_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = load_capture(Path::new(SHIPPED).join("xy-100-1.csv").as_path(), CaptureHints::default()).unwrap();
+    assert!(shipped.has_times);
+    let rate_hz = 1.0 / (shipped.time_s[1] - shipped.time_s[0]);
+    let file = folder.path().join("rows.csv");
+    // rows within the first run
+    let without = |lost: std::ops::Range<usize>| {
+        let kept = shipped.reading_mm.iter().enumerate().filter(|(row, _)| !lost.contains(row));
+        let rows: String = kept.map(|(_, mm)| format!("{:.2}\n", 1e3 * mm)).collect();
+        std::fs::write(&file, format!("Sample rate: {rate_hz} Hz\ndeviation_um\n{rows}")).unwrap();
+        assert!(!load_capture(&file, CaptureHints::default()).unwrap().has_times);
+        import_among_shipped(&file, folder.path())
+    };
+    let said = |output: &Output| String::from_utf8_lossy(&output.stderr).to_string();
+    let whole = without(0..0);
+    assert!(whole.status.success() && !said(&whole).contains("rows of one"), "{}", said(&whole));
+    let some = without(1000..1003);
+    assert!(some.status.success() && said(&some).contains("rows of one may be lost"), "{}", said(&some));
+    let more = without(1000..1006);
+    assert!(more.status.code() == Some(3) && said(&more).contains("rows of one of them are lost"), "{}", said(&more));
+}
+
+#[test]
+fn lengths_of_another_bar_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = load_capture(Path::new(SHIPPED).join("xy-100-1.csv").as_path(), CaptureHints::default()).unwrap();
+    let file = folder.path().join("lengths.csv");
+    let import = |bar_mm: f64| {
+        let rows = shipped.time_s.iter().zip(&shipped.reading_mm);
+        let rows: String = rows.map(|(time, mm)| format!("{time},{:.5}\n", bar_mm + mm)).collect();
+        std::fs::write(&file, format!("time_s,length_mm\n{rows}")).unwrap();
+        import_among_shipped(&file, folder.path())
+    };
+    let other = import(150.0);
+    let said = String::from_utf8_lossy(&other.stderr).to_string();
+    assert!(
+        other.status.code() == Some(3) && said.contains("lengths of about 150.0 mm, and the bar of xy-100-1"),
+        "{said}"
+    );
+    let own = import(100.0);
+    assert!(own.status.success(), "{}", String::from_utf8_lossy(&own.stderr));
 }
 
 #[test]

@@ -16,6 +16,7 @@
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
 //! | `marks::moves` | when did those moves end? |
 //! | `marks::stopped` | was a run held between them? |
+//! | `marks::outside` | did the bar rest before them and after? |
 //! | `lag` | how do axes follow their commands? |
 //! | `other_reading` | are they there at another sense, unit or clock? |
 //! | `timing` | where along the run is the machine at a time? |

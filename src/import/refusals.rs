@@ -30,7 +30,7 @@ const GAP_SIGMAS: f64 = 3.0;
 const AT_BOUND: f64 = 2e-3;
 /// Longest time in which a run comes to speed, s. At the feeds of a ball bar axes need some tenths of it; a longer one stands for a
 /// pace, or an arc, that is not the program's.
-const LONGEST_RAMP_S: f64 = 1.1;
+pub(super) const LONGEST_RAMP_S: f64 = 1.1;
 
 /// Refuses what the marks alone say: a run that was held on the way, and a feed that is not sought.
 pub(super) fn refuse_by_marks(seen: Option<&Seen>, feeds: Feeds) -> Result<(), ImportError> {
@@ -68,6 +68,12 @@ pub(super) fn may_wait(own: &Marks, seen: &Seen) -> bool {
     // the mark before the gap, and the one behind it
     let sigma_s = seen.run_sigma_s[0][1].hypot(seen.run_sigma_s[1][0]);
     seen.gap_s > own.gap_s - GAP_OFF_S.hypot(GAP_SIGMAS * sigma_s)
+}
+
+/// True for two runs of which much is left together and little of each by itself, mm: of one machine and one pair of tests both are the
+/// same but for what hangs on the sense of motion.
+pub(super) fn are_apart([together_mm, each_mm]: &[f64; 2]) -> bool {
+    *together_mm > LEFT_MM && *each_mm < LEFT_SHARE * together_mm
 }
 
 /// Refuses a timing that lies where the search ends: what is at a bound is not fitted.

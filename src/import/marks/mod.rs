@@ -4,10 +4,12 @@
 //! well its form explains the readings around it. When its moves ended is fitted in `moves`.
 
 mod moves;
+mod outside;
 mod stopped;
 
 use self::moves::{SecondHalf, ends_of, ends_of_some};
-use self::stopped::{Direction, stopped_s};
+pub(super) use self::outside::{Cut, cut};
+use self::stopped::{Direction, longer};
 use super::capture::Capture;
 use super::lag::Lag;
 use super::seen_marks::Seen;
@@ -101,6 +103,12 @@ struct Mark {
     explained: f64,
 }
 
+impl Mark {
+    fn end_s(&self) -> f64 {
+        self.begin_s + self.form.lasts_s()
+    }
+}
+
 /// The marks of a program in a capture; `paces` are those thought possible.
 pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
     let rows: Vec<(f64, f64)> = capture.finite().collect();
@@ -116,8 +124,8 @@ pub(super) fn find(capture: &Capture, marks: &Marks, paces: [f64; 2]) -> Found {
     best
 }
 
-/// The marks that come to speed in about this time.
-fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2], ramp_s: f64) -> Found {
+/// Marks that come to speed in about this time, apart from each other, the best explained first.
+fn marks_of(rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2], ramp_s: f64) -> Vec<Mark> {
     let mut all: Vec<Mark> = Vec::new();
     // a form a twentieth too long still explains nine tenths
     let mut pace = paces[0] * PACE_STEP.sqrt();
@@ -132,6 +140,12 @@ fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2],
             kept.push(mark);
         }
     }
+    kept
+}
+
+/// What a capture shows of marks that come to speed in about this time.
+fn found(capture: &Capture, rows: &[(f64, f64)], marks: &Marks, paces: [f64; 2], ramp_s: f64) -> Found {
+    let mut kept = marks_of(rows, marks, paces, ramp_s);
     let mut begins_s: Vec<f64> = kept.iter().map(|mark| mark.begin_s).collect();
     begins_s.sort_by(f64::total_cmp);
     let found = begins_s.len();
@@ -215,10 +229,12 @@ fn seen(rows: &[(f64, f64)], marks: &Marks, four: &[Mark; 4], noise_mm: f64) -> 
             pace_sigma: own.speed_sigma() / programmed,
         })
     };
+    let longer = direction(0).zip(direction(1)).map(|(there, back)| longer([there, back]));
     Some(Seen {
         runs_s,
         run_sigma_s,
-        stopped_s: direction(0).zip(direction(1)).and_then(|(there, back)| stopped_s([there, back])),
+        longer_s: longer.map(|longer| longer.by_s),
+        stopped_s: longer.and_then(|longer| longer.stopped_s),
         pace: moves.speed / programmed,
         pace_sigma: (moves.speed_sigma() / moves.speed).hypot(SCALE),
         lag_s: moves.lag_s(),
