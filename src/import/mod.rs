@@ -14,6 +14,7 @@
 //! | `capture` | the readings as they come, averaged to a few hundred, their noise |
 //! | `course` | what would be read along a run, and what may lost motion add? |
 //! | `marks` | where are the moves along the bar by which a program marks its runs, and what do they tell? |
+//! | `marks::form` | where do readings have the form of one? |
 //! | `marks::moves` | when did those moves end? |
 //! | `marks::stopped` | was a run held between them? |
 //! | `marks::outside` | did the bar rest before them and after? |

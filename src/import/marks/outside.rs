@@ -1,7 +1,7 @@
 //! Readings outside of the four marks of a program at which the bar did not rest: it was off, was mounted, or was moved by hand. They are
 //! cut off; nothing between the marks is. What a program does there is nothing, so that nothing of it is lost.
 
-use super::{AROUND_S, Mark, NEAR_S, RAMPS_S, between, marks_of};
+use super::form::{AROUND_S, Mark, NEAR_S, RAMPS_S, between, marks_of};
 use crate::import::capture::Capture;
 use crate::session::Marks;
 use crate::statistics::median;
