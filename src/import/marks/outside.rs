@@ -8,7 +8,7 @@ use crate::statistics::median;
 
 /// A capture of which something was cut off.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::import) struct Cut {
+pub struct Cut {
     pub capture: Capture,
     /// How much before the first mark and after the last, s.
     pub cut_s: [f64; 2],
@@ -22,7 +22,7 @@ const BESIDE_S: f64 = 0.1;
 
 /// The capture from before the first of four marks to after the last where the bar moved beyond, and where only four marks in a row
 /// leave times for a program: a run, the gap, a run, s. `None` where that is not so.
-pub(in crate::import) fn cut(
+pub fn cut(
     capture: &Capture,
     marks: &Marks,
     paces: [f64; 2],
